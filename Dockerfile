@@ -10,33 +10,36 @@ RUN python3 -m venv /opt/arramon
 WORKDIR /build
 COPY proto proto
 COPY clients clients
-RUN --mount=type=secret,id=ca trusting /opt/arramon/bin/pip install ./proto ./clients/python
+RUN --mount=type=secret,id=ca trusting /opt/arramon/bin/pip install ./clients/python
 
 FROM builder AS server-builder
 COPY pyproject.toml README.md LICENSE ./
+COPY src src
 COPY server server
+COPY dataset dataset
+COPY packages packages
 COPY agents agents
 COPY lang lang
 # pybullet carries 150 MB of models and gyms that nothing here reads, and 125 MB of symbols. With a newer Python than 3.11, or
 # another processor than x86-64, it has no build and is not there: plane geometry decides alike.
 RUN --mount=type=secret,id=ca \
     trusting apt-get update -qq && trusting apt-get install -y -qq --no-install-recommends binutils > /dev/null
-RUN --mount=type=secret,id=ca trusting /opt/arramon/bin/pip install . \
+RUN --mount=type=secret,id=ca trusting /opt/arramon/bin/pip install ./packages/lang ./packages/agents . \
     && find /opt/arramon -name 'pybullet.*.so' -exec strip --strip-unneeded {} + \
     && rm -rf /opt/arramon/lib/python3*/site-packages/pybullet_data \
               /opt/arramon/lib/python3*/site-packages/pybullet_envs \
     && find /opt/arramon -name tests -type d -path '*/site-packages/*' -prune -exec rm -rf {} +
 
 FROM builder AS agent-builder
-# What the project's own agents need beside the client. The index has torch for the CPU; another brings it for GPUs. Empty, it
+# The project's own agents. The index has torch for the CPU; another brings it for GPUs. Empty, it
 # is the index that pip is configured with.
 ARG TORCH=torch==2.13.0
 ARG TORCH_INDEX=https://download.pytorch.org/whl/cpu
 RUN --mount=type=secret,id=ca trusting /opt/arramon/bin/pip install ${TORCH_INDEX:+--index-url "$TORCH_INDEX"} "$TORCH"
-RUN --mount=type=secret,id=ca trusting /opt/arramon/bin/pip install numba safetensors scipy sentencepiece
+COPY packages packages
 COPY agents agents
 COPY lang lang
-RUN cp -r agents lang /opt/arramon/lib/python3*/site-packages/
+RUN --mount=type=secret,id=ca trusting /opt/arramon/bin/pip install ./packages/lang './packages/agents[torch]'
 
 FROM ${BASE} AS runtime
 ENV PATH=/opt/arramon/bin:$PATH PYTHONUNBUFFERED=1 PYTHONDONTWRITEBYTECODE=1

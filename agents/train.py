@@ -1,4 +1,4 @@
-"""Train agents: `python -m agents.train --agent vl --lang en,hi`, or `--all` for every trained agent."""
+"""Train agents: `arramon-train --agent vl --lang en,hi`, or `--all` for every trained agent."""
 
 import argparse
 import shutil
@@ -8,9 +8,9 @@ from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
-from agents.learning.extra import PLAYING, require
-from agents.learning.training.recipe import RECIPES, Place, Recipe, smoke
-from agents.learning.vision.encoder import FOLDER
+from arramon_agents.learning.extra import PLAYING, require
+from arramon_agents.learning.training.recipe import RECIPES, Place, Recipe, smoke
+from arramon_agents.learning.vision.encoder import FOLDER
 from arramon_client.errors import ArramonClientError
 
 MAP = "vl_map"
@@ -63,9 +63,9 @@ def main(arguments: list[str] | None = None) -> int:
 def _train(recipe: Recipe, place: Place, *, ship: bool) -> None:
     import torch
 
-    from agents.learning.process import prepare_process
-    from agents.learning.training.imitation import Imitation
-    from agents.learning.training.sources import demonstrations_of, train_data_hash
+    from arramon_agents.learning.process import prepare_process
+    from arramon_agents.learning.training.imitation import Imitation
+    from arramon_agents.learning.training.sources import demonstrations_of, train_data_hash
 
     prepare_process()
     if place.device == "auto":
@@ -82,8 +82,8 @@ def _train(recipe: Recipe, place: Place, *, ship: bool) -> None:
 
 
 def _train_reader(given: argparse.Namespace) -> None:
-    from agents.learning.checkpoint import WEIGHTS
-    from agents.learning.train_reader import main as train_reader
+    from arramon_agents.learning.checkpoint import WEIGHTS
+    from arramon_agents.learning.train_reader import main as train_reader
 
     few = ("--texts", "60", "--rounds", "1") if given.smoke else ()
     train_reader(["--data", str(given.data), "--out", str(given.output), *few])
@@ -92,9 +92,9 @@ def _train_reader(given: argparse.Namespace) -> None:
 
 
 def _train_map(given: argparse.Namespace) -> None:
-    from agents.learning.training.vl_map.policy import MapRecipe
-    from agents.learning.training.vl_map.policy import smoke as smoke_map
-    from agents.learning.training.vl_map.train import Validation, train_map
+    from arramon_agents.learning.training.vl_map.policy import MapRecipe
+    from arramon_agents.learning.training.vl_map.policy import smoke as smoke_map
+    from arramon_agents.learning.training.vl_map.train import Validation, train_map
 
     recipe, validation = MapRecipe(), Validation()
     if given.smoke:
@@ -111,8 +111,8 @@ def _train_map(given: argparse.Namespace) -> None:
 
 
 def _train_grounded(given: argparse.Namespace) -> None:
-    from agents.learning.training.vl_grounded.train import GroundedRecipe, train_grounded
-    from agents.learning.training.vl_grounded.train import smoke as smoke_grounded
+    from arramon_agents.learning.training.vl_grounded.train import GroundedRecipe, train_grounded
+    from arramon_agents.learning.training.vl_grounded.train import smoke as smoke_grounded
 
     recipe = smoke_grounded(GroundedRecipe()) if given.smoke else GroundedRecipe()
     recipe = replace(recipe, **_own(GROUNDED, recipe, _chosen(given), given))
@@ -146,14 +146,14 @@ def _own(agent: str, recipe: Any, chosen: Mapping[str, Any], given: argparse.Nam
 
 def _ship(weights: Path) -> None:
     """Copy weights and model card to the shipped ones."""
-    from agents.learning.checkpoint import WEIGHTS
+    from arramon_agents.learning.checkpoint import WEIGHTS
 
     for path in (weights, weights.with_suffix(".md")):
         shutil.copyfile(path, WEIGHTS / path.name)
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="python -m agents.train", description="Train agents by imitation.")
+    parser = argparse.ArgumentParser(prog="arramon-train", description="Train agents by imitation.")
     parser.add_argument("--agent", help=f"agents to train, separated by commas: {', '.join(AGENTS)}")
     parser.add_argument("--all", action="store_true", help="train all of them")
     parser.add_argument("--ship", action="store_true", help="copy weights and model card to the shipped ones")

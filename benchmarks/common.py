@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from server.dataset.release.importer import import_release
+from arramon_dataset.release.importer import import_release
 
 SAMPLE = Path(__file__).parents[1] / "examples" / "sample" / "sample.json"
 

@@ -12,14 +12,14 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
+from arramon_dataset.randomness import seeded
+from arramon_server.sim.catalogue import ALL_TYPES, ObjectType
+from arramon_server.sim.geometry import EYE_HEIGHT
+from arramon_server.sim.room import CELL
 from examples.sampling import english, hindi
 from examples.sampling.rooms import Order, draw_orders
 from examples.sampling.routes import Leg, legs_of, side_of
 from examples.sampling.town import TOWNS, Place, Spot, Town, find_way
-from server.dataset.randomness import seeded
-from server.sim.catalogue import ALL_TYPES, ObjectType
-from server.sim.geometry import EYE_HEIGHT
-from server.sim.room import CELL
 
 EPISODES = 12
 """Number of episodes in each town."""

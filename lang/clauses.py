@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from lang.meaning import Face, Rotate, Step, Thing, Walk, Where
+from arramon_lang.meaning import Face, Rotate, Step, Thing, Walk, Where
 
 Value = str | Thing | tuple[Where, ...]
 """A slot's value: an attribute's value, a thing, or relations."""

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from lang.patterns import Pattern, parse, spell_out, split_weight, with_fragments
+from arramon_lang.patterns import Pattern, parse, spell_out, split_weight, with_fragments
 
 SLOTS = frozenset(
     (
@@ -70,7 +70,7 @@ class Lexeme:
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """Wordings for the values of an attribute, whose name in `lang.meaning` is `attribute` ("direction")."""
+    """Wordings for the values of an attribute, whose name in `arramon_lang.meaning` is `attribute` ("direction")."""
 
     attribute: str
     values: Mapping[str, tuple[Pattern, ...]]

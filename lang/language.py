@@ -7,16 +7,16 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
-from lang.grammar import Grammar
-from lang.lexicon import Lexicon
-from lang.meaning import Meaning
-from lang.reading.mentions import Mention, find_mentions
-from lang.reading.outline import Said
-from lang.reading.reader import Reader
-from lang.reading.relations import Relations
-from lang.tokens import Tokenizer
-from lang.writing.voice import Voice, draw_voice
-from lang.writing.writer import Writer
+from arramon_lang.grammar import Grammar
+from arramon_lang.lexicon import Lexicon
+from arramon_lang.meaning import Meaning
+from arramon_lang.reading.mentions import Mention, find_mentions
+from arramon_lang.reading.outline import Said
+from arramon_lang.reading.reader import Reader
+from arramon_lang.reading.relations import Relations
+from arramon_lang.tokens import Tokenizer
+from arramon_lang.writing.voice import Voice, draw_voice
+from arramon_lang.writing.writer import Writer
 
 ROOT = Path(__file__).parent
 """Folder that contains the languages' folders."""
@@ -122,7 +122,7 @@ class Language:
 
         Args:
             text: the instruction.
-            phase: "navigation" for a `lang.meaning.Navigation`, "assembly" for an `Assembly`.
+            phase: "navigation" for a `arramon_lang.meaning.Navigation`, "assembly" for an `Assembly`.
 
         Raises:
             ValueError: if the phase is another.

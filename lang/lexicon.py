@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
-from lang.tokens import Token, Tokenizer
+from arramon_lang.tokens import Token, Tokenizer
 
 FUZZY_LENGTH = 5
 """Minimum number of letters of a word that is recognised with one typing error."""

@@ -14,8 +14,8 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-from lang.language import ROOT, Language, load
-from lang.meaning import Thing
+from arramon_lang.language import ROOT, Language, load
+from arramon_lang.meaning import Thing
 
 BLOCKED = "blocked"
 SUSPICIOUS = "suspicious"

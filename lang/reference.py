@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
-from lang.meaning import Assembly, Face, Meaning, Navigation, Rotate, Step, Thing, Where
+from arramon_lang.meaning import Assembly, Face, Meaning, Navigation, Rotate, Step, Thing, Where
 
 
 def mentions(meaning: Meaning) -> Iterator[Thing]:

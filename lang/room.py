@@ -14,8 +14,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 
-from lang.meaning import Assembly, Thing, Where
-from lang.street import DEGREES
+from arramon_lang.meaning import Assembly, Thing, Where
+from arramon_lang.street import DEGREES
 
 COLUMNS, ROWS = 5, 4
 START = (2, 0)

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from random import Random
 
-from lang.meaning import (
+from arramon_lang.meaning import (
     ATS,
     NUMBERS,
     PLACES,
@@ -20,7 +20,7 @@ from lang.meaning import (
     Walk,
     Where,
 )
-from lang.reference import map_mentions, repeats
+from arramon_lang.reference import map_mentions, repeats
 
 KINDS = ("ball", "hourglass", "mug", "tv", "book", "bowl", "bucket")
 COLOURS = ("green", "red", "blue", "white", "yellow", "brown", "purple")

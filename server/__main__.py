@@ -9,14 +9,14 @@ from contextlib import contextmanager, nullcontext
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run a command; return the exit status, as `server.cli.main` does."""
+    """Run a command; return the exit status, as `arramon_server.cli.main` does."""
     if os.name != "posix":  # It locks files, listens on Unix sockets, and handles signals.
         sys.stderr.write("error: arramon-server needs Linux or macOS: on Windows run it in WSL 2\n")
         return 2
     words = sys.argv[1:] if argv is None else argv
     with _exit_on_sigterm() if words[:1] == ["serve"] else nullcontext():
         with _no_garbage_collection():
-            from server import cli  # takes up to a second, in which a server can be stopped already
+            from arramon_server import cli  # takes up to a second, in which a server can be stopped already
 
             cli.load(words)
         return cli.main(words)

@@ -4,7 +4,7 @@ import ipaddress
 import socket
 from pathlib import Path
 
-from server.errors import BadInput
+from arramon_server.errors import BadInput
 
 FORM = "host:port or unix:/path"
 TCP_FORM = "host:port"

@@ -6,15 +6,15 @@ import tempfile
 from contextlib import closing
 from pathlib import Path
 
-from server.configuration.config import Config
-from server.dataset.generation import secret
-from server.episodes.epochs import SECRETS
-from server.episodes.splits import folder_of, folders_of, hash_of
-from server.errors import BadInput, Conflict, NotFound, StorageError
-from server.private_files import private_file
-from server.runs.results.signing import KnownKeys, SigningKey
-from server.runs.storage.database import Database
-from server.runs.transfer.export import export
+from arramon_server.configuration.config import Config
+from arramon_server.episodes import secret
+from arramon_server.episodes.epochs import SECRETS
+from arramon_server.episodes.splits import folder_of, folders_of, hash_of
+from arramon_server.errors import BadInput, Conflict, NotFound, StorageError
+from arramon_server.private_files import private_file
+from arramon_server.runs.results.signing import KnownKeys, SigningKey
+from arramon_server.runs.storage.database import Database
+from arramon_server.runs.transfer.export import export
 
 JOURNAL, EXPORT, KEY = "journal.db", "journal.jsonl.zst", "signing-key.pem"
 """File names in a backup: the journal from SQLite, the export of one from PostgreSQL, and the signing key."""

@@ -1,4 +1,8 @@
-"""The command line of the server: `arramon-server serve`, `generate` and the others in `server.commands`."""
+"""The command line of the server: `arramon-server serve` and the others in `arramon_server.commands`.
+
+Installed packages add commands of their own, such as `generate`, by an entry point in the group `arramon.commands`: the
+command's name, and a module whose function `add` adds its parser.
+"""
 
 import argparse
 import difflib
@@ -6,22 +10,18 @@ import os
 import sys
 from collections.abc import Mapping, Sequence
 from importlib import import_module
+from importlib.metadata import entry_points
 from typing import Any, NoReturn
 
-from server import __version__
-from server.configuration.secrets import mask_secrets
-from server.configuration.sources import add_common_flags, load_configuration, wants_json
-from server.errors import ArraMonError
-from server.process import logs
-from server.visible_text import shown
+from arramon_server import __version__
+from arramon_server.configuration.secrets import mask_secrets
+from arramon_server.configuration.sources import add_common_flags, load_configuration, wants_json
+from arramon_server.errors import ArraMonError
+from arramon_server.process import logs
+from arramon_server.visible_text import shown
 
 FAMILIES = {
     "serve": ("serve", "health"),
-    "data": ("import-release", "generate", "demands"),
-    "epoch": ("epoch",),
-    "demonstrations": ("export-demos",),
-    "sheets": ("sheets", "add-paraphrased"),
-    "inspection": ("show", "stats", "check-instruction"),
     "settings": ("config",),
     "token": ("token",),
     "quota": ("quota",),
@@ -33,7 +33,10 @@ FAMILIES = {
     "transfer": ("export", "import"),
     "backup": ("backup",),
 }
-"""Modules of `server.commands`, with their commands. Only the module of the command in use is imported."""
+"""Modules of `arramon_server.commands`, with their commands. Only the module of the command in use is imported."""
+
+ENTRY_POINTS = "arramon.commands"
+"""Entry-point group in which installed packages register commands."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -41,7 +44,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     # Set before gRPC is loaded: its own output is not in the log's format, and the error explains the same.
     os.environ.setdefault("GRPC_VERBOSITY", "NONE")
     words = sys.argv[1:] if argv is None else argv
-    if words and not words[0].startswith("-") and not any(words[0] in its for its in FAMILIES.values()):
+    if words and not words[0].startswith("-") and not _modules(words[0]):
         return _report_unknown(words[0])
     arguments = parser(words[0] if words else "").parse_args(words)
     try:
@@ -65,7 +68,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _report_unknown(word: str) -> int:
     """Print that there is no such command, and the one that is spelled most like it."""
-    known = [command for its in FAMILIES.values() for command in its]
+    known = list(_all_commands())
     close = difflib.get_close_matches(word, known, n=1)
     hint = f"did you mean {close[0]!r}?" if close else f"expected {', '.join(known)}"
     print(f"arramon-server: unknown command {mask_secrets(word)!r}; {hint}", file=sys.stderr)
@@ -77,15 +80,15 @@ def _report(message: str, arguments: Mapping[str, Any]) -> None:
     # What a file or a name from elsewhere has in it must not control the terminal.
     message = "\n".join(shown(line) for line in mask_secrets(message).expandtabs(4).split("\n"))
     if wants_json(arguments, os.environ):
-        print(logs.error_line("server.cli", message), file=sys.stderr)
+        print(logs.error_line("arramon_server.cli", message), file=sys.stderr)
     else:
         print(f"arramon-server: {message}", file=sys.stderr)
 
 
 def load(argv: Sequence[str]) -> None:
     """Import the modules of the command in `argv`, which `main` would otherwise do."""
-    for family in _families(argv[0] if argv else ""):
-        import_module(f"server.commands.{family}")
+    for module in _modules(argv[0]) if argv else _all_modules():
+        import_module(module)
 
 
 def parser(command: str = "") -> argparse.ArgumentParser:
@@ -95,8 +98,8 @@ def parser(command: str = "") -> argparse.ArgumentParser:
     common = argparse.ArgumentParser(add_help=False)
     add_common_flags(common)
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for family in _families(command):
-        import_module(f"server.commands.{family}").add(commands, common)
+    for module in _modules(command) or _all_modules():
+        import_module(module).add(commands, common)
     return parser
 
 
@@ -107,6 +110,23 @@ class _Parser(argparse.ArgumentParser):
         super().error(mask_secrets(message))
 
 
-def _families(command: str) -> Sequence[str]:
-    """Return the family of a command, or all of them if there is none of that name."""
-    return [name for name, its in FAMILIES.items() if command in its] or list(FAMILIES)
+def _own_commands() -> dict[str, str]:
+    """Return the server's own commands, and the module of each."""
+    return {command: f"arramon_server.commands.{family}" for family, its in FAMILIES.items() for command in its}
+
+
+def _all_commands() -> dict[str, str]:
+    """Return all commands, those of installed packages after the server's own, and the module of each."""
+    own = _own_commands()
+    added = {entry.name: entry.module for entry in entry_points(group=ENTRY_POINTS)}
+    return own | {command: module for command, module in added.items() if command not in own}
+
+
+def _modules(command: str) -> list[str]:
+    """Return the module of a command, alone in a list; an empty list if there is no such command."""
+    commands = own if command in (own := _own_commands()) else _all_commands()
+    return [commands[command]] if command in commands else []
+
+
+def _all_modules() -> list[str]:
+    return list(dict.fromkeys(_all_commands().values()))

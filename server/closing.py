@@ -4,8 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
-from server.errors import Conflict
-from server.split_times import NO_TIMES, SplitTimes
+from arramon_server.errors import Conflict
+from arramon_server.split_times import NO_TIMES, SplitTimes
 
 
 def _now() -> datetime:

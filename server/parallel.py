@@ -9,7 +9,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 
 from arramon_client.local.lifeline import end_with_parent
-from server.errors import ArraMonError, BadInput
+from arramon_server.errors import ArraMonError, BadInput
 
 MAX_JOBS = 256
 

@@ -8,7 +8,7 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
-from server.errors import BadFile, StorageError
+from arramon_server.errors import BadFile, StorageError
 
 
 def private_file(path: Path, make: Callable[[], bytes]) -> bytes:

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 from sqlalchemy import Engine
 
-from server.runs.storage.database import Database
-from server.sim.raster.camera import compile_kernels
+from arramon_server.runs.storage.database import Database
+from arramon_server.sim.raster.camera import compile_kernels
 from tests import ROOT, forked_pools, forked_testers, recorded_migrations, tiny
 from tests.faults.clients import EPISODES, Peace, journal_url, undisturbed
 from tests.forked import Forked

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import arramon_client.cli
-import server.__main__
+import arramon_server.__main__
 from tests import forked_workers
 
 Main = Callable[[list[str]], int]
@@ -41,7 +41,7 @@ class Forked:
         arguments: Sequence[str],
         stdout: "Connection[Any, Any]",
         stderr: Path | None,
-        command: Main = server.__main__.main,
+        command: Main = arramon_server.__main__.main,
     ) -> None:
         given = (command, list(arguments), dict(os.environ), stdout, stderr)
         self._process = CONTEXT.Process(target=_run, args=given, daemon=True)
@@ -89,7 +89,7 @@ class ForkedClient(Forked):
         return text, None
 
 
-def run(*arguments: object, command: Main = server.__main__.main) -> "subprocess.CompletedProcess[str]":
+def run(*arguments: object, command: Main = arramon_server.__main__.main) -> "subprocess.CompletedProcess[str]":
     """`arramon-server` with these arguments, or another command, to its end: its status, and what it said."""
     words = list(map(str, arguments))
     said, says = multiprocessing.Pipe(duplex=False)

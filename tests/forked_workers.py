@@ -1,4 +1,4 @@
-"""Worker processes of a forked server, forked from it too: in place of `subprocess` in `server.process.workers`."""
+"""Worker processes of a forked server, forked from it too, in place of those that the server's own code starts."""
 
 import os
 import signal
@@ -15,9 +15,9 @@ from typing import Any, NoReturn
 
 from prometheus_client import values
 
-import server.__main__
+import arramon_server.__main__
 from arramon_client.local import lifeline
-from server.process import workers
+from arramon_server.process import workers
 
 LAUNCHER = 4
 """Number of words of a worker's command before the server's own arguments: the interpreter and the lifeline."""
@@ -95,7 +95,7 @@ def _work(command: Sequence[str], environment: Mapping[str, str], stdin: int, st
         # Chosen by the environment when the module was imported:
         values.ValueClass = values.get_value_class()  # type: ignore[no-untyped-call]
         lifeline.stop_with_parent()
-        status = server.__main__.main(list(command[LAUNCHER:]))
+        status = arramon_server.__main__.main(list(command[LAUNCHER:]))
         sys.stdout.flush()
     except BaseException:  # noqa: BLE001 - nothing of the parent may go on here
         traceback.print_exc()

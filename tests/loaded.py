@@ -5,17 +5,17 @@ import gc
 gc.disable()  # until everything is imported
 
 # ruff: noqa: E402
-import agents.random_walk  # noqa: F401
+import arramon_agents.random_walk  # noqa: F401
 import arramon_client.cli  # noqa: F401
-import server.cli
-import server.process.logs
-from server.sim.physics import has_pybullet
-from server.sim.raster.camera import compile_kernels
+import arramon_server.cli
+import arramon_server.process.logs
+from arramon_server.sim.physics import has_pybullet
+from arramon_server.sim.raster.camera import compile_kernels
 from tests import recorded_migrations
 
-server.cli.load(())  # the modules of every command
+arramon_server.cli.load(())  # the modules of every command
 if has_pybullet():
-    import server.sim.bullet
+    import arramon_server.sim.bullet
 compile_kernels()
 recorded_migrations.install()
 recorded_migrations.record()

@@ -4,14 +4,14 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from server.sim.cameras import CAMERAS
-from server.sim.physics import has_pybullet, problem_of_camera
+from arramon_server.sim.cameras import CAMERAS
+from arramon_server.sim.physics import has_pybullet, problem_of_camera
 
 REASON = "pybullet is not installed: pip install 'arramon-server[pybullet]' compiles it, with a C++ compiler"
 
 if TYPE_CHECKING or has_pybullet():
-    from server.sim.bullet import Obstacles as Obstacles
-    from server.sim.bullet import World as World
+    from arramon_server.sim.bullet import Obstacles as Obstacles
+    from arramon_server.sim.bullet import World as World
 else:
 
     class _Skipping:

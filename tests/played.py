@@ -3,14 +3,14 @@
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 
-from server.episodes.splits import Split
-from server.runs.play.session import Session
-from server.runs.play.worlds import Worlds
-from server.runs.storage import causes
-from server.runs.storage.database import Database
-from server.runs.storage.journal import Journal
-from server.runs.storage.records import COMPLETE, RUNNING, Batch, Ending, Run
-from server.sim.rules import Action, Limits
+from arramon_server.episodes.splits import Split
+from arramon_server.runs.play.session import Session
+from arramon_server.runs.play.worlds import Worlds
+from arramon_server.runs.storage import causes
+from arramon_server.runs.storage.database import Database
+from arramon_server.runs.storage.journal import Journal
+from arramon_server.runs.storage.records import COMPLETE, RUNNING, Batch, Ending, Run
+from arramon_server.sim.rules import Action, Limits
 from tests import tiny
 
 STEPS = 8

@@ -17,7 +17,7 @@ from typing import Any
 import psycopg
 import pytest
 
-from server.runs.storage.database import Database
+from arramon_server.runs.storage.database import Database
 from tests.programs import free_port, program, start, stop
 
 SETTINGS = {"listen_addresses": "127.0.0.1", "unix_socket_directories": "", "fsync": "off", "shared_buffers": "32MB"}

@@ -6,7 +6,7 @@ from functools import cache
 import sqlalchemy as sa
 from sqlalchemy.engine import Connection
 
-from server.runs.storage import database, migrations
+from arramon_server.runs.storage import database, migrations
 
 
 def install() -> None:

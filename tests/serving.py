@@ -95,6 +95,6 @@ class Server:
         arguments = ["serve", "--data", str(self.data), "--listen", self.listen, *self.more]
         if self.fork is not None and not self._anew:
             return self.fork(arguments, says, log)
-        command = [sys.executable, "-m", "server", *arguments]
+        command = [sys.executable, "-m", "arramon_server", *arguments]
         with log.open("ab") as errors:
             return subprocess.Popen(command, env=self._environment, stdout=says.fileno(), stderr=errors)

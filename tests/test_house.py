@@ -12,70 +12,86 @@ import pytest
 
 from tests import ROOT
 
+
+def server(*names: str) -> set[str]:
+    """Return the full names of modules and packages of the server."""
+    return {f"arramon_server.{name}" for name in names}
+
+
 SHARED = {
-    "server.errors", "server.private_files", "server.addresses", "server.parallel", "server.image_threads",
-    "server.per_split", "server.visible_text", "server.split_times", "server.closing", "arramon.strict_json",
+    *server("errors", "private_files", "addresses", "parallel", "image_threads", "per_split", "visible_text",
+            "split_times", "closing"),
+    "arramon.strict_json",
 }  # fmt: skip
 """Modules of the server that any of its packages may import; they import nothing but each other, and the lifeline. The
 last one is of the contract's package, and imports nothing."""
 
-WORLD = {"server.sim", "server.sim.assets", "server.sim.raster"}
+WORLD = server("sim", "sim.assets", "sim.raster")
 
 # By package (with its subpackages, unless these have a line of their own): what it may import besides itself.
 ALLOWED: dict[str, set[str]] = {
-    "server/sim": WORLD,
-    "server/scoring": set(),
-    "server/episodes": {*SHARED, "server.sim"},
-    "server/runs/storage": SHARED,
-    "server/runs/play": {*SHARED, *WORLD, "server.runs.storage", "server.episodes", "server.scoring"},
-    "server/runs/accounts": {*SHARED, "server.runs.storage"},
-    "server/runs/results": {
-        *SHARED, *WORLD, "server.runs.storage", "server.runs.play", "server.runs.accounts", "server.episodes",
-        "server.scoring", "arramon",
+    "arramon_server.sim": WORLD,
+    "arramon_server.scoring": set(),
+    "arramon_server.episodes": {*SHARED, *server("sim")},
+    "arramon_server.runs.storage": SHARED,
+    "arramon_server.runs.play": {*SHARED, *WORLD, *server("runs.storage", "episodes", "scoring")},
+    "arramon_server.runs.accounts": {*SHARED, *server("runs.storage")},
+    "arramon_server.runs.results": {
+        *SHARED, *WORLD, *server("runs.storage", "runs.play", "runs.accounts", "episodes", "scoring"), "arramon",
     },
-    "server/runs/transfer": {*SHARED, "server.runs.storage"},
-    "server/runs": {
-        *SHARED, *WORLD, "server.__version__", "server.runs.storage", "server.runs.play", "server.runs.accounts",
-        "server.runs.results", "server.episodes",
+    "arramon_server.runs.transfer": {*SHARED, *server("runs.storage")},
+    "arramon_server.runs": {
+        *SHARED, *WORLD,
+        *server("__version__", "runs.storage", "runs.play", "runs.accounts", "runs.results", "episodes"),
     },
-    "server/board": {*SHARED, "server.runs", "server.episodes", "server.scoring"},
-    "server/web": {
-        *SHARED, *WORLD, "server.__version__", "server.board", "server.runs", "server.episodes", "server.scoring",
-        "server.configuration", "server.process.metrics", "server.process.tls",
+    "arramon_server.board": {*SHARED, *server("runs", "episodes", "scoring")},
+    "arramon_server.web": {
+        *SHARED, *WORLD,
+        *server("__version__", "board", "runs", "episodes", "scoring", "configuration", "process.metrics",
+                "process.tls"),
     },
-    "server/api": {
-        *SHARED, *WORLD, "server.__version__", "server.board", "server.runs", "server.episodes", "server.scoring",
-        "server.configuration", "arramon",
+    "arramon_server.api": {
+        *SHARED, *WORLD, *server("__version__", "board", "runs", "episodes", "scoring", "configuration"), "arramon",
     },
-    "server/configuration": {*SHARED, *WORLD, "server.runs.play.clocks"},
-    "server/process": {
-        *SHARED, *WORLD, "server.__version__", "server.api", "server.board", "server.web", "server.runs",
-        "server.episodes", "server.configuration", "arramon",
+    "arramon_server.configuration": {*SHARED, *WORLD, *server("runs.play.clocks")},
+    "arramon_server.process": {
+        *SHARED, *WORLD, *server("__version__", "api", "board", "web", "runs", "episodes", "configuration"), "arramon",
     },
-    "server/dataset": {
-        *SHARED, *WORLD, "server.episodes", "server.scoring", "lang",
-        "server.runs.play.session", "server.runs.play.worlds",  # An agent is tried, and pictured, by the very rules.
+    "arramon_dataset": {
+        *SHARED, *WORLD, "arramon_lang",
+        *server("episodes", "scoring", "runs.play.session", "runs.play.worlds"),  # Agents are tried by the very rules.
         "arramon_client",  # The follower, which is an agent, tries every instruction.
     },
-    "server/environments": {
-        *SHARED, *WORLD, "server.episodes", "server.scoring", "server.runs.play.session", "server.runs.play.worlds",
-        "server.dataset", "server.api.messages", "lang", "arramon",
+    "arramon_dataset.commands": {
+        *SHARED, *server("__version__", "commands", "configuration", "episodes", "runs.storage", "runs.cancellation"),
+        "arramon_dataset",
+        "arramon_lang",
+    },
+    "arramon_dataset.environments": {
+        *SHARED, *WORLD, *server("episodes", "scoring", "runs.play.session", "runs.play.worlds", "api.messages"),
+        "arramon_dataset", "arramon_lang", "arramon",
         "arramon_client",  # It is the backend of the client's environments, in the client's own types.
     },
-    "server/demonstrations": {
-        *SHARED, *WORLD, "server.__version__", "server.episodes", "server.environments", "server.runs.play.session",
-        "server.runs.play.worlds", "server.runs.results.reports", "server.runs.storage",
+    "arramon_dataset.demonstrations": {
+        *SHARED, *WORLD,
+        *server("__version__", "episodes", "runs.play.session", "runs.play.worlds", "runs.results.reports",
+                "runs.storage"),
+        "arramon_dataset.environments",
         "arramon_client",  # What is exported are the observations of the client's environments.
     },
-    "agents": {"arramon_client", "arramon", "lang"},
-    "agents/learning/simulated": {  # For training alone: no agent imports it at play.
-        *WORLD, "server.dataset", "server.episodes", "server.errors", "server.scoring", "agents.follower",
-        "agents.learning", "agents.vl_map", "arramon_client", "lang",
+    "arramon_agents": {"arramon_client", "arramon", "arramon_lang"},
+    "arramon_agents.learning.simulated": {  # For training alone: no agent imports it at play.
+        *WORLD, *server("episodes", "errors", "scoring"), "arramon_dataset", "arramon_agents.follower",
+        "arramon_agents.learning", "arramon_agents.vl_map", "arramon_client", "arramon_lang",
     },
-    "clients/python/arramon_client": {"arramon"},
-    "lang": set(),
+    "arramon_client": {"arramon"},
+    "arramon_lang": set(),
 }  # fmt: skip
-OURS = ("server", "agents", "lang", "arramon_client", "arramon", "tests", "examples")
+FOLDERS = {
+    "arramon_server": "server", "arramon_dataset": "dataset", "arramon_agents": "agents", "arramon_lang": "lang",
+    "arramon_client": "clients/python/arramon_client",
+}  # fmt: skip
+OURS = (*FOLDERS, "arramon", "tests", "examples")
 
 
 def imports(path: Path) -> Iterator[str]:
@@ -87,12 +103,18 @@ def imports(path: Path) -> Iterator[str]:
             yield from (f"{node.module}.{alias.name}" for alias in node.names)
 
 
-def sources(folder: str) -> list[Path]:
+def folder_of(package: str) -> Path:
+    """The folder of an installed package: the names of those at the top level are others than their folders'."""
+    top, *parts = package.split(".")
+    return ROOT.joinpath(FOLDERS[top], *parts)
+
+
+def sources(package: str) -> list[Path]:
     """The modules of a package, without those of a subpackage that has a line of its own."""
-    others = [ROOT / other for other in ALLOWED if other.startswith(folder + "/")]
+    others = [folder_of(other) for other in ALLOWED if other.startswith(package + ".")]
     return [
         path
-        for path in (ROOT / folder).rglob("*.py")
+        for path in folder_of(package).rglob("*.py")
         if "_pb2" not in path.name and "versions" not in path.parts and not any(o in path.parents for o in others)
     ]
 
@@ -101,30 +123,29 @@ def is_within(name: str, package: str) -> bool:
     return name == package or name.startswith(package + ".")
 
 
-@pytest.mark.parametrize("folder", ALLOWED)
-def test_packages_import_only_allowed_packages(folder: str) -> None:
-    own = folder.removeprefix("clients/python/").replace("/", ".")
-    found = sources(folder)
+@pytest.mark.parametrize("package", ALLOWED)
+def test_packages_import_only_allowed_packages(package: str) -> None:
+    found = sources(package)
     assert found
     for path in found:
         for name in imports(path):
             if name.split(".")[0] in OURS:
-                is_allowed = any(is_within(name, package) for package in {own, *ALLOWED[folder]})
+                is_allowed = any(is_within(name, each) for each in {package, *ALLOWED[package]})
                 assert is_allowed, f"{path.relative_to(ROOT)} imports {name}"
 
 
 def test_every_server_package_has_an_import_rule() -> None:
     """Not the command line, which may import everything."""
-    packages = {path.parent for path in (ROOT / "server").glob("*/__init__.py")} - {ROOT / "server" / "commands"}
-    assert {package.relative_to(ROOT).as_posix() for package in packages} <= ALLOWED.keys()
+    packages = {path.parent.name for path in (ROOT / "server").glob("*/__init__.py")} - {"commands"}
+    assert server(*packages) <= ALLOWED.keys()
 
 
 def test_serve_imports_no_dataset_language_or_agent_code() -> None:
     """Neither when it is started, with all of its pages, nor when it plays."""
     code = (
-        "import sys, server.commands.serve, server.process.assembly, server.process.workers, server.web.pages; "
-        "print([name for name in sys.modules if name.startswith("
-        "('server.dataset', 'server.demonstrations', 'lang', 'agents', 'torch'))])"
+        "import sys, arramon_server.commands.serve, arramon_server.process.assembly, arramon_server.process.workers; "
+        "import arramon_server.web.pages; print([name for name in sys.modules if name.startswith("
+        "('arramon_dataset', 'arramon_lang', 'arramon_agents', 'torch'))])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True)
     assert done.stdout.strip() == "[]"
@@ -133,9 +154,10 @@ def test_serve_imports_no_dataset_language_or_agent_code() -> None:
 def test_agents_at_play_import_nothing_of_the_server() -> None:
     """Nor what trains them."""
     code = (
-        "import sys, agents.seeing_follower, agents.vl_map.agent, agents.vl_grounded.agent; "
-        "import agents.learning.vision.eyes; "
-        "print([name for name in sys.modules if name.split('.')[0] == 'server' or 'simulated' in name])"
+        "import sys, arramon_agents.seeing_follower, arramon_agents.vl_map.agent, arramon_agents.vl_grounded.agent; "
+        "import arramon_agents.learning.vision.eyes; "
+        "print([name for name in sys.modules "
+        "if name.startswith(('arramon_server', 'arramon_dataset')) or 'simulated' in name])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True)
     assert done.stdout.strip() == "[]"
@@ -160,18 +182,18 @@ def test_traces_in_contributing_name_existing_functions() -> None:
 
 def test_paths_in_contributing_exist() -> None:
     for path in re.findall(
-        r"`((?:server|clients|agents|lang|proto|tests)/[\w/.-]*)`", (ROOT / "CONTRIBUTING.md").read_text()
+        r"`((?:server|dataset|clients|agents|lang|proto|tests)/[\w/.-]*)`", (ROOT / "CONTRIBUTING.md").read_text()
     ):
         assert "LANGUAGE" in path or "lang/xx" in path or (ROOT / path).exists(), path
 
 
 def test_only_one_file_imports_pybullet() -> None:
-    everywhere = [path for folder in ("server", "agents", "lang", "clients") for path in (ROOT / folder).rglob("*.py")]
+    everywhere = [path for folder in FOLDERS.values() for path in (ROOT / folder).rglob("*.py")]
     assert [path.name for path in everywhere if "pybullet" in set(imports(path))] == ["bullet.py"]
 
 
 def test_only_agents_may_import_torch() -> None:
-    for folder in ("server", "clients", "proto", "lang"):
+    for folder in ("server", "dataset", "clients", "proto", "lang"):
         for path in (ROOT / folder).rglob("*.py"):
             assert not {"torch", "transformers"} & {name.split(".")[0] for name in imports(path)}, path
 
@@ -179,7 +201,7 @@ def test_only_agents_may_import_torch() -> None:
 def test_client_has_only_the_listed_dependencies() -> None:
     project = tomllib.loads((ROOT / "clients" / "python" / "pyproject.toml").read_text())["project"]
     needs = {dependency.split("=")[0].split(">")[0] for dependency in project["dependencies"]}
-    assert needs == {"arramon-proto", "cryptography", "grpcio", "numpy", "rich", "simplejpeg", "zstandard"}
+    assert needs == {"cryptography", "grpcio", "numpy", "protobuf", "rich", "simplejpeg", "zstandard"}
 
 
 def test_required_repository_files_exist() -> None:

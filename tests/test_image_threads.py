@@ -7,7 +7,7 @@ from functools import partial
 
 import pytest
 
-from server.image_threads import ImageThreads
+from arramon_server.image_threads import ImageThreads
 
 
 def test_work_is_done_beside_the_caller() -> None:

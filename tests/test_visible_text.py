@@ -2,7 +2,7 @@
 
 import pytest
 
-from server.visible_text import invisible_part, is_visible, shown
+from arramon_server.visible_text import invisible_part, is_visible, shown
 
 
 @pytest.mark.parametrize(

@@ -2,13 +2,13 @@
 
 from pathlib import Path
 
-from server.episodes.episode import Episode, Instructions, Turn
-from server.episodes.splits import Split, write_split
-from server.sim.catalogue import ObjectType
-from server.sim.geometry import Point, Pose
-from server.sim.room import Placement, Square
-from server.sim.rules import Action, Collectible, PlacedObject
-from server.sim.section import Building, Section
+from arramon_server.episodes.episode import Episode, Instructions, Turn
+from arramon_server.episodes.splits import Split, write_split
+from arramon_server.sim.catalogue import ObjectType
+from arramon_server.sim.geometry import Point, Pose
+from arramon_server.sim.room import Placement, Square
+from arramon_server.sim.rules import Action, Collectible, PlacedObject
+from arramon_server.sim.section import Building, Section
 
 F, L, R, P = Action.FORWARD, Action.LEFT, Action.RIGHT, Action.INTERACT
 

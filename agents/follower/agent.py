@@ -3,13 +3,13 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-import lang
-from agents.follower.navigation import Navigator
-from agents.follower.navigation_body import Body
-from agents.follower.room import RoomFollower, find_by_rules
+import arramon_lang as lang
+from arramon_agents.follower.navigation import Navigator
+from arramon_agents.follower.navigation_body import Body
+from arramon_agents.follower.room import RoomFollower, find_by_rules
 from arramon_client.agent import Action, Episode, Observation
-from lang.meaning import Assembly, Navigation, Thing
-from lang.room import Cell, Room
+from arramon_lang.meaning import Assembly, Navigation, Thing
+from arramon_lang.room import Cell, Room
 
 Walk = Callable[[int], Action]
 """Returns the next action of a navigation phase, given the steps left; called after the body has perceived."""

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from agents.follower.perceive import Scan
+from arramon_agents.follower.perceive import Scan
 
 CELL = 0.25
 SIDE = 640

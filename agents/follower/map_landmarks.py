@@ -4,10 +4,10 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from agents.follower.perceive import COLLECTIBLES, Sighting
+from arramon_agents.follower.perceive import COLLECTIBLES, Sighting
 from arramon_client.agent import Label
-from lang.meaning import Thing
-from lang.street import OFF_AXIS, is_of_colour
+from arramon_lang.meaning import Thing
+from arramon_lang.street import OFF_AXIS, is_of_colour
 
 APART, BUILDINGS_APART = 1.2, 3.0
 """Distance in units below which two sightings of one label are the same landmark, of small things and LARGE ones."""

@@ -3,16 +3,16 @@
 import math
 from dataclasses import replace
 
-from agents.follower.map_landmarks import Landmark, landmarks_ahead
-from agents.follower.navigation_body import Body, rotated
-from agents.follower.navigation_motion import HEADINGS, TURN, turns
-from agents.follower.navigation_places import Openings, find_opening
-from agents.follower.navigation_reference import ORDINALS, Marks, Referents
-from agents.follower.navigation_target import REACH_TO, find_target, is_in_place, is_reached, knows_place
-from agents.follower.navigation_walk import Walker
+from arramon_agents.follower.map_landmarks import Landmark, landmarks_ahead
+from arramon_agents.follower.navigation_body import Body, rotated
+from arramon_agents.follower.navigation_motion import HEADINGS, TURN, turns
+from arramon_agents.follower.navigation_places import Openings, find_opening
+from arramon_agents.follower.navigation_reference import ORDINALS, Marks, Referents
+from arramon_agents.follower.navigation_target import REACH_TO, find_target, is_in_place, is_reached, knows_place
+from arramon_agents.follower.navigation_walk import Walker
 from arramon_client.agent import Action
-from lang.meaning import PLACES, Face, Navigation, Rotate, Step, Thing, Walk
-from lang.street import ACROSS, ALONG, BESIDE, DEGREES, NEAR, PAST
+from arramon_lang.meaning import PLACES, Face, Navigation, Rotate, Step, Thing, Walk
+from arramon_lang.street import ACROSS, ALONG, BESIDE, DEGREES, NEAR, PAST
 
 PASSED_DISTANCE = 0.5
 """Distance in units to the line beside a place at which the place counts as passed."""

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from agents.follower.map import Map
-from agents.follower.map_landmarks import Landmarks
-from agents.follower.navigation_motion import HEADINGS, STEPS, TURN, step_key
-from agents.follower.perceive import Eye
+from arramon_agents.follower.map import Map
+from arramon_agents.follower.map_landmarks import Landmarks
+from arramon_agents.follower.navigation_motion import HEADINGS, STEPS, TURN, step_key
+from arramon_agents.follower.perceive import Eye
 from arramon_client.agent import Action, Label, Observation
 
 

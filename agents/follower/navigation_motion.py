@@ -5,8 +5,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 
-from agents.follower.map import CELL, SIDE, Map
-from agents.search import a_star
+from arramon_agents.follower.map import CELL, SIDE, Map
+from arramon_agents.search import a_star
 from arramon_client.agent import Action
 
 HEADINGS = 12

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from agents.follower.map import Map
-from lang.street import DEEP, DEEPER, IN, SAME_OPENING
+from arramon_agents.follower.map import Map
+from arramon_lang.street import DEEP, DEEPER, IN, SAME_OPENING
 
 OFFSETS = np.arange(-3.0, 14.0, 0.5)
 """Places along the walk that are examined, in units from the agent."""

@@ -3,9 +3,9 @@
 import math
 from collections.abc import Sequence
 
-from agents.follower.map_landmarks import Landmark, Landmarks, landmarks_ahead
-from lang.meaning import Thing
-from lang.street import COUNTED_ASIDE, GROUP
+from arramon_agents.follower.map_landmarks import Landmark, Landmarks, landmarks_ahead
+from arramon_lang.meaning import Thing
+from arramon_lang.street import COUNTED_ASIDE, GROUP
 
 ORDINALS = {"first": 0, "second": 1, "third": 2, "last": -1}
 

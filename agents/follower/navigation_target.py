@@ -2,10 +2,10 @@
 
 import math
 
-from agents.follower.map_landmarks import Landmark
-from agents.follower.navigation_body import Body, rotated
-from agents.follower.navigation_motion import TURN
-from lang.meaning import Thing
+from arramon_agents.follower.map_landmarks import Landmark
+from arramon_agents.follower.navigation_body import Body, rotated
+from arramon_agents.follower.navigation_motion import TURN
+from arramon_lang.meaning import Thing
 
 REACH_SIDE, REACH_FROM, REACH_TO = 0.42, 0.8, 1.9
 """Range of the target for the pick-up, in units to the side and ahead; the rules' box is 0.5 and 3."""

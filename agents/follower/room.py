@@ -3,11 +3,11 @@
 from collections import deque
 from collections.abc import Callable, Sequence
 
-from agents.follower.room_sight import RoomSight
-from agents.shortest_path.room import RoomPose, plan, quarter_of
+from arramon_agents.follower.room_sight import RoomSight
+from arramon_agents.shortest_path.room import RoomPose, plan, quarter_of
 from arramon_client.agent import Action, Label, Observation
-from lang.meaning import Assembly
-from lang.room import START, Cell, Room, find_cell, is_all_there, quarter_after
+from arramon_lang.meaning import Assembly
+from arramon_lang.room import START, Cell, Room, find_cell, is_all_there, quarter_after
 
 TURN = 30
 """Degrees of one turn."""
@@ -26,7 +26,7 @@ Find = Callable[[Assembly, Room], Cell]
 
 
 def find_by_rules(meaning: Assembly, room: Room) -> Cell:
-    """Return the cell that fits an instruction best by the rules of `lang.room`."""
+    """Return the cell that fits an instruction best by the rules of `arramon_lang.room`."""
     return find_cell(meaning, room)[0]
 
 
@@ -36,7 +36,7 @@ class RoomFollower:
     Args:
         meaning: meaning of the phase's instruction; parts that match nothing in the room are ignored.
         labels: `Episode.labels`.
-        find: returns the cell for the object in a room; None for the rules of `lang.room`.
+        find: returns the cell for the object in a room; None for the rules of `arramon_lang.room`.
 
     Raises:
         ValueError: if there are no labels.

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from agents.follower.perceive import EYE_HEIGHT, FIELD_OF_VIEW
+from arramon_agents.follower.perceive import EYE_HEIGHT, FIELD_OF_VIEW
 from arramon_client.agent import Label
-from lang.room import COLUMNS, ROWS, Cell, Room, Standing
+from arramon_lang.room import COLUMNS, ROWS, Cell, Room, Standing
 
 CELL = 1.5
 """Side of a cell, in units."""

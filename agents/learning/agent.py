@@ -9,9 +9,9 @@ import numpy.typing as npt
 import torch
 from torch import Tensor
 
-from agents.learning.checkpoint import Policy, as_input
-from agents.learning.paper import ACTIONS, START, State, Text
-from agents.learning.vision.encoder import GRID, FrameMemory
+from arramon_agents.learning.checkpoint import Policy, as_input
+from arramon_agents.learning.paper import ACTIONS, START, State, Text
+from arramon_agents.learning.vision.encoder import GRID, FrameMemory
 from arramon_client.agent import Episode, Observation
 
 

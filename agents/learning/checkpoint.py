@@ -13,10 +13,10 @@ import torch
 from safetensors.torch import save_file
 from torch import Tensor
 
-from agents.learning.paper import Config, Model
-from agents.learning.text.tokenizers import Tokenizer, restore_tokenizer
-from agents.learning.vision.encoder import VisualEncoder, open_encoder
 from arramon.strict_json import NotJsonError, read_json
+from arramon_agents.learning.paper import Config, Model
+from arramon_agents.learning.text.tokenizers import Tokenizer, restore_tokenizer
+from arramon_agents.learning.vision.encoder import VisualEncoder, open_encoder
 
 WEIGHTS = Path(__file__).parent / "weights"
 """Folder of the shipped weights."""

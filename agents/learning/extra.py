@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from arramon_client.errors import AgentLoadError
 
 if TYPE_CHECKING:
-    from agents.learning.agent import LearnedAgent
+    from arramon_agents.learning.agent import LearnedAgent
 
 PLAYING = ("torch", "safetensors")
 """Modules that every trained agent imports at play."""
@@ -55,9 +55,9 @@ def open_agent(
         AgentLoadError: if the extra is not installed, or the weights cannot be read.
     """
     require(needs, f"agents.{name}")
-    from agents.learning.agent import LearnedAgent
-    from agents.learning.checkpoint import find_weights, load_policy
-    from agents.learning.process import prepare_process
+    from arramon_agents.learning.agent import LearnedAgent
+    from arramon_agents.learning.checkpoint import find_weights, load_policy
+    from arramon_agents.learning.process import prepare_process
 
     prepare_process()
     try:

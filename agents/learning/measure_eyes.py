@@ -1,4 +1,6 @@
-"""Measure how well the visual encoder sees: `python -m agents.learning.measure_eyes`; prints a table in Markdown.
+"""Measure how well the visual encoder sees: `python -m arramon_agents.learning.measure_eyes`.
+
+It prints a table in Markdown.
 
 Frames are of section 6, whose streets are in no training split, and of sections 1 to 5 from other viewpoints than those
 of training.
@@ -12,9 +14,9 @@ from pathlib import Path
 import numpy as np
 import torch
 
-from agents.learning.eyes.scores import GridScores, NameScores
-from agents.learning.simulated.frames import FrameSource, label_names
-from agents.learning.vision.eyes import Eyes, load
+from arramon_agents.learning.eyes.scores import GridScores, NameScores
+from arramon_agents.learning.simulated.frames import FrameSource, label_names
+from arramon_agents.learning.vision.eyes import Eyes, load
 
 SEED = 1_000_003
 """Seed of the frames, different from those of training."""

@@ -16,8 +16,8 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from agents.learning.text.readers import make_reader
-from agents.learning.vision.encoder import GRID
+from arramon_agents.learning.text.readers import make_reader
+from arramon_agents.learning.vision.encoder import GRID
 
 PHASES = ("navigation", "assembly")
 ACTIONS = 4
@@ -35,7 +35,7 @@ class Config:
         sees: whether the image is used.
         reads: whether the instruction is used.
         positions: whether each cell's row and column are features too, as an encoder of single cells needs.
-        reader: of the words, a name in `agents.learning.text.readers`.
+        reader: of the words, a name in `arramon_agents.learning.text.readers`.
         word_size: numbers that stand for a word.
         action_size: numbers that stand for an action.
         hidden: size H of everything else.

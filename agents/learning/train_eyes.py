@@ -1,4 +1,4 @@
-"""Train the visual encoder on frames that the simulator draws and labels: `python -m agents.learning.train_eyes`.
+"""Train the visual encoder on frames with labels: `python -m arramon_agents.learning.train_eyes`.
 
 It trains two networks, "blocks" and "naming", one after the other or the one that is asked for. For each, the folder
 gets `NAME.state.safetensors`, from which it goes on when it is started again, and `NAME.log.jsonl`; at the end
@@ -12,14 +12,14 @@ from pathlib import Path
 
 import torch
 
-from agents.learning.eyes.naming import NamingNetwork
-from agents.learning.eyes.network import EyesNetwork, Sizes
-from agents.learning.eyes.targets import LabelTable
-from agents.learning.eyes.tasks import BlocksTask, NamingTask
-from agents.learning.eyes.weights import write_weights
-from agents.learning.simulated.frames import FrameSource, label_names
-from agents.learning.training.run import train
-from agents.learning.training.trainer import Plan, Task, Trainer
+from arramon_agents.learning.eyes.naming import NamingNetwork
+from arramon_agents.learning.eyes.network import EyesNetwork, Sizes
+from arramon_agents.learning.eyes.targets import LabelTable
+from arramon_agents.learning.eyes.tasks import BlocksTask, NamingTask
+from arramon_agents.learning.eyes.weights import write_weights
+from arramon_agents.learning.simulated.frames import FrameSource, label_names
+from arramon_agents.learning.training.run import train
+from arramon_agents.learning.training.trainer import Plan, Task, Trainer
 
 SECTIONS = ("1", "2", "3", "4", "5")
 """Sections of the training splits."""

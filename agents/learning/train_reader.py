@@ -1,4 +1,4 @@
-"""Train the reader on instructions of every language: `python -m agents.learning.train_reader --data DATA`.
+"""Train the reader on instructions of every language: `python -m arramon_agents.learning.train_reader --data DATA`.
 
 It reads the plans of a split's instructions, writes new texts from them with other things, and learns to read those.
 The folder gets `reader.state.safetensors`, from which it goes on when it is started again, `reader.log.jsonl`,
@@ -15,15 +15,15 @@ from pathlib import Path
 
 import torch
 
-import lang
-from agents.learning.reader.network import ReaderNetwork, Sizes
-from agents.learning.reader.slots import rows_of
-from agents.learning.reader.task import Examples, ReadingTask, score
-from agents.learning.reader.weights import write_reader
-from agents.learning.reader.words import Vocabulary
-from agents.learning.simulated.meanings import Sample, draw_samples, read_samples, write_plans
-from agents.learning.training.run import train
-from agents.learning.training.trainer import Plan, Trainer
+import arramon_lang as lang
+from arramon_agents.learning.reader.network import ReaderNetwork, Sizes
+from arramon_agents.learning.reader.slots import rows_of
+from arramon_agents.learning.reader.task import Examples, ReadingTask, score
+from arramon_agents.learning.reader.weights import write_reader
+from arramon_agents.learning.reader.words import Vocabulary
+from arramon_agents.learning.simulated.meanings import Sample, draw_samples, read_samples, write_plans
+from arramon_agents.learning.training.run import train
+from arramon_agents.learning.training.trainer import Plan, Trainer
 
 LOG = logging.getLogger("train_reader")
 

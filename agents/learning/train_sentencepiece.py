@@ -1,4 +1,4 @@
-"""Train the shipped SentencePiece model: `python -m agents.learning.train_sentencepiece --data DATA`.
+"""Train the shipped SentencePiece model: `python -m arramon_agents.learning.train_sentencepiece --data DATA`.
 
 One unigram model for all languages, on a split's instructions. It takes seconds.
 """
@@ -6,8 +6,8 @@ One unigram model for all languages, on a split's instructions. It takes seconds
 import argparse
 from pathlib import Path
 
-from agents.learning.simulated.meanings import read_samples
-from agents.learning.text.tokenizers import PIECES, SHIPPED, SentencePieces
+from arramon_agents.learning.simulated.meanings import read_samples
+from arramon_agents.learning.text.tokenizers import PIECES, SHIPPED, SentencePieces
 
 
 def main() -> None:

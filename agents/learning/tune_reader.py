@@ -1,4 +1,4 @@
-"""Fine-tune the reader on people's texts: `python -m agents.learning.tune_reader --data DATA --out FOLDER`.
+"""Fine-tune the reader on people's texts: `python -m arramon_agents.learning.tune_reader --data DATA --out FOLDER`.
 
 The texts are those of half of an imported split's episodes; what they say is taken from the languages' grammars, as
 far as these can read them. As many texts written anew from the same plans are learned besides, so that the reader does
@@ -13,16 +13,16 @@ from pathlib import Path
 
 import torch
 
-import lang
-from agents.learning.reader.network import ReaderNetwork, Sizes
-from agents.learning.reader.reader import WEIGHTS
-from agents.learning.reader.task import ReadingTask
-from agents.learning.reader.weights import read_reader, write_reader
-from agents.learning.reader.words import UNKNOWN, Vocabulary
-from agents.learning.simulated.meanings import Sample, draw_samples
-from agents.learning.simulated.people import read_half
-from agents.learning.train_reader import examples_of
-from agents.learning.training.trainer import Plan, Trainer
+import arramon_lang as lang
+from arramon_agents.learning.reader.network import ReaderNetwork, Sizes
+from arramon_agents.learning.reader.reader import WEIGHTS
+from arramon_agents.learning.reader.task import ReadingTask
+from arramon_agents.learning.reader.weights import read_reader, write_reader
+from arramon_agents.learning.reader.words import UNKNOWN, Vocabulary
+from arramon_agents.learning.simulated.meanings import Sample, draw_samples
+from arramon_agents.learning.simulated.people import read_half
+from arramon_agents.learning.train_reader import examples_of
+from arramon_agents.learning.training.trainer import Plan, Trainer
 
 LOG = logging.getLogger("tune_reader")
 

@@ -1,5 +1,5 @@
 """The follower with a visual encoder and the learned reader: it plays from RGB and depth alone."""
 
-from agents.seeing_follower.agent import Agent
+from arramon_agents.seeing_follower.agent import Agent
 
 __all__ = ["Agent"]

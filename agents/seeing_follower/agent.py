@@ -8,20 +8,20 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from agents.follower.agent import Agent as Follower
-from agents.follower.navigation_body import Body
-from agents.follower.room import Find, RoomFollower
-from agents.learning.frames import SeenFrames
-from agents.learning.memory.landmarks import SeenLandmarks
-from agents.learning.memory.room import SeenRoom
-from agents.learning.memory.sight import LABELS, Sight, see
-from agents.learning.reader.reader import LearnedReader
-from agents.learning.reader.reader import load as load_reader
-from agents.learning.vision.encoder import resize
-from agents.learning.vision.eyes import Eyes
-from agents.learning.vision.eyes import load as load_eyes
+from arramon_agents.follower.agent import Agent as Follower
+from arramon_agents.follower.navigation_body import Body
+from arramon_agents.follower.room import Find, RoomFollower
+from arramon_agents.learning.frames import SeenFrames
+from arramon_agents.learning.memory.landmarks import SeenLandmarks
+from arramon_agents.learning.memory.room import SeenRoom
+from arramon_agents.learning.memory.sight import LABELS, Sight, see
+from arramon_agents.learning.reader.reader import LearnedReader
+from arramon_agents.learning.reader.reader import load as load_reader
+from arramon_agents.learning.vision.encoder import resize
+from arramon_agents.learning.vision.eyes import Eyes
+from arramon_agents.learning.vision.eyes import load as load_eyes
 from arramon_client.agent import Action, Episode, Observation
-from lang.meaning import Assembly, Navigation
+from arramon_lang.meaning import Assembly, Navigation
 
 REMEMBERED = 512
 """Frames, of all episodes, whose sights are kept, 0.1 MB each: a third of all frames were seen before."""

@@ -1,5 +1,5 @@
 """Agent that takes shortest paths to the targets, using the ground truth: the paper's baseline S/P (table 2)."""
 
-from agents.shortest_path.agent import Agent
+from arramon_agents.shortest_path.agent import Agent
 
 __all__ = ["Agent"]

@@ -4,11 +4,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from agents.shortest_path import room
-from agents.shortest_path.ground import Ground
-from agents.shortest_path.motion import TURN, Walk, plan
-from agents.shortest_path.route import Router
 from arramon.v1.evaluation_pb2 import Oracle, Target
+from arramon_agents.shortest_path import room
+from arramon_agents.shortest_path.ground import Ground
+from arramon_agents.shortest_path.motion import TURN, Walk, plan
+from arramon_agents.shortest_path.route import Router
 from arramon_client.agent import Action, Episode, Observation
 
 TOLERANCE = 0.01

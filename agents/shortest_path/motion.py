@@ -5,9 +5,9 @@ from collections.abc import Callable, Iterator
 from itertools import pairwise
 from typing import NamedTuple
 
-from agents.search import a_star
-from agents.shortest_path.ground import Ground, Place
-from agents.shortest_path.route import Route, Router
+from arramon_agents.search import a_star
+from arramon_agents.shortest_path.ground import Ground, Place
+from arramon_agents.shortest_path.route import Route, Router
 from arramon_client.agent import Action
 
 HEADINGS = 12

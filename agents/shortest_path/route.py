@@ -10,7 +10,7 @@ import numpy.typing as npt
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
-from agents.shortest_path.ground import CELL, Ground, Place, distance_to_segment
+from arramon_agents.shortest_path.ground import CELL, Ground, Place, distance_to_segment
 
 STRIDE = 2
 """Raster cells between two nodes."""

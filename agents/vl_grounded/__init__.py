@@ -1,6 +1,6 @@
 """Agent that reads along as it walks and grounds each word in what it sees. It needs the extra `agents`."""
 
-from agents.learning.extra import PLAYING, require
+from arramon_agents.learning.extra import PLAYING, require
 from arramon_client.agent import Agent
 from arramon_client.errors import AgentLoadError
 
@@ -13,7 +13,7 @@ def make_agent(weights: str | None = None, sensor: str = SENSORS[0]) -> Agent:
     """Return the agent with the shipped weights, or with others.
 
     Args:
-        weights: a file written by `python -m agents.train --agent vl_grounded`.
+        weights: a file written by `arramon-train --agent vl_grounded`.
         sensor: "rgb" to see by RGB and depth alone, "segmentation" to see without errors.
 
     Raises:
@@ -22,12 +22,12 @@ def make_agent(weights: str | None = None, sensor: str = SENSORS[0]) -> Agent:
     if sensor not in SENSORS:
         raise AgentLoadError(f"agents.vl_grounded has no sensor {sensor!r}; expected one of {', '.join(SENSORS)}")
     require(PLAYING, "agents.vl_grounded")
-    from agents.learning.checkpoint import find_weights
-    from agents.learning.process import prepare_process
-    from agents.learning.vision.eyes import load as load_eyes
-    from agents.vl_grounded.agent import GroundedAgent
-    from agents.vl_grounded.sight import EncodedSight, LabelledSight
-    from agents.vl_grounded.weights import read_weights
+    from arramon_agents.learning.checkpoint import find_weights
+    from arramon_agents.learning.process import prepare_process
+    from arramon_agents.learning.vision.eyes import load as load_eyes
+    from arramon_agents.vl_grounded.agent import GroundedAgent
+    from arramon_agents.vl_grounded.sight import EncodedSight, LabelledSight
+    from arramon_agents.vl_grounded.weights import read_weights
 
     prepare_process()
     eyes = load_eyes()

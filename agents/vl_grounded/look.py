@@ -7,13 +7,13 @@ import numpy as np
 import numpy.typing as npt
 import torch
 
-from agents.follower.room_sight import RoomSight
-from agents.learning.eyes.vocabulary import COLLECTIBLES, COLOURS
-from agents.shortest_path.room import COLUMNS
-from agents.vl_grounded.naming import KINDS, LOOKS, Named
-from agents.vl_grounded.room import CELLS, LEVELS
+from arramon_agents.follower.room_sight import RoomSight
+from arramon_agents.learning.eyes.vocabulary import COLLECTIBLES, COLOURS
+from arramon_agents.shortest_path.room import COLUMNS
+from arramon_agents.vl_grounded.naming import KINDS, LOOKS, Named
+from arramon_agents.vl_grounded.room import CELLS, LEVELS
 from arramon_client.agent import Action
-from lang.room import Standing
+from arramon_lang.room import Standing
 
 WAY = (*[Action.LEFT] * 3, *[Action.RIGHT] * 6)
 """Turns that show everything that is not behind the start tile, where there is only a wall."""

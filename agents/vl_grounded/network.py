@@ -2,9 +2,9 @@
 
 from torch import nn
 
-from agents.vl_grounded.reading import Reading
-from agents.vl_grounded.room import RoomReader
-from agents.vl_grounded.street import Street
+from arramon_agents.vl_grounded.reading import Reading
+from arramon_agents.vl_grounded.room import RoomReader
+from arramon_agents.vl_grounded.street import Street
 
 
 class Grounded(nn.Module):

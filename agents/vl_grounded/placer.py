@@ -5,11 +5,11 @@ from collections import deque
 import torch
 from torch import Tensor
 
-from agents.shortest_path.room import COLUMNS, RoomPose, plan, quarter_of
-from agents.vl_grounded.look import Look, as_named
-from agents.vl_grounded.network import Grounded
+from arramon_agents.shortest_path.room import COLUMNS, RoomPose, plan, quarter_of
+from arramon_agents.vl_grounded.look import Look, as_named
+from arramon_agents.vl_grounded.network import Grounded
 from arramon_client.agent import Action
-from lang.room import START
+from arramon_lang.room import START
 
 RESERVE = 26
 """Largest number of steps to any cell and to place there; with no more left, the look around stops."""

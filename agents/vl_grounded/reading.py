@@ -8,8 +8,8 @@ from typing import NamedTuple
 import torch
 from torch import Tensor, nn
 
-from agents.learning.eyes.vocabulary import COLOURS
-from agents.vl_grounded.naming import KINDS, LOOKS, Named
+from arramon_agents.learning.eyes.vocabulary import COLOURS
+from arramon_agents.vl_grounded.naming import KINDS, LOOKS, Named
 
 EMBEDDING, HALF = 64, 96
 """Size of a word's embedding, and of its context in each direction, as in the learned reader."""

@@ -9,9 +9,9 @@ In the comments B is the batch, T words, H = 192 numbers of a word, N = 20 cells
 import torch
 from torch import Tensor, nn
 
-from agents.shortest_path.room import COLUMNS, ROWS
-from agents.vl_grounded.naming import Named
-from agents.vl_grounded.reading import DROPOUT, WORD, Attention, Reading, match
+from arramon_agents.shortest_path.room import COLUMNS, ROWS
+from arramon_agents.vl_grounded.naming import Named
+from arramon_agents.vl_grounded.reading import DROPOUT, WORD, Attention, Reading, match
 
 CELLS, LEVELS, STEPS, STATE = COLUMNS * ROWS, 2, 5, 128
 """N; levels of stacked things in a cell; steps in which an instruction is read; size of the state."""

@@ -6,17 +6,17 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from agents.follower.room_sight import RoomSight
-from agents.learning.eyes.grid import CHANNEL_NAMES
-from agents.learning.eyes.scores import LEAST_PIXELS, cells_showing, channels_of
-from agents.learning.eyes.vocabulary import COLLECTIBLES
-from agents.learning.memory.room import SeenRoom
-from agents.learning.memory.sight import LABELS
-from agents.learning.vision.encoder import GRID, FrameMemory, quantise, resize
-from agents.learning.vision.eyes import Eyes
-from agents.vl_grounded.look import Look
+from arramon_agents.follower.room_sight import RoomSight
+from arramon_agents.learning.eyes.grid import CHANNEL_NAMES
+from arramon_agents.learning.eyes.scores import LEAST_PIXELS, cells_showing, channels_of
+from arramon_agents.learning.eyes.vocabulary import COLLECTIBLES
+from arramon_agents.learning.memory.room import SeenRoom
+from arramon_agents.learning.memory.sight import LABELS
+from arramon_agents.learning.vision.encoder import GRID, FrameMemory, quantise, resize
+from arramon_agents.learning.vision.eyes import Eyes
+from arramon_agents.vl_grounded.look import Look
 from arramon_client.agent import Episode, Label, Observation
-from lang.room import START
+from arramon_lang.room import START
 
 Features = npt.NDArray[np.uint8]
 

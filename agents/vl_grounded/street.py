@@ -9,12 +9,12 @@ from typing import NamedTuple
 import torch
 from torch import Tensor, nn
 
-from agents.learning.eyes.grid import CHANNEL_NAMES
-from agents.learning.paper import ACTIONS
-from agents.learning.vision.encoder import GRID
-from agents.vl_grounded.naming import Named, named
-from agents.vl_grounded.odometry import NUMBERS
-from agents.vl_grounded.reading import DROPOUT, WORD, Attention, Reading, match
+from arramon_agents.learning.eyes.grid import CHANNEL_NAMES
+from arramon_agents.learning.paper import ACTIONS
+from arramon_agents.learning.vision.encoder import GRID
+from arramon_agents.vl_grounded.naming import Named, named
+from arramon_agents.vl_grounded.odometry import NUMBERS
+from arramon_agents.vl_grounded.reading import DROPOUT, WORD, Attention, Reading, match
 
 CELLS, CELL, BRIEF, SCENE, ACT, STATE, READS = GRID * GRID, 64, 8, 96, 16, 192, 3
 """N; sizes of a cell, of a cell within the scene, of the scene, of an action, of the state; R."""

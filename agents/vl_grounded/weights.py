@@ -7,9 +7,9 @@ from typing import Any
 
 import torch
 
-from agents.learning.checkpoint import BadWeights, read_tensors, write_tensors
-from agents.learning.text.tokenizers import Tokenizer, restore_tokenizer
-from agents.vl_grounded.network import Grounded
+from arramon_agents.learning.checkpoint import BadWeights, read_tensors, write_tensors
+from arramon_agents.learning.text.tokenizers import Tokenizer, restore_tokenizer
+from arramon_agents.vl_grounded.network import Grounded
 
 FORMAT = "vl_grounded 1"
 

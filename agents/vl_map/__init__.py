@@ -1,7 +1,7 @@
 """Agent that remembers landmarks and free ground, and chooses waypoints on what it remembers by a learned policy: all
 that it sees and reads is learned as well. It needs the extra `agents`."""
 
-from agents.learning.extra import PLAYING, require
+from arramon_agents.learning.extra import PLAYING, require
 from arramon_client.agent import Agent
 from arramon_client.errors import AgentLoadError
 
@@ -21,9 +21,9 @@ def make_agent(
     """Return the agent with the shipped weights, or with others.
 
     Args:
-        weights: a file written by `python -m agents.train --agent vl_map`.
+        weights: a file written by `arramon-train --agent vl_map`.
         sensor: "rgb" to see by RGB and depth alone, "segmentation" to see without errors.
-        reader: a file written by `agents.learning.train_reader` or `tune_reader`; None for the shipped reader.
+        reader: a file written by `arramon_agents.learning.train_reader` or `tune_reader`; None for the shipped reader.
         mirror: whether the policy is asked about the mirror image too.
         looks: whether it turns around at first, and looks to either side before a decision.
         sums: whether what each view says of a thing is summed; if not, the largest view names it. With RGB alone.
@@ -36,13 +36,13 @@ def make_agent(
     require(PLAYING, "agents.vl_map")
     from pathlib import Path
 
-    from agents.learning.checkpoint import find_weights
-    from agents.learning.process import prepare_process
-    from agents.learning.reader.reader import load as load_reader
-    from agents.vl_map.agent import SeeingAgent, SegmentationAgent
-    from agents.vl_map.policy import Policy
-    from agents.vl_map.room import Placement
-    from agents.vl_map.weights import read_policy
+    from arramon_agents.learning.checkpoint import find_weights
+    from arramon_agents.learning.process import prepare_process
+    from arramon_agents.learning.reader.reader import load as load_reader
+    from arramon_agents.vl_map.agent import SeeingAgent, SegmentationAgent
+    from arramon_agents.vl_map.policy import Policy
+    from arramon_agents.vl_map.room import Placement
+    from arramon_agents.vl_map.weights import read_policy
 
     prepare_process()
     try:

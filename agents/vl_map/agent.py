@@ -1,19 +1,19 @@
 """The agent `vl_map` in two versions: with the visual encoder, or with the sensor segmentation."""
 
-from agents.follower.agent import Agent as Follower
-from agents.follower.agent import Walk
-from agents.follower.navigation_body import Body
-from agents.learning.memory.landmarks import SeenLandmarks
-from agents.learning.memory.sight import LABELS
-from agents.learning.reader.reader import LearnedReader
-from agents.learning.reader.slots import rows_of
-from agents.learning.vision.eyes import Eyes
-from agents.seeing_follower.agent import Agent as SeeingFollower
-from agents.vl_map.navigator import MapNavigator
-from agents.vl_map.policy import Policy
-from agents.vl_map.room import Placement
-from lang.meaning import Assembly, Navigation
-from lang.room import Cell, Room
+from arramon_agents.follower.agent import Agent as Follower
+from arramon_agents.follower.agent import Walk
+from arramon_agents.follower.navigation_body import Body
+from arramon_agents.learning.memory.landmarks import SeenLandmarks
+from arramon_agents.learning.memory.sight import LABELS
+from arramon_agents.learning.reader.reader import LearnedReader
+from arramon_agents.learning.reader.slots import rows_of
+from arramon_agents.learning.vision.eyes import Eyes
+from arramon_agents.seeing_follower.agent import Agent as SeeingFollower
+from arramon_agents.vl_map.navigator import MapNavigator
+from arramon_agents.vl_map.policy import Policy
+from arramon_agents.vl_map.room import Placement
+from arramon_lang.meaning import Assembly, Navigation
+from arramon_lang.room import Cell, Room
 
 NAME = "vl_map"
 

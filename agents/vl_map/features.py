@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from agents.follower.map import CELL, SIDE, Map
-from agents.learning.eyes.vocabulary import (
+from arramon_agents.follower.map import CELL, SIDE, Map
+from arramon_agents.learning.eyes.vocabulary import (
     COLLECTIBLES,
     COLOURED,
     COLOURS,
@@ -19,9 +19,9 @@ from agents.learning.eyes.vocabulary import (
     LOOKS,
     look_slices,
 )
-from agents.learning.memory.landmarks import Belief
-from agents.learning.reader.slots import EMPTY, SLOTS, Row
-from lang.meaning import OTHER_SIDE
+from arramon_agents.learning.memory.landmarks import Belief
+from arramon_agents.learning.reader.slots import EMPTY, SLOTS, Row
+from arramon_lang.meaning import OTHER_SIDE
 
 ROWS, THINGS, TRACE = 16, 24, 12
 """Largest numbers of instruction rows, landmarks and past positions in the input."""

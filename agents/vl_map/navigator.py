@@ -7,14 +7,14 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from agents.follower.map_landmarks import Landmark
-from agents.follower.navigation_body import Body
-from agents.follower.navigation_motion import HEADINGS, can_step, find_path
-from agents.follower.navigation_target import REACH_TO, is_reached
-from agents.learning.memory.landmarks import Belief, SeenLandmarks, certain_beliefs
-from agents.learning.reader.slots import Row
-from agents.vl_map.features import DIRECTIONS, Moment, Sample, sample_of
-from agents.vl_map.options import DISTANCES, WAYPOINTS
+from arramon_agents.follower.map_landmarks import Landmark
+from arramon_agents.follower.navigation_body import Body
+from arramon_agents.follower.navigation_motion import HEADINGS, can_step, find_path
+from arramon_agents.follower.navigation_target import REACH_TO, is_reached
+from arramon_agents.learning.memory.landmarks import Belief, SeenLandmarks, certain_beliefs
+from arramon_agents.learning.reader.slots import Row
+from arramon_agents.vl_map.features import DIRECTIONS, Moment, Sample, sample_of
+from arramon_agents.vl_map.options import DISTANCES, WAYPOINTS
 from arramon_client.agent import Action
 
 MOVES = 3

@@ -9,8 +9,8 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from agents.learning.reader.slots import SLOTS
-from agents.vl_map.features import (
+from arramon_agents.learning.reader.slots import SLOTS
+from arramon_agents.vl_map.features import (
     DIRECTIONS,
     GROUND_CHANNELS,
     RADII,
@@ -21,7 +21,7 @@ from agents.vl_map.features import (
     TRACE,
     Sample,
 )
-from agents.vl_map.options import DISTANCES
+from arramon_agents.vl_map.options import DISTANCES
 
 NEARNESS = (0.0, 1.0, 2.0, 3.2, 5.0, 7.5, 11.0, 16.0, 24.0)
 """Centres of the soft bins for distances, in units."""

@@ -1,6 +1,6 @@
 """Options of the policy: waypoints by direction and distance, and landmarks to pick up."""
 
-from agents.vl_map.features import DIRECTIONS, THINGS
+from arramon_agents.vl_map.features import DIRECTIONS, THINGS
 
 DISTANCES = (1.0, 2.2, 4.0, 6.5, 10.0)
 """Distances of waypoints, in units."""

@@ -6,10 +6,10 @@ import numpy as np
 import numpy.typing as npt
 import torch
 
-from agents.learning.memory.landmarks import Belief
-from agents.vl_map.features import DIRECTIONS, Sample, mirror
-from agents.vl_map.network import PolicyNetwork, batch_of
-from agents.vl_map.options import WAYPOINTS
+from arramon_agents.learning.memory.landmarks import Belief
+from arramon_agents.vl_map.features import DIRECTIONS, Sample, mirror
+from arramon_agents.vl_map.network import PolicyNetwork, batch_of
+from arramon_agents.vl_map.options import WAYPOINTS
 
 _MIRRORED = -np.arange(DIRECTIONS) % DIRECTIONS
 

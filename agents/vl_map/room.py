@@ -13,9 +13,9 @@ import numpy.typing as npt
 import torch
 from torch import Tensor, nn
 
-from agents.learning.reader.slots import ROTATE, SLOTS, TYPES, WHERE, Row, rows_of
-from lang.meaning import TURNS, Assembly
-from lang.room import COLUMNS, ROWS, START, Cell, Room
+from arramon_agents.learning.reader.slots import ROTATE, SLOTS, TYPES, WHERE, Row, rows_of
+from arramon_lang.meaning import TURNS, Assembly
+from arramon_lang.room import COLUMNS, ROWS, START, Cell, Room
 
 PLACES, MARKS, TURNED = 4, 24, 2
 """Largest numbers of relations, of things and of turns in the input."""

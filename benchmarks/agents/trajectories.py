@@ -26,20 +26,20 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
-from agents.learning.training.rollouts import PARALLEL, Plan, play
+from arramon_agents.learning.training.rollouts import PARALLEL, Plan, play
 from arramon_client import load_agent
 from arramon_client.agent import Action, Agent, Observation
 from arramon_client.agent import Episode as Begun
 from arramon_client.plugin.arguments import parse_arguments, parse_value
-from server.dataset.pictures.canvas import BLACK, GREEN, PINK, SWATCHES, WHITE, add_title, wrap_text
-from server.dataset.pictures.maps import ground_map
-from server.episodes.episode import Episode
-from server.episodes.splits import Split, folder_of, read_split
-from server.scoring.metrics import ndtw
-from server.sim.geometry import Pose
-from server.sim.own_furniture import furnished
-from server.sim.rules import reachable
-from server.sim.section import Section
+from arramon_dataset.pictures.canvas import BLACK, GREEN, PINK, SWATCHES, WHITE, add_title, wrap_text
+from arramon_dataset.pictures.maps import ground_map
+from arramon_server.episodes.episode import Episode
+from arramon_server.episodes.splits import Split, folder_of, read_split
+from arramon_server.scoring.metrics import ndtw
+from arramon_server.sim.geometry import Pose
+from arramon_server.sim.own_furniture import furnished
+from arramon_server.sim.rules import reachable
+from arramon_server.sim.section import Section
 
 SCALE, MARGIN = 14.0, 8.0
 """Pixels per unit, and units around the ways that are shown."""

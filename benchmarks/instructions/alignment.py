@@ -1,4 +1,4 @@
-"""Train and measure the statistical second check of instructions (`server/dataset/alignment`).
+"""Train and measure the statistical second check of instructions (`dataset/alignment`).
 
     python -m benchmarks.instructions.alignment [--train] [--show N] [--lang en hi]
 
@@ -13,12 +13,12 @@ import argparse
 from collections.abc import Mapping, Sequence
 from random import Random
 
-from server.dataset.alignment.model import DATA, MOST_BETTER, OTHERS, Alignment, contradicts, learn, load, save
-from server.dataset.alignment.routes import Tokens, mirrored, tokens_of
-from server.dataset.generation.site import Site
-from server.dataset.paraphrases.collection import HALVES, generated_episodes, paraphrased_section, paraphrases
-from server.dataset.paraphrases.route import route_facts
-from server.dataset.randomness import seeded
+from arramon_dataset.alignment.model import DATA, MOST_BETTER, OTHERS, Alignment, contradicts, learn, load, save
+from arramon_dataset.alignment.routes import Tokens, mirrored, tokens_of
+from arramon_dataset.generation.site import Site
+from arramon_dataset.paraphrases.collection import HALVES, generated_episodes, paraphrased_section, paraphrases
+from arramon_dataset.paraphrases.route import route_facts
+from arramon_dataset.randomness import seeded
 
 Key = tuple[str, int]
 

@@ -10,15 +10,15 @@ import json
 import sys
 from pathlib import Path
 
-import lang
-from server.dataset.generation import Site
-from server.dataset.generation.check import problems
-from server.dataset.generation.sizes import select_plans
-from server.dataset.instruction_writer import make_instruction_writer, passes, room_camera
-from server.dataset.plans import build_section, read_plan
-from server.dataset.trial import TrialWorld, play
-from server.scoring.aggregate import ROWS, aggregate
-from server.scoring.episode import EpisodeScores
+import arramon_lang as lang
+from arramon_dataset.generation import Site
+from arramon_dataset.generation.check import problems
+from arramon_dataset.generation.sizes import select_plans
+from arramon_dataset.instruction_writer import make_instruction_writer, passes, room_camera
+from arramon_dataset.plans import build_section, read_plan
+from arramon_dataset.trial import TrialWorld, play
+from arramon_server.scoring.aggregate import ROWS, aggregate
+from arramon_server.scoring.episode import EpisodeScores
 
 METRICS = ("nDTW", "CTC-0", "CTC-3", "CTC-5", "CTC-7", "rPOD", "PTC", "rPOD@CTC-3", "PTC@CTC-3")
 

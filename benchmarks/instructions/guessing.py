@@ -12,15 +12,15 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-import lang
-from lang.meaning import Navigation, Thing
-from server.dataset.generation import Site
-from server.dataset.instruction_writer import make_instruction_writer, room_camera
-from server.dataset.randomness import seeded
-from server.dataset.trial import TrialWorld, play
-from server.episodes.episode import Episode, Instructions
-from server.episodes.splits import read_splits
-from server.sim.own_furniture import furnished
+import arramon_lang as lang
+from arramon_dataset.generation import Site
+from arramon_dataset.instruction_writer import make_instruction_writer, room_camera
+from arramon_dataset.randomness import seeded
+from arramon_dataset.trial import TrialWorld, play
+from arramon_lang.meaning import Navigation, Thing
+from arramon_server.episodes.episode import Episode, Instructions
+from arramon_server.episodes.splits import read_splits
+from arramon_server.sim.own_furniture import furnished
 
 LANGUAGE = "en"
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from functools import cache
 from itertools import takewhile
 
-from lang import load
-from lang.grammar import INSIDE
+from arramon_lang import load
+from arramon_lang.grammar import INSIDE
 
 MARKERS = {
     "en": {

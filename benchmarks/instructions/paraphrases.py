@@ -4,7 +4,7 @@
                                                   [--batches]
 
 Whether the reader finds the target's name and the cell is known for all texts; whether it recovers the whole meaning is
-measured where a person has written it down (`server/dataset/paraphrases/agreement.py`). With --play the follower also
+measured where a person has written it down (`dataset/paraphrases/agreement.py`). With --play the follower also
 plays N episodes, with the paraphrases and with the texts that the grammar wrote for the same episodes. Look at texts of
 the development half only; the test half is for figures. With --batches the texts of the development half are read whose
 meanings were written down later, batch by batch.
@@ -15,15 +15,13 @@ from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-import lang
-from agents.follower import Agent as Follower
-from lang.meaning import Assembly, Meaning, Navigation
-from lang.room import find_cell
-from server.dataset.generation.site import Site
-from server.dataset.instruction_writer import room_camera
-from server.dataset.instructions.assembly.sight import whole_room
-from server.dataset.paraphrases.agreement import assembly_agrees, navigation_agrees
-from server.dataset.paraphrases.collection import (
+import arramon_lang as lang
+from arramon_agents.follower import Agent as Follower
+from arramon_dataset.generation.site import Site
+from arramon_dataset.instruction_writer import room_camera
+from arramon_dataset.instructions.assembly.sight import whole_room
+from arramon_dataset.paraphrases.agreement import assembly_agrees, navigation_agrees
+from arramon_dataset.paraphrases.collection import (
     HALVES,
     Paraphrase,
     development_meanings,
@@ -32,9 +30,11 @@ from server.dataset.paraphrases.collection import (
     paraphrased_section,
     paraphrases,
 )
-from server.dataset.paraphrases.room import room_before
-from server.dataset.trial import TrialWorld, play
-from server.episodes.episode import Episode
+from arramon_dataset.paraphrases.room import room_before
+from arramon_dataset.trial import TrialWorld, play
+from arramon_lang.meaning import Assembly, Meaning, Navigation
+from arramon_lang.room import find_cell
+from arramon_server.episodes.episode import Episode
 
 PHASES = ("navigation", "assembly")
 

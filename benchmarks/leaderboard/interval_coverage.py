@@ -23,8 +23,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import ndtr, ndtri
 
-from server.scoring.intervals import episode_moments, mean_bounds, section_bounds
-from server.scoring.paired import difference_bounds, holm, permutation_tests
+from arramon_server.scoring.intervals import episode_moments, mean_bounds, section_bounds
+from arramon_server.scoring.paired import difference_bounds, holm, permutation_tests
 
 Floats = npt.NDArray[np.float64]
 Draw = Callable[[np.random.Generator, Floats], Floats]

@@ -19,26 +19,26 @@ from pathlib import Path
 
 import numpy as np
 
+from arramon_server.board.board import Board
+from arramon_server.board.cost import Cost
+from arramon_server.board.entries import Entries, Scores
+from arramon_server.board.episode_table import EpisodeTable
+from arramon_server.board.epochs import EpochBoard
+from arramon_server.board.standings import BOTH
+from arramon_server.episodes.splits import Split, read_splits
+from arramon_server.runs.play.clocks import Clocks
+from arramon_server.runs.storage.database import Database
+from arramon_server.runs.storage.epochs import Epochs
+from arramon_server.runs.storage.journal import Journal
+from arramon_server.runs.storage.records import COMPLETE, Progress, Run
+from arramon_server.scoring.aggregate import table_rows, with_total
+from arramon_server.scoring.episode import METRICS
+from arramon_server.web.comparison_page import ComparisonPage
+from arramon_server.web.filters import Choice
+from arramon_server.web.rendering import Renderer
+from arramon_server.web.standings_page import StandingsPage
+from arramon_server.web.texts import all_texts
 from benchmarks.common import data_or_sample
-from server.board.board import Board
-from server.board.cost import Cost
-from server.board.entries import Entries, Scores
-from server.board.episode_table import EpisodeTable
-from server.board.epochs import EpochBoard
-from server.board.standings import BOTH
-from server.episodes.splits import Split, read_splits
-from server.runs.play.clocks import Clocks
-from server.runs.storage.database import Database
-from server.runs.storage.epochs import Epochs
-from server.runs.storage.journal import Journal
-from server.runs.storage.records import COMPLETE, Progress, Run
-from server.scoring.aggregate import table_rows, with_total
-from server.scoring.episode import METRICS
-from server.web.comparison_page import ComparisonPage
-from server.web.filters import Choice
-from server.web.rendering import Renderer
-from server.web.standings_page import StandingsPage
-from server.web.texts import all_texts
 
 CLOCKS, STEPS = Clocks(60.0, 86_400.0), 150
 

@@ -17,14 +17,14 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import cKDTree
 
-from server.dataset.release.importer import ground_of
-from server.dataset.release.landmarks.ground import Ground, Room
-from server.dataset.release.landmarks.mentions import DRAWN
-from server.dataset.release.landmarks.strays import AROUND
-from server.episodes.episode import Episode
-from server.episodes.provenance import TEXT
-from server.episodes.splits import Split, read_splits
-from server.sim.section import Prop
+from arramon_dataset.release.importer import ground_of
+from arramon_dataset.release.landmarks.ground import Ground, Room
+from arramon_dataset.release.landmarks.mentions import DRAWN
+from arramon_dataset.release.landmarks.strays import AROUND
+from arramon_server.episodes.episode import Episode
+from arramon_server.episodes.provenance import TEXT
+from arramon_server.episodes.splits import Split, read_splits
+from arramon_server.sim.section import Prop
 
 Numbers = npt.NDArray[np.float64]
 

@@ -20,24 +20,24 @@ from pathlib import Path
 
 import numpy as np
 
-from server.dataset.randomness import seeded
-from server.dataset.release.files import read_release
-from server.dataset.release.importer import add_objects, ground_of
-from server.dataset.release.landmarks.agreement import by_kind, mentions_of, standing_of
-from server.dataset.release.landmarks.alignment import align
-from server.dataset.release.landmarks.city import KNOWN, own_of
-from server.dataset.release.landmarks.ground import Ground, Room
-from server.dataset.release.landmarks.mentions import SCENERY
-from server.dataset.release.landmarks.recovery import Landmark, Map, Told, recover, told_of
-from server.dataset.release.landmarks.scenery import props_of
-from server.dataset.release.landmarks.walks import Numbers
-from server.dataset.release.reconstruction import reconstruct
-from server.episodes.episode import Episode
-from server.sim.cameras import Viewpoint
-from server.sim.city import city_scene, label_of_prop
-from server.sim.own_furniture import furnished
-from server.sim.raster.camera import RasterCamera
-from server.sim.section import Prop, Section
+from arramon_dataset.randomness import seeded
+from arramon_dataset.release.files import read_release
+from arramon_dataset.release.importer import add_objects, ground_of
+from arramon_dataset.release.landmarks.agreement import by_kind, mentions_of, standing_of
+from arramon_dataset.release.landmarks.alignment import align
+from arramon_dataset.release.landmarks.city import KNOWN, own_of
+from arramon_dataset.release.landmarks.ground import Ground, Room
+from arramon_dataset.release.landmarks.mentions import SCENERY
+from arramon_dataset.release.landmarks.recovery import Landmark, Map, Told, recover, told_of
+from arramon_dataset.release.landmarks.scenery import props_of
+from arramon_dataset.release.landmarks.walks import Numbers
+from arramon_dataset.release.reconstruction import reconstruct
+from arramon_server.episodes.episode import Episode
+from arramon_server.sim.cameras import Viewpoint
+from arramon_server.sim.city import city_scene, label_of_prop
+from arramon_server.sim.own_furniture import furnished
+from arramon_server.sim.raster.camera import RasterCamera
+from arramon_server.sim.section import Prop, Section
 
 BEFORE = 6
 """Number of steps before a mention's place from which its thing may be seen."""

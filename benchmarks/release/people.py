@@ -3,7 +3,7 @@
 Plays episodes of an imported split with their own navigation texts and with those of another episode of the section,
 in the city that was recovered from the texts and in the same streets with furniture drawn without them. The room's
 texts are always the episode's own. Prints nDTW, CTC-3 and PTC of the turns, by whether all street furniture that the
-text names is there in that city (`server.dataset.world_check`), with standard errors. The texts of an imported split
+text names is there in that city (`arramon_dataset.world_check`), with standard errors. The texts of an imported split
 helped to build its city: these are no held-out scores. `--played FILE` keeps each episode when it has been played; the
 same command goes on from there.
 """
@@ -21,19 +21,19 @@ from pathlib import Path
 
 import numpy as np
 
-from server.dataset.instruction_writer import make_instruction_writer, room_camera
-from server.dataset.release.landmarks.mentions import FURNITURE, events_of
-from server.dataset.release.reconstruction import reconstruct
-from server.dataset.trial import TrialWorld, play
-from server.dataset.world_check import missing
-from server.episodes.episode import Episode, Instructions
-from server.episodes.splits import Split, folder_of, read_split
-from server.sim.city import city_scene, refurnished
-from server.sim.own_furniture import NO_FURNITURE, furnished
-from server.sim.physics import physics_of
-from server.sim.raster.camera import RasterCamera
-from server.sim.section import Section
-from server.sim.variations import Difference, VariedCamera, VariedGround
+from arramon_dataset.instruction_writer import make_instruction_writer, room_camera
+from arramon_dataset.release.landmarks.mentions import FURNITURE, events_of
+from arramon_dataset.release.reconstruction import reconstruct
+from arramon_dataset.trial import TrialWorld, play
+from arramon_dataset.world_check import missing
+from arramon_server.episodes.episode import Episode, Instructions
+from arramon_server.episodes.splits import Split, folder_of, read_split
+from arramon_server.sim.city import city_scene, refurnished
+from arramon_server.sim.own_furniture import NO_FURNITURE, furnished
+from arramon_server.sim.physics import physics_of
+from arramon_server.sim.raster.camera import RasterCamera
+from arramon_server.sim.section import Section
+from arramon_server.sim.variations import Difference, VariedCamera, VariedGround
 
 METRICS = ("nDTW", "CTC-3", "PTC")
 ALL, SOME, NONE = "all there", "some missing", "none named"

@@ -3,8 +3,8 @@
     python -m benchmarks.serving.empty_stream [--seconds 3] [--request 300] [--response 3800] [--together 8]
 
 The server answers every message with the same bytes, and the client sends the next one at once; two messages are under
-way, as in play with half of the episodes each. Client and server use gRPC as `arramon_client` and `server.api` do. No
-server on it can play more steps per second than this.
+way, as in play with half of the episodes each. Client and server use gRPC as `arramon_client` and `arramon_server.api`
+do. No server on it can play more steps per second than this.
 """
 
 import argparse

@@ -25,17 +25,17 @@ from PIL import Image as Pillow
 
 from arramon.v1.types_pb2 import ENCODING_JPEG, ENCODING_RAW, ENCODING_ZSTD, Encoding, Image
 from arramon_client.transport.images import ImageDecoder
+from arramon_server.api.encoding import MessageEncoder
+from arramon_server.episodes.episode import Episode
+from arramon_server.episodes.splits import read_splits
+from arramon_server.runs.play.session import Session
+from arramon_server.sim.bullet import World
+from arramon_server.sim.cameras import Frame
+from arramon_server.sim.city import city_scene
+from arramon_server.sim.room_scene import room_scene
+from arramon_server.sim.rules import Limits, State
+from arramon_server.sim.view import view
 from benchmarks.common import data_or_sample
-from server.api.encoding import MessageEncoder
-from server.episodes.episode import Episode
-from server.episodes.splits import read_splits
-from server.runs.play.session import Session
-from server.sim.bullet import World
-from server.sim.cameras import Frame
-from server.sim.city import city_scene
-from server.sim.room_scene import room_scene
-from server.sim.rules import Limits, State
-from server.sim.view import view
 
 SIZES = (224, 128)
 LINK = 100.0

@@ -23,15 +23,15 @@ from pathlib import Path
 from arramon.v1 import evaluation_pb2
 from arramon_client.play import Settings, play
 from arramon_client.transport.connection import METADATA, Server, connect
+from arramon_server.episodes.splits import Split, read_splits
+from arramon_server.sim.city import city_scene
+from arramon_server.sim.physics import Physics, physics_of
+from arramon_server.sim.raster.camera import RasterCamera
+from arramon_server.sim.scene import Scene
+from arramon_server.sim.view import View
 from benchmarks.common import data_or_sample
 from benchmarks.serving.steps import Setting, Timed, family, resident, see_all_sections, serving, some, warm_up
 from benchmarks.simulation.cameras import VIEWS, drawing, views_of
-from server.episodes.splits import Split, read_splits
-from server.sim.city import city_scene
-from server.sim.physics import Physics, physics_of
-from server.sim.raster.camera import RasterCamera
-from server.sim.scene import Scene
-from server.sim.view import View
 
 EPISODES = (1, 16, 128, 1000)
 ENOUGH = 100

@@ -16,9 +16,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 from uuid import uuid4
 
-from server.runs.storage.database import Database
-from server.runs.storage.journal import Journal
-from server.runs.storage.records import RUNNING, Batch, Run
+from arramon_server.runs.storage.database import Database
+from arramon_server.runs.storage.journal import Journal
+from arramon_server.runs.storage.records import RUNNING, Batch, Run
 
 SIZES = (1, 16, 128)
 

@@ -11,15 +11,15 @@ import argparse
 import statistics
 from pathlib import Path
 
+from arramon_server.episodes.splits import read_splits
 from benchmarks.common import data_or_sample
 from benchmarks.serving.steps import Setting, measure
-from server.episodes.splits import read_splits
 
 UNMEASURED = """
 import sys
-from server.cli import main
-from server.process.metrics import Metrics
-from server.runs.storage.meter import Meter
+from arramon_server.cli import main
+from arramon_server.process.metrics import Metrics
+from arramon_server.runs.storage.meter import Meter
 
 for name in vars(Meter):
     if not name.startswith("_"):

@@ -24,9 +24,9 @@ from arramon_client.agent import Action, Observation
 from arramon_client.multi_stream import play_streams
 from arramon_client.play import Settings
 from arramon_client.transport.connection import METADATA, connect
+from arramon_server.episodes.splits import read_splits
 from benchmarks.common import data_or_sample
 from benchmarks.serving.steps import Timed, family, warm_up
-from server.episodes.splits import read_splits
 from tests.serving import Server
 
 PATIENCE = 60.0

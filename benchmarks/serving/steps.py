@@ -24,17 +24,17 @@ from dataclasses import dataclass, field
 from itertools import cycle
 from pathlib import Path
 
-from agents.random_walk import Agent as RandomWalk
 from arramon.v1 import evaluation_pb2, types_pb2
+from arramon_agents.random_walk import Agent as RandomWalk
 from arramon_client.agent import Episode, Observation
 from arramon_client.multi_stream import play_streams
 from arramon_client.play import Settings
 from arramon_client.transport.connection import METADATA, Server, connect
+from arramon_server.episodes.splits import Split, read_splits
+from arramon_server.runs.play.session import Session
+from arramon_server.runs.play.worlds import Worlds
+from arramon_server.sim.rules import Action, Limits
 from benchmarks.common import data_or_sample
-from server.episodes.splits import Split, read_splits
-from server.runs.play.session import Session
-from server.runs.play.worlds import Worlds
-from server.sim.rules import Action, Limits
 
 SENSORS = ("rgb", "depth")
 
@@ -52,7 +52,7 @@ class Setting:
     sensors: tuple[str, ...] = SENSORS
     fsync: bool = False
     postgres: bool = False
-    program: tuple[str, ...] = ("-m", "server")
+    program: tuple[str, ...] = ("-m", "arramon_server")
 
 
 SETTINGS = (

@@ -23,9 +23,9 @@ import grpc
 from arramon.v1 import evaluation_pb2, types_pb2
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
 from arramon_client.transport.connection import CHANNEL_OPTIONS, METADATA
+from arramon_server.episodes.splits import read_splits
 from benchmarks.common import data_or_sample
 from benchmarks.serving.steps import SENSORS, Setting, family, resident, serving
-from server.episodes.splits import read_splits
 
 Figures = dict[str, float]
 

@@ -27,19 +27,19 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
+from arramon_dataset.plans import Plan, build_section, plan_ids, read_plan
+from arramon_server.episodes.splits import Split, read_splits
+from arramon_server.runs.play.session import Session
+from arramon_server.sim.bullet import World
+from arramon_server.sim.cameras import Actor, Frame, Viewpoint
+from arramon_server.sim.catalogue import ALL_TYPES
+from arramon_server.sim.city import city_scene
+from arramon_server.sim.raster.camera import RasterCamera
+from arramon_server.sim.room_scene import room_scene
+from arramon_server.sim.rules import Limits
+from arramon_server.sim.scene import Scene
+from arramon_server.sim.view import View, view
 from benchmarks.common import OpenGround, data_or_sample
-from server.dataset.plans import Plan, build_section, plan_ids, read_plan
-from server.episodes.splits import Split, read_splits
-from server.runs.play.session import Session
-from server.sim.bullet import World
-from server.sim.cameras import Actor, Frame, Viewpoint
-from server.sim.catalogue import ALL_TYPES
-from server.sim.city import city_scene
-from server.sim.raster.camera import RasterCamera
-from server.sim.room_scene import room_scene
-from server.sim.rules import Limits
-from server.sim.scene import Scene
-from server.sim.view import View, view
 
 NEAR_ENOUGH, SHARE = 10, 0.005
 """Tolerance of depth: in thousandths of a unit, and as a share of the depth."""

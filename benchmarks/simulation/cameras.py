@@ -24,18 +24,18 @@ from itertools import cycle, islice
 from pathlib import Path
 from typing import Any
 
+from arramon_server.episodes.splits import Split, read_splits
+from arramon_server.runs.play.session import Session
+from arramon_server.sim.bullet import World
+from arramon_server.sim.cameras import Camera
+from arramon_server.sim.city import city_scene, refurnished
+from arramon_server.sim.own_furniture import PAINTED, Moved, OwnFurniture, furnished
+from arramon_server.sim.raster.camera import RasterCamera
+from arramon_server.sim.rules import Limits
+from arramon_server.sim.scene import Scene
+from arramon_server.sim.section import Section
+from arramon_server.sim.view import View, view
 from benchmarks.common import OpenGround, data_or_sample
-from server.episodes.splits import Split, read_splits
-from server.runs.play.session import Session
-from server.sim.bullet import World
-from server.sim.cameras import Camera
-from server.sim.city import city_scene, refurnished
-from server.sim.own_furniture import PAINTED, Moved, OwnFurniture, furnished
-from server.sim.raster.camera import RasterCamera
-from server.sim.rules import Limits
-from server.sim.scene import Scene
-from server.sim.section import Section
-from server.sim.view import View, view
 
 HERE = Path(__file__).parent
 VIEWS = 48
@@ -48,7 +48,7 @@ PEERS = {"vizdoom": "ViZDoom, 320x240, RGB + depth", "miniworld": "MiniWorld, 22
 FIRST_FRAME = """
 import time
 start = time.perf_counter()
-from server.sim.raster.camera import compile_kernels
+from arramon_server.sim.raster.camera import compile_kernels
 compile_kernels()
 print(time.perf_counter() - start)
 """

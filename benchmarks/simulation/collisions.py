@@ -25,21 +25,21 @@ from itertools import islice
 from pathlib import Path
 from random import Random
 
+from arramon_dataset.generation.extra import extra_sections
+from arramon_dataset.plans import build_section, plan_ids, read_plan
+from arramon_server.episodes.episode import Episode
+from arramon_server.episodes.splits import Split, read_splits
+from arramon_server.runs.play.session import Session
+from arramon_server.runs.play.worlds import Worlds
+from arramon_server.sim.bullet import Obstacles
+from arramon_server.sim.city import city_scene
+from arramon_server.sim.footprints import TOUCHING, Footprint, Footprints, Place
+from arramon_server.sim.geometry import AGENT_RADIUS, STEP, TURN, Pose
+from arramon_server.sim.physics import Physics
+from arramon_server.sim.rules import Action, Limits, Phase
+from arramon_server.sim.scene import Scene
+from arramon_server.sim.section import Section
 from benchmarks.common import OpenGround
-from server.dataset.generation.extra import extra_sections
-from server.dataset.plans import build_section, plan_ids, read_plan
-from server.episodes.episode import Episode
-from server.episodes.splits import Split, read_splits
-from server.runs.play.session import Session
-from server.runs.play.worlds import Worlds
-from server.sim.bullet import Obstacles
-from server.sim.city import city_scene
-from server.sim.footprints import TOUCHING, Footprint, Footprints, Place
-from server.sim.geometry import AGENT_RADIUS, STEP, TURN, Pose
-from server.sim.physics import Physics
-from server.sim.rules import Action, Limits, Phase
-from server.sim.scene import Scene
-from server.sim.section import Section
 
 SEED = "arramon"
 """Seed of the project's own sections."""

@@ -32,12 +32,12 @@ import numpy as np
 import numpy.typing as npt
 
 from arramon_client.environments.two_agents import raw_env
+from arramon_server.episodes.episode import Episode
+from arramon_server.episodes.splits import Split, read_splits
+from arramon_server.runs.play.session import Session
+from arramon_server.runs.play.worlds import Worlds
+from arramon_server.sim.rules import STEPS_PER_PHASE, Action, Limits
 from benchmarks.common import data_or_sample
-from server.episodes.episode import Episode
-from server.episodes.splits import Split, read_splits
-from server.runs.play.session import Session
-from server.runs.play.worlds import Worlds
-from server.sim.rules import STEPS_PER_PHASE, Action, Limits
 
 HERE = Path(__file__).parent
 COUNT = 16

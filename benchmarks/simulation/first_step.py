@@ -16,8 +16,8 @@ import sys
 import tempfile
 from pathlib import Path
 
+from arramon_server.episodes.splits import read_splits
 from benchmarks.common import data_or_sample
-from server.episodes.splits import read_splits
 
 PROGRAM = """
 import json, sys, time
@@ -28,7 +28,8 @@ made = time.process_time()
 env.reset(seed=0)
 begun = time.process_time()
 env.step(0)
-heavy = ("PIL", "alembic", "cryptography", "grpc", "lang", "numba", "pybullet", "pydantic", "scipy", "sqlalchemy")
+heavy = ("PIL", "alembic", "cryptography", "grpc", "arramon_lang", "numba", "pybullet",
+         "pydantic", "scipy", "sqlalchemy")
 print(json.dumps({"import": imported, "make": made - imported, "reset": begun - made,
                   "step": time.process_time() - begun, "all": time.process_time(),
                   "imported": [name for name in heavy if name in sys.modules]}))

@@ -31,15 +31,15 @@ from typing import Any
 
 import pytest
 
-import server.cli
+import arramon_server.cli
 from arramon_client.commands import verify
+from arramon_server.runs.accounts.accounts import Accounts
+from arramon_server.runs.accounts.callers import Role
+from arramon_server.runs.storage.database import Database
 from benchmarks.soak.logs import unexplained, warnings
 from benchmarks.soak.players import Player
 from benchmarks.soak.rude import RudeStreams
 from benchmarks.soak.service import AUTHORITY, KILL, OF_DATABASE, OTHERS, Fault, Faults, Service, Stuck, service
-from server.runs.accounts.accounts import Accounts
-from server.runs.accounts.callers import Role
-from server.runs.storage.database import Database
 from tests import tiny
 from tests.faults.clients import EPISODES, Peace, client, differences, finish, journal_url, results
 
@@ -201,7 +201,7 @@ def rescore(there: Service, runs: Sequence[str]) -> list[str]:
     """Replay the journal; return descriptions of the differences."""
     said, errors = io.StringIO(), io.StringIO()
     with contextlib.redirect_stdout(said), contextlib.redirect_stderr(errors):
-        status = server.cli.main(["rescore", "--data", str(there.data), "--journal", there.url, *runs])
+        status = arramon_server.cli.main(["rescore", "--data", str(there.data), "--journal", there.url, *runs])
     lines = [line for line in said.getvalue().splitlines() if not line.endswith(": identical")]
     if status and not lines:
         lines = [errors.getvalue().strip()]

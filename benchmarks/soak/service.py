@@ -12,10 +12,10 @@ from typing import NamedTuple
 
 import sqlalchemy as sa
 
+from arramon_server.runs.storage import tables
+from arramon_server.runs.storage.database import Database
+from arramon_server.runs.storage.records import OPEN
 from benchmarks.soak.players import Player
-from server.runs.storage import tables
-from server.runs.storage.database import Database
-from server.runs.storage.records import OPEN
 from tests import tiny
 from tests.certificates import Authority
 from tests.faults.clients import EPISODES, pause

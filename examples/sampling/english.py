@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from random import Random
 
+from arramon_server.sim.catalogue import ObjectType
 from examples.sampling.rooms import Order
 from examples.sampling.routes import Leg
-from server.sim.catalogue import ObjectType
 
 TURNS = {0: "", 1: "turn right", -1: "turn left", 2: "turn around"}
 WALKS = ("walk forward", "go straight", "walk straight ahead")

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 from random import Random
 from typing import NamedTuple
 
+from arramon_server.sim.catalogue import ObjectType
 from examples.sampling.rooms import Order
 from examples.sampling.routes import Leg
-from server.sim.catalogue import ObjectType
 
 
 class Noun(NamedTuple):

@@ -5,8 +5,8 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from random import Random
 
-from server.sim.catalogue import ALL_TYPES, ObjectType
-from server.sim.room import START, Placement, Square
+from arramon_server.sim.catalogue import ALL_TYPES, ObjectType
+from arramon_server.sim.room import START, Placement, Square
 
 RELATIONS = ("on_top_of", "left_of", "right_of", "behind", "in_front_of")
 

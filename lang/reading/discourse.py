@@ -3,13 +3,13 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from lang.clauses import focus_of, step_of
-from lang.grammar import Grammar
-from lang.meaning import TURNS, Assembly, Rotate, Step, Thing, Walk, Where
-from lang.reading.matching import Bindings
-from lang.reading.noun_phrases import OWN, PRONOUN, SAME, NounPhrase
-from lang.reading.outline import Part
-from lang.reference import map_mentions, repeats
+from arramon_lang.clauses import focus_of, step_of
+from arramon_lang.grammar import Grammar
+from arramon_lang.meaning import TURNS, Assembly, Rotate, Step, Thing, Walk, Where
+from arramon_lang.reading.matching import Bindings
+from arramon_lang.reading.noun_phrases import OWN, PRONOUN, SAME, NounPhrase
+from arramon_lang.reading.outline import Part
+from arramon_lang.reference import map_mentions, repeats
 
 BARE = " bare"
 """Ends the key of a clause without a verb ("left at the bank"), which begins a clause of the text or is none."""

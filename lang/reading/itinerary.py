@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
-from lang.meaning import Navigation, Rotate, Step, Thing, Walk, Where
-from lang.reading.discourse import BARE, CROSSED, GROUND, STEPS, Discourse, Item, things_in
-from lang.reading.noun_phrases import NounPhrase
+from arramon_lang.meaning import Navigation, Rotate, Step, Thing, Walk, Where
+from arramon_lang.reading.discourse import BARE, CROSSED, GROUND, STEPS, Discourse, Item, things_in
+from arramon_lang.reading.noun_phrases import NounPhrase
 
 _AROUND = Rotate("around")
 

@@ -3,8 +3,8 @@
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 
-from lang.patterns import Choice, Pattern
-from lang.patterns import Sequence as Body
+from arramon_lang.patterns import Choice, Pattern
+from arramon_lang.patterns import Sequence as Body
 
 Keys = tuple[str, ...]
 Bindings = tuple[tuple[str, object], ...]

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from lang.lexicon import JOINTS, Lexicon, Part, Word
-from lang.tokens import Token
+from arramon_lang.lexicon import JOINTS, Lexicon, Part, Word
+from arramon_lang.tokens import Token
 
 _ATTRIBUTES = (Part.PATTERN, Part.COLOUR)
 

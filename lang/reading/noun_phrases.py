@@ -4,21 +4,21 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from lang.grammar import INSIDE, Grammar
-from lang.reading.matching import OPTIONAL, Phrasebook, SplitWords
+from arramon_lang.grammar import INSIDE, Grammar
+from arramon_lang.reading.matching import OPTIONAL, Phrasebook, SplitWords
 
 PLAIN, SAME, PRONOUN, OWN = "", "same", "it", "its"
 
 
 @dataclass(frozen=True, slots=True)
 class NounPhrase:
-    """A noun phrase; its attributes are those of `lang.meaning.Thing`.
+    """A noun phrase; its attributes are those of `arramon_lang.meaning.Thing`.
 
     Attributes:
         back: SAME if it refers to an earlier thing of its kind, PRONOUN if to the last thing mentioned, OWN if it is a
             corner of the building mentioned last.
-        number: as in `lang.meaning.Thing`; "several" for a plural without a number too.
-        arms: as in `lang.meaning.Thing`, where the noun tells it.
+        number: as in `arramon_lang.meaning.Thing`; "several" for a plural without a number too.
+        arms: as in `arramon_lang.meaning.Thing`, where the noun tells it.
     """
 
     kind: str
@@ -33,7 +33,7 @@ class NounPhrase:
 
 @dataclass(frozen=True, slots=True)
 class RelationPhrase:
-    """A relation in a text; see `lang.meaning.Where`."""
+    """A relation in a text; see `arramon_lang.meaning.Where`."""
 
     relation: str
     things: tuple[NounPhrase, ...]

@@ -7,8 +7,8 @@ understood, and says for each thing how it comes up. It serves to find out where
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from lang.meaning import Face, Rotate, Step, Thing, Walk, Where
-from lang.reference import things_of
+from arramon_lang.meaning import Face, Rotate, Step, Thing, Walk, Where
+from arramon_lang.reference import things_of
 
 Part = Step | Thing | Where
 """A part of a text that is understood: a step, the object to pick up, or a relation of it."""

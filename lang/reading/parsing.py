@@ -4,12 +4,12 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
-from lang.reading.discourse import BARE, Item, things_in
-from lang.reading.matching import Automaton, Match
-from lang.reading.noun_phrases import NounPhrase, RelationPhrase
+from arramon_lang.reading.discourse import BARE, Item, things_in
+from arramon_lang.reading.matching import Automaton, Match
+from arramon_lang.reading.noun_phrases import NounPhrase, RelationPhrase
 
 if TYPE_CHECKING:
-    from lang.reading.reader import Reader
+    from arramon_lang.reading.reader import Reader
 
 DEPTH = 2
 """Maximum nesting of landmarks described by landmarks."""

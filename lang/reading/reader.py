@@ -5,21 +5,21 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from lang.grammar import Grammar, Table
-from lang.lexicon import FUZZY_LENGTH, keys_of, within_one_edit
-from lang.meaning import Meaning
-from lang.patterns import Choice, Pattern, Slot
-from lang.patterns import Sequence as Body
-from lang.reading.chunks import postpositions, prepositions
-from lang.reading.chunks.chunker import Chunker
-from lang.reading.chunks.sequence import ChunkSequence
-from lang.reading.discourse import BARE, Discourse, Item
-from lang.reading.itinerary import read_navigation
-from lang.reading.matching import OPTIONAL, Automaton, PatternLabel, Phrasebook
-from lang.reading.noun_phrases import NounPhraseReader
-from lang.reading.outline import Said, said_of
-from lang.reading.parsing import TextParser
-from lang.tokens import Tokenizer
+from arramon_lang.grammar import Grammar, Table
+from arramon_lang.lexicon import FUZZY_LENGTH, keys_of, within_one_edit
+from arramon_lang.meaning import Meaning
+from arramon_lang.patterns import Choice, Pattern, Slot
+from arramon_lang.patterns import Sequence as Body
+from arramon_lang.reading.chunks import postpositions, prepositions
+from arramon_lang.reading.chunks.chunker import Chunker
+from arramon_lang.reading.chunks.sequence import ChunkSequence
+from arramon_lang.reading.discourse import BARE, Discourse, Item
+from arramon_lang.reading.itinerary import read_navigation
+from arramon_lang.reading.matching import OPTIONAL, Automaton, PatternLabel, Phrasebook
+from arramon_lang.reading.noun_phrases import NounPhraseReader
+from arramon_lang.reading.outline import Said, said_of
+from arramon_lang.reading.parsing import TextParser
+from arramon_lang.tokens import Tokenizer
 
 PHASES = ("navigation", "assembly")
 

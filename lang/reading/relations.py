@@ -3,9 +3,9 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from lang.lexicon import FUZZY_LENGTH, Lexicon, Part, keys_of, within_one_edit
-from lang.reading.mentions import Mention
-from lang.tokens import Token, Tokenizer
+from arramon_lang.lexicon import FUZZY_LENGTH, Lexicon, Part, keys_of, within_one_edit
+from arramon_lang.reading.mentions import Mention
+from arramon_lang.tokens import Token, Tokenizer
 
 RELATIONS = ("on_top_of", "left_of", "right_of", "in_front_of", "behind", "between", "near", "against")
 

@@ -5,11 +5,11 @@ from dataclasses import replace
 from random import Random
 from typing import Protocol, TypeVar
 
-from lang.clauses import Value, focus_of, thing_slots
-from lang.grammar import INSIDE, SLOTS, Grammar, Lexeme, Look
-from lang.meaning import Thing, Where
-from lang.patterns import Choice, Pattern, Sequence, needed, possible
-from lang.writing.voice import Voice, draw_voice
+from arramon_lang.clauses import Value, focus_of, thing_slots
+from arramon_lang.grammar import INSIDE, SLOTS, Grammar, Lexeme, Look
+from arramon_lang.meaning import Thing, Where
+from arramon_lang.patterns import Choice, Pattern, Sequence, needed, possible
+from arramon_lang.writing.voice import Voice, draw_voice
 
 Filler = Callable[[Mapping[str, str]], str]
 """Returns a slot's text with the features that its marks require."""

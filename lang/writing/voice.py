@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from random import Random
 from typing import TypeVar
 
-from lang.grammar import Grammar, Lexeme, Look
-from lang.patterns import Pattern
+from arramon_lang.grammar import Grammar, Lexeme, Look
+from arramon_lang.patterns import Pattern
 
 _T = TypeVar("_T", Lexeme, Look, Pattern)
 
@@ -21,7 +21,7 @@ class Voice:
         junctions: the noun for kinds of junctions whose name depends on how many streets meet there, by that number.
         colours: the word for each colour.
         colours_of: the same for kinds of things whose colours are called otherwise.
-        whiches: the word for each of `lang.meaning.WHICHES`.
+        whiches: the word for each of `arramon_lang.meaning.WHICHES`.
         looks: the usual wording for each kind's looks.
     """
 

@@ -6,12 +6,12 @@ from dataclasses import replace
 from itertools import pairwise
 from random import Random
 
-from lang.clauses import Clause, clause_of, focus_of
-from lang.grammar import SLOTS, Grammar
-from lang.meaning import PLACES, Assembly, Meaning, Navigation, Thing
-from lang.patterns import Pattern, Slot, needed, possible
-from lang.writing.phrasing import Filler, Phraser, constant
-from lang.writing.voice import Voice, draw_voice
+from arramon_lang.clauses import Clause, clause_of, focus_of
+from arramon_lang.grammar import SLOTS, Grammar
+from arramon_lang.meaning import PLACES, Assembly, Meaning, Navigation, Thing
+from arramon_lang.patterns import Pattern, Slot, needed, possible
+from arramon_lang.writing.phrasing import Filler, Phraser, constant
+from arramon_lang.writing.voice import Voice, draw_voice
 
 ATTEMPTS = 48
 """Maximum number of drafts until enough pass the checks."""

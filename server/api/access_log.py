@@ -11,8 +11,8 @@ from urllib.parse import unquote
 
 import grpc
 
-from server.api.authentication import caller_of
-from server.api.interceptor import Context, Continuation, Handler, Work, wrap_handler
+from arramon_server.api.authentication import caller_of
+from arramon_server.api.interceptor import Context, Continuation, Handler, Work, wrap_handler
 
 _QUIET = ("/grpc.health.", "/grpc.reflection.")
 

@@ -10,12 +10,12 @@ from typing import Any
 
 import grpc
 
-from server.addresses import is_loopback
-from server.api.interceptor import Context, Continuation, Handler, Origin, Work, wrap_handler
-from server.configuration.config import Config
-from server.errors import Forbidden, StorageError, Unauthenticated
-from server.runs.accounts.accounts import Accounts
-from server.runs.accounts.callers import ANONYMOUS, READER, UNAUTHENTICATED, Caller
+from arramon_server.addresses import is_loopback
+from arramon_server.api.interceptor import Context, Continuation, Handler, Origin, Work, wrap_handler
+from arramon_server.configuration.config import Config
+from arramon_server.errors import Forbidden, StorageError, Unauthenticated
+from arramon_server.runs.accounts.accounts import Accounts
+from arramon_server.runs.accounts.callers import ANONYMOUS, READER, UNAUTHENTICATED, Caller
 
 PUBLIC_METHODS = frozenset({
     "/arramon.v1.Evaluation/GetServerInfo",

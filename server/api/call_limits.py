@@ -9,10 +9,10 @@ from typing import Any, cast
 
 import grpc
 
-from server.api.authentication import caller_of
-from server.api.interceptor import Context, Continuation, Handler, Work, wrap_handler
-from server.errors import OverQuota
-from server.runs.accounts.callers import ANONYMOUS, Role
+from arramon_server.api.authentication import caller_of
+from arramon_server.api.interceptor import Context, Continuation, Handler, Work, wrap_handler
+from arramon_server.errors import OverQuota
+from arramon_server.runs.accounts.callers import ANONYMOUS, Role
 
 
 @dataclass(frozen=True, slots=True)

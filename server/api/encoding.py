@@ -14,9 +14,9 @@ import zstandard
 
 from arramon.v1.evaluation_pb2 import Opened
 from arramon.v1.types_pb2 import ENCODING_JPEG, ENCODING_RAW, ENCODING_ZSTD, Encoding, Image
-from server.api.wire import Data
-from server.errors import BadInput
-from server.sim.cameras import Frame
+from arramon_server.api.wire import Data
+from arramon_server.errors import BadInput
+from arramon_server.sim.cameras import Frame
 
 Pixels = npt.NDArray[np.uint8] | npt.NDArray[np.uint16]
 """(height, width, 3) uint8 for RGB; (height, width) uint16 for depth and segmentation."""

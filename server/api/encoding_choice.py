@@ -4,9 +4,9 @@ import sys
 from collections.abc import Iterable
 
 from arramon.v1.types_pb2 import ENCODING_SHARED, Encoding
-from server.api.encoding import STANDARD_ENCODINGS, ImageEncoder, MessageEncoder, check_quality
-from server.api.shared_memory import SharedMemoryEncoder
-from server.errors import BadInput
+from arramon_server.api.encoding import STANDARD_ENCODINGS, ImageEncoder, MessageEncoder, check_quality
+from arramon_server.api.shared_memory import SharedMemoryEncoder
+from arramon_server.errors import BadInput
 
 
 def offered_encodings(listen: str) -> tuple[Encoding.ValueType, ...]:

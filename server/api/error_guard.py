@@ -8,9 +8,9 @@ from typing import Any
 import grpc
 from google.protobuf.message import DecodeError
 
-from server.api.interceptor import Context, Continuation, Handler, Work, cancel_if_gone, wrap_handler
-from server.api.status import status_of
-from server.errors import ArraMonError, BadInput, StorageError
+from arramon_server.api.interceptor import Context, Continuation, Handler, Work, cancel_if_gone, wrap_handler
+from arramon_server.api.status import status_of
+from arramon_server.errors import ArraMonError, BadInput, StorageError
 
 INTERNAL_ERROR_TEXT = "internal server error: a defect of the server; its host finds the details in the server's log"
 """The whole text that a caller receives for an unexpected error."""

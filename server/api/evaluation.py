@@ -1,4 +1,4 @@
-"""The Evaluation service as a thin servicer. `server.api.error_guard` turns its errors into statuses."""
+"""The Evaluation service as a thin servicer. `arramon_server.api.error_guard` turns its errors into statuses."""
 
 import asyncio
 from collections.abc import AsyncIterator
@@ -9,11 +9,11 @@ import grpc
 from arramon.v1 import PROTOCOL
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1.evaluation_pb2_grpc import EvaluationServicer
-from server import __version__
-from server.api.authentication import anonymous_caller, caller_of, is_on_same_machine
-from server.api.encoding_choice import offered_encodings
-from server.api.interceptor import Origin
-from server.api.messages import (
+from arramon_server import __version__
+from arramon_server.api.authentication import anonymous_caller, caller_of, is_on_same_machine
+from arramon_server.api.encoding_choice import offered_encodings
+from arramon_server.api.interceptor import Origin
+from arramon_server.api.messages import (
     account_message,
     breakdown_message,
     host_message,
@@ -23,15 +23,15 @@ from server.api.messages import (
     run_message,
     split_message,
 )
-from server.api.play_stream import PlayHandler
-from server.api.stream_limits import StreamLimits
-from server.configuration.config import Config
-from server.errors import BadInput
-from server.image_threads import ImageThreads
-from server.runs.play.engine import Engine
-from server.runs.results.receipts import Receipts
-from server.runs.service import Runs
-from server.runs.storage.records import Code, Run
+from arramon_server.api.play_stream import PlayHandler
+from arramon_server.api.stream_limits import StreamLimits
+from arramon_server.configuration.config import Config
+from arramon_server.errors import BadInput
+from arramon_server.image_threads import ImageThreads
+from arramon_server.runs.play.engine import Engine
+from arramon_server.runs.results.receipts import Receipts
+from arramon_server.runs.service import Runs
+from arramon_server.runs.storage.records import Code, Run
 
 _Context = grpc.aio.ServicerContext[object, object]
 
@@ -140,7 +140,7 @@ class Servicer(EvaluationServicer):
 
         return await asyncio.to_thread(account)
 
-    async def Play(  # type: ignore[override]  # its responses are serialized already, see `server.api.wire`
+    async def Play(  # type: ignore[override]  # its responses are serialized already, see `arramon_server.api.wire`
         self, request_iterator: AsyncIterator[pb.PlayRequest], context: _Context
     ) -> AsyncIterator[bytes]:
         first = await _first_message(request_iterator)

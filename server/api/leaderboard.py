@@ -1,4 +1,4 @@
-"""The Leaderboard service as a thin servicer. `server.api.error_guard` turns its errors into statuses."""
+"""The Leaderboard service as a thin servicer. `arramon_server.api.error_guard` turns its errors into statuses."""
 
 import asyncio
 from dataclasses import asdict
@@ -9,18 +9,18 @@ import grpc
 from arramon.v1 import evaluation_pb2
 from arramon.v1 import leaderboard_pb2 as pb
 from arramon.v1.leaderboard_pb2_grpc import LeaderboardServicer
-from server.api.authentication import caller_of
-from server.api.messages import row_message, run_message, score_message, time_message
-from server.board.board import Against, Board
-from server.board.cost import Cost
-from server.board.epochs import Epoch, EpochBoard, EpochChanges
-from server.board.exports import as_csv, as_json
-from server.board.publishing import Publishing
-from server.board.reproductions import Reproduction
-from server.board.standings import BOTH, HEADLINE, Entry, Mark, Reference, Standing
-from server.errors import BadInput
-from server.runs.storage.corrections import Correction
-from server.scoring.aggregate import Interval
+from arramon_server.api.authentication import caller_of
+from arramon_server.api.messages import row_message, run_message, score_message, time_message
+from arramon_server.board.board import Against, Board
+from arramon_server.board.cost import Cost
+from arramon_server.board.epochs import Epoch, EpochBoard, EpochChanges
+from arramon_server.board.exports import as_csv, as_json
+from arramon_server.board.publishing import Publishing
+from arramon_server.board.reproductions import Reproduction
+from arramon_server.board.standings import BOTH, HEADLINE, Entry, Mark, Reference, Standing
+from arramon_server.errors import BadInput
+from arramon_server.runs.storage.corrections import Correction
+from arramon_server.scoring.aggregate import Interval
 
 PAGE_SIZE, MAX_PAGE_SIZE = 100, 1000
 """Standings on a page: the default, and the most allowed."""

@@ -6,24 +6,24 @@ from datetime import datetime
 
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
-from server.closing import NEVER, Closing
-from server.configuration.config import Config
-from server.episodes.episode import Episode
-from server.episodes.splits import Split
-from server.runs.accounts.callers import Caller
-from server.runs.accounts.quotas import Quota
-from server.runs.accounts.usage import Usage
-from server.runs.play.clocks import Clocks
-from server.runs.results.breakdown import Breakdown
-from server.runs.results.receipts import Receipt
-from server.runs.results.reports import Report
-from server.runs.storage.records import Ending, Progress, Run
-from server.scoring.aggregate import Interval
-from server.sim.geometry import AGENT_RADIUS, Pose
-from server.sim.labels import LABELS
-from server.sim.room import Placement
-from server.sim.rules import Action, Phase
-from server.sim.scene import Scene
+from arramon_server.closing import NEVER, Closing
+from arramon_server.configuration.config import Config
+from arramon_server.episodes.episode import Episode
+from arramon_server.episodes.splits import Split
+from arramon_server.runs.accounts.callers import Caller
+from arramon_server.runs.accounts.quotas import Quota
+from arramon_server.runs.accounts.usage import Usage
+from arramon_server.runs.play.clocks import Clocks
+from arramon_server.runs.results.breakdown import Breakdown
+from arramon_server.runs.results.receipts import Receipt
+from arramon_server.runs.results.reports import Report
+from arramon_server.runs.storage.records import Ending, Progress, Run
+from arramon_server.scoring.aggregate import Interval
+from arramon_server.sim.geometry import AGENT_RADIUS, Pose
+from arramon_server.sim.labels import LABELS
+from arramon_server.sim.room import Placement
+from arramon_server.sim.rules import Action, Phase
+from arramon_server.sim.scene import Scene
 
 ACTIONS = {
     Action.FORWARD: types_pb2.ACTION_FORWARD,

@@ -8,21 +8,30 @@ from weakref import WeakKeyDictionary
 
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
-from server.api.encoding_choice import choose_encoder, offered_encodings
-from server.api.messages import ACTIONS, LABEL_MESSAGES, PHASES, oracle_message, pose_message, run_message
-from server.api.shared_memory import IMAGE_SENSORS
-from server.api.wire import Data, Parts, observation_event, response_of
-from server.configuration.config import Config
-from server.errors import ArraMonError, BadInput
-from server.image_threads import ImageThreads
-from server.runs.accounts.callers import Caller
-from server.runs.play.engine import Engine
-from server.runs.play.events import EpisodeEnded, EpisodeStarted, Event, Observed, Opened, PhaseOver, Problem, RunEnded
-from server.runs.play.stream import Act, Stream
-from server.runs.service import Runs
-from server.sim.cameras import Frame
-from server.sim.view import visible_pose
-from server.visible_text import is_visible, shown
+from arramon_server.api.encoding_choice import choose_encoder, offered_encodings
+from arramon_server.api.messages import ACTIONS, LABEL_MESSAGES, PHASES, oracle_message, pose_message, run_message
+from arramon_server.api.shared_memory import IMAGE_SENSORS
+from arramon_server.api.wire import Data, Parts, observation_event, response_of
+from arramon_server.configuration.config import Config
+from arramon_server.errors import ArraMonError, BadInput
+from arramon_server.image_threads import ImageThreads
+from arramon_server.runs.accounts.callers import Caller
+from arramon_server.runs.play.engine import Engine
+from arramon_server.runs.play.events import (
+    EpisodeEnded,
+    EpisodeStarted,
+    Event,
+    Observed,
+    Opened,
+    PhaseOver,
+    Problem,
+    RunEnded,
+)
+from arramon_server.runs.play.stream import Act, Stream
+from arramon_server.runs.service import Runs
+from arramon_server.sim.cameras import Frame
+from arramon_server.sim.view import visible_pose
+from arramon_server.visible_text import is_visible, shown
 
 Encoding = tuple[Sequence[types_pb2.Image], Callable[[], Sequence[Data]]]
 """Images that are being encoded: their messages, and what returns the data of each and completes the messages."""

@@ -7,7 +7,7 @@ from typing import Any
 
 import grpc
 
-from server.api.interceptor import Context, Continuation, Handler, cancel_if_gone
+from arramon_server.api.interceptor import Context, Continuation, Handler, cancel_if_gone
 
 
 class Responses(grpc.aio.ServerInterceptor):

@@ -17,9 +17,9 @@ import numpy.typing as npt
 
 from arramon.v1.evaluation_pb2 import Opened
 from arramon.v1.types_pb2 import ENCODING_RAW, ENCODING_SHARED, SharedMemory
-from server.api.encoding import Images, MessageEncoder, little_endian
-from server.api.wire import Data
-from server.sim.cameras import Frame
+from arramon_server.api.encoding import Images, MessageEncoder, little_endian
+from arramon_server.api.wire import Data
+from arramon_server.sim.cameras import Frame
 
 IMAGE_SENSORS = {"rgb": 3, "depth": 2, "segmentation": 2}
 """Bytes per pixel of the images that sensors give."""

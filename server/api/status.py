@@ -2,7 +2,7 @@
 
 import grpc
 
-from server.errors import (
+from arramon_server.errors import (
     ArraMonError,
     BadInput,
     Conflict,

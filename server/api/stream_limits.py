@@ -5,10 +5,10 @@ import logging
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
-from server.errors import StorageError
-from server.runs.accounts.callers import Caller
-from server.runs.accounts.quotas import Quotas
-from server.runs.storage.records import Run
+from arramon_server.errors import StorageError
+from arramon_server.runs.accounts.callers import Caller
+from arramon_server.runs.accounts.quotas import Quotas
+from arramon_server.runs.storage.records import Run
 
 RETRY_SECONDS = 1.0
 """Delay before another attempt to note a stream's end, if the database could not be reached."""

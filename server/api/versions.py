@@ -5,9 +5,9 @@ from typing import Any
 import grpc
 
 from arramon.v1 import PROTOCOL, PROTOCOL_METADATA
-from server import __version__
-from server.api.interceptor import Context, Continuation, Handler
-from server.errors import quoted
+from arramon_server import __version__
+from arramon_server.api.interceptor import Context, Continuation, Handler
+from arramon_server.errors import quoted
 
 
 class VersionCheck(grpc.aio.ServerInterceptor):

@@ -9,14 +9,14 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
-from server.board.comparisons import Compared, Comparisons, Family, Key
-from server.board.entries import Entries, Published, Scores
-from server.board.episode_table import EpisodeTable, gap_of, join, mean_table
-from server.board.lines import by_language, systems, versions, with_seeds
-from server.board.ranking import ranked
-from server.board.reference import read_references
-from server.board.reproductions import Reproduction, differences, masked_differences
-from server.board.standings import (
+from arramon_server.board.comparisons import Compared, Comparisons, Family, Key
+from arramon_server.board.entries import Entries, Published, Scores
+from arramon_server.board.episode_table import EpisodeTable, gap_of, join, mean_table
+from arramon_server.board.lines import by_language, systems, versions, with_seeds
+from arramon_server.board.ranking import ranked
+from arramon_server.board.reference import read_references
+from arramon_server.board.reproductions import Reproduction, differences, masked_differences
+from arramon_server.board.standings import (
     BOTH,
     COLUMNS,
     HEADLINE,
@@ -30,22 +30,22 @@ from server.board.standings import (
     Standing,
     Version,
 )
-from server.closing import NEVER, Closing
-from server.episodes.splits import Split
-from server.errors import BadInput, Conflict, NotFound, quoted
-from server.runs.accounts.attempts import Attempts, Who, who
-from server.runs.play.clocks import Clocks
-from server.runs.results.reports import coarse_progress
-from server.runs.storage import causes
-from server.runs.storage.corrections import Correction, voided_by
-from server.runs.storage.records import Progress, Run
-from server.scoring.aggregate import MIN_SECTION, Interval, table_rows
-from server.scoring.episode import METRICS
-from server.scoring.languages import LanguageGap
-from server.scoring.masking import Noise, difference, masked_rows, masked_share, mean_of_rows, shown_deviation
-from server.scoring.seeds import SeedSpread, masked_spread, seed_spread
-from server.scoring.signature import without_episodes
-from server.visible_text import shown
+from arramon_server.closing import NEVER, Closing
+from arramon_server.episodes.splits import Split
+from arramon_server.errors import BadInput, Conflict, NotFound, quoted
+from arramon_server.runs.accounts.attempts import Attempts, Who, who
+from arramon_server.runs.play.clocks import Clocks
+from arramon_server.runs.results.reports import coarse_progress
+from arramon_server.runs.storage import causes
+from arramon_server.runs.storage.corrections import Correction, voided_by
+from arramon_server.runs.storage.records import Progress, Run
+from arramon_server.scoring.aggregate import MIN_SECTION, Interval, table_rows
+from arramon_server.scoring.episode import METRICS
+from arramon_server.scoring.languages import LanguageGap
+from arramon_server.scoring.masking import Noise, difference, masked_rows, masked_share, mean_of_rows, shown_deviation
+from arramon_server.scoring.seeds import SeedSpread, masked_spread, seed_spread
+from arramon_server.scoring.signature import without_episodes
+from arramon_server.visible_text import shown
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,13 +9,13 @@ from threading import Lock
 import numpy as np
 import numpy.typing as npt
 
-from server.board.episode_table import EpisodeTable, join, mean_table
-from server.board.standings import HEADLINE, TOTAL, Standing, Version
-from server.scoring.aggregate import Interval
-from server.scoring.episode import METRICS
-from server.scoring.intervals import Floats
-from server.scoring.masking import Noise, difference, p_class, shown_deviation
-from server.scoring.paired import Difference, difference_bounds, holm, permutation_tests
+from arramon_server.board.episode_table import EpisodeTable, join, mean_table
+from arramon_server.board.standings import HEADLINE, TOTAL, Standing, Version
+from arramon_server.scoring.aggregate import Interval
+from arramon_server.scoring.episode import METRICS
+from arramon_server.scoring.intervals import Floats
+from arramon_server.scoring.masking import Noise, difference, p_class, shown_deviation
+from arramon_server.scoring.paired import Difference, difference_bounds, holm, permutation_tests
 
 LEVEL = 0.05
 """Probability of any false claim in a family of comparisons."""
@@ -50,7 +50,7 @@ class Family:
         scores: score of each standing in each episode, (standings, episodes).
         strata: number of each episode's stratum, (episodes,).
         noise: on a hidden split, scores of each standing in made-up episodes, which count in tests like the others; see
-            `server.scoring.masking`. Differences and their intervals are then those of the shown means.
+            `arramon_server.scoring.masking`. Differences and their intervals are then those of the shown means.
         metric: metric that is compared.
     """
 

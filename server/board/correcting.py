@@ -6,23 +6,23 @@ from dataclasses import dataclass, replace
 
 import sqlalchemy as sa
 
-from server.board.entries import Entries, Scores
-from server.board.episode_table import EpisodeTable
-from server.episodes.changes import Changes, changes_between, named
-from server.episodes.splits import Split, check_split
-from server.errors import BadInput, Conflict, NotFound
-from server.runs.play.worlds import Worlds
-from server.runs.results.receipts import Receipts
-from server.runs.results.reports import make_report
-from server.runs.results.rescoring import check_same_way, replayed
-from server.runs.results.signing import SigningKey
-from server.runs.storage import tables
-from server.runs.storage.corrections import MAX_REASON, Correction, CorrectionKind, Corrections
-from server.runs.storage.database import Database
-from server.runs.storage.epochs import Epochs
-from server.runs.storage.journal import Journal
-from server.runs.storage.records import RUNNING, Ending, Run
-from server.visible_text import invisible_part
+from arramon_server.board.entries import Entries, Scores
+from arramon_server.board.episode_table import EpisodeTable
+from arramon_server.episodes.changes import Changes, changes_between, named
+from arramon_server.episodes.splits import Split, check_split
+from arramon_server.errors import BadInput, Conflict, NotFound
+from arramon_server.runs.play.worlds import Worlds
+from arramon_server.runs.results.receipts import Receipts
+from arramon_server.runs.results.reports import make_report
+from arramon_server.runs.results.rescoring import check_same_way, replayed
+from arramon_server.runs.results.signing import SigningKey
+from arramon_server.runs.storage import tables
+from arramon_server.runs.storage.corrections import MAX_REASON, Correction, CorrectionKind, Corrections
+from arramon_server.runs.storage.database import Database
+from arramon_server.runs.storage.epochs import Epochs
+from arramon_server.runs.storage.journal import Journal
+from arramon_server.runs.storage.records import RUNNING, Ending, Run
+from arramon_server.visible_text import invisible_part
 
 
 class AlreadyCorrected(Conflict):

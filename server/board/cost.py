@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from server.errors import BadInput
+from arramon_server.errors import BadInput
 
 MOST = 1e18
 """Largest number that can be declared."""

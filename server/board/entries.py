@@ -11,20 +11,20 @@ from typing import Any
 import sqlalchemy as sa
 from sqlalchemy.engine import Connection, Row
 
-from server.board.cost import NO_COST, Cost
-from server.board.episode_table import EpisodeTable
-from server.board.standings import Rows, Seal
-from server.errors import NotFound, quoted
-from server.runs.accounts.administration import check_may_act
-from server.runs.accounts.attempts import Attempts, Who, attempts_on
-from server.runs.results.receipts import MASKED_VERSION, first_payload, superseded_receipts
-from server.runs.storage import tables
-from server.runs.storage.corrections import Correction, Corrections
-from server.runs.storage.database import Database, utc
-from server.runs.storage.journal import Journal, run_of
-from server.runs.storage.records import Progress, Run
-from server.scoring.aggregate import Interval, Sections
-from server.scoring.masking import rounded_rows
+from arramon_server.board.cost import NO_COST, Cost
+from arramon_server.board.episode_table import EpisodeTable
+from arramon_server.board.standings import Rows, Seal
+from arramon_server.errors import NotFound, quoted
+from arramon_server.runs.accounts.administration import check_may_act
+from arramon_server.runs.accounts.attempts import Attempts, Who, attempts_on
+from arramon_server.runs.results.receipts import MASKED_VERSION, first_payload, superseded_receipts
+from arramon_server.runs.storage import tables
+from arramon_server.runs.storage.corrections import Correction, Corrections
+from arramon_server.runs.storage.database import Database, utc
+from arramon_server.runs.storage.journal import Journal, run_of
+from arramon_server.runs.storage.records import Progress, Run
+from arramon_server.scoring.aggregate import Interval, Sections
+from arramon_server.scoring.masking import rounded_rows
 
 _KEPT = 2048
 """Number of runs whose scores are cached, about 10 KB each."""

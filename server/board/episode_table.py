@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from server.board.standings import HEADLINE
-from server.runs.storage.records import Ending
-from server.scoring.aggregate import with_total
-from server.scoring.episode import METRICS
-from server.scoring.intervals import Floats
-from server.scoring.languages import LanguageGap, language_gap
-from server.scoring.masking import name_without
+from arramon_server.board.standings import HEADLINE
+from arramon_server.runs.storage.records import Ending
+from arramon_server.scoring.aggregate import with_total
+from arramon_server.scoring.episode import METRICS
+from arramon_server.scoring.intervals import Floats
+from arramon_server.scoring.languages import LanguageGap, language_gap
+from arramon_server.scoring.masking import name_without
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -4,16 +4,16 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from server.board.board import Board
-from server.board.entries import Entries
-from server.board.standings import BOTH, COLUMNS, HEADLINE, SEED, TOTAL, Entry, Standing
-from server.episodes.epochs import LIST_FORMAT, LIST_VERSION, Statement, epoch_of, read_statement
-from server.episodes.splits import Split
-from server.errors import BadInput, Conflict, NotFound, quoted
-from server.runs.storage.epochs import EpochRecord, Epochs, EpochState
-from server.runs.storage.journal import Journal
-from server.scoring.aggregate import Interval
-from server.scoring.leakage import Scored, changes
+from arramon_server.board.board import Board
+from arramon_server.board.entries import Entries
+from arramon_server.board.standings import BOTH, COLUMNS, HEADLINE, SEED, TOTAL, Entry, Standing
+from arramon_server.episodes.epochs import LIST_FORMAT, LIST_VERSION, Statement, epoch_of, read_statement
+from arramon_server.episodes.splits import Split
+from arramon_server.errors import BadInput, Conflict, NotFound, quoted
+from arramon_server.runs.storage.epochs import EpochRecord, Epochs, EpochState
+from arramon_server.runs.storage.journal import Journal
+from arramon_server.scoring.aggregate import Interval
+from arramon_server.scoring.leakage import Scored, changes
 
 _TIMES = ("opened_at", "closed_at", "revealed_at")
 

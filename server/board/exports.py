@@ -8,10 +8,10 @@ from dataclasses import asdict
 from functools import lru_cache
 from typing import Any
 
-from server.board.board import Listing
-from server.board.standings import COLUMNS, TOTAL, Entry, Reference, Rows, Standing
-from server.runs.storage.corrections import Correction
-from server.scoring.aggregate import ROWS
+from arramon_server.board.board import Listing
+from arramon_server.board.standings import COLUMNS, TOTAL, Entry, Reference, Rows, Standing
+from arramon_server.runs.storage.corrections import Correction
+from arramon_server.scoring.aggregate import ROWS
 
 FORMAT, VERSION = "arramon-standings", 1
 

@@ -4,8 +4,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from datetime import datetime
 from itertools import groupby
 
-from server.board.comparisons import Key
-from server.board.standings import Entry
+from arramon_server.board.comparisons import Key
+from arramon_server.board.standings import Entry
 
 
 def with_seeds(entries: Sequence[Entry]) -> Iterator[tuple[Entry, ...]]:

@@ -2,20 +2,20 @@
 
 from collections.abc import Mapping
 
-from server.board.cost import Cost
-from server.board.entries import Entries, Published, Scores
-from server.board.episode_table import EpisodeTable
-from server.board.reproductions import check_reproduction
-from server.closing import NEVER, Closing
-from server.episodes.splits import Split
-from server.errors import BadInput, Conflict, Forbidden, NotFound, quoted
-from server.runs.accounts.callers import UNAUTHENTICATED, Caller, Role
-from server.runs.results.receipts import Receipts
-from server.runs.results.reports import Report, report_of
-from server.runs.storage.causes import AGENT_FINISHED, FORFEITED, STEP_LIMIT, TIME_LIMIT
-from server.runs.storage.journal import Journal, run_not_found
-from server.runs.storage.records import Run
-from server.visible_text import invisible_part
+from arramon_server.board.cost import Cost
+from arramon_server.board.entries import Entries, Published, Scores
+from arramon_server.board.episode_table import EpisodeTable
+from arramon_server.board.reproductions import check_reproduction
+from arramon_server.closing import NEVER, Closing
+from arramon_server.episodes.splits import Split
+from arramon_server.errors import BadInput, Conflict, Forbidden, NotFound, quoted
+from arramon_server.runs.accounts.callers import UNAUTHENTICATED, Caller, Role
+from arramon_server.runs.results.receipts import Receipts
+from arramon_server.runs.results.reports import Report, report_of
+from arramon_server.runs.storage.causes import AGENT_FINISHED, FORFEITED, STEP_LIMIT, TIME_LIMIT
+from arramon_server.runs.storage.journal import Journal, run_not_found
+from arramon_server.runs.storage.records import Run
+from arramon_server.visible_text import invisible_part
 
 MAX_NOTE = 500
 """Maximum characters of a note."""

@@ -4,8 +4,8 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import replace
 
-from server.board.comparisons import Family
-from server.board.standings import TOTAL, Standing
+from arramon_server.board.comparisons import Family
+from arramon_server.board.standings import TOTAL, Standing
 
 _TIE_BREAKERS = ("PTC@CTC-3", "rPOD@CTC-3", "CTC-3", "nDTW")
 """Metrics that order standings with equal means, in this sequence."""

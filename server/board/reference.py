@@ -3,14 +3,14 @@
 import tomllib
 from importlib import resources
 
-from server.board.standings import Reference
+from arramon_server.board.standings import Reference
 
 _LEFT_OUT = "-"
 
 
 def read_references() -> tuple[Reference, ...]:
     """Return all lines of the paper's tables, in the order of the paper."""
-    data = tomllib.loads(resources.files("server.board").joinpath("paper.toml").read_text(encoding="utf-8"))
+    data = tomllib.loads(resources.files("arramon_server.board").joinpath("paper.toml").read_text(encoding="utf-8"))
     return tuple(
         Reference(
             name=line["name"],

@@ -3,15 +3,15 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from server.board.entries import Published
-from server.board.episode_table import EpisodeTable, join
-from server.board.standings import COLUMNS, TOTAL, Entry
-from server.errors import Conflict
-from server.runs.storage.records import COMPLETE, Run
-from server.scoring.aggregate import Interval
-from server.scoring.episode import METRICS
-from server.scoring.masking import difference, shown_deviation
-from server.scoring.paired import difference_bounds
+from arramon_server.board.entries import Published
+from arramon_server.board.episode_table import EpisodeTable, join
+from arramon_server.board.standings import COLUMNS, TOTAL, Entry
+from arramon_server.errors import Conflict
+from arramon_server.runs.storage.records import COMPLETE, Run
+from arramon_server.scoring.aggregate import Interval
+from arramon_server.scoring.episode import METRICS
+from arramon_server.scoring.masking import difference, shown_deviation
+from arramon_server.scoring.paired import difference_bounds
 
 FREE = frozenset({"version"})
 """Fields of a signature that may differ between a run and its reproduction."""

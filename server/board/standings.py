@@ -6,18 +6,18 @@ from datetime import datetime
 from enum import StrEnum
 from typing import NamedTuple
 
-from server.board.cost import NO_COST, Cost, mean_cost
-from server.runs.accounts.attempts import NONE, Attempts
-from server.runs.results.receipts import Superseded
-from server.runs.storage.corrections import Correction
-from server.runs.storage.records import Progress, Run
-from server.scoring.aggregate import Interval
-from server.scoring.languages import LanguageGap
-from server.scoring.seeds import SeedSpread
-from server.visible_text import shown
+from arramon_server.board.cost import NO_COST, Cost, mean_cost
+from arramon_server.runs.accounts.attempts import NONE, Attempts
+from arramon_server.runs.results.receipts import Superseded
+from arramon_server.runs.storage.corrections import Correction
+from arramon_server.runs.storage.records import Progress, Run
+from arramon_server.scoring.aggregate import Interval
+from arramon_server.scoring.languages import LanguageGap
+from arramon_server.scoring.seeds import SeedSpread
+from arramon_server.visible_text import shown
 
 Rows = Mapping[str, Mapping[str, Interval]]
-"""Row name of `server.scoring.aggregate.ROWS` -> metric of `server.scoring.episode.METRICS` -> value."""
+"""Row name of `arramon_server.scoring.aggregate.ROWS` -> metric of `scoring.episode.METRICS` -> value."""
 
 COLUMNS = {
     "nDTW": "nDTW",

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from datetime import datetime
 from typing import Any
 
-from server.commands import Commands
-from server.commands.journal import open_journal
-from server.errors import ArraMonError, Conflict
-from server.runs.accounts.administration import Account, Administration
+from arramon_server.commands import Commands
+from arramon_server.commands.journal import open_journal
+from arramon_server.errors import ArraMonError, Conflict
+from arramon_server.runs.accounts.administration import Account, Administration
 
 LEAST = 0.95
 """Default for the likeness from which pairs of runs are listed."""
@@ -79,7 +79,9 @@ def _rename(arguments: argparse.Namespace) -> None:
 
 
 def _ban(arguments: argparse.Namespace) -> None:
-    from server.runs.cancellation import Canceller  # imported only here: the simulator takes half a second to load
+    from arramon_server.runs.cancellation import (
+        Canceller,  # imported only here: the simulator takes half a second to load
+    )
 
     with open_journal(arguments.settings) as database:
         withdrawn, running = Administration(database).ban(arguments.participant, arguments.reason)
@@ -109,7 +111,7 @@ def _unban(arguments: argparse.Namespace) -> None:
 
 
 def _duplicates(arguments: argparse.Namespace) -> None:
-    from server.runs.accounts.duplicates import find_duplicates  # imported only here: numpy
+    from arramon_server.runs.accounts.duplicates import find_duplicates  # imported only here: numpy
 
     header = ("split", "earlier run", "participant", "agent", "later run", "participant", "agent", "same", "likeness")
     rows, found = [header], list[dict[str, Any]]()

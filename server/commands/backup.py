@@ -3,9 +3,9 @@
 import argparse
 from pathlib import Path
 
-from server.backup import EXPORT, back_up
-from server.commands import Commands
-from server.configuration.sources import add_flag
+from arramon_server.backup import EXPORT, back_up
+from arramon_server.commands import Commands
+from arramon_server.configuration.sources import add_flag
 
 
 def add(commands: Commands, common: argparse.ArgumentParser) -> None:

@@ -3,16 +3,16 @@
 import argparse
 import sys
 
-from server.board.correcting import AlreadyCorrected, Correcting
-from server.commands import Commands
-from server.commands.journal import open_journal
-from server.configuration.config import Config
-from server.configuration.sources import add_flag
-from server.episodes.changes import named
-from server.episodes.splits import read_splits
-from server.errors import BadInput
-from server.runs.results.signing import KnownKeys, SigningKey
-from server.runs.storage.corrections import Corrections, voided_by
+from arramon_server.board.correcting import AlreadyCorrected, Correcting
+from arramon_server.commands import Commands
+from arramon_server.commands.journal import open_journal
+from arramon_server.configuration.config import Config
+from arramon_server.configuration.sources import add_flag
+from arramon_server.episodes.changes import named
+from arramon_server.episodes.splits import read_splits
+from arramon_server.errors import BadInput
+from arramon_server.runs.results.signing import KnownKeys, SigningKey
+from arramon_server.runs.storage.corrections import Corrections, voided_by
 
 
 def add(commands: Commands, common: argparse.ArgumentParser) -> None:

@@ -4,10 +4,10 @@ from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
 
-from server.configuration.config import Config
-from server.episodes.splits import SECRET
-from server.errors import BadInput
-from server.runs.storage.database import Database
+from arramon_server.configuration.config import Config
+from arramon_server.episodes.splits import SECRET
+from arramon_server.errors import BadInput
+from arramon_server.runs.storage.database import Database
 
 MARKS = ("splits", "journal.db", SECRET, "signing-key.pem")
 """Names of which a data folder holds at least one."""

@@ -2,9 +2,9 @@
 
 import argparse
 
-from server.commands import Commands
-from server.commands.journal import open_journal
-from server.runs.storage.pruning import PRUNABLE_STATES, Prunable, Pruned, Pruner
+from arramon_server.commands import Commands
+from arramon_server.commands.journal import open_journal
+from arramon_server.runs.storage.pruning import PRUNABLE_STATES, Prunable, Pruned, Pruner
 
 STATES = tuple(state.lower() for state in PRUNABLE_STATES)
 

@@ -4,13 +4,13 @@ import argparse
 from collections.abc import Sequence
 from dataclasses import asdict
 
-from server.commands import Commands
-from server.commands.journal import open_journal
-from server.configuration.config import Config
-from server.episodes.files import read_header
-from server.episodes.splits import EPISODES, folders_of
-from server.errors import BadInput
-from server.runs.accounts.quotas import LIMITS, DefaultQuotas, Quota, Quotas
+from arramon_server.commands import Commands
+from arramon_server.commands.journal import open_journal
+from arramon_server.configuration.config import Config
+from arramon_server.episodes.files import read_header
+from arramon_server.episodes.splits import EPISODES, folders_of
+from arramon_server.errors import BadInput
+from arramon_server.runs.accounts.quotas import LIMITS, DefaultQuotas, Quota, Quotas
 
 DEFAULT = "default"
 """Argument that restores the limit of the server's settings."""

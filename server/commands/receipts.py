@@ -5,20 +5,20 @@ import sys
 from contextlib import closing
 from pathlib import Path
 
-from server.board.correcting import Correcting
-from server.commands import Commands
-from server.commands.corrections import key_of
-from server.commands.journal import check_data_folder, open_journal
-from server.configuration.config import Config
-from server.configuration.sources import add_flag
-from server.episodes.splits import read_split, read_splits
-from server.errors import BadInput, Conflict
-from server.runs.results.receipt_file import rescore_file
-from server.runs.results.rescoring import Rescored, Rescorer
-from server.runs.results.signing import KnownKeys, SigningKey
-from server.runs.storage.journal import Journal
-from server.runs.storage.records import RUNNING
-from server.visible_text import shown
+from arramon_server.board.correcting import Correcting
+from arramon_server.commands import Commands
+from arramon_server.commands.corrections import key_of
+from arramon_server.commands.journal import check_data_folder, open_journal
+from arramon_server.configuration.config import Config
+from arramon_server.configuration.sources import add_flag
+from arramon_server.episodes.splits import read_split, read_splits
+from arramon_server.errors import BadInput, Conflict
+from arramon_server.runs.results.receipt_file import rescore_file
+from arramon_server.runs.results.rescoring import Rescored, Rescorer
+from arramon_server.runs.results.signing import KnownKeys, SigningKey
+from arramon_server.runs.storage.journal import Journal
+from arramon_server.runs.storage.records import RUNNING
+from arramon_server.visible_text import shown
 
 
 def add(commands: Commands, common: argparse.ArgumentParser) -> None:

@@ -6,11 +6,11 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
-from server.commands import Commands
-from server.commands.journal import open_journal
-from server.errors import BadInput
-from server.runs.storage.records import CANCELLED, COMPLETE, RUNNING
-from server.runs.storage.run_listing import RunFilter, RunSummary, find_runs
+from arramon_server.commands import Commands
+from arramon_server.commands.journal import open_journal
+from arramon_server.errors import BadInput
+from arramon_server.runs.storage.records import CANCELLED, COMPLETE, RUNNING
+from arramon_server.runs.storage.run_listing import RunFilter, RunSummary, find_runs
 
 STATES = tuple(state.lower() for state in (RUNNING, COMPLETE, CANCELLED))
 
@@ -62,7 +62,9 @@ def _runs(arguments: argparse.Namespace) -> None:
 
 
 def _cancel(arguments: argparse.Namespace) -> None:
-    from server.runs.cancellation import Canceller  # imported only here: the simulator takes half a second to load
+    from arramon_server.runs.cancellation import (
+        Canceller,  # imported only here: the simulator takes half a second to load
+    )
 
     with open_journal(arguments.settings) as database:
         canceller = Canceller(database, arguments.data)

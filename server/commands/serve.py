@@ -2,16 +2,16 @@
 
 import argparse
 
-from server.addresses import check_free
-from server.commands import Commands
-from server.commands.wording import describe
-from server.configuration.config import Config
-from server.configuration.sources import add_serving_flags
-from server.episodes.splits import read_splits
-from server.process.health import check
-from server.process.lifecycle import check_limited_splits, check_secrets, compile_camera, serve
-from server.process.workers import serve_with_workers
-from server.runs.storage.database import Database
+from arramon_server.addresses import check_free
+from arramon_server.commands import Commands
+from arramon_server.commands.wording import describe
+from arramon_server.configuration.config import Config
+from arramon_server.configuration.sources import add_serving_flags
+from arramon_server.episodes.splits import read_splits
+from arramon_server.process.health import check
+from arramon_server.process.lifecycle import check_limited_splits, check_secrets, compile_camera, serve
+from arramon_server.process.workers import serve_with_workers
+from arramon_server.runs.storage.database import Database
 
 
 def add(commands: Commands, common: argparse.ArgumentParser) -> None:

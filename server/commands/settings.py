@@ -3,12 +3,12 @@
 import argparse
 import json
 
-from server.commands import Commands
-from server.configuration.config import SETTINGS
-from server.configuration.setting import Setting
-from server.configuration.sources import Configuration, add_serving_flags
-from server.per_split import PerSplit
-from server.split_times import SplitTimes
+from arramon_server.commands import Commands
+from arramon_server.configuration.config import SETTINGS
+from arramon_server.configuration.setting import Setting
+from arramon_server.configuration.sources import Configuration, add_serving_flags
+from arramon_server.per_split import PerSplit
+from arramon_server.split_times import SplitTimes
 
 
 def add(commands: Commands, common: argparse.ArgumentParser) -> None:

@@ -6,10 +6,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import datetime
 
-from server.commands import Commands
-from server.commands.journal import open_journal
-from server.runs.accounts.accounts import Accounts, Token
-from server.runs.accounts.callers import Role
+from arramon_server.commands import Commands
+from arramon_server.commands.journal import open_journal
+from arramon_server.runs.accounts.accounts import Accounts, Token
+from arramon_server.runs.accounts.callers import Role
 
 
 def add(commands: Commands, common: argparse.ArgumentParser) -> None:

@@ -3,10 +3,10 @@
 import argparse
 from pathlib import Path
 
-from server.commands import Commands
-from server.commands.journal import open_journal
-from server.runs.transfer.export import export
-from server.runs.transfer.restore import import_archive
+from arramon_server.commands import Commands
+from arramon_server.commands.journal import open_journal
+from arramon_server.runs.transfer.export import export
+from arramon_server.runs.transfer.restore import import_archive
 
 
 def add(commands: Commands, common: argparse.ArgumentParser) -> None:

@@ -1,7 +1,7 @@
 """Descriptions that commands print."""
 
-from server.episodes.provenance import origins_of
-from server.episodes.splits import Split
+from arramon_server.episodes.provenance import origins_of
+from arramon_server.episodes.splits import Split
 
 
 def describe(split: Split) -> str:

@@ -1,7 +1,7 @@
 """Descriptions of settings: meaning, unit and range, and conversion of their values from and to text.
 
-A setting is a field of `server.configuration.config.Config`, made by `setting`. Its flag, environment variable, key in
-the file, checks and row in the documented table all derive from that field.
+A setting is a field of `arramon_server.configuration.config.Config`, made by `setting`. Its flag, environment variable,
+key in the file, checks and row in the documented table all derive from that field.
 """
 
 import dataclasses
@@ -12,10 +12,10 @@ from typing import Annotated, Any, TypeVar, get_type_hints
 
 from pydantic import BeforeValidator, Field, TypeAdapter, ValidationError
 
-from server.configuration.secrets import mask_url
-from server.errors import BadInput
-from server.per_split import PerSplit
-from server.split_times import SplitTimes
+from arramon_server.configuration.secrets import mask_url
+from arramon_server.errors import BadInput
+from arramon_server.per_split import PerSplit
+from arramon_server.split_times import SplitTimes
 
 T = TypeVar("T")
 

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from server.configuration.config import SETTINGS, Config, Contradiction
-from server.configuration.setting import Setting, as_text
-from server.errors import BadFile, BadInput
+from arramon_server.configuration.config import SETTINGS, Config, Contradiction
+from arramon_server.configuration.setting import Setting, as_text
+from arramon_server.errors import BadFile, BadInput
 
 CONFIG = "ARRAMON_CONFIG"
 """Environment variable that names the settings file."""

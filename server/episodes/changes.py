@@ -4,9 +4,9 @@ from collections import Counter
 from collections.abc import Collection
 from dataclasses import dataclass, replace
 
-from server.episodes.episode import Episode, Turn
-from server.episodes.splits import Split
-from server.errors import Conflict
+from arramon_server.episodes.episode import Episode, Turn
+from arramon_server.episodes.splits import Split
+from arramon_server.errors import Conflict
 
 MOST_NAMED = 5
 """Episodes that an error names."""

@@ -10,8 +10,8 @@ from pathlib import Path
 
 from pydantic import TypeAdapter, ValidationError
 
-from server.episodes.files import read_bytes
-from server.errors import BadFile
+from arramon_server.episodes.files import read_bytes
+from arramon_server.errors import BadFile
 
 FILE = "demands.json"
 """Name of the file in a split's folder."""

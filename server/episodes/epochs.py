@@ -13,8 +13,8 @@ from pathlib import Path
 import rfc8785
 from pydantic import TypeAdapter
 
-from server.episodes.files import parse
-from server.errors import BadFile, BadInput, quoted
+from arramon_server.episodes.files import parse
+from arramon_server.errors import BadFile, BadInput, quoted
 
 FORMAT, VERSION = "arramon-epoch", 1
 

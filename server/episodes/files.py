@@ -15,11 +15,11 @@ from pydantic import TypeAdapter, ValidationError
 from pydantic_core import from_json
 
 from arramon.strict_json import NotJsonError, read_json
-from server.episodes.episode import Episode
-from server.episodes.provenance import Provenance
-from server.errors import BadFile
-from server.sim.footprints import PROBE_HEIGHT
-from server.sim.section import Section
+from arramon_server.episodes.episode import Episode
+from arramon_server.episodes.provenance import Provenance
+from arramon_server.errors import BadFile
+from arramon_server.sim.footprints import PROBE_HEIGHT
+from arramon_server.sim.section import Section
 
 FORMAT = "arramon-episodes"
 

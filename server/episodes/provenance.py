@@ -8,8 +8,8 @@ from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
-from server.episodes.episode import Episode
-from server.sim.section import Section
+from arramon_server.episodes.episode import Episode
+from arramon_server.sim.section import Section
 
 AGREEMENT, COLOUR, TEXT, DRAWN = "agreement", "colour", "text", "drawn"
 """Origins: several texts agree on it; they agree on its place, and the episode's own text says which of the colours

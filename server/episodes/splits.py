@@ -11,9 +11,9 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
-from server.episodes.demands import Demands, read_demands
-from server.episodes.episode import Episode, languages_of
-from server.episodes.files import (
+from arramon_server.episodes.demands import Demands, read_demands
+from arramon_server.episodes.episode import Episode, languages_of
+from arramon_server.episodes.files import (
     FORMAT,
     Header,
     read_bytes,
@@ -25,10 +25,10 @@ from server.episodes.files import (
     write_provenance,
     write_section,
 )
-from server.episodes.provenance import Provenance
-from server.episodes.texts import Texts, texts_by_language
-from server.errors import BadFile, NotFound, StorageError
-from server.sim.section import Section
+from arramon_server.episodes.provenance import Provenance
+from arramon_server.episodes.texts import Texts, texts_by_language
+from arramon_server.errors import BadFile, NotFound, StorageError
+from arramon_server.sim.section import Section
 
 SENSORS = ("rgb", "depth", "segmentation", "pose", "oracle")
 """All sensors. A hidden split offers only the first two: segmentation would name the visible objects."""

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from server.episodes.episode import Episode
+from arramon_server.episodes.episode import Episode
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""Assembly of the parts of a server process. `server.process.lifecycle` starts and stops them."""
+"""Assembly of the parts of a server process. `arramon_server.process.lifecycle` starts and stops them."""
 
 from collections.abc import Mapping
 from contextlib import AbstractAsyncContextManager, nullcontext
@@ -12,37 +12,37 @@ from grpc_reflection.v1alpha import reflection
 from arramon.v1 import evaluation_pb2, leaderboard_pb2
 from arramon.v1.evaluation_pb2_grpc import add_EvaluationServicer_to_server
 from arramon.v1.leaderboard_pb2_grpc import add_LeaderboardServicer_to_server
-from server.api.access_log import AccessLog
-from server.api.authentication import Authentication
-from server.api.call_limits import CallLimits
-from server.api.error_guard import ErrorGuard
-from server.api.evaluation import Servicer
-from server.api.leaderboard import BoardServicer
-from server.api.responses import Responses
-from server.api.versions import VersionCheck
-from server.board.board import Board
-from server.board.entries import Entries
-from server.board.epochs import EpochBoard
-from server.board.publishing import Publishing
-from server.closing import Closing
-from server.configuration.config import Config
-from server.episodes.splits import Split
-from server.errors import BadInput
-from server.image_threads import ImageThreads
-from server.process.metrics import Metrics
-from server.process.readiness import Readiness
-from server.process.tls import credentials_of
-from server.runs.accounts.accounts import Accounts
-from server.runs.accounts.quotas import DefaultQuotas, Quotas
-from server.runs.play.engine import Engine
-from server.runs.results.receipts import Receipts
-from server.runs.results.signing import KnownKeys, SigningKey
-from server.runs.service import Runs
-from server.runs.storage.database import Database
-from server.runs.storage.epochs import Epochs
-from server.runs.storage.metered_journal import MeteredJournal
-from server.runs.storage.run_activity import RunActivity
-from server.runs.storage.run_counts import runs_by_state
+from arramon_server.api.access_log import AccessLog
+from arramon_server.api.authentication import Authentication
+from arramon_server.api.call_limits import CallLimits
+from arramon_server.api.error_guard import ErrorGuard
+from arramon_server.api.evaluation import Servicer
+from arramon_server.api.leaderboard import BoardServicer
+from arramon_server.api.responses import Responses
+from arramon_server.api.versions import VersionCheck
+from arramon_server.board.board import Board
+from arramon_server.board.entries import Entries
+from arramon_server.board.epochs import EpochBoard
+from arramon_server.board.publishing import Publishing
+from arramon_server.closing import Closing
+from arramon_server.configuration.config import Config
+from arramon_server.episodes.splits import Split
+from arramon_server.errors import BadInput
+from arramon_server.image_threads import ImageThreads
+from arramon_server.process.metrics import Metrics
+from arramon_server.process.readiness import Readiness
+from arramon_server.process.tls import credentials_of
+from arramon_server.runs.accounts.accounts import Accounts
+from arramon_server.runs.accounts.quotas import DefaultQuotas, Quotas
+from arramon_server.runs.play.engine import Engine
+from arramon_server.runs.results.receipts import Receipts
+from arramon_server.runs.results.signing import KnownKeys, SigningKey
+from arramon_server.runs.service import Runs
+from arramon_server.runs.storage.database import Database
+from arramon_server.runs.storage.epochs import Epochs
+from arramon_server.runs.storage.metered_journal import MeteredJournal
+from arramon_server.runs.storage.run_activity import RunActivity
+from arramon_server.runs.storage.run_counts import runs_by_state
 
 SERVICES = (
     evaluation_pb2.DESCRIPTOR.services_by_name["Evaluation"].full_name,
@@ -130,9 +130,9 @@ def wire(config: Config, splits: Mapping[str, Split], database: Database) -> Par
         if not config.http:
             return nullcontext({})
         # Imported only here: they take half a second to load, which an embedded server without pages is spared.
-        from server.web.host import Host
-        from server.web.pages import Pages
-        from server.web.site import Site
+        from arramon_server.web.host import Host
+        from arramon_server.web.pages import Pages
+        from arramon_server.web.site import Site
 
         pages = Pages(board, journal, receipts, splits, epochs, Host.of(config))
         return Site(config, lambda: readiness.problem, metrics.text, pages).open()

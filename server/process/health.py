@@ -6,7 +6,7 @@ import grpc
 from cryptography import x509
 from grpc_health.v1 import health_pb2, health_pb2_grpc
 
-from server.errors import BadFile, Unavailable
+from arramon_server.errors import BadFile, Unavailable
 
 TIMEOUT = 5.0
 """Seconds to wait for the answer."""

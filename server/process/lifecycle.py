@@ -7,15 +7,15 @@ import signal
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing, suppress
 
-from server.configuration.config import Config
-from server.episodes.epochs import SECRETS
-from server.episodes.splits import SECRET, Split, folder_of
-from server.errors import BadInput
-from server.private_files import check_private_file, check_private_folder
-from server.process.assembly import Parts, wire
-from server.runs.accounts.quotas import LIMITS
-from server.runs.storage.database import Database
-from server.sim.raster.camera import compile_kernels, is_compiled
+from arramon_server.configuration.config import Config
+from arramon_server.episodes.epochs import SECRETS
+from arramon_server.episodes.splits import SECRET, Split, folder_of
+from arramon_server.errors import BadInput
+from arramon_server.private_files import check_private_file, check_private_folder
+from arramon_server.process.assembly import Parts, wire
+from arramon_server.runs.accounts.quotas import LIMITS
+from arramon_server.runs.storage.database import Database
+from arramon_server.sim.raster.camera import compile_kernels, is_compiled
 
 COMPILING = "compiling the camera (only once; takes about half a minute)"
 """Announced if the fast camera has never been compiled on this machine."""

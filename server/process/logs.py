@@ -6,7 +6,7 @@ import sys
 from datetime import UTC, datetime
 from typing import Any
 
-from server.configuration.secrets import MASK, is_secret, mask_secrets
+from arramon_server.configuration.secrets import MASK, is_secret, mask_secrets
 
 _OWN = frozenset(vars(logging.makeLogRecord({}))) | {"message", "asctime", "taskName"}
 """Attributes of every log record; all others are fields of the event."""
@@ -38,7 +38,7 @@ def error_line(logger: str, message: str) -> str:
 
 
 class TextFormatter(logging.Formatter):
-    """Formats lines like `2026-03-01T12:00:00.000Z WARNING server.process.lifecycle: draining run_id=7f`."""
+    """Formats lines like `2026-03-01T12:00:00.000Z WARNING arramon_server.process.lifecycle: draining run_id=7f`."""
 
     def format(self, record: logging.LogRecord) -> str:
         """Return one line, and further ones for a traceback."""

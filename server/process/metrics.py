@@ -23,8 +23,8 @@ from prometheus_client.metrics_core import GaugeMetricFamily, Metric
 from prometheus_client.multiprocess import MultiProcessCollector
 from prometheus_client.registry import Collector
 
-from server import __version__
-from server.runs.storage.meter import Meter, Stage
+from arramon_server import __version__
+from arramon_server.runs.storage.meter import Meter, Stage
 
 FOLDER = "PROMETHEUS_MULTIPROC_DIR"
 

@@ -5,7 +5,7 @@ import logging
 import time
 from collections.abc import Awaitable, Callable
 
-from server.errors import ArraMonError
+from arramon_server.errors import ArraMonError
 
 CHECK_SECONDS = 1.0
 """Interval between checks."""

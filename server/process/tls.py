@@ -7,8 +7,8 @@ from typing import Any
 
 import grpc
 
-from server.configuration.config import Config
-from server.errors import BadFile, BadInput
+from arramon_server.configuration.config import Config
+from arramon_server.errors import BadFile, BadInput
 
 _log = logging.getLogger(__name__)
 

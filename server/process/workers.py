@@ -20,11 +20,11 @@ from tempfile import TemporaryDirectory
 
 from prometheus_client.multiprocess import mark_process_dead
 
-from server.addresses import check_free
-from server.configuration.config import Config
-from server.configuration.sources import environment_of, without_settings
-from server.errors import BadInput, Unavailable
-from server.process.metrics import FOLDER as METRICS_FOLDER
+from arramon_server.addresses import check_free
+from arramon_server.configuration.config import Config
+from arramon_server.configuration.sources import environment_of, without_settings
+from arramon_server.errors import BadInput, Unavailable
+from arramon_server.process.metrics import FOLDER as METRICS_FOLDER
 
 START_SECONDS = 120.0
 """Time in which a worker must start; it may have to compile the camera."""
@@ -146,7 +146,7 @@ class _Worker:
         shared = own if listen.startswith("unix:") and number else listen
         self._number = number
         # The client's lifeline ends the process if its parent ends in any way.
-        program = [sys.executable, "-m", "arramon_client.local.lifeline", "server", "serve"]
+        program = [sys.executable, "-m", "arramon_client.local.lifeline", "arramon_server", "serve"]
         self._command = [*program, "--listen", shared, "--shared-port"]
         if own and own != shared:
             self._command += ["--own-address", own]

@@ -3,8 +3,8 @@
 import re
 from collections.abc import Sequence
 
-from server.errors import BadInput
-from server.visible_text import is_visible
+from arramon_server.errors import BadInput
+from arramon_server.visible_text import is_visible
 
 MOST_ARGUMENTS = 16
 """Maximum number of arguments of an agent."""

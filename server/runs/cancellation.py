@@ -4,14 +4,14 @@ import uuid
 from contextlib import closing
 from pathlib import Path
 
-from server.episodes.splits import folder_of, folders_of, no_splits, read_split
-from server.errors import Conflict
-from server.runs.play.forfeits import Forfeits
-from server.runs.play.loader import SessionLoader
-from server.runs.play.worlds import Worlds
-from server.runs.storage.database import Database
-from server.runs.storage.journal import Journal
-from server.runs.storage.records import CANCELLED, RUNNING, Run
+from arramon_server.episodes.splits import folder_of, folders_of, no_splits, read_split
+from arramon_server.errors import Conflict
+from arramon_server.runs.play.forfeits import Forfeits
+from arramon_server.runs.play.loader import SessionLoader
+from arramon_server.runs.play.worlds import Worlds
+from arramon_server.runs.storage.database import Database
+from arramon_server.runs.storage.journal import Journal
+from arramon_server.runs.storage.records import CANCELLED, RUNNING, Run
 
 
 class Canceller:

@@ -4,8 +4,8 @@ import re
 
 from pydantic import HttpUrl, TypeAdapter, ValidationError
 
-from server.errors import BadInput, quoted
-from server.runs.storage.records import Code
+from arramon_server.errors import BadInput, quoted
+from arramon_server.runs.storage.records import Code
 
 LONGEST_URL, LONGEST_IMAGE = 300, 300
 """Maximum characters of an address, and of an image with its digest."""

@@ -6,25 +6,25 @@ from dataclasses import replace
 
 from sqlalchemy.engine import Connection
 
-from server import __version__
-from server.closing import NEVER, Closing
-from server.episodes.splits import Split
-from server.errors import BadInput, Conflict, Forbidden, NotFound, quoted
-from server.runs.accounts.accounts import ANONYMOUS_NAME, Accounts, check_name
-from server.runs.accounts.administration import check_may_act
-from server.runs.accounts.callers import Caller, Role
-from server.runs.accounts.quotas import Quotas
-from server.runs.agent_arguments import normalize_arguments
-from server.runs.code_reference import normalize_code
-from server.runs.play.clocks import Clocks
-from server.runs.play.engine import Engine
-from server.runs.results.breakdown import Breakdown, Breakdowns
-from server.runs.results.reports import Report, coarse_progress, report_of, split_of
-from server.runs.storage.epochs import check_open
-from server.runs.storage.journal import Journal, run_not_found
-from server.runs.storage.records import LEASE, NO_CODE, RUNNING, Code, Progress, Run
-from server.sim.rules import Limits
-from server.visible_text import is_visible
+from arramon_server import __version__
+from arramon_server.closing import NEVER, Closing
+from arramon_server.episodes.splits import Split
+from arramon_server.errors import BadInput, Conflict, Forbidden, NotFound, quoted
+from arramon_server.runs.accounts.accounts import ANONYMOUS_NAME, Accounts, check_name
+from arramon_server.runs.accounts.administration import check_may_act
+from arramon_server.runs.accounts.callers import Caller, Role
+from arramon_server.runs.accounts.quotas import Quotas
+from arramon_server.runs.agent_arguments import normalize_arguments
+from arramon_server.runs.code_reference import normalize_code
+from arramon_server.runs.play.clocks import Clocks
+from arramon_server.runs.play.engine import Engine
+from arramon_server.runs.results.breakdown import Breakdown, Breakdowns
+from arramon_server.runs.results.reports import Report, coarse_progress, report_of, split_of
+from arramon_server.runs.storage.epochs import check_open
+from arramon_server.runs.storage.journal import Journal, run_not_found
+from arramon_server.runs.storage.records import LEASE, NO_CODE, RUNNING, Code, Progress, Run
+from arramon_server.sim.rules import Limits
+from arramon_server.visible_text import is_visible
 
 MAX_PAGE = 1000
 """Maximum number of runs on one page of a listing."""

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from server.scoring.episode import METRICS, EpisodeScores
-from server.scoring.intervals import (
+from arramon_server.scoring.episode import METRICS, EpisodeScores
+from arramon_server.scoring.intervals import (
     CONFIDENCE,
     Bounds,
     Floats,

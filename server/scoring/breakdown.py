@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from server.scoring.aggregate import ROWS, Interval
-from server.scoring.episode import METRICS
-from server.scoring.intervals import Floats, episode_moments, mean_bounds
-from server.scoring.masking import Noise, Rows, masked_group
+from arramon_server.scoring.aggregate import ROWS, Interval
+from arramon_server.scoring.episode import METRICS
+from arramon_server.scoring.intervals import Floats, episode_moments, mean_bounds
+from arramon_server.scoring.masking import Noise, Rows, masked_group
 
 SHOWN = ("nDTW", "CTC-3", "rPOD", "PTC", "PTC@CTC-3")
 """Metrics of a breakdown: the navigation phase alone, the assembly phase alone (not gated), and both together."""

@@ -1,7 +1,7 @@
 """Which sums of hidden scores can be published without telling of a single episode, and how finely.
 
-`server.scoring.masking` makes what is shown. Here is how fine it is, what it tells at most, and which groups of turns
-are shown at all.
+`arramon_server.scoring.masking` makes what is shown. Here is how fine it is, what it tells at most, and which groups of
+turns are shown at all.
 
 Sums over several groups of turns can be added and subtracted: a group from one that contains it, or several from each
 other. All that follows from them linearly lies in the space that the groups span. An episode's leverage in that space
@@ -16,7 +16,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from server.scoring.intervals import Floats
+from arramon_server.scoring.intervals import Floats
 
 LEAST = 20
 """Episodes that every sum, and every combination of sums, is about at least."""
@@ -40,10 +40,10 @@ GROUP_NOISE = 16.0
 """Standard deviation of the noise in the sum over a group of turns, in turns: a turn may be in many groups."""
 
 FIGURES = 5
-"""Figures of a group: the metrics of `server.scoring.breakdown.SHOWN`."""
+"""Figures of a group: the metrics of `arramon_server.scoring.breakdown.SHOWN`."""
 
 GROUP_BITS = 0.15
-"""Bits that all groups of one run together may tell of one episode, see `server.scoring.masking`."""
+"""Bits that all groups of one run together may tell of one episode, see `arramon_server.scoring.masking`."""
 
 _NOTHING = 1e-9
 """Squared length up to which a vector counts as zero."""

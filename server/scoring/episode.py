@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from server.scoring.metrics import ctc_within, ndtw, placement_distance, ptc, rpod
-from server.scoring.trajectory import EpisodeRecord, TurnRecord
+from arramon_server.scoring.metrics import ctc_within, ndtw, placement_distance, ptc, rpod
+from arramon_server.scoring.trajectory import EpisodeRecord, TurnRecord
 
 CTC_DISTANCES = {"CTC-3": 3.0, "CTC-5": 5.0, "CTC-7": 7.0}
 """Metric name -> distance k, in units."""

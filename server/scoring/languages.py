@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from server.scoring.intervals import Floats
-from server.scoring.paired import difference_bounds
+from arramon_server.scoring.intervals import Floats
+from arramon_server.scoring.paired import difference_bounds
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 from scipy.special import ndtri
 
-from server.scoring.aggregate import Interval
-from server.scoring.disclosure import LEAST, step_of
-from server.scoring.intervals import CONFIDENCE
-from server.scoring.masking import shown_deviation
+from arramon_server.scoring.aggregate import Interval
+from arramon_server.scoring.disclosure import LEAST, step_of
+from arramon_server.scoring.intervals import CONFIDENCE
+from arramon_server.scoring.masking import shown_deviation
 
 
 @dataclass(frozen=True, slots=True)

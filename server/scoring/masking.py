@@ -9,7 +9,7 @@ and 1 as 1. `disclosure.figure_bits` is what one figure tells of an episode at m
 whatever else is known, and several figures tell at most the sum.
 
 Thresholds follow from the split's ground truth, which nobody outside knows, and from the digest of the play: the
-actions and causes of all episodes (`server.runs.storage.plays`). So the same play shows the same figures, whoever plays
+actions and causes of all episodes (`runs.storage.plays`). So the same play shows the same figures, whoever plays
 it and in however many pieces, and another play has thresholds that are independent of all earlier ones. They must not
 follow from the scores: two plays would then show equal figures exactly if they scored alike, and an attacker who knows
 the scores of one would read those of the other; nor from less than the whole play: an attacker would find a threshold
@@ -32,10 +32,10 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import stdtrit
 
-from server.scoring.aggregate import ROWS, Interval
-from server.scoring.disclosure import FLAT, GROUP_NOISE, LEAST, STEPS, TEST_NOISE, step_of
-from server.scoring.episode import GATES, METRICS, PLACEMENT
-from server.scoring.intervals import CONFIDENCE, Floats, Moments, mean_bounds
+from arramon_server.scoring.aggregate import ROWS, Interval
+from arramon_server.scoring.disclosure import FLAT, GROUP_NOISE, LEAST, STEPS, TEST_NOISE, step_of
+from arramon_server.scoring.episode import GATES, METRICS, PLACEMENT
+from arramon_server.scoring.intervals import CONFIDENCE, Floats, Moments, mean_bounds
 
 MASKED_METHOD = "from-masked-means"
 """Name of the method of the intervals, as receipts state it. A change of the method changes the name."""

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from server.scoring.trajectory import Cell, Point2, Point3
+from arramon_server.scoring.trajectory import Cell, Point2, Point3
 
 NDTW_THRESHOLD = 3.0
 """Mean distance per reference point at which nDTW is 1/e, in units."""

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import ndtr, stdtrit
 
-from server.scoring.intervals import CONFIDENCE, Floats, episode_moments
+from arramon_server.scoring.intervals import CONFIDENCE, Floats, episode_moments
 
 FLIPS = 10_000
 """Random signs of each episode."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import stdtrit
 
-from server.scoring.intervals import CONFIDENCE, Floats
+from arramon_server.scoring.intervals import CONFIDENCE, Floats
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,14 +16,24 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
-from server.sim.assets.collectibles import mesh_of, texture_of
-from server.sim.cameras import FAR, FIELD_OF_VIEW, NEAR, THOUSANDTH, Actor, Frame, Viewpoint, label_of, labels_of
-from server.sim.catalogue import ObjectType
-from server.sim.daylight import AMBIENT, DIFFUSE, SUN, sky
-from server.sim.footprints import PROBE_HEIGHT, TOUCHING, Footprint, Place
-from server.sim.geometry import AGENT_RADIUS
-from server.sim.scene import Body, BoxCollider, Mesh, Scene
-from server.sim.variations import CACHED, SAME, Difference
+from arramon_server.sim.assets.collectibles import mesh_of, texture_of
+from arramon_server.sim.cameras import (
+    FAR,
+    FIELD_OF_VIEW,
+    NEAR,
+    THOUSANDTH,
+    Actor,
+    Frame,
+    Viewpoint,
+    label_of,
+    labels_of,
+)
+from arramon_server.sim.catalogue import ObjectType
+from arramon_server.sim.daylight import AMBIENT, DIFFUSE, SUN, sky
+from arramon_server.sim.footprints import PROBE_HEIGHT, TOUCHING, Footprint, Place
+from arramon_server.sim.geometry import AGENT_RADIUS
+from arramon_server.sim.scene import Body, BoxCollider, Mesh, Scene
+from arramon_server.sim.variations import CACHED, SAME, Difference
 
 
 @contextmanager

@@ -7,9 +7,9 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from server.sim.catalogue import ALL_TYPES, ObjectType
-from server.sim.geometry import EYE_HEIGHT
-from server.sim.scene import Body, Scene
+from arramon_server.sim.catalogue import ALL_TYPES, ObjectType
+from arramon_server.sim.geometry import EYE_HEIGHT
+from arramon_server.sim.scene import Body, Scene
 
 FIELD_OF_VIEW = 60.0
 """Degrees, vertical and horizontal: frames are square."""

@@ -5,18 +5,18 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from server.sim.assets.banners import banner_texture
-from server.sim.assets.facades import BAYS, STOREYS, facade
-from server.sim.assets.furniture import COLOURS, piece_of
-from server.sim.assets.markings import DASH, Dash, dashes
-from server.sim.assets.meshes import Vector, merge, moved, quad
-from server.sim.assets.palette import palette
-from server.sim.assets.signs import shop_sign_texture
-from server.sim.assets.textures import GROUND_SPAN, Image, texture
-from server.sim.cameras import FAR
-from server.sim.labels import Label
-from server.sim.scene import Body, BoxCollider, Mesh, Scene
-from server.sim.section import PROP_KINDS, Building, Prop, Section
+from arramon_server.sim.assets.banners import banner_texture
+from arramon_server.sim.assets.facades import BAYS, STOREYS, facade
+from arramon_server.sim.assets.furniture import COLOURS, piece_of
+from arramon_server.sim.assets.markings import DASH, Dash, dashes
+from arramon_server.sim.assets.meshes import Vector, merge, moved, quad
+from arramon_server.sim.assets.palette import palette
+from arramon_server.sim.assets.signs import shop_sign_texture
+from arramon_server.sim.assets.textures import GROUND_SPAN, Image, texture
+from arramon_server.sim.cameras import FAR
+from arramon_server.sim.labels import Label
+from arramon_server.sim.scene import Body, BoxCollider, Mesh, Scene
+from arramon_server.sim.section import PROP_KINDS, Building, Prop, Section
 
 PAVEMENT = 0.8
 """Width of the pavement around a building, in units."""

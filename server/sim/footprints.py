@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple, Self
 
-from server.sim.geometry import AGENT_RADIUS
-from server.sim.scene import Body, Scene
+from arramon_server.sim.geometry import AGENT_RADIUS
+from arramon_server.sim.scene import Body, Scene
 
 PROBE_HEIGHT = 0.1
 """Height above the ground, in units, at which agents collide. Every collider is solid there: only footprints matter."""

@@ -7,10 +7,10 @@ from itertools import product
 import numpy as np
 import numpy.typing as npt
 
-from server.sim.assets.furniture import COLOURS, SPOKEN_COLOURS
-from server.sim.assets.signs import SHOPS
-from server.sim.catalogue import ALL_TYPES, ObjectType
-from server.sim.section import FACADES, PROP_KINDS
+from arramon_server.sim.assets.furniture import COLOURS, SPOKEN_COLOURS
+from arramon_server.sim.assets.signs import SHOPS
+from arramon_server.sim.catalogue import ALL_TYPES, ObjectType
+from arramon_server.sim.section import FACADES, PROP_KINDS
 
 BANNER_COLOURS = ("red", "blue", "green", "yellow", "white", "black")
 SPOKEN_BANNER_COLOURS = ("orange", "brown")

@@ -2,10 +2,10 @@
 
 from dataclasses import dataclass, replace
 
-from server.sim.assets.banners import COLOURS as BANNER_COLOURS
-from server.sim.city import label_of_prop
-from server.sim.labels import LABELS
-from server.sim.section import Prop, Section
+from arramon_server.sim.assets.banners import COLOURS as BANNER_COLOURS
+from arramon_server.sim.city import label_of_prop
+from arramon_server.sim.labels import LABELS
+from arramon_server.sim.section import Prop, Section
 
 PAINTED = "zebra_crossing"
 """The kind of prop that is part of the road's markings: it is the same in all episodes of a section."""

@@ -7,12 +7,12 @@ from collections.abc import Container, Sequence
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Protocol
 
-from server.sim.cameras import CAMERAS
-from server.sim.footprints import Footprints, Place
-from server.sim.scene import Body, Scene
+from arramon_server.sim.cameras import CAMERAS
+from arramon_server.sim.footprints import Footprints, Place
+from arramon_server.sim.scene import Body, Scene
 
 if TYPE_CHECKING:
-    from server.sim.bullet import World
+    from arramon_server.sim.bullet import World
 
 WITH_PYBULLET = "tiny"
 """The camera that needs pybullet."""
@@ -55,7 +55,7 @@ def physics_of(scene: Scene) -> Physics:
     if not has_pybullet():
         return Footprints(scene)
     # Not at the top: where pybullet is not installed the module cannot be imported.
-    from server.sim.bullet import Obstacles
+    from arramon_server.sim.bullet import Obstacles
 
     return Obstacles(scene)
 
@@ -67,7 +67,7 @@ def world_of(scene: Scene) -> "World":
         ValueError: as `physics_of`.
         ModuleNotFoundError: if pybullet is not installed.
     """
-    from server.sim.bullet import World
+    from arramon_server.sim.bullet import World
 
     return World(scene)
 

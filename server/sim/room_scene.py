@@ -5,11 +5,11 @@ inferred from the release's instructions: objects put against the wooden wall be
 wall in row 0, and "turn to face the dotted wall" is a turn to the left.
 """
 
-from server.sim.assets.meshes import Vector, moved, quad
-from server.sim.assets.textures import texture
-from server.sim.labels import Label
-from server.sim.room import CELL, COLUMNS, ROWS, START
-from server.sim.scene import Body, BoxCollider, Mesh, Scene
+from arramon_server.sim.assets.meshes import Vector, moved, quad
+from arramon_server.sim.assets.textures import texture
+from arramon_server.sim.labels import Label
+from arramon_server.sim.room import CELL, COLUMNS, ROWS, START
+from arramon_server.sim.scene import Body, BoxCollider, Mesh, Scene
 
 WALL_HEIGHT = 3.0
 """Height of the walls, in units; they are half a cell beyond the outermost cells' centres."""

@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 from enum import Enum, IntEnum
 from typing import Protocol
 
-from server.sim.catalogue import ObjectType
-from server.sim.geometry import STEP, TURN, Point, Pose, wrap
-from server.sim.room import START, Placement, Square
+from arramon_server.sim.catalogue import ObjectType
+from arramon_server.sim.geometry import STEP, TURN, Point, Pose, wrap
+from arramon_server.sim.room import START, Placement, Square
 
 TURNS = 2
 

@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from server.sim.cameras import Actor, Camera, Frame, Viewpoint
-from server.sim.physics import Physics
-from server.sim.scene import Body, Scene
+from arramon_server.sim.cameras import Actor, Camera, Frame, Viewpoint
+from arramon_server.sim.physics import Physics
+from arramon_server.sim.scene import Body, Scene
 
 CACHED = 512
 """Number of variations of a scene that a camera remembers, some 20 KB each."""

@@ -3,12 +3,12 @@
 from dataclasses import dataclass
 from functools import lru_cache
 
-from server.sim.assets.collectibles import height_of
-from server.sim.cameras import Actor, Viewpoint
-from server.sim.geometry import Pose
-from server.sim.remembered import Remembered
-from server.sim.room import CELL, OBJECT_SCALE
-from server.sim.rules import Collectible, Layout, Phase, PlacedObject, State
+from arramon_server.sim.assets.collectibles import height_of
+from arramon_server.sim.cameras import Actor, Viewpoint
+from arramon_server.sim.geometry import Pose
+from arramon_server.sim.remembered import Remembered
+from arramon_server.sim.room import CELL, OBJECT_SCALE
+from arramon_server.sim.rules import Collectible, Layout, Phase, PlacedObject, State
 
 CACHED_POSES = 4096
 """Number of streets and rooms whose actors are cached, as they rarely change between steps."""

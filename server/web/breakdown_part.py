@@ -4,12 +4,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
-from server.runs.results.breakdown import Breakdown, Line
-from server.runs.results.groups import Group
-from server.scoring.aggregate import Interval
-from server.scoring.breakdown import SHOWN
-from server.scoring.disclosure import LEAST
-from server.web.texts import Texts
+from arramon_server.runs.results.breakdown import Breakdown, Line
+from arramon_server.runs.results.groups import Group
+from arramon_server.scoring.aggregate import Interval
+from arramon_server.scoring.breakdown import SHOWN
+from arramon_server.scoring.disclosure import LEAST
+from arramon_server.web.texts import Texts
 
 PLOTTED = ("CTC-3", "PTC", "PTC@CTC-3")
 """Metrics in the plot: one for the navigation, one for the assembly, one for both."""

@@ -3,11 +3,11 @@
 from collections.abc import Mapping
 from typing import Any
 
-from server.board.board import Against, Board
-from server.board.standings import BOTH, HEADLINE, Standing
-from server.errors import Conflict, NotFound
-from server.web.filters import METRICS, Choice
-from server.web.texts import Texts
+from arramon_server.board.board import Against, Board
+from arramon_server.board.standings import BOTH, HEADLINE, Standing
+from arramon_server.errors import Conflict, NotFound
+from arramon_server.web.filters import METRICS, Choice
+from arramon_server.web.texts import Texts
 
 _SHOWN = {1: "against.better", 0: "against.same", -1: "against.worse"}
 """Outcome of a comparison -> key of its word."""

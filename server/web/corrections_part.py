@@ -1,8 +1,8 @@
 """What the pages say of a split's corrections, and of the time at which its leaderboard closes."""
 
-from server.closing import Closing
-from server.runs.storage.corrections import Correction
-from server.web.texts import Texts
+from arramon_server.closing import Closing
+from arramon_server.runs.storage.corrections import Correction
+from arramon_server.web.texts import Texts
 
 _NAMED = 5
 """Episodes of a correction that are named."""

@@ -4,9 +4,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from server.board.standings import Standing
-from server.web.curves import BOTTOM, HEIGHT, LEFT, RIGHT, TOP, WIDTH, Tick
-from server.web.texts import Texts
+from arramon_server.board.standings import Standing
+from arramon_server.web.curves import BOTTOM, HEIGHT, LEFT, RIGHT, TOP, WIDTH, Tick
+from arramon_server.web.texts import Texts
 
 COSTS = ("thinking", "parameters", "tokens", "price")
 """Costs in addresses: the first is measured by the server, the others are declared."""

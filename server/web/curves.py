@@ -3,9 +3,9 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from server.board.standings import Rows
-from server.scoring.aggregate import ROWS
-from server.scoring.episode import CTC_DISTANCES
+from arramon_server.board.standings import Rows
+from arramon_server.scoring.aggregate import ROWS
+from arramon_server.scoring.episode import CTC_DISTANCES
 
 WIDTH, HEIGHT = 420, 240
 LEFT, RIGHT, TOP, BOTTOM = 44, 12, 12, 40

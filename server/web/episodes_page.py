@@ -6,19 +6,19 @@ from dataclasses import dataclass
 from typing import Any
 from urllib.parse import quote, urlencode
 
-from server.board.board import Board
-from server.board.standings import Entry
-from server.errors import NotFound, quoted
-from server.runs.storage.corrections import voided_by
-from server.runs.storage.records import Ending
-from server.scoring.episode import Scores
-from server.web.filters import METRICS
-from server.web.paths import Paths, PlayedEpisode
-from server.web.room_map import Pile
-from server.web.section_map import Label, labels
-from server.web.standings_page import columns
-from server.web.texts import Texts, all_texts
-from server.web.things import named_things, object_name
+from arramon_server.board.board import Board
+from arramon_server.board.standings import Entry
+from arramon_server.errors import NotFound, quoted
+from arramon_server.runs.storage.corrections import voided_by
+from arramon_server.runs.storage.records import Ending
+from arramon_server.scoring.episode import Scores
+from arramon_server.web.filters import METRICS
+from arramon_server.web.paths import Paths, PlayedEpisode
+from arramon_server.web.room_map import Pile
+from arramon_server.web.section_map import Label, labels
+from arramon_server.web.standings_page import columns
+from arramon_server.web.texts import Texts, all_texts
+from arramon_server.web.things import named_things, object_name
 
 ALL = "all"
 

@@ -4,13 +4,13 @@ from collections.abc import Mapping
 from itertools import groupby
 from typing import Any
 
-from server.board.board import Board
-from server.board.epochs import Epoch, EpochBoard
-from server.board.standings import HEADLINE
-from server.errors import NotFound
-from server.runs.storage.epochs import EpochState
-from server.web.filters import METRICS, Choice
-from server.web.texts import Texts
+from arramon_server.board.board import Board
+from arramon_server.board.epochs import Epoch, EpochBoard
+from arramon_server.board.standings import HEADLINE
+from arramon_server.errors import NotFound
+from arramon_server.runs.storage.epochs import EpochState
+from arramon_server.web.filters import METRICS, Choice
+from arramon_server.web.texts import Texts
 
 
 class EpochsPage:

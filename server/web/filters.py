@@ -5,9 +5,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from urllib.parse import urlencode
 
-from server.board.standings import BOTH, COLUMNS, HEADLINE, PRIVILEGED, TOTAL, Mark, Standing
-from server.errors import NotFound, quoted
-from server.web.cost_part import COSTS
+from arramon_server.board.standings import BOTH, COLUMNS, HEADLINE, PRIVILEGED, TOTAL, Mark, Standing
+from arramon_server.errors import NotFound, quoted
+from arramon_server.web.cost_part import COSTS
 
 TURNS = {"total": TOTAL, "1": "turn 1", "2": "turn 2"}
 """Turns in addresses -> row of a score table."""

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from server.configuration.config import Config
+from arramon_server.configuration.config import Config
 
 _SCHEMES = ("https://", "http://", "mailto:")
 """Beginnings of addresses that the pages link to."""

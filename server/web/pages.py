@@ -9,25 +9,25 @@ from urllib.parse import quote
 
 from aiohttp import web
 
-from server.board.board import Board
-from server.board.epochs import EpochBoard, as_file
-from server.board.exports import as_csv, as_json
-from server.episodes.splits import Split
-from server.errors import Conflict, NotFound, Unavailable
-from server.runs.accounts.callers import READER
-from server.runs.results.receipts import Receipts
-from server.runs.storage.journal import Journal
-from server.web.comparison_page import ComparisonPage
-from server.web.episodes_page import EpisodesPage
-from server.web.epochs_page import EpochsPage
-from server.web.filters import read_choice
-from server.web.host import UNNAMED, Host
-from server.web.paths import Paths
-from server.web.rendering import Renderer
-from server.web.responses import FOR_EVER, redirect, respond
-from server.web.run_page import RunPage
-from server.web.standings_page import StandingsPage
-from server.web.texts import Texts, all_texts, preferred
+from arramon_server.board.board import Board
+from arramon_server.board.epochs import EpochBoard, as_file
+from arramon_server.board.exports import as_csv, as_json
+from arramon_server.episodes.splits import Split
+from arramon_server.errors import Conflict, NotFound, Unavailable
+from arramon_server.runs.accounts.callers import READER
+from arramon_server.runs.results.receipts import Receipts
+from arramon_server.runs.storage.journal import Journal
+from arramon_server.web.comparison_page import ComparisonPage
+from arramon_server.web.episodes_page import EpisodesPage
+from arramon_server.web.epochs_page import EpochsPage
+from arramon_server.web.filters import read_choice
+from arramon_server.web.host import UNNAMED, Host
+from arramon_server.web.paths import Paths
+from arramon_server.web.rendering import Renderer
+from arramon_server.web.responses import FOR_EVER, redirect, respond
+from arramon_server.web.run_page import RunPage
+from arramon_server.web.standings_page import StandingsPage
+from arramon_server.web.texts import Texts, all_texts, preferred
 
 MAX_WAITING = 64
 """Requests that may wait for a thread or run in one; further ones are answered with 503."""

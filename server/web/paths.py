@@ -4,22 +4,22 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 
-from server.board.standings import Entry, Version
-from server.episodes.episode import Episode
-from server.episodes.splits import Split
-from server.errors import NotFound, quoted
-from server.runs.play.session import Session
-from server.runs.storage import causes
-from server.runs.storage.journal import Journal
-from server.runs.storage.records import Ending, Run
-from server.sim.city import city_scene, refurnished
-from server.sim.own_furniture import OwnFurniture, furnished
-from server.sim.physics import Physics, physics_of
-from server.sim.rules import Ground, Limits
-from server.sim.scene import Scene
-from server.sim.section import Section
-from server.sim.variations import Difference, VariedGround
-from server.web import room_map, section_map
+from arramon_server.board.standings import Entry, Version
+from arramon_server.episodes.episode import Episode
+from arramon_server.episodes.splits import Split
+from arramon_server.errors import NotFound, quoted
+from arramon_server.runs.play.session import Session
+from arramon_server.runs.storage import causes
+from arramon_server.runs.storage.journal import Journal
+from arramon_server.runs.storage.records import Ending, Run
+from arramon_server.sim.city import city_scene, refurnished
+from arramon_server.sim.own_furniture import OwnFurniture, furnished
+from arramon_server.sim.physics import Physics, physics_of
+from arramon_server.sim.rules import Ground, Limits
+from arramon_server.sim.scene import Scene
+from arramon_server.sim.section import Section
+from arramon_server.sim.variations import Difference, VariedGround
+from arramon_server.web import room_map, section_map
 
 EXAMPLES = 8
 """Episodes that a run's page links to."""

@@ -9,9 +9,9 @@ from typing import Any
 import jinja2
 import markupsafe
 
-from server import __version__
-from server.web.host import UNNAMED, Host, link_of
-from server.web.texts import Texts, all_texts
+from arramon_server import __version__
+from arramon_server.web.host import UNNAMED, Host, link_of
+from arramon_server.web.texts import Texts, all_texts
 
 _WORDS = re.compile(r"[^_.:@]*[_.:@]*")
 """A word with the punctuation after it, at which browsers break no line."""

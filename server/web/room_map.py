@@ -3,12 +3,12 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from server.episodes.episode import Turn
-from server.runs.play.session import Session
-from server.scoring.trajectory import TurnRecord
-from server.sim.catalogue import ObjectType
-from server.sim.room import COLUMNS, ROWS, START, Square
-from server.sim.rules import Phase, PlacedObject
+from arramon_server.episodes.episode import Turn
+from arramon_server.runs.play.session import Session
+from arramon_server.scoring.trajectory import TurnRecord
+from arramon_server.sim.catalogue import ObjectType
+from arramon_server.sim.room import COLUMNS, ROWS, START, Square
+from arramon_server.sim.rules import Phase, PlacedObject
 
 CELL = 10
 """Side of a cell, in the picture's units."""

@@ -4,28 +4,28 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
-from server.board.board import Board
-from server.board.cost import Cost
-from server.board.epochs import EpochBoard
-from server.board.standings import Entry, Mark
-from server.episodes.splits import Split
-from server.errors import NotFound
-from server.runs.results.breakdown import Breakdowns
-from server.runs.storage import causes
-from server.runs.storage.corrections import voided_by
-from server.runs.storage.records import CANCELLED, Progress, Run
-from server.scoring.episode import GATES, PLACEMENT
-from server.visible_text import shown
-from server.web import curves
-from server.web.breakdown_part import Part, breakdown_part
-from server.web.corrections_part import closing_words, correction_words
-from server.web.filters import METRICS, TURNS, Choice
-from server.web.paths import Paths
-from server.web.standings_page import columns
-from server.web.texts import Texts
+from arramon_server.board.board import Board
+from arramon_server.board.cost import Cost
+from arramon_server.board.epochs import EpochBoard
+from arramon_server.board.standings import Entry, Mark
+from arramon_server.episodes.splits import Split
+from arramon_server.errors import NotFound
+from arramon_server.runs.results.breakdown import Breakdowns
+from arramon_server.runs.storage import causes
+from arramon_server.runs.storage.corrections import voided_by
+from arramon_server.runs.storage.records import CANCELLED, Progress, Run
+from arramon_server.scoring.episode import GATES, PLACEMENT
+from arramon_server.visible_text import shown
+from arramon_server.web import curves
+from arramon_server.web.breakdown_part import Part, breakdown_part
+from arramon_server.web.corrections_part import closing_words, correction_words
+from arramon_server.web.filters import METRICS, TURNS, Choice
+from arramon_server.web.paths import Paths
+from arramon_server.web.standings_page import columns
+from arramon_server.web.texts import Texts
 
 _ROW_ORDER = ("1", "2", "total")
-"""Rows of a score table, as in `server.scoring.aggregate.ROWS`."""
+"""Rows of a score table, as in `arramon_server.scoring.aggregate.ROWS`."""
 
 _MAX_CURVE_ROWS = 24
 """Limit of rows in the table that gives a curve's values."""

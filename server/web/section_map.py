@@ -4,9 +4,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from server.episodes.provenance import AGREEMENT, COLOUR, DRAWN, TEXT, Origin
-from server.scoring.trajectory import Point2, TurnRecord
-from server.sim.section import Building, Section
+from arramon_server.episodes.provenance import AGREEMENT, COLOUR, DRAWN, TEXT, Origin
+from arramon_server.scoring.trajectory import Point2, TurnRecord
+from arramon_server.sim.section import Building, Section
 
 MARGIN = 6.0
 """Border of the map around the ground that agents can reach, in units."""

@@ -7,12 +7,12 @@ from dataclasses import replace
 
 from aiohttp import web
 
-from server.configuration.config import Config
-from server.errors import BadInput
-from server.process.metrics import CONTENT_TYPE
-from server.process.tls import context_of
-from server.web.idle_connections import IdleConnections
-from server.web.pages import Pages
+from arramon_server.configuration.config import Config
+from arramon_server.errors import BadInput
+from arramon_server.process.metrics import CONTENT_TYPE
+from arramon_server.process.tls import context_of
+from arramon_server.web.idle_connections import IdleConnections
+from arramon_server.web.pages import Pages
 
 
 class Site:

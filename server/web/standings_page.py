@@ -5,20 +5,20 @@ from collections.abc import Mapping
 from datetime import datetime
 from typing import Any
 
-from server.board.board import Board
-from server.board.epochs import EpochBoard
-from server.board.standings import BOTH, Entry, Mark, Standing
-from server.episodes.splits import Split
-from server.errors import NotFound
-from server.runs.storage.epochs import EpochState
-from server.runs.storage.records import CANCELLED
-from server.visible_text import shown
-from server.web.corrections_part import closing_words, correction_words
-from server.web.cost_part import COSTS, cost_part
-from server.web.curves import FRAME
-from server.web.epochs_page import state_of
-from server.web.filters import COVERAGES, GAP, METRICS, SENSORS, TURNS, Choice, first_order
-from server.web.texts import Texts
+from arramon_server.board.board import Board
+from arramon_server.board.epochs import EpochBoard
+from arramon_server.board.standings import BOTH, Entry, Mark, Standing
+from arramon_server.episodes.splits import Split
+from arramon_server.errors import NotFound
+from arramon_server.runs.storage.epochs import EpochState
+from arramon_server.runs.storage.records import CANCELLED
+from arramon_server.visible_text import shown
+from arramon_server.web.corrections_part import closing_words, correction_words
+from arramon_server.web.cost_part import COSTS, cost_part
+from arramon_server.web.curves import FRAME
+from arramon_server.web.epochs_page import state_of
+from arramon_server.web.filters import COVERAGES, GAP, METRICS, SENSORS, TURNS, Choice, first_order
+from arramon_server.web.texts import Texts
 
 PAGE_SIZE = 100
 """Standings on one page."""

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
-from server.scoring.trajectory import Point2
-from server.sim.catalogue import ObjectType
-from server.sim.section import Prop, Section
-from server.web.texts import Texts
+from arramon_server.scoring.trajectory import Point2
+from arramon_server.sim.catalogue import ObjectType
+from arramon_server.sim.section import Prop, Section
+from arramon_server.web.texts import Texts
 
 NEAR = 9.0
 """Greatest distance from the ground truth of a thing that its instruction is taken to name, in units."""

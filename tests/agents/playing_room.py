@@ -5,17 +5,17 @@ from functools import cache
 
 import numpy as np
 
-from agents.follower.room import RoomFollower
+from arramon_agents.follower.room import RoomFollower
 from arramon_client.agent import Label, Observation
-from lang.meaning import Assembly
-from server.sim.catalogue import ObjectType
-from server.sim.geometry import Pose
-from server.sim.labels import LABELS, places_of
-from server.sim.raster.camera import RasterCamera
-from server.sim.room import Placement
-from server.sim.room_scene import room_scene
-from server.sim.rules import Action, Layout, Limits, Phase, Placed, PlacedObject, State, step
-from server.sim.view import view
+from arramon_lang.meaning import Assembly
+from arramon_server.sim.catalogue import ObjectType
+from arramon_server.sim.geometry import Pose
+from arramon_server.sim.labels import LABELS, places_of
+from arramon_server.sim.raster.camera import RasterCamera
+from arramon_server.sim.room import Placement
+from arramon_server.sim.room_scene import room_scene
+from arramon_server.sim.rules import Action, Layout, Limits, Phase, Placed, PlacedObject, State, step
+from arramon_server.sim.view import view
 
 CLIENT_LABELS = tuple(Label(label.kind, label.colour, label.look) for label in LABELS)
 HERE = Pose(0.0, 0.0, 0.0)

@@ -6,23 +6,23 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from agents.follower.map import Map, index
-from agents.follower.map_landmarks import Landmark, fits, landmarks_ahead
-from agents.follower.navigation import Navigator
-from agents.follower.navigation_body import Body
-from agents.follower.navigation_motion import can_step, find_path, turns
-from agents.follower.navigation_places import find_openings
+from arramon_agents.follower.map import Map, index
+from arramon_agents.follower.map_landmarks import Landmark, fits, landmarks_ahead
+from arramon_agents.follower.navigation import Navigator
+from arramon_agents.follower.navigation_body import Body
+from arramon_agents.follower.navigation_motion import can_step, find_path, turns
+from arramon_agents.follower.navigation_places import find_openings
 from arramon_client.agent import Action, Label, Observation
-from lang.meaning import Face, Navigation, Rotate, Step, Thing, Walk, Where
-from server.dataset.trial import AGENT_LABELS
-from server.sim import rules
-from server.sim.city import city_scene
-from server.sim.geometry import Pose
-from server.sim.labels import places_of
-from server.sim.physics import physics_of
-from server.sim.raster.camera import RasterCamera
-from server.sim.rules import Collectible, Layout, Limits, Phase, State
-from server.sim.view import view
+from arramon_dataset.trial import AGENT_LABELS
+from arramon_lang.meaning import Face, Navigation, Rotate, Step, Thing, Walk, Where
+from arramon_server.sim import rules
+from arramon_server.sim.city import city_scene
+from arramon_server.sim.geometry import Pose
+from arramon_server.sim.labels import places_of
+from arramon_server.sim.physics import physics_of
+from arramon_server.sim.raster.camera import RasterCamera
+from arramon_server.sim.rules import Collectible, Layout, Limits, Phase, State
+from arramon_server.sim.view import view
 from tests.dataset.instructions.town import START, STREET, crossing, thing
 
 MUG = Thing("mug", "red", "striped")

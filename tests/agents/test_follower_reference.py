@@ -5,13 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from agents.follower.map import Map
-from agents.follower.map_landmarks import Landmarks
-from agents.follower.navigation_places import Openings
-from agents.follower.navigation_reference import Referents
-from agents.follower.perceive import Scan, Sighting
+from arramon_agents.follower.map import Map
+from arramon_agents.follower.map_landmarks import Landmarks
+from arramon_agents.follower.navigation_places import Openings
+from arramon_agents.follower.navigation_reference import Referents
+from arramon_agents.follower.perceive import Scan, Sighting
 from arramon_client.agent import Label
-from lang.meaning import Thing, Where
+from arramon_lang.meaning import Thing, Where
 
 LABELS = (Label("bench"), Label("cone", "red"), Label("cone", "blue"), Label("building", "", "brick"))
 

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from agents.follower.room import RoomFollower
-from agents.follower.room_sight import RoomSight
+from arramon_agents.follower.room import RoomFollower
+from arramon_agents.follower.room_sight import RoomSight
 from arramon_client.agent import Observation
-from lang.meaning import Assembly, Thing, Where
-from server.sim.catalogue import ObjectType
+from arramon_lang.meaning import Assembly, Thing, Where
+from arramon_server.sim.catalogue import ObjectType
 from tests.agents.playing_room import CLIENT_LABELS, begin, observe, play, things
 
 ROOM = things(

@@ -4,7 +4,7 @@ from itertools import product
 
 import pytest
 
-from agents.shortest_path.room import RoomPose, plan, quarter_of
+from arramon_agents.shortest_path.room import RoomPose, plan, quarter_of
 from arramon_client import Action
 
 START = RoomPose(2, 0, 0)

@@ -6,15 +6,15 @@ from random import Random
 import numpy as np
 import pytest
 
-import lang
-from agents.learning.eyes.vocabulary import COLLECTIBLE_COLOURS, COLLECTIBLES, LOOK_GROUPS
-from agents.learning.memory.sight import LABELS, see
-from agents.learning.reader.reader import LearnedReader, load
-from agents.learning.simulated.frames import FrameSource, label_names
-from agents.learning.vision.eyes import load as load_eyes
-from agents.seeing_follower import Agent
+import arramon_lang as lang
+from arramon_agents.learning.eyes.vocabulary import COLLECTIBLE_COLOURS, COLLECTIBLES, LOOK_GROUPS
+from arramon_agents.learning.memory.sight import LABELS, see
+from arramon_agents.learning.reader.reader import LearnedReader, load
+from arramon_agents.learning.simulated.frames import FrameSource, label_names
+from arramon_agents.learning.vision.eyes import load as load_eyes
+from arramon_agents.seeing_follower import Agent
 from arramon_client.agent import Episode, Observation
-from lang.meaning import Navigation, Rotate, Thing, Walk
+from arramon_lang.meaning import Navigation, Rotate, Thing, Walk
 
 TEXTS = 25
 PATTERNS = LOOK_GROUPS[0].looks

@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import pytest
 
-from agents.shortest_path import Agent
-from agents.shortest_path.ground import Ground
 from arramon.v1.evaluation_pb2 import Obstacle, Oracle, Target
 from arramon.v1.types_pb2 import Cell, Position
+from arramon_agents.shortest_path import Agent
+from arramon_agents.shortest_path.ground import Ground
 from arramon_client import Action, Episode, Observation
 from tests.work import calls
 

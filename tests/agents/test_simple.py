@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import pytest
 
-from agents import random_walk, stop
+from arramon_agents import random_walk, stop
 from arramon_client import Action, Episode, Observation, load_agent
 
 

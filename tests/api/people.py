@@ -10,9 +10,9 @@ from arramon.v1.evaluation_pb2_grpc import EvaluationStub
 from arramon.v1.leaderboard_pb2_grpc import LeaderboardStub
 from arramon_client.transport.access import Access
 from arramon_client.transport.channel import open_channel
-from server.runs.accounts.accounts import Accounts
-from server.runs.accounts.callers import Role
-from server.runs.storage.database import Database
+from arramon_server.runs.accounts.accounts import Accounts
+from arramon_server.runs.accounts.callers import Role
+from arramon_server.runs.storage.database import Database
 
 
 @contextmanager

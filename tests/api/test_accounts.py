@@ -16,15 +16,15 @@ from grpc_reflection.v1alpha.proto_reflection_descriptor_database import ProtoRe
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import leaderboard_pb2
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
-from server.api import authentication
-from server.api.authentication import Authentication, anonymous_caller, caller_of, is_private
-from server.api.error_guard import ErrorGuard
-from server.api.interceptor import Origin
-from server.configuration.config import Config
-from server.errors import BadInput, Conflict, NotFound
-from server.runs.accounts.accounts import Accounts
-from server.runs.accounts.callers import ANONYMOUS, UNAUTHENTICATED, Caller, Role
-from server.runs.storage.database import Database
+from arramon_server.api import authentication
+from arramon_server.api.authentication import Authentication, anonymous_caller, caller_of, is_private
+from arramon_server.api.error_guard import ErrorGuard
+from arramon_server.api.interceptor import Origin
+from arramon_server.configuration.config import Config
+from arramon_server.errors import BadInput, Conflict, NotFound
+from arramon_server.runs.accounts.accounts import Accounts
+from arramon_server.runs.accounts.callers import ANONYMOUS, UNAUTHENTICATED, Caller, Role
+from arramon_server.runs.storage.database import Database
 from tests import tiny
 from tests.api.people import Person, accounts, id_of, token_of
 from tests.api.player import Player, create

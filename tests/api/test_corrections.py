@@ -6,7 +6,7 @@ from pathlib import Path
 
 from arramon.v1 import evaluation_pb2 as evaluation
 from arramon.v1 import leaderboard_pb2 as pb
-from server.cli import main
+from arramon_server.cli import main
 from tests import tiny
 from tests.api.people import Person
 from tests.api.player import Player, create

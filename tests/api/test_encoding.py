@@ -13,13 +13,13 @@ from arramon.v1.types_pb2 import (
     Image,
 )
 from arramon_client.transport.images import ImageDecoder
-from server.api.encoding import STANDARD_ENCODINGS, ImageEncoder, MessageEncoder
-from server.api.encoding_choice import choose_encoder
-from server.errors import BadInput
-from server.sim.cameras import Actor, Frame, Viewpoint
-from server.sim.catalogue import ALL_TYPES
-from server.sim.raster.camera import RasterCamera
-from server.sim.room_scene import room_scene
+from arramon_server.api.encoding import STANDARD_ENCODINGS, ImageEncoder, MessageEncoder
+from arramon_server.api.encoding_choice import choose_encoder
+from arramon_server.errors import BadInput
+from arramon_server.sim.cameras import Actor, Frame, Viewpoint
+from arramon_server.sim.catalogue import ALL_TYPES
+from arramon_server.sim.raster.camera import RasterCamera
+from arramon_server.sim.room_scene import room_scene
 
 RANDOM = np.random.default_rng(3)
 SIZES = (224, 128)

@@ -12,9 +12,9 @@ from arramon.v1 import evaluation_pb2
 from arramon.v1 import leaderboard_pb2 as pb
 from arramon_client.cli import main
 from arramon_client.results import COLUMNS
-from server.episodes.epochs import Statement, digest_of
-from server.runs.storage.database import Database
-from server.runs.storage.epochs import Epochs
+from arramon_server.episodes.epochs import Statement, digest_of
+from arramon_server.runs.storage.database import Database
+from arramon_server.runs.storage.epochs import Epochs
 from tests import tiny
 from tests.api.people import Person, token_of
 from tests.api.player import Player, create

@@ -9,9 +9,9 @@ from google.protobuf.message import Message
 
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
-from server.dataset.generation.command import generate
-from server.dataset.generation.secret import host_secret
-from server.dataset.generation.sizes import SPLITS
+from arramon_dataset.generation.command import generate
+from arramon_dataset.generation.sizes import SPLITS
+from arramon_server.episodes.secret import host_secret
 from tests import tiny
 from tests.api.player import Player, create
 from tests.api.test_runs import refused

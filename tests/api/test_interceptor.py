@@ -7,7 +7,7 @@ from typing import Any
 import grpc
 import pytest
 
-from server.api.interceptor import Context, Continuation, Handler, Work, wrap_handler
+from arramon_server.api.interceptor import Context, Continuation, Handler, Work, wrap_handler
 
 
 class Noting(grpc.aio.ServerInterceptor):

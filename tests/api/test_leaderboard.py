@@ -16,7 +16,7 @@ from arramon.v1 import evaluation_pb2, types_pb2
 from arramon.v1 import leaderboard_pb2 as pb
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
 from arramon.v1.leaderboard_pb2_grpc import LeaderboardStub
-from server.runs.accounts.callers import Role
+from arramon_server.runs.accounts.callers import Role
 from tests import tiny
 from tests.api.people import Person, token_of
 from tests.api.player import Player, create

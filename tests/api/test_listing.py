@@ -12,9 +12,9 @@ import sqlalchemy as sa
 
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
-from server.configuration.config import Config
-from server.process.assembly import wire
-from server.runs.storage.database import Database
+from arramon_server.configuration.config import Config
+from arramon_server.process.assembly import wire
+from arramon_server.runs.storage.database import Database
 from tests import tiny
 from tests.serving import METADATA
 

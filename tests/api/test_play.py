@@ -10,7 +10,7 @@ from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
 from arramon_client.transport.images import ImageDecoder
-from server.sim.labels import LABELS
+from arramon_server.sim.labels import LABELS
 from tests import tiny
 from tests.api.player import Player, create
 from tests.api.test_runs import refused

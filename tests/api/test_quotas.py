@@ -12,11 +12,11 @@ import grpc
 import pytest
 
 from arramon.v1 import evaluation_pb2 as pb
-from server import cli
-from server.runs.accounts.callers import Role
-from server.runs.accounts.quotas import Quota, Quotas
-from server.runs.storage import tables
-from server.runs.storage.database import Database
+from arramon_server import cli
+from arramon_server.runs.accounts.callers import Role
+from arramon_server.runs.accounts.quotas import Quota, Quotas
+from arramon_server.runs.storage import tables
+from arramon_server.runs.storage.database import Database
 from tests import tiny
 from tests.api.people import Person, token_of
 from tests.api.player import Player, create

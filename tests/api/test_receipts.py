@@ -15,7 +15,7 @@ from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1.chain import episode_head
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
 from arramon_client.cli import main
-from server.runs.results.signing import SigningKey
+from arramon_server.runs.results.signing import SigningKey
 from tests import forked, tiny
 from tests.api.player import Player, create
 from tests.serving import METADATA, Server

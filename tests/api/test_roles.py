@@ -9,7 +9,7 @@ import pytest
 
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import leaderboard_pb2
-from server.runs.accounts.callers import Role
+from arramon_server.runs.accounts.callers import Role
 from tests import tiny
 from tests.api.people import Person, token_of
 from tests.api.player import FORWARD, Player, create

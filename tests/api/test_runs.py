@@ -15,9 +15,9 @@ from arramon.v1 import leaderboard_pb2 as lb
 from arramon.v1 import types_pb2
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
 from arramon.v1.leaderboard_pb2_grpc import LeaderboardStub
-from server import __version__
-from server.api.error_guard import truncate
-from server.process.lifecycle import COMPILING
+from arramon_server import __version__
+from arramon_server.api.error_guard import truncate
+from arramon_server.process.lifecycle import COMPILING
 from tests import tiny
 from tests.api.player import Player, create
 from tests.serving import METADATA, Server

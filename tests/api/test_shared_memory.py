@@ -16,9 +16,9 @@ from arramon_client.errors import ProtocolError
 from arramon_client.observations import observation_of
 from arramon_client.transport.images import ImagesUnreadableError
 from arramon_client.transport.shared_memory import decoder_of, map_memory
-from server.api.encoding import STANDARD_ENCODINGS
-from server.api.encoding_choice import offered_encodings
-from server.api.shared_memory import SharedImages, SharedMemoryEncoder
+from arramon_server.api.encoding import STANDARD_ENCODINGS
+from arramon_server.api.encoding_choice import offered_encodings
+from arramon_server.api.shared_memory import SharedImages, SharedMemoryEncoder
 from tests import tiny
 from tests.api.player import Player, create
 from tests.api.test_runs import refused

@@ -5,7 +5,7 @@ import pytest
 
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1.types_pb2 import ENCODING_RAW, ENCODING_SHARED, Image
-from server.api.wire import Data, observation_event, response_of
+from arramon_server.api.wire import Data, observation_event, response_of
 
 PIXELS = np.arange(12, dtype=np.uint8)
 

@@ -9,25 +9,25 @@ from pathlib import Path
 import numpy as np
 import sqlalchemy as sa
 
-from server.board.board import Board
-from server.board.comparisons import Family, key_of
-from server.board.entries import Entries
-from server.board.epochs import EpochBoard
-from server.board.publishing import Publishing
-from server.board.standings import COLUMNS, Entry, Mark, Standing
-from server.episodes.epochs import Statement, digest_of, name_of
-from server.episodes.splits import Split
-from server.runs.accounts.callers import HOST, Caller
-from server.runs.play.clocks import Clocks
-from server.runs.results.receipts import Receipts
-from server.runs.results.signing import SigningKey
-from server.runs.storage import tables
-from server.runs.storage.database import Database
-from server.runs.storage.epochs import Epochs
-from server.runs.storage.journal import Journal
-from server.runs.storage.records import COMPLETE, NO_CODE, RUNNING, Batch, Code, Ending, Progress, Run
-from server.scoring.aggregate import ROWS, Interval
-from server.scoring.episode import METRICS
+from arramon_server.board.board import Board
+from arramon_server.board.comparisons import Family, key_of
+from arramon_server.board.entries import Entries
+from arramon_server.board.epochs import EpochBoard
+from arramon_server.board.publishing import Publishing
+from arramon_server.board.standings import COLUMNS, Entry, Mark, Standing
+from arramon_server.episodes.epochs import Statement, digest_of, name_of
+from arramon_server.episodes.splits import Split
+from arramon_server.runs.accounts.callers import HOST, Caller
+from arramon_server.runs.play.clocks import Clocks
+from arramon_server.runs.results.receipts import Receipts
+from arramon_server.runs.results.signing import SigningKey
+from arramon_server.runs.storage import tables
+from arramon_server.runs.storage.database import Database
+from arramon_server.runs.storage.epochs import Epochs
+from arramon_server.runs.storage.journal import Journal
+from arramon_server.runs.storage.records import COMPLETE, NO_CODE, RUNNING, Batch, Code, Ending, Progress, Run
+from arramon_server.scoring.aggregate import ROWS, Interval
+from arramon_server.scoring.episode import METRICS
 from tests import tiny
 
 NOON = datetime(2030, 1, 1, 12, tzinfo=UTC)

@@ -3,12 +3,12 @@
 import json
 from functools import partial
 
-from server.board.exports import as_csv, as_json
-from server.board.standings import Standing
-from server.runs.accounts.attempts import Attempts, number_of
-from server.runs.accounts.callers import HOST
-from server.runs.results.receipts import stored_receipt
-from server.runs.storage.records import CANCELLED
+from arramon_server.board.exports import as_csv, as_json
+from arramon_server.board.standings import Standing
+from arramon_server.runs.accounts.attempts import Attempts, number_of
+from arramon_server.runs.accounts.callers import HOST
+from arramon_server.runs.results.receipts import stored_receipt
+from arramon_server.runs.storage.records import CANCELLED
 from tests.board.made import House
 from tests.board.test_exports import read
 

@@ -5,11 +5,11 @@ from typing import Any
 
 import pytest
 
-from server.board.board import Board
-from server.board.standings import BOTH, Mark
-from server.errors import BadInput, NotFound
-from server.runs.accounts.callers import HOST
-from server.runs.play.clocks import Clocks
+from arramon_server.board.board import Board
+from arramon_server.board.standings import BOTH, Mark
+from arramon_server.errors import BadInput, NotFound
+from arramon_server.runs.accounts.callers import HOST
+from arramon_server.runs.play.clocks import Clocks
 from tests import tiny
 from tests.board.made import CLOCKS, STEPS, House
 

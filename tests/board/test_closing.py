@@ -10,17 +10,17 @@ from pathlib import Path
 
 import pytest
 
-from server.board.board import Board
-from server.board.epochs import EpochBoard
-from server.board.exports import as_csv, as_json
-from server.board.publishing import Publishing
-from server.board.standings import Mark
-from server.closing import Closing
-from server.errors import Conflict
-from server.runs.accounts.callers import HOST, READER, Caller, Role
-from server.runs.results.receipts import Receipts
-from server.runs.results.signing import SigningKey
-from server.split_times import SplitTimes
+from arramon_server.board.board import Board
+from arramon_server.board.epochs import EpochBoard
+from arramon_server.board.exports import as_csv, as_json
+from arramon_server.board.publishing import Publishing
+from arramon_server.board.standings import Mark
+from arramon_server.closing import Closing
+from arramon_server.errors import Conflict
+from arramon_server.runs.accounts.callers import HOST, READER, Caller, Role
+from arramon_server.runs.results.receipts import Receipts
+from arramon_server.runs.results.signing import SigningKey
+from arramon_server.split_times import SplitTimes
 from tests import tiny
 from tests.board.made import CLOCKS, STEPS, House
 

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from server.board.episode_table import EpisodeTable, gap_of, join
-from server.board.standings import BOTH, Mark, Version
-from server.errors import BadInput, Conflict, NotFound
-from server.runs.storage import tables
-from server.scoring.episode import METRICS
+from arramon_server.board.episode_table import EpisodeTable, gap_of, join
+from arramon_server.board.standings import BOTH, Mark, Version
+from arramon_server.errors import BadInput, Conflict, NotFound
+from arramon_server.runs.storage import tables
+from arramon_server.scoring.episode import METRICS
 from tests.board.made import House
 
 

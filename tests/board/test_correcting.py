@@ -13,25 +13,25 @@ from typing import Any
 import pytest
 import sqlalchemy as sa
 
-from server.board.board import Board
-from server.board.correcting import Correcting, Rescored
-from server.board.exports import as_csv
-from server.board.publishing import Publishing
-from server.board.standings import BOTH, Mark, Standing
-from server.episodes.episode import Episode, Instructions
-from server.episodes.splits import read_split, write_split
-from server.errors import BadInput, Conflict, NotFound
-from server.runs.accounts.callers import HOST, READER
-from server.runs.play.clocks import Clocks
-from server.runs.results.receipts import Receipts, stored_receipt
-from server.runs.results.reports import report_of
-from server.runs.results.rescoring import Rescorer
-from server.runs.results.signing import SigningKey
-from server.runs.storage import tables
-from server.runs.storage.records import CANCELLED, Code
-from server.sim.geometry import Pose
-from server.sim.room import Placement
-from server.sim.section import Building, Section
+from arramon_server.board.board import Board
+from arramon_server.board.correcting import Correcting, Rescored
+from arramon_server.board.exports import as_csv
+from arramon_server.board.publishing import Publishing
+from arramon_server.board.standings import BOTH, Mark, Standing
+from arramon_server.episodes.episode import Episode, Instructions
+from arramon_server.episodes.splits import read_split, write_split
+from arramon_server.errors import BadInput, Conflict, NotFound
+from arramon_server.runs.accounts.callers import HOST, READER
+from arramon_server.runs.play.clocks import Clocks
+from arramon_server.runs.results.receipts import Receipts, stored_receipt
+from arramon_server.runs.results.reports import report_of
+from arramon_server.runs.results.rescoring import Rescorer
+from arramon_server.runs.results.signing import SigningKey
+from arramon_server.runs.storage import tables
+from arramon_server.runs.storage.records import CANCELLED, Code
+from arramon_server.sim.geometry import Pose
+from arramon_server.sim.room import Placement
+from arramon_server.sim.section import Building, Section
 from tests import tiny
 from tests.board.made import House
 from tests.played import STEPS, play

@@ -8,15 +8,15 @@ from pathlib import Path
 
 import pytest
 
-from server.board.correcting import Correcting
-from server.board.standings import BOTH
-from server.errors import BadInput, Conflict, NotFound
-from server.runs.accounts.callers import HOST
-from server.runs.results.receipts import Receipts, stored_receipt
-from server.runs.results.signing import SigningKey
-from server.runs.storage.epochs import EpochState, check_open
-from server.runs.storage.records import COMPLETE, Code
-from server.scoring.leakage import Scored, changes
+from arramon_server.board.correcting import Correcting
+from arramon_server.board.standings import BOTH
+from arramon_server.errors import BadInput, Conflict, NotFound
+from arramon_server.runs.accounts.callers import HOST
+from arramon_server.runs.results.receipts import Receipts, stored_receipt
+from arramon_server.runs.results.signing import SigningKey
+from arramon_server.runs.storage.epochs import EpochState, check_open
+from arramon_server.runs.storage.records import COMPLETE, Code
+from arramon_server.scoring.leakage import Scored, changes
 from tests import tiny
 from tests.board.made import House, secret_of
 
@@ -221,7 +221,7 @@ def test_without_agents_on_both_there_is_nothing_to_compare(house: House, tmp_pa
 
 def test_a_stored_receipt_of_an_epoch_is_rescored_with_its_commitment(house: House, tmp_path: Path) -> None:
     """The field is no part of what is derived again, and makes no difference."""
-    from server.runs.results.rescoring import Rescorer
+    from arramon_server.runs.results.rescoring import Rescorer
     from tests.played import play
 
     name = house.epoch(1, tmp_path)

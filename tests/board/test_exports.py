@@ -8,11 +8,11 @@ from typing import Any
 
 import pytest
 
-from server.board.board import Listing
-from server.board.exports import CSV_COLUMNS, as_csv, as_json
-from server.board.reference import read_references
-from server.board.standings import BOTH
-from server.runs.play.clocks import Clocks
+from arramon_server.board.board import Listing
+from arramon_server.board.exports import CSV_COLUMNS, as_csv, as_json
+from arramon_server.board.reference import read_references
+from arramon_server.board.standings import BOTH
+from arramon_server.runs.play.clocks import Clocks
 from tests.board.made import House
 
 

@@ -9,20 +9,20 @@ import pytest
 import rfc8785
 import sqlalchemy as sa
 
-from server.board.board import Board
-from server.board.correcting import Correcting
-from server.board.entries import Entries
-from server.board.standings import Mark
-from server.runs.accounts.callers import HOST
-from server.runs.results.breakdown import Breakdowns
-from server.runs.results.receipts import MASKED_VERSION, VERSION, Receipts, document
-from server.runs.results.reports import make_report, report_of, score_array
-from server.runs.results.signing import SigningKey
-from server.runs.storage import tables
-from server.runs.storage.records import Code
-from server.scoring.disclosure import step_of
-from server.scoring.episode import METRICS
-from server.scoring.masking import Noise, difference, masked_rows, mean_interval, name_without, shown_deviation
+from arramon_server.board.board import Board
+from arramon_server.board.correcting import Correcting
+from arramon_server.board.entries import Entries
+from arramon_server.board.standings import Mark
+from arramon_server.runs.accounts.callers import HOST
+from arramon_server.runs.results.breakdown import Breakdowns
+from arramon_server.runs.results.receipts import MASKED_VERSION, VERSION, Receipts, document
+from arramon_server.runs.results.reports import make_report, report_of, score_array
+from arramon_server.runs.results.signing import SigningKey
+from arramon_server.runs.storage import tables
+from arramon_server.runs.storage.records import Code
+from arramon_server.scoring.disclosure import step_of
+from arramon_server.scoring.episode import METRICS
+from arramon_server.scoring.masking import Noise, difference, masked_rows, mean_interval, name_without, shown_deviation
 from tests import tiny
 from tests.board.made import CLOCKS, STEPS, House
 

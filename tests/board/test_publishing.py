@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from server.board.entries import Published
-from server.errors import ArraMonError, BadInput, Conflict, Forbidden, NotFound
-from server.runs.accounts.administration import Administration
-from server.runs.accounts.callers import ANONYMOUS, HOST, UNAUTHENTICATED, Caller, Role
-from server.runs.storage import tables
+from arramon_server.board.entries import Published
+from arramon_server.errors import ArraMonError, BadInput, Conflict, Forbidden, NotFound
+from arramon_server.runs.accounts.administration import Administration
+from arramon_server.runs.accounts.callers import ANONYMOUS, HOST, UNAUTHENTICATED, Caller, Role
+from arramon_server.runs.storage import tables
 from tests.board.made import House
 
 ANN, BOB = Caller(Role.PARTICIPANT, "ann"), Caller(Role.PARTICIPANT, "bob")

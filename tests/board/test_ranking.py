@@ -5,9 +5,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pytest
 
-from server.board.comparisons import closed
-from server.board.ranking import ranked
-from server.board.standings import HEADLINE, Mark, Standing
+from arramon_server.board.comparisons import closed
+from arramon_server.board.ranking import ranked
+from arramon_server.board.standings import HEADLINE, Mark, Standing
 from tests.board.made import family, interval, standing
 
 Scores = Mapping[str, Sequence[float]]

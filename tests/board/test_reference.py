@@ -4,8 +4,8 @@ from itertools import pairwise
 
 import pytest
 
-from server.board.reference import read_references
-from server.board.standings import COLUMNS, Reference
+from arramon_server.board.reference import read_references
+from arramon_server.board.standings import COLUMNS, Reference
 
 LINES = read_references()
 CTC = ("CTC-0", "CTC-3", "CTC-5", "CTC-7")

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 import scipy  # which loads scipy.stats when a test asks for it
 
-from server.board.exports import as_csv, as_json
-from server.board.standings import BOTH, Mark
-from server.errors import BadInput, Conflict, NotFound
-from server.runs.accounts.callers import HOST, Caller, Role
-from server.runs.code_reference import normalize_code
-from server.runs.results.receipts import stored_receipt
-from server.runs.storage.records import CANCELLED, Code
+from arramon_server.board.exports import as_csv, as_json
+from arramon_server.board.standings import BOTH, Mark
+from arramon_server.errors import BadInput, Conflict, NotFound
+from arramon_server.runs.accounts.callers import HOST, Caller, Role
+from arramon_server.runs.code_reference import normalize_code
+from arramon_server.runs.results.receipts import stored_receipt
+from arramon_server.runs.storage.records import CANCELLED, Code
 from tests.board.made import House
 from tests.board.test_exports import read
 

@@ -7,12 +7,12 @@ import math
 
 import pytest
 
-from server.board.cost import Cost
-from server.board.exports import as_csv, as_json
-from server.board.standings import BOTH
-from server.errors import BadInput
-from server.runs.accounts.callers import HOST
-from server.runs.storage.records import Code
+from arramon_server.board.cost import Cost
+from arramon_server.board.exports import as_csv, as_json
+from arramon_server.board.standings import BOTH
+from arramon_server.errors import BadInput
+from arramon_server.runs.accounts.callers import HOST
+from arramon_server.runs.storage.records import Code
 from tests.board.made import House
 
 FIRST, SECOND, THIRD = [1.0, 1.0, 0.0, 0.0, 1.0, 1.0], [1.0, 0.0, 0.0, 0.0, 1.0, 1.0], [1.0, 1.0, 0.0, 0.0, 0.0, 1.0]

@@ -44,7 +44,9 @@ def test_invalid_arguments_are_refused(typed: list[str], said: str) -> None:
 
 
 def test_argument_limits_equal_the_servers() -> None:
-    server: Any = pytest.importorskip("server.runs.agent_arguments", reason="needs the server's package installed")
+    server: Any = pytest.importorskip(
+        "arramon_server.runs.agent_arguments", reason="needs the server's package installed"
+    )
 
     from arramon_client.plugin import arguments as client
 

@@ -8,11 +8,11 @@ from arramon_client import run_settings
 from arramon_client.plugin import arguments
 from arramon_client.recording import files, recorder
 from arramon_client.transport.images import THOUSANDTHS, ImageDecoder
-from server.api.encoding import MessageEncoder
-from server.configuration.config import Config
-from server.episodes.splits import SENSORS, Split
-from server.sim import cameras, geometry, room, rules
-from server.sim.view import view
+from arramon_server.api.encoding import MessageEncoder
+from arramon_server.configuration.config import Config
+from arramon_server.episodes.splits import SENSORS, Split
+from arramon_server.sim import cameras, geometry, room, rules
+from arramon_server.sim.view import view
 from tests import ROOT, tiny
 
 PAGE = (ROOT / "docs" / "agents.md").read_text()

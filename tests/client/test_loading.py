@@ -49,7 +49,7 @@ BEAM = MINE + "    def __init__(self, beam=1): self.beam = beam\n"
 
 
 @pytest.mark.parametrize(("source", "chosen"), [
-    ("from agents.stop import Agent\n" + MINE, "Mine"),
+    ("from arramon_agents.stop import Agent\n" + MINE, "Mine"),
     ("from arramon_client import Agent\n" + MINE.replace("Mine", "Mine(Agent)"), "Mine"),
     ("class Settings: pass\nclass Agent: pass\n" + MINE, "Mine"),
     (GOOD.replace("Agent", "Base") + "class Mine(Base): pass", "Mine"),
@@ -57,7 +57,7 @@ BEAM = MINE + "    def __init__(self, beam=1): self.beam = beam\n"
     ("import abc\n" + GOOD.replace("Agent", "Base(abc.ABC)") + "    @abc.abstractmethod\n    def m(self): ...\n" + MINE,
      "Mine"),
     (GOOD + MINE, "Agent"),
-    ("from agents.stop import Agent as Stop\n" + MINE, "Mine"),
+    ("from arramon_agents.stop import Agent as Stop\n" + MINE, "Mine"),
     (f"import functools\n{BEAM}class Other(Mine): pass\nAgent = functools.partial(Mine, beam=4)", "Mine"),
     (f"{BEAM}class Other(Mine): pass\nclass Lazy:\n    __module__ = 'elsewhere'\n"
      "    def __call__(self): return Mine()\nAgent = Lazy()", "Mine"),
@@ -70,9 +70,9 @@ def test_the_modules_own_agent_is_chosen(folder: Path, source: str, chosen: str,
 
 
 def test_an_imported_agent_is_played_where_it_is_named(folder: Path) -> None:
-    (folder / "mine_g.py").write_text("from agents.stop import Agent\n" + MINE)
+    (folder / "mine_g.py").write_text("from arramon_agents.stop import Agent\n" + MINE)
     for spec in ("mine_g:Agent", "mine_g.py:Agent"):
-        assert type(load_agent(spec)).__module__ == "agents.stop"
+        assert type(load_agent(spec)).__module__ == "arramon_agents.stop"
 
 
 @pytest.mark.parametrize(("name", "spec"), [
@@ -131,7 +131,7 @@ def test_agents_load_by_entry_point(folder: Path, monkeypatch: pytest.MonkeyPatc
     ("def (", "./mine_c.py", "the file FOLDER/mine_c.py cannot be imported", "SyntaxError"),
     (GOOD.replace("Agent", "One") + GOOD.replace("Agent", "Two"), "mine_c",
      "has several agents: name one, as in --agent mine_c:One (:One, :Two)", ""),
-    ("from agents.stop import Agent", "mine_c", "Its Agent is imported from agents.stop: to play with it, write", ""),
+    ("from arramon_agents.stop import Agent", "mine_c", "Its Agent is imported from arramon_agents.stop: to play with it, write", ""),
     (GOOD, "mine_c:Agnet", "mine_c has no Agnet. Did you mean Agent?", ""),
     ("import no_such_dependency", "mine_c", "it imports no_such_dependency, which is not installed", "import no_"),
     ("x = 1\nx.y", "mine_c", "its module mine_c cannot be imported", "AttributeError: 'int' object has no attribute"),

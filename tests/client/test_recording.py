@@ -21,8 +21,8 @@ from arramon_client.recording import recorder as recording_module
 from arramon_client.recording.files import depth_png, folder_name
 from arramon_client.recording.recorder import Recording
 from arramon_client.recording.trace import FROM_ACTIONS, FROM_POSE, Trace
-from server.sim import geometry, room
-from server.sim.rules import Action, Limits, Phase, State, step
+from arramon_server.sim import geometry, room
+from arramon_server.sim.rules import Action, Limits, Phase, State, step
 from tests import tiny
 from tests.client.fake import RUN, Servicer, World, serving
 

@@ -11,8 +11,8 @@ import pytest
 from arramon.v1 import evaluation_pb2 as pb
 from arramon_client.cli import main
 from arramon_client.commands.report import plot
-from server.runs.accounts.callers import HOST, Role
-from server.scoring.disclosure import LEAST
+from arramon_server.runs.accounts.callers import HOST, Role
+from arramon_server.scoring.disclosure import LEAST
 from tests import demanding
 from tests.api.people import Person, token_of
 from tests.api.test_runs import refused

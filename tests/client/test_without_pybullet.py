@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from server.dataset.release.importer import import_release
+from arramon_dataset.release.importer import import_release
 from tests import ROOT
 
 SAMPLE = ROOT / "examples" / "sample" / "sample.json"

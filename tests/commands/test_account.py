@@ -11,12 +11,12 @@ import pytest
 
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import leaderboard_pb2
-from server import cli
-from server.episodes.splits import folder_of
-from server.runs.cancellation import Canceller
-from server.runs.storage import tables
-from server.runs.storage.database import Database
-from server.runs.storage.records import CANCELLED, COMPLETE, Run
+from arramon_server import cli
+from arramon_server.episodes.splits import folder_of
+from arramon_server.runs.cancellation import Canceller
+from arramon_server.runs.storage import tables
+from arramon_server.runs.storage.database import Database
+from arramon_server.runs.storage.records import CANCELLED, COMPLETE, Run
 from tests import tiny
 from tests.api.people import Person, token_of
 from tests.api.player import Player, create

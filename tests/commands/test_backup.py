@@ -9,19 +9,19 @@ from pathlib import Path
 
 import pytest
 
-from server.backup import EXPORT, JOURNAL, KEY, back_up
-from server.cli import main
-from server.configuration.config import Config
-from server.dataset.generation.secret import host_secret
-from server.episodes.splits import read_splits
-from server.errors import ArraMonError, BadFile, BadInput, Conflict, NotFound, StorageError
-from server.runs.accounts.callers import HOST
-from server.runs.results.receipts import Receipts, stored_receipt
-from server.runs.results.signing import KnownKeys, SigningKey
-from server.runs.storage.database import Database
-from server.runs.storage.journal import Journal
-from server.runs.transfer.export import export
-from server.runs.transfer.restore import import_archive
+from arramon_server.backup import EXPORT, JOURNAL, KEY, back_up
+from arramon_server.cli import main
+from arramon_server.configuration.config import Config
+from arramon_server.episodes.secret import host_secret
+from arramon_server.episodes.splits import read_splits
+from arramon_server.errors import ArraMonError, BadFile, BadInput, Conflict, NotFound, StorageError
+from arramon_server.runs.accounts.callers import HOST
+from arramon_server.runs.results.receipts import Receipts, stored_receipt
+from arramon_server.runs.results.signing import KnownKeys, SigningKey
+from arramon_server.runs.storage.database import Database
+from arramon_server.runs.storage.journal import Journal
+from arramon_server.runs.transfer.export import export
+from arramon_server.runs.transfer.restore import import_archive
 from tests import tiny
 from tests.faults.clients import (
     EPISODES,

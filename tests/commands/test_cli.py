@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from server.cli import FAMILIES
+from arramon_server.cli import FAMILIES
 from tests import ROOT, tiny
 from tests.dataset import recovered
 from tests.forked import run
@@ -215,7 +215,7 @@ def test_show_draws_a_section_and_lists_what_was_recovered(tmp_path: Path) -> No
 @pytest.mark.parametrize("family", FAMILIES)
 def test_each_command_family_defines_its_listed_commands(family: str) -> None:
     commands = argparse.ArgumentParser().add_subparsers()
-    import_module(f"server.commands.{family}").add(commands, argparse.ArgumentParser(add_help=False))
+    import_module(f"arramon_server.commands.{family}").add(commands, argparse.ArgumentParser(add_help=False))
     assert tuple(commands.choices) == FAMILIES[family]
 
 
@@ -227,7 +227,7 @@ def test_help_lists_the_commands_of_every_family() -> None:
 
 def test_token_list_does_not_import_rendering_libraries(tmp_path: Path) -> None:
     code = (
-        f"import sys; from server.cli import main; main(['token', 'list', '--data', {str(tmp_path)!r}]); "
+        f"import sys; from arramon_server.cli import main; main(['token', 'list', '--data', {str(tmp_path)!r}]); "
         "print([name for name in ('numba', 'grpc', 'scipy') if name in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=240, check=True)
@@ -236,7 +236,7 @@ def test_token_list_does_not_import_rendering_libraries(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("word", "said"), [
     ("sevre", "arramon-server: unknown command 'sevre'; did you mean 'serve'?\n"),
-    ("xyzzy", "arramon-server: unknown command 'xyzzy'; expected serve, health, import-release, "),
+    ("xyzzy", "arramon-server: unknown command 'xyzzy'; expected serve, health, config, "),
 ])  # fmt: skip
 def test_an_unknown_command_is_named_with_the_nearest(word: str, said: str) -> None:
     done = run(word)

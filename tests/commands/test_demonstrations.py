@@ -10,11 +10,11 @@ from pathlib import Path
 import pytest
 
 from arramon_client.demonstrations import Demonstrations
-from server import cli
-from server.episodes.splits import read_split
-from server.runs.storage.database import Database
+from arramon_server import cli
+from arramon_server.episodes.splits import read_split
+from arramon_server.runs.storage.database import Database
 from tests import played, tiny
-from tests.demonstrations.exporting import contents
+from tests.dataset.demonstrations.exporting import contents
 
 
 @pytest.fixture
@@ -81,7 +81,7 @@ def test_a_killed_export_goes_on(tmp_path: Path) -> None:
     arguments = ["--split", "tiny", "--format", "huggingface", "--sensors", "rgb", "--size", "16", "--lang", "en"]
     whole = [*arguments, "--data", str(tmp_path / "data"), "--jobs", "2", "--output", str(tmp_path / "out")]
     run = subprocess.Popen(
-        [sys.executable, "-m", "server", "export-demos", *whole],
+        [sys.executable, "-m", "arramon_server", "export-demos", *whole],
         stderr=subprocess.PIPE, text=True, start_new_session=True,
     )  # fmt: skip
     assert run.stderr is not None

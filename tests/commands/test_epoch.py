@@ -8,17 +8,17 @@ from typing import Any
 
 import pytest
 
-from server import cli
-from server.backup import back_up
-from server.configuration.config import Config
-from server.dataset import instruction_writer
-from server.dataset.generation.secret import epoch_secret
-from server.episodes.splits import folder_of, hash_of, read_split
-from server.errors import BadFile
-from server.process.lifecycle import check_secrets
-from server.runs.storage.database import Database
-from server.runs.storage.journal import Journal
-from server.runs.storage.records import CANCELLED
+from arramon_dataset import instruction_writer
+from arramon_server import cli
+from arramon_server.backup import back_up
+from arramon_server.configuration.config import Config
+from arramon_server.episodes.secret import epoch_secret
+from arramon_server.episodes.splits import folder_of, hash_of, read_split
+from arramon_server.errors import BadFile
+from arramon_server.process.lifecycle import check_secrets
+from arramon_server.runs.storage.database import Database
+from arramon_server.runs.storage.journal import Journal
+from arramon_server.runs.storage.records import CANCELLED
 from tests.dataset.generation.places import make_plain
 from tests.played import play
 
@@ -138,7 +138,7 @@ def test_verification_finds_what_does_not_belong_together(host: Host) -> None:
     assert (status, f"but the list has {other}" in out) == (1, True)
     assert not host.elsewhere.exists()  # nothing was generated for those
     forged = json.loads(epoch["statement"]) | {"data_hash": other}
-    from server.episodes.epochs import commitment_of
+    from arramon_server.episodes.epochs import commitment_of
 
     written = json.dumps(forged, separators=(",", ":"), sort_keys=True)
     changed = host.change(statement=written, commitment=commitment_of(written.encode()).hex())

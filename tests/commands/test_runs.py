@@ -10,11 +10,11 @@ from typing import Any
 import pytest
 
 from arramon.v1 import evaluation_pb2 as pb
-from server import cli
-from server.runs.accounts.accounts import Accounts
-from server.runs.accounts.callers import Role
-from server.runs.storage.database import Database
-from server.runs.storage.journal import Journal
+from arramon_server import cli
+from arramon_server.runs.accounts.accounts import Accounts
+from arramon_server.runs.accounts.callers import Role
+from arramon_server.runs.storage.database import Database
+from arramon_server.runs.storage.journal import Journal
 from tests import tiny
 from tests.api.people import Person
 from tests.api.player import Player, create

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from server import cli
+from arramon_server import cli
 from tests import tiny
 
 

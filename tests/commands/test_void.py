@@ -7,21 +7,21 @@ from pathlib import Path
 
 import pytest
 
-from server.board.correcting import Correcting
-from server.board.entries import Entries
-from server.board.publishing import Publishing
-from server.cli import main
-from server.episodes.splits import folder_of, read_splits, write_split
-from server.errors import StorageError
-from server.runs.accounts.callers import HOST
-from server.runs.results.receipts import Receipts, stored_receipt
-from server.runs.results.signing import SigningKey
-from server.runs.storage.corrections import Corrections
-from server.runs.storage.database import Database
-from server.runs.storage.journal import Journal
-from server.runs.transfer.export import export
-from server.runs.transfer.restore import import_archive
-from server.sim.room import Placement
+from arramon_server.board.correcting import Correcting
+from arramon_server.board.entries import Entries
+from arramon_server.board.publishing import Publishing
+from arramon_server.cli import main
+from arramon_server.episodes.splits import folder_of, read_splits, write_split
+from arramon_server.errors import StorageError
+from arramon_server.runs.accounts.callers import HOST
+from arramon_server.runs.results.receipts import Receipts, stored_receipt
+from arramon_server.runs.results.signing import SigningKey
+from arramon_server.runs.storage.corrections import Corrections
+from arramon_server.runs.storage.database import Database
+from arramon_server.runs.storage.journal import Journal
+from arramon_server.runs.transfer.export import export
+from arramon_server.runs.transfer.restore import import_archive
+from arramon_server.sim.room import Placement
 from tests import tiny
 from tests.played import play
 

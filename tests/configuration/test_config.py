@@ -14,17 +14,17 @@ from typing import Any
 import pytest
 
 from arramon_client.transport.connection import connect
-from server import cli
-from server.addresses import is_loopback
-from server.cli import parser
-from server.commands.settings import as_table, as_toml
-from server.configuration import config
-from server.configuration.config import SETTINGS, Config, Contradiction
-from server.configuration.sources import Configuration, environment_of, load_configuration, without_settings
-from server.errors import BadInput
-from server.per_split import PerSplit
-from server.sim.physics import has_pybullet, problem_of_camera
-from server.split_times import SplitTimes
+from arramon_server import cli
+from arramon_server.addresses import is_loopback
+from arramon_server.cli import parser
+from arramon_server.commands.settings import as_table, as_toml
+from arramon_server.configuration import config
+from arramon_server.configuration.config import SETTINGS, Config, Contradiction
+from arramon_server.configuration.sources import Configuration, environment_of, load_configuration, without_settings
+from arramon_server.errors import BadInput
+from arramon_server.per_split import PerSplit
+from arramon_server.sim.physics import has_pybullet, problem_of_camera
+from arramon_server.split_times import SplitTimes
 from tests import ROOT, tiny
 from tests.physics import ANY_CAMERA
 from tests.serving import Server
@@ -408,7 +408,7 @@ def test_usage_errors_mask_what_was_typed(capsys: pytest.CaptureFixture[str]) ->
 
 
 def run(data: Path, *arguments: str, **variables: str) -> "subprocess.CompletedProcess[str]":
-    command = [sys.executable, "-m", "server", *arguments, "--data", str(data)]
+    command = [sys.executable, "-m", "arramon_server", *arguments, "--data", str(data)]
     environment = {**os.environ, **variables}
     return subprocess.run(command, env=environment, capture_output=True, text=True, timeout=240, check=False)
 

@@ -13,8 +13,8 @@ from arramon_client import cli
 from arramon_client.conformance.checks import CHECKS
 from arramon_client.transport.access import Access
 from arramon_client.transport.connection import METADATA, connect
-from server.runs.accounts.quotas import Quota, Quotas
-from server.runs.storage.database import Database
+from arramon_server.runs.accounts.quotas import Quota, Quotas
+from arramon_server.runs.storage.database import Database
 from tests import ROOT
 from tests.api.people import token_of
 from tests.conformance.breakers.faults import answers, sets

@@ -10,9 +10,9 @@ import pytest
 from arramon_client import cli
 from arramon_client.conformance.checks import CHECKS
 from arramon_client.local.embedded import embedded_server
-from server.runs.accounts.accounts import Accounts
-from server.runs.accounts.callers import Role
-from server.runs.storage.database import Database
+from arramon_server.runs.accounts.accounts import Accounts
+from arramon_server.runs.accounts.callers import Role
+from arramon_server.runs.storage.database import Database
 from tests import tiny
 from tests.api.people import token_of
 from tests.certificates import Authority

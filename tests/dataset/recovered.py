@@ -3,11 +3,11 @@
 from dataclasses import replace
 from pathlib import Path
 
-from server.episodes.episode import Episode, Instructions
-from server.episodes.provenance import Provenance, Recovered
-from server.episodes.splits import Split, write_split
-from server.sim.own_furniture import Moved, OwnFurniture
-from server.sim.section import Prop
+from arramon_server.episodes.episode import Episode, Instructions
+from arramon_server.episodes.provenance import Provenance, Recovered
+from arramon_server.episodes.splits import Split, write_split
+from arramon_server.sim.own_furniture import Moved, OwnFurniture
+from arramon_server.sim.section import Prop
 from tests import tiny
 
 PROPS = (

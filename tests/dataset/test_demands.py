@@ -6,14 +6,14 @@ from random import Random
 
 import pytest
 
-import lang
-from lang.meaning import Assembly, Navigation, Rotate, Thing, Walk, Where
-from server.dataset.demands import add_demands, demands_of, episode_demands
-from server.dataset.paraphrases.collection import install as add_paraphrased
-from server.episodes.demands import TurnDemands
-from server.episodes.episode import Episode, Instructions
-from server.episodes.splits import folder_of, read_split, write_split
-from server.errors import BadInput
+import arramon_lang as lang
+from arramon_dataset.demands import add_demands, demands_of, episode_demands
+from arramon_dataset.paraphrases.collection import install as add_paraphrased
+from arramon_lang.meaning import Assembly, Navigation, Rotate, Thing, Walk, Where
+from arramon_server.episodes.demands import TurnDemands
+from arramon_server.episodes.episode import Episode, Instructions
+from arramon_server.episodes.splits import folder_of, read_split, write_split
+from arramon_server.errors import BadInput
 from tests import tiny
 
 HYDRANT, BENCH = Thing("hydrant", identity="hydrant/1"), Thing("bench", identity="bench/1")

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import pytest
 
-from server.cli import main
+from arramon_server.cli import main
 
 MUG = "Turn left and take the dotted red mug."
 

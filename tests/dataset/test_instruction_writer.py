@@ -3,15 +3,15 @@ from pathlib import Path
 
 import pytest
 
-import lang
-from server.cli import main
-from server.dataset.demands import episode_demands
-from server.dataset.generation import Site, problems
-from server.dataset.generation.split_maker import Progress
-from server.dataset.instruction_writer import first_turn, passes
-from server.episodes.splits import folder_of, read_split
-from server.scoring.episode import METRICS, EpisodeScores
-from server.sim.rules import Action
+import arramon_lang as lang
+from arramon_dataset.demands import episode_demands
+from arramon_dataset.generation import Site, problems
+from arramon_dataset.generation.split_maker import Progress
+from arramon_dataset.instruction_writer import first_turn, passes
+from arramon_server.cli import main
+from arramon_server.episodes.splits import folder_of, read_split
+from arramon_server.scoring.episode import METRICS, EpisodeScores
+from arramon_server.sim.rules import Action
 
 F, L, R, P = Action.FORWARD, Action.LEFT, Action.RIGHT, Action.INTERACT
 

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from arramon_client.agent import Action, Episode, Label, Observation
-from server.dataset.trial import AGENT_LABELS, Hope, TrialWorld, leads, play
-from server.episodes import episode as episodes
-from server.sim.city import city_scene
-from server.sim.physics import physics_of
-from server.sim.raster.camera import RasterCamera
-from server.sim.room import Placement, Square
-from server.sim.room_scene import room_scene
+from arramon_dataset.trial import AGENT_LABELS, Hope, TrialWorld, leads, play
+from arramon_server.episodes import episode as episodes
+from arramon_server.sim.city import city_scene
+from arramon_server.sim.physics import physics_of
+from arramon_server.sim.raster.camera import RasterCamera
+from arramon_server.sim.room import Placement, Square
+from arramon_server.sim.room_scene import room_scene
 from tests.dataset.instructions.town import ACTIONS, PATH, START, STREET, P, crossing
 
 

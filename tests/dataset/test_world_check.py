@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from server.cli import main
+from arramon_server.cli import main
 from tests.dataset import recovered
 
 Run = Callable[..., tuple[int, list[str], str]]

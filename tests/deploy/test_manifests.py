@@ -12,9 +12,9 @@ import kubernetes_validate
 import pytest
 import yaml
 
-from server.configuration.config import Config
-from server.configuration.sources import load_configuration
-from server.process.lifecycle import warnings
+from arramon_server.configuration.config import Config
+from arramon_server.configuration.sources import load_configuration
+from arramon_server.process.lifecycle import warnings
 from tests import ROOT, tiny
 
 DEPLOY = ROOT / "deploy"

@@ -154,14 +154,14 @@ def test_agents_are_found_by_name_beside_a_folder_named_agents(
     load = (
         "python -c 'import sys; from arramon_client import load_agent; print(type(load_agent(sys.argv[1])).__module__)'"
     )
-    for name, module in (("agents.follower", "agents.follower.agent"), ("agents.mine", "agents.mine")):
+    for name, module in (("agents.follower", "arramon_agents.follower.agent"), ("agents.mine", "agents.mine")):
         loaded = host.run(f"{load} {name}", tmp_path)
         assert (loaded.stdout, loaded.stderr) == (f"{module}\n", "")
 
 
 def test_server_wheel_includes_street_plans_and_languages(host: Environment, tmp_path: Path) -> None:
     build = 'print(*(read_plan(id).id for id in plan_ids()), build_section(read_plan("1"), "seed").id)'
-    assert host.run(f"python -c 'from server.dataset.plans import *; {build}'", tmp_path).stdout == "1 2 3 4 5 6 7 1\n"
+    assert host.run(f"python -c 'from arramon_dataset.plans import *; {build}'", tmp_path).stdout == "1 2 3 4 5 6 7 1\n"
     check = "arramon-server check-instruction --lang hi --phase navigation 'बाएँ मुड़ें और बेंच तक जाएँ।'"
     checked = host.run(check, tmp_path)
     assert checked.returncode == 0, checked.stderr

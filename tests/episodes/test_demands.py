@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from server.episodes.demands import FILE, TurnDemands, read_demands, write_demands
-from server.episodes.splits import folder_of, read_split
-from server.errors import BadFile
+from arramon_server.episodes.demands import FILE, TurnDemands, read_demands, write_demands
+from arramon_server.episodes.splits import folder_of, read_split
+from arramon_server.errors import BadFile
 from tests import tiny
 
 ASKED = (TurnDemands(("ahead",), ("object",), ("near",), ("behind",)), TurnDemands((), (), (), ()))

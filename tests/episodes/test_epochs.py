@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from server.episodes.epochs import (
+from arramon_server.episodes.epochs import (
     Statement,
     check_secret,
     commitment_of,
@@ -16,7 +16,7 @@ from server.episodes.epochs import (
     number_of,
     read_statement,
 )
-from server.errors import BadFile, BadInput
+from arramon_server.errors import BadFile, BadInput
 
 SECRET = "0123456789abcdef" * 4
 

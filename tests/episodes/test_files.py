@@ -8,11 +8,11 @@ from typing import Any
 
 import pytest
 
-from server.episodes.files import FORMAT, Header, read_episodes, read_section, write_episodes
-from server.episodes.splits import read_split, read_splits, write_split
-from server.errors import BadFile, NotFound, StorageError
-from server.sim.own_furniture import Moved, OwnFurniture
-from server.sim.section import Prop
+from arramon_server.episodes.files import FORMAT, Header, read_episodes, read_section, write_episodes
+from arramon_server.episodes.splits import read_split, read_splits, write_split
+from arramon_server.errors import BadFile, NotFound, StorageError
+from arramon_server.sim.own_furniture import Moved, OwnFurniture
+from arramon_server.sim.section import Prop
 from tests import tiny
 
 

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from server.episodes.provenance import Origins, Provenance, Recovered, origins_of
-from server.episodes.splits import Split, read_split, write_split
-from server.errors import BadFile
-from server.sim.own_furniture import OwnFurniture
-from server.sim.section import Prop
+from arramon_server.episodes.provenance import Origins, Provenance, Recovered, origins_of
+from arramon_server.episodes.splits import Split, read_split, write_split
+from arramon_server.errors import BadFile
+from arramon_server.sim.own_furniture import OwnFurniture
+from arramon_server.sim.section import Prop
 from tests import tiny
 
 CONE, BIN = Prop("cone", 1.0, 5.0, 0.0, "orange"), Prop("bin", -1.0, 5.0, 0.0)

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from server.episodes.splits import read_splits
-from server.errors import NotFound
+from arramon_server.episodes.splits import read_splits
+from arramon_server.errors import NotFound
 from tests import tiny
 
 

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from server.episodes.texts import Texts, instructions_in
+from arramon_server.episodes.texts import Texts, instructions_in
 from tests import tiny
 
 ENGLISH = ["Go on to the striped red mug.", "Put it two steps ahead."]

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from server.dataset.generation.command import generate_rooms
-from server.dataset.release.importer import import_release
+from arramon_dataset.generation.command import generate_rooms
+from arramon_dataset.release.importer import import_release
 from tests import ROOT
 
 SAMPLE = ROOT / "examples" / "sample"
@@ -78,7 +78,7 @@ def test_torchrl(data: Path) -> None:
 def test_imitation(rooms: Path, tmp_path: Path) -> None:
     """In short form: it learns the exported actions of twelve tasks, almost by heart."""
     export = ["export-demos", "--data", rooms, "--split", "rooms", "--format", "plain", "--lang", "en", "--jobs", "1"]
-    run("-m", "server", *export, "--output", tmp_path)
+    run("-m", "arramon_server", *export, "--output", tmp_path)
     said = run("-m", "examples.imitate_room", tmp_path, rooms, 12, 7, 2)
     ptc = r"[01]\.\d{3}"
     found = re.fullmatch(

@@ -9,19 +9,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-import lang
+import arramon_lang as lang
+from arramon_dataset.randomness import seeded
+from arramon_dataset.release.extras import read_references
+from arramon_dataset.release.files import read_release
+from arramon_dataset.release.importer import import_release
+from arramon_dataset.release.reconstruction import reconstruct
+from arramon_server.episodes.episode import Episode
+from arramon_server.sim.catalogue import ObjectType
+from arramon_server.sim.room import Square
+from arramon_server.sim.rules import moved
 from examples.sampling import english, hindi
 from examples.sampling.rooms import OFFSETS
 from examples.sampling.routes import Leg
-from server.dataset.randomness import seeded
-from server.dataset.release.extras import read_references
-from server.dataset.release.files import read_release
-from server.dataset.release.importer import import_release
-from server.dataset.release.reconstruction import reconstruct
-from server.episodes.episode import Episode
-from server.sim.catalogue import ObjectType
-from server.sim.room import Square
-from server.sim.rules import moved
 from tests import ROOT
 
 SAMPLE = ROOT / "examples" / "sample"

@@ -6,7 +6,7 @@ import nbformat
 import pytest
 from nbclient import NotebookClient
 
-from server.dataset.release.importer import import_release
+from arramon_dataset.release.importer import import_release
 from tests import ROOT
 from tests.serving import Server
 

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 from weakref import WeakSet
 
-from server.runs.storage.database import Database
-from server.runs.storage.journal import Journal
+from arramon_server.runs.storage.database import Database
+from arramon_server.runs.storage.journal import Journal
 from tests.forked import ForkedClient
 from tests.serving import Server
 

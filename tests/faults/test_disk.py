@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from server.api.error_guard import STORAGE_ERROR_TEXT
+from arramon_server.api.error_guard import STORAGE_ERROR_TEXT
 from tests.faults.clients import Peace, check_same, client, finish, journal_url, played_on, results, run_id
 from tests.serving import Server
 

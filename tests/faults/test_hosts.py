@@ -10,9 +10,9 @@ import pytest
 
 from arramon.v1 import evaluation_pb2 as pb
 from arramon_client.transport.access import Access
-from server.runs.accounts.accounts import Accounts
-from server.runs.accounts.callers import Role
-from server.runs.storage.database import Database
+from arramon_server.runs.accounts.accounts import Accounts
+from arramon_server.runs.accounts.callers import Role
+from arramon_server.runs.storage.database import Database
 from tests import tiny
 from tests.api.people import Person
 from tests.api.player import Player, create

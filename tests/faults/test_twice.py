@@ -14,8 +14,8 @@ import pytest
 
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
-from server.runs.storage.database import Database
-from server.runs.storage.journal import Journal
+from arramon_server.runs.storage.database import Database
+from arramon_server.runs.storage.journal import Journal
 from tests import tiny
 from tests.api.player import Player, create
 from tests.faults.clients import Peace, check_same, client, finish, journal_url, played_on, results, run_id

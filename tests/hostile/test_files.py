@@ -12,13 +12,13 @@ from typing import Any
 import pytest
 import zstandard
 
-from server import cli
-from server.episodes.files import MIN_DECOMPRESSED, read_bytes, read_object
-from server.errors import BadFile
-from server.runs.storage import tables
-from server.runs.storage.database import Database
-from server.runs.transfer.archive import columns_of
-from server.runs.transfer.restore import import_archive
+from arramon_server import cli
+from arramon_server.episodes.files import MIN_DECOMPRESSED, read_bytes, read_object
+from arramon_server.errors import BadFile
+from arramon_server.runs.storage import tables
+from arramon_server.runs.storage.database import Database
+from arramon_server.runs.transfer.archive import columns_of
+from arramon_server.runs.transfer.restore import import_archive
 from tests import tiny
 
 DEEP = "[" * 200_000
@@ -59,7 +59,7 @@ HEADER = b'{"format":"arramon-export","version":1}\n'
 def test_an_import_of_a_file_that_expands_without_end_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, start: bytes, repeated: bytes, problem: str
 ) -> None:
-    monkeypatch.setattr("server.runs.transfer.archive._MIN_SIZE", MIB)
+    monkeypatch.setattr("arramon_server.runs.transfer.archive._MIN_SIZE", MIB)
     file = tmp_path / "bomb"
     file.write_bytes(bomb(start, repeated, 100))
     with (
@@ -92,7 +92,7 @@ def test_gzip_files_are_read_whole_or_refused(tmp_path: Path, cut: int) -> None:
 
 def test_files_of_usual_data_are_far_from_the_bounds(tmp_path: Path) -> None:
     """Steps are what compresses best in an export."""
-    from server.runs.transfer.archive import _MAX_RATIO, _MIN_SIZE, Writer
+    from arramon_server.runs.transfer.archive import _MAX_RATIO, _MIN_SIZE, Writer
 
     file = tmp_path / "file"
     with file.open("wb") as out:

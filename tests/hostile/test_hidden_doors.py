@@ -20,14 +20,14 @@ from arramon.v1 import evaluation_pb2 as ev
 from arramon.v1 import leaderboard_pb2 as lb
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
 from arramon.v1.leaderboard_pb2_grpc import LeaderboardStub
-from server.board.correcting import Correcting
-from server.episodes.splits import read_splits
-from server.runs.results.reports import make_report, score_array
-from server.runs.results.signing import SigningKey
-from server.runs.storage.database import Database
-from server.runs.storage.journal import Journal
-from server.scoring.disclosure import step_of
-from server.scoring.masking import Noise, masked_rows
+from arramon_server.board.correcting import Correcting
+from arramon_server.episodes.splits import read_splits
+from arramon_server.runs.results.reports import make_report, score_array
+from arramon_server.runs.results.signing import SigningKey
+from arramon_server.runs.storage.database import Database
+from arramon_server.runs.storage.journal import Journal
+from arramon_server.scoring.disclosure import step_of
+from arramon_server.scoring.masking import Noise, masked_rows
 from tests import tiny
 from tests.api.player import Player, create
 from tests.serving import METADATA, Server

@@ -9,18 +9,18 @@ import numpy as np
 import pytest
 from scipy.special import stdtrit
 
-from server.board.board import Board
-from server.board.comparisons import Comparisons
-from server.board.episode_table import EpisodeTable
-from server.board.standings import COLUMNS, Mark
-from server.errors import Conflict
-from server.runs.results.reports import report_of
-from server.scoring import masking
-from server.scoring.aggregate import Interval
-from server.scoring.disclosure import GROUP_BITS, TEST_NOISE, figure_bits, step_of
-from server.scoring.episode import METRICS
-from server.scoring.intervals import Floats
-from server.scoring.masking import Noise, masked_rows
+from arramon_server.board.board import Board
+from arramon_server.board.comparisons import Comparisons
+from arramon_server.board.episode_table import EpisodeTable
+from arramon_server.board.standings import COLUMNS, Mark
+from arramon_server.errors import Conflict
+from arramon_server.runs.results.reports import report_of
+from arramon_server.scoring import masking
+from arramon_server.scoring.aggregate import Interval
+from arramon_server.scoring.disclosure import GROUP_BITS, TEST_NOISE, figure_bits, step_of
+from arramon_server.scoring.episode import METRICS
+from arramon_server.scoring.intervals import Floats
+from arramon_server.scoring.masking import Noise, masked_rows
 from tests import tiny
 from tests.board.made import CLOCKS, STEPS, House, standing
 

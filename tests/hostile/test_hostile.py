@@ -12,8 +12,8 @@ import pytest
 
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
-from server.api.error_guard import INTERNAL_ERROR_TEXT
-from server.api.play_stream import MAX_ACTS
+from arramon_server.api.error_guard import INTERNAL_ERROR_TEXT
+from arramon_server.api.play_stream import MAX_ACTS
 from tests.hostile.attacks import REQUESTS, Attacker, play_message, sockets
 from tests.hostile.conftest import Neighbour, beside, memory
 from tests.serving import METADATA, Server

@@ -6,9 +6,9 @@ from functools import cache
 from itertools import product
 from typing import Any
 
-from lang import load
-from lang.grammar import INSIDE, Lexeme
-from lang.writing.voice import Voice
+from arramon_lang import load
+from arramon_lang.grammar import INSIDE, Lexeme
+from arramon_lang.writing.voice import Voice
 
 NOUNS = {
     "ball": ["f गेंद|गेंद|गेंदें|गेंदों", "f बॉल|बॉल|बॉलें|बॉलों"],

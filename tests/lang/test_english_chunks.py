@@ -2,8 +2,8 @@
 
 import pytest
 
-from lang import load
-from lang.meaning import Face, Navigation, Rotate, Step, Thing, Walk, Where
+from arramon_lang import load
+from arramon_lang.meaning import Face, Navigation, Rotate, Step, Thing, Walk, Where
 
 CONE, BOOTH, BANK = Thing("cone", "blue"), Thing("phone_booth"), Thing("shop_sign", look="bank")
 HYDRANT, BENCH, CROSSING = Thing("hydrant"), Thing("bench"), Thing("zebra_crossing")

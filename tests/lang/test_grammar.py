@@ -5,8 +5,8 @@ from typing import Any
 
 import pytest
 
-from lang.grammar import Grammar, Lexeme
-from lang.language import ROOT
+from arramon_lang.grammar import Grammar, Lexeme
+from arramon_lang.language import ROOT
 
 NAMES = ("grammar", "things", "phrases")
 

@@ -6,10 +6,10 @@ from random import Random
 
 import pytest
 
-from lang import load
-from lang.meaning import Thing, Where
-from lang.patterns import Pattern
-from lang.writing.phrasing import Phraser
+from arramon_lang import load
+from arramon_lang.meaning import Thing, Where
+from arramon_lang.patterns import Pattern
+from arramon_lang.writing.phrasing import Phraser
 from tests.lang.hindi import (
     COLOURS,
     FORMS,

@@ -2,8 +2,8 @@
 
 from itertools import pairwise
 
-from lang import load
-from lang.patterns import Choice, Sequence, Slot
+from arramon_lang import load
+from arramon_lang.patterns import Choice, Sequence, Slot
 
 
 def readings(body: Sequence) -> list[list[str | Slot]]:

@@ -2,8 +2,8 @@
 
 import pytest
 
-from lang import load
-from lang.grammar import INSIDE
+from arramon_lang import load
+from arramon_lang.grammar import INSIDE
 from tests.lang.hindi import COLOURS, FORMS, LOOKS, NOUNS, POSTPOSITIONS, WHICHES, nfc, nouns
 
 VERBS = {

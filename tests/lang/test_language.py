@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-import lang
-from lang.language import ROOT, available, identify, load
+import arramon_lang as lang
+from arramon_lang.language import ROOT, available, identify, load
 
 
 def test_public_names_are_stable() -> None:

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lang.language import ROOT, available, load
-from lang.lexicon import Lexicon, within_one_edit
-from lang.tokens import Tokenizer
-from server.sim.catalogue import COLOURS, KINDS, PATTERNS
+from arramon_lang.language import ROOT, available, load
+from arramon_lang.lexicon import Lexicon, within_one_edit
+from arramon_lang.tokens import Tokenizer
+from arramon_server.sim.catalogue import COLOURS, KINDS, PATTERNS
 
 EMPTY: dict[str, Any] = {
     "kinds": {}, "patterned_kinds": {}, "patterns": {}, "colours": {},

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import pytest
 
-from lang.patterns import parse
-from lang.reading.matching import Automaton, Match, Phrasebook
+from arramon_lang.patterns import parse
+from arramon_lang.reading.matching import Automaton, Match, Phrasebook
 
 
 def automaton(**patterns: str) -> Automaton:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from lang import load
+from arramon_lang import load
 
 Said = tuple[str | None, str | None, str | None]
 

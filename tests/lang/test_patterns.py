@@ -2,7 +2,7 @@
 
 import pytest
 
-from lang.patterns import Choice, Slot, needed, parse, possible, spell_out, split_weight
+from arramon_lang.patterns import Choice, Slot, needed, parse, possible, spell_out, split_weight
 
 KNOWN = frozenset(("thing", "side", "where"))
 

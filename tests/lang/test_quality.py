@@ -7,9 +7,9 @@ from shutil import copytree
 
 import pytest
 
-from lang.language import ROOT, UnknownLanguage, available
-from lang.meaning import Thing
-from lang.quality import BLOCKED, SUSPICIOUS, check, is_blocked
+from arramon_lang.language import ROOT, UnknownLanguage, available
+from arramon_lang.meaning import Thing
+from arramon_lang.quality import BLOCKED, SUSPICIOUS, check, is_blocked
 from tests.release import VAL_SEEN, needs_release
 
 N, A = "navigation", "assembly"

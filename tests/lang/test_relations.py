@@ -4,10 +4,10 @@ import tomllib
 
 import pytest
 
-from lang.language import ROOT, available, load
-from lang.lexicon import Lexicon
-from lang.reading.relations import RELATIONS, Relations
-from lang.tokens import Tokenizer
+from arramon_lang.language import ROOT, available, load
+from arramon_lang.lexicon import Lexicon
+from arramon_lang.reading.relations import RELATIONS, Relations
+from arramon_lang.tokens import Tokenizer
 from tests.lang.test_lexicon import EMPTY
 
 Said = tuple[str, str | None]

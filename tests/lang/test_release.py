@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from lang import load
+from arramon_lang import load
 from tests import ROOT
 
 RELEASE = Path(os.environ.get("ARRAMON_RELEASE", ROOT.parent / "shared" / "release"))

@@ -6,9 +6,9 @@ from shutil import copytree
 
 import pytest
 
-from lang.language import ROOT, Language, available, identify, load
-from lang.meaning import Assembly, Meaning, Navigation, Rotate, Thing, Walk, Where
-from lang.quality import check
+from arramon_lang.language import ROOT, Language, available, identify, load
+from arramon_lang.meaning import Assembly, Meaning, Navigation, Rotate, Thing, Walk, Where
+from arramon_lang.quality import check
 
 FILES = {
     "language": r"""

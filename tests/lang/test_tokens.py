@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lang import load
+from arramon_lang import load
 
 
 @pytest.mark.parametrize(

@@ -7,10 +7,10 @@ from random import Random
 
 import pytest
 
-from lang import load, sampling
-from lang.grammar import forms_of
-from lang.meaning import Assembly, Face, Navigation, Rotate, Thing, Walk
-from lang.reference import mentions
+from arramon_lang import load, sampling
+from arramon_lang.grammar import forms_of
+from arramon_lang.meaning import Assembly, Face, Navigation, Rotate, Thing, Walk
+from arramon_lang.reference import mentions
 from tests.lang.test_hindi_texts import REGISTERS
 
 EPISODES = 130

@@ -5,9 +5,9 @@ from random import Random
 
 import pytest
 
-from lang import load, sampling
-from lang.meaning import Assembly, Face, Navigation, Rotate, Thing, Walk, Where
-from lang.quality import BLOCKED, check
+from arramon_lang import load, sampling
+from arramon_lang.meaning import Assembly, Face, Navigation, Rotate, Thing, Walk, Where
+from arramon_lang.quality import BLOCKED, check
 
 MUG = Thing("mug", "red", "striped", identity="3")
 BENCH, BANNER = Thing("bench", identity="1"), Thing("banner", "orange", "star")

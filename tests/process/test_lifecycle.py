@@ -6,11 +6,11 @@ from typing import Any
 
 import pytest
 
-from server.configuration.config import Config
-from server.episodes.splits import read_splits
-from server.errors import BadFile
-from server.per_split import PerSplit
-from server.process.lifecycle import check_secrets, warnings
+from arramon_server.configuration.config import Config
+from arramon_server.episodes.splits import read_splits
+from arramon_server.errors import BadFile
+from arramon_server.per_split import PerSplit
+from arramon_server.process.lifecycle import check_secrets, warnings
 from tests import tiny
 from tests.forked import run
 

@@ -16,10 +16,10 @@ from grpc._cython import cygrpc  # type: ignore[attr-defined]
 
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
-from server import cli
-from server.api.access_log import network_of
-from server.configuration.secrets import mask_secrets
-from server.process.logs import JsonFormatter, TextFormatter, configure
+from arramon_server import cli
+from arramon_server.api.access_log import network_of
+from arramon_server.configuration.secrets import mask_secrets
+from arramon_server.process.logs import JsonFormatter, TextFormatter, configure
 from tests import tiny
 from tests.serving import METADATA, Server
 
@@ -136,7 +136,7 @@ def events(log: str) -> list[dict[str, Any]]:
 def test_session_on_a_hidden_split_leaves_no_secret_in_the_log(tmp_path: Path) -> None:
     data, log = tmp_path / "data", tmp_path / "log"
     split = tiny.write(data, hidden=True)
-    create = [sys.executable, "-m", "server", "token", "create", "Somebody", "--data", str(data)]
+    create = [sys.executable, "-m", "arramon_server", "token", "create", "Somebody", "--data", str(data)]
     token = subprocess.run(create, check=True, capture_output=True, text=True, timeout=240).stdout.strip()
     wrong = "arramon_000000000000_WrongSecret"
     options = ("--no-anonymous", "--log", "debug", "--log-format", "json")
@@ -174,7 +174,7 @@ def texts_of(turns: Any) -> list[str]:
 
 def test_unreachable_database_error_contains_no_password(tmp_path: Path) -> None:
     tiny.write(tmp_path)
-    command = [sys.executable, "-m", "server", "serve", "--data", str(tmp_path), "--log", "debug"]
+    command = [sys.executable, "-m", "arramon_server", "serve", "--data", str(tmp_path), "--log", "debug"]
     command += ["--log-format", "json", "--journal", "postgresql://me:hunter2@127.0.0.1:1/x"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=240)
     assert done.returncode == 1
@@ -185,7 +185,7 @@ def test_unreachable_database_error_contains_no_password(tmp_path: Path) -> None
 
 def test_info_log_of_a_command_has_no_lines_of_the_migrations(tmp_path: Path) -> None:
     tiny.write(tmp_path)
-    command = [sys.executable, "-m", "server", "token", "list", "--data", str(tmp_path), "--log", "info"]
+    command = [sys.executable, "-m", "arramon_server", "token", "list", "--data", str(tmp_path), "--log", "info"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=240, check=True)
     assert done.stderr == ""
 
@@ -218,6 +218,6 @@ def test_an_error_that_ends_a_command_has_the_logs_format(
     assert cli.main([*arguments, *more]) == 1
     (line,) = capsys.readouterr().err.splitlines()
     event = json.loads(line)
-    assert (event["level"], event["logger"]) == ("error", "server.cli")
+    assert (event["level"], event["logger"]) == ("error", "arramon_server.cli")
     assert event["message"].startswith(said)
     assert "hunter2" not in line

@@ -15,7 +15,7 @@ from tests.process.test_workers import children
 
 
 def started(data: Path, *more: str) -> "subprocess.Popen[str]":
-    command = [sys.executable, "-m", "server", "serve", "--data", str(data), "--listen", "127.0.0.1:0", *more]
+    command = [sys.executable, "-m", "arramon_server", "serve", "--data", str(data), "--listen", "127.0.0.1:0", *more]
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 

@@ -9,10 +9,10 @@ from arramon.v1 import evaluation_pb2 as pb
 from arramon_client import RefusedError, ServerUnreachableError, cli, connect
 from arramon_client.transport.access import Access
 from arramon_client.transport.connection import call
-from server.configuration.config import Config
-from server.errors import BadInput, Unavailable
-from server.process.health import check
-from server.process.tls import credentials_of
+from arramon_server.configuration.config import Config
+from arramon_server.errors import BadInput, Unavailable
+from arramon_server.process.health import check
+from arramon_server.process.tls import credentials_of
 from tests import tiny
 from tests.api.people import token_of
 from tests.certificates import Authority

@@ -14,11 +14,11 @@ WINDOWS = "import os; os.name = 'nt'"
     ("code", "said"),
     [
         (
-            f"import sys, server.__main__; {WINDOWS}; sys.exit(server.__main__.main(['serve']))",
+            f"import sys, arramon_server.__main__; {WINDOWS}; sys.exit(arramon_server.__main__.main(['serve']))",
             "error: arramon-server needs Linux or macOS: on Windows run it in WSL 2",
         ),
         (
-            f"import arramon_client.errors, server; {WINDOWS}; import server.environments",
+            f"import arramon_client.errors, arramon_server; {WINDOWS}; import arramon_dataset.environments",
             "arramon_client.errors.UsageError: environments in this process need Linux or macOS: on Windows use WSL 2, "
             "or name a host with server='HOST:PORT'",
         ),
@@ -38,7 +38,7 @@ def test_what_needs_unix_says_so(code: str, said: str) -> None:
 
 def test_on_unix_nothing_of_that_is_said() -> None:
     done = subprocess.run(
-        [sys.executable, "-c", "import server.environments; import server.__main__"], cwd=ROOT, capture_output=True,
-        text=True, check=False,
+        [sys.executable, "-c", "import arramon_dataset.environments; import arramon_server.__main__"],
+        cwd=ROOT, capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert (done.returncode, done.stderr) == (0, "")

@@ -10,19 +10,19 @@ from pathlib import Path
 
 import pytest
 
-from server.episodes.splits import Split
-from server.errors import ArraMonError
-from server.runs.play import engine as engines
-from server.runs.play import upkeep
-from server.runs.play.clocks import Clocks
-from server.runs.play.engine import Engine
-from server.runs.play.events import EpisodeEnded, Event, Observed, RunEnded
-from server.runs.play.stream import MAX_BACKLOG, Act, Stream
-from server.runs.storage import tables
-from server.runs.storage.database import Database
-from server.runs.storage.journal import Journal
-from server.runs.storage.records import RUNNING, Run
-from server.runs.storage.run_activity import RunActivity
+from arramon_server.episodes.splits import Split
+from arramon_server.errors import ArraMonError
+from arramon_server.runs.play import engine as engines
+from arramon_server.runs.play import upkeep
+from arramon_server.runs.play.clocks import Clocks
+from arramon_server.runs.play.engine import Engine
+from arramon_server.runs.play.events import EpisodeEnded, Event, Observed, RunEnded
+from arramon_server.runs.play.stream import MAX_BACKLOG, Act, Stream
+from arramon_server.runs.storage import tables
+from arramon_server.runs.storage.database import Database
+from arramon_server.runs.storage.journal import Journal
+from arramon_server.runs.storage.records import RUNNING, Run
+from arramon_server.runs.storage.run_activity import RunActivity
 from tests import tiny
 
 CLOCKS = Clocks(60.0, 100.0)

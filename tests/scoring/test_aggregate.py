@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from server.scoring.aggregate import ROWS, aggregate
-from server.scoring.episode import METRICS, EpisodeScores
+from arramon_server.scoring.aggregate import ROWS, aggregate
+from arramon_server.scoring.episode import METRICS, EpisodeScores
 from tests.work import lines
 
 

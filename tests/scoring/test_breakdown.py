@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from server.scoring.aggregate import table_rows, with_total
-from server.scoring.breakdown import SHOWN, group_scores, masked_group_scores
-from server.scoring.episode import METRICS
-from server.scoring.masking import Noise, masked_rows
+from arramon_server.scoring.aggregate import table_rows, with_total
+from arramon_server.scoring.breakdown import SHOWN, group_scores, masked_group_scores
+from arramon_server.scoring.episode import METRICS
+from arramon_server.scoring.masking import Noise, masked_rows
 
 EPISODES = 60
 SECTIONS = np.arange(EPISODES) % 3

@@ -4,8 +4,8 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from server.scoring.breakdown import SHOWN
-from server.scoring.disclosure import (
+from arramon_server.scoring.breakdown import SHOWN
+from arramon_server.scoring.disclosure import (
     FLAT,
     GROUP_BITS,
     GROUP_NOISE,
@@ -16,7 +16,7 @@ from server.scoring.disclosure import (
     figure_bits,
     step_of,
 )
-from server.scoring.masking import randomised_rounding, upward_chance
+from arramon_server.scoring.masking import randomised_rounding, upward_chance
 
 Mask = npt.NDArray[np.bool_]
 

@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from server.scoring.episode import METRICS, score_episode, score_turn
-from server.scoring.trajectory import EpisodeRecord, TurnRecord
+from arramon_server.scoring.episode import METRICS, score_episode, score_turn
+from arramon_server.scoring.trajectory import EpisodeRecord, TurnRecord
 
 PERFECT = TurnRecord(
     reference_path=((0.0, 0.0), (0.0, 1.0), (0.0, 2.0)),

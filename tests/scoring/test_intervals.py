@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scipy  # which loads scipy.stats when a test asks for it
 
-from server.scoring.intervals import (
+from arramon_server.scoring.intervals import (
     Floats,
     episode_moments,
     mean_bounds,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scipy  # which loads scipy.stats when a test asks for it
 
-from server.scoring.languages import language_gap
+from arramon_server.scoring.languages import language_gap
 
 
 def test_the_gap_of_two_languages_is_paired() -> None:

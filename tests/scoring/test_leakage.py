@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from server.scoring.disclosure import step_of
-from server.scoring.leakage import Scored, changes
+from arramon_server.scoring.disclosure import step_of
+from arramon_server.scoring.leakage import Scored, changes
 
 
 def test_changes_are_differences_of_the_shown_means() -> None:

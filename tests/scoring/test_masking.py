@@ -6,10 +6,10 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from server.scoring.aggregate import ROWS
-from server.scoring.disclosure import LEAST, STEPS, TEST_NOISE, step_of
-from server.scoring.episode import GATES, METRICS, PLACEMENT
-from server.scoring.masking import (
+from arramon_server.scoring.aggregate import ROWS
+from arramon_server.scoring.disclosure import LEAST, STEPS, TEST_NOISE, step_of
+from arramon_server.scoring.episode import GATES, METRICS, PLACEMENT
+from arramon_server.scoring.masking import (
     P_CLASSES,
     Noise,
     Rows,

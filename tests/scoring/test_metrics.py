@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from server.scoring.metrics import ctc_within, ndtw, placement_distance, ptc, rpod
-from server.scoring.trajectory import Cell, Point3
+from arramon_server.scoring.metrics import ctc_within, ndtw, placement_distance, ptc, rpod
+from arramon_server.scoring.trajectory import Cell, Point3
 from tests.scoring import plain
 from tests.work import lines
 

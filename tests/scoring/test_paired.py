@@ -10,8 +10,8 @@ import pytest
 import scipy  # which loads scipy.stats when a test asks for it
 from sacrebleu.significance import PairedTest
 
-from server.scoring.intervals import Floats
-from server.scoring.paired import FAR, FEW, FLIPS, difference_bounds, holm, permutation_tests, tails
+from arramon_server.scoring.intervals import Floats
+from arramon_server.scoring.paired import FAR, FEW, FLIPS, difference_bounds, holm, permutation_tests, tails
 
 
 def runs(gap: float, number: int = 60, seed: int = 0) -> Floats:

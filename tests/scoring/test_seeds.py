@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from server.scoring.seeds import seed_spread
+from arramon_server.scoring.seeds import seed_spread
 
 
 def test_components_are_those_of_a_table_computed_by_hand() -> None:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from server.scoring.signature import Signature, argument
+from arramon_server.scoring.signature import Signature, argument
 
 SIGNATURE = Signature("0.1.0", 1, "val_seen", "en", 1065, 150, "60/86400", frozenset({"rgb", "depth"}),
                       frozenset({"lossless-224"}), "ab12")  # fmt: skip

@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from server.sim.assets.meshes import box, moved, quad
-from server.sim.cameras import FIELD_OF_VIEW, Actor, Frame, Viewpoint
-from server.sim.catalogue import ObjectType
-from server.sim.geometry import AGENT_RADIUS, EYE_HEIGHT
-from server.sim.scene import Body, BoxCollider, Scene
+from arramon_server.sim.assets.meshes import box, moved, quad
+from arramon_server.sim.cameras import FIELD_OF_VIEW, Actor, Frame, Viewpoint
+from arramon_server.sim.catalogue import ObjectType
+from arramon_server.sim.geometry import AGENT_RADIUS, EYE_HEIGHT
+from arramon_server.sim.scene import Body, BoxCollider, Scene
 from tests.physics import Obstacles, World
 
 BALL = ObjectType("dotted", "red", "ball")

@@ -5,13 +5,13 @@ from contextlib import closing
 import numpy as np
 import pytest
 
-from server.sim.assets.facades import BAYS, STOREYS
-from server.sim.cameras import Viewpoint
-from server.sim.city import building_mesh, city_scene
-from server.sim.labels import LABELS
-from server.sim.physics import physics_of
-from server.sim.raster.camera import RasterCamera
-from server.sim.section import FACADES, PROP_KINDS, Building, Prop, Section
+from arramon_server.sim.assets.facades import BAYS, STOREYS
+from arramon_server.sim.cameras import Viewpoint
+from arramon_server.sim.city import building_mesh, city_scene
+from arramon_server.sim.labels import LABELS
+from arramon_server.sim.physics import physics_of
+from arramon_server.sim.raster.camera import RasterCamera
+from arramon_server.sim.section import FACADES, PROP_KINDS, Building, Prop, Section
 
 BLOCKS = tuple(
     Building(x, z, 5.0, 4.0, 28.8, height, facade)

@@ -8,13 +8,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from server.sim.assets.furniture import COLOURS, SPOKEN_COLOURS, piece_of
-from server.sim.city import city_scene
-from server.sim.footprints import Footprint, Footprints, Place
-from server.sim.geometry import AGENT_RADIUS
-from server.sim.room_scene import room_scene
-from server.sim.scene import Body, BoxCollider, Scene
-from server.sim.section import PROP_KINDS
+from arramon_server.sim.assets.furniture import COLOURS, SPOKEN_COLOURS, piece_of
+from arramon_server.sim.city import city_scene
+from arramon_server.sim.footprints import Footprint, Footprints, Place
+from arramon_server.sim.geometry import AGENT_RADIUS
+from arramon_server.sim.room_scene import room_scene
+from arramon_server.sim.scene import Body, BoxCollider, Scene
+from arramon_server.sim.section import PROP_KINDS
 from tests.dataset.plans.sections import ALL, section_of
 
 BOX = BoxCollider(2.0, 0.5, 2.0)

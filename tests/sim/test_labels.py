@@ -2,10 +2,10 @@
 
 import pytest
 
-from server.sim.cameras import labels_of
-from server.sim.catalogue import ALL_TYPES
-from server.sim.labels import LABELS, Label, places_of
-from server.sim.room_scene import room_scene
+from arramon_server.sim.cameras import labels_of
+from arramon_server.sim.catalogue import ALL_TYPES
+from arramon_server.sim.labels import LABELS, Label, places_of
+from arramon_server.sim.room_scene import room_scene
 
 
 def test_labels_are_unique_and_start_with_nothing() -> None:

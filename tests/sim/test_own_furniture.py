@@ -2,8 +2,8 @@
 
 import pytest
 
-from server.sim.own_furniture import Moved, OwnFurniture, furnished
-from server.sim.section import Prop, Section
+from arramon_server.sim.own_furniture import Moved, OwnFurniture, furnished
+from arramon_server.sim.section import Prop, Section
 
 PROPS = (
     Prop("cone", 1.0, 1.0, 0.0, "orange"),

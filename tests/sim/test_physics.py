@@ -4,10 +4,10 @@ import sys
 
 import pytest
 
-from server.sim.cameras import CAMERAS
-from server.sim.city import city_scene
-from server.sim.footprints import TOUCHING, Footprints
-from server.sim.physics import has_pybullet, physics_of, problem_of_camera
+from arramon_server.sim.cameras import CAMERAS
+from arramon_server.sim.city import city_scene
+from arramon_server.sim.footprints import TOUCHING, Footprints
+from arramon_server.sim.physics import has_pybullet, physics_of, problem_of_camera
 from tests.dataset.plans.sections import ALL, section_of
 from tests.physics import Obstacles, needs_pybullet
 

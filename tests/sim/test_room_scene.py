@@ -5,11 +5,11 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from server.sim.assets.textures import texture
-from server.sim.cameras import Viewpoint
-from server.sim.labels import WALLS
-from server.sim.room import CELL, COLUMNS, ROWS, START
-from server.sim.room_scene import WALL_HEIGHT, room_scene
+from arramon_server.sim.assets.textures import texture
+from arramon_server.sim.cameras import Viewpoint
+from arramon_server.sim.labels import WALLS
+from arramon_server.sim.room import CELL, COLUMNS, ROWS, START
+from arramon_server.sim.room_scene import WALL_HEIGHT, room_scene
 from tests.physics import World
 
 

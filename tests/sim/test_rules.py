@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from server.sim.catalogue import ALL_TYPES, ObjectType
-from server.sim.geometry import Point, Pose
-from server.sim.room import START, Placement, Square
-from server.sim.rules import (
+from arramon_server.sim.catalogue import ALL_TYPES, ObjectType
+from arramon_server.sim.geometry import Point, Pose
+from arramon_server.sim.room import START, Placement, Square
+from arramon_server.sim.rules import (
     Action,
     Blocked,
     Collectible,

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from server.sim.cameras import Viewpoint, labels_of
-from server.sim.city import city_scene, refurnished
-from server.sim.raster.camera import RasterCamera
-from server.sim.section import Building, Prop, Section
-from server.sim.variations import SAME, Difference, VariedCamera
+from arramon_server.sim.cameras import Viewpoint, labels_of
+from arramon_server.sim.city import city_scene, refurnished
+from arramon_server.sim.raster.camera import RasterCamera
+from arramon_server.sim.section import Building, Prop, Section
+from arramon_server.sim.variations import SAME, Difference, VariedCamera
 
 CONES = (Prop("cone", 0.0, 3.0, 0.0, "orange"), Prop("cone", 1.0, 4.0, 0.0, "blue"))
 BARREL = Prop("barrel", -1.0, 4.0, 0.0, "gold")

@@ -4,21 +4,21 @@ from contextlib import closing
 from dataclasses import asdict, replace
 from pathlib import Path
 
-from server.board.board import Board
-from server.episodes.episode import Episode, Instructions
-from server.episodes.splits import Split, write_split
-from server.runs.accounts.callers import HOST
-from server.runs.play.session import Session
-from server.runs.results.receipts import Receipts
-from server.runs.results.signing import SigningKey
-from server.runs.storage.records import COMPLETE, RUNNING, Batch, Code, Ending, Run
-from server.scoring.episode import METRICS
-from server.sim.catalogue import ObjectType
-from server.sim.city import city_scene
-from server.sim.geometry import Point, Pose
-from server.sim.physics import physics_of
-from server.sim.rules import Collectible, Limits
-from server.web.pages import Pages
+from arramon_server.board.board import Board
+from arramon_server.episodes.episode import Episode, Instructions
+from arramon_server.episodes.splits import Split, write_split
+from arramon_server.runs.accounts.callers import HOST
+from arramon_server.runs.play.session import Session
+from arramon_server.runs.results.receipts import Receipts
+from arramon_server.runs.results.signing import SigningKey
+from arramon_server.runs.storage.records import COMPLETE, RUNNING, Batch, Code, Ending, Run
+from arramon_server.scoring.episode import METRICS
+from arramon_server.sim.catalogue import ObjectType
+from arramon_server.sim.city import city_scene
+from arramon_server.sim.geometry import Point, Pose
+from arramon_server.sim.physics import physics_of
+from arramon_server.sim.rules import Collectible, Limits
+from arramon_server.web.pages import Pages
 from tests import tiny
 from tests.board.made import CLOCKS, NOON, STEPS, House, secret_of
 from tests.web.serving import Site

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from aiohttp import web
 
-from server.web.pages import Pages
+from arramon_server.web.pages import Pages
 
 
 @dataclass(frozen=True)

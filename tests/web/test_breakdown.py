@@ -6,8 +6,8 @@ from contextlib import closing
 
 import pytest
 
-from server.runs.results.breakdown import Breakdowns
-from server.scoring.disclosure import LEAST
+from arramon_server.runs.results.breakdown import Breakdowns
+from arramon_server.scoring.disclosure import LEAST
 from tests import demanding
 from tests.web.made import HIDDEN_RUN, WebHouse
 from tests.web.reading import Page

@@ -6,10 +6,10 @@ from contextlib import closing
 
 import pytest
 
-from server.board.cost import Cost
-from server.runs.accounts.callers import HOST
-from server.web.cost_part import COSTS, cost_part
-from server.web.texts import all_texts
+from arramon_server.board.cost import Cost
+from arramon_server.runs.accounts.callers import HOST
+from arramon_server.web.cost_part import COSTS, cost_part
+from arramon_server.web.texts import all_texts
 from tests.web.made import WebHouse
 from tests.web.reading import Page
 

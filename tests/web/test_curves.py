@@ -2,8 +2,8 @@
 
 import pytest
 
-from server.scoring.aggregate import ROWS, Interval
-from server.web import curves
+from arramon_server.scoring.aggregate import ROWS, Interval
+from arramon_server.web import curves
 
 
 def test_ctc_chart_has_points_and_bands_per_row() -> None:

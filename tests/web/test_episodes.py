@@ -5,24 +5,24 @@ from dataclasses import replace
 
 import pytest
 
-from lang.grammar import forms_of
-from lang.language import load
-from server.board.correcting import Correcting
-from server.runs.play.session import Session
-from server.runs.results.signing import SigningKey
-from server.runs.storage.causes import AGENT_FINISHED, FORFEITED
-from server.runs.storage.records import COMPLETE, Batch, Ending
-from server.scoring.episode import METRICS
-from server.sim.bullet import Obstacles
-from server.sim.city import city_scene
-from server.sim.room import Placement
-from server.sim.rules import Action, Limits
-from server.sim.section import FACADES, PROP_KINDS, Building, Prop
-from server.web.episodes_page import FAILURES, NAVIGATION, NOTHING, OBJECT, PLACEMENT, Filter, failure_of
-from server.web.room_map import RoomWatch
-from server.web.section_map import labels
-from server.web.texts import all_texts
-from server.web.things import named_things
+from arramon_lang.grammar import forms_of
+from arramon_lang.language import load
+from arramon_server.board.correcting import Correcting
+from arramon_server.runs.play.session import Session
+from arramon_server.runs.results.signing import SigningKey
+from arramon_server.runs.storage.causes import AGENT_FINISHED, FORFEITED
+from arramon_server.runs.storage.records import COMPLETE, Batch, Ending
+from arramon_server.scoring.episode import METRICS
+from arramon_server.sim.bullet import Obstacles
+from arramon_server.sim.city import city_scene
+from arramon_server.sim.room import Placement
+from arramon_server.sim.rules import Action, Limits
+from arramon_server.sim.section import FACADES, PROP_KINDS, Building, Prop
+from arramon_server.web.episodes_page import FAILURES, NAVIGATION, NOTHING, OBJECT, PLACEMENT, Filter, failure_of
+from arramon_server.web.room_map import RoomWatch
+from arramon_server.web.section_map import labels
+from arramon_server.web.texts import all_texts
+from arramon_server.web.things import named_things
 from tests import tiny
 from tests.web.made import HIDDEN_RUN, OPEN_RUN, WebHouse
 from tests.web.reading import Page

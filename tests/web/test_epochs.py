@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from server.runs.accounts.callers import HOST
-from server.web.texts import all_texts
+from arramon_server.runs.accounts.callers import HOST
+from arramon_server.web.texts import all_texts
 from tests.board.made import secret_of
 from tests.web.made import HIDDEN_RUN, OLDER_RUN, OPEN_RUN, REPRODUCED_RUN, WebHouse
 from tests.web.reading import Page
@@ -84,7 +84,7 @@ def test_actions_are_downloaded_where_no_split_is_hidden(shown: WebHouse) -> Non
 
 
 def test_a_downloaded_receipt_is_rescored_with_downloaded_actions(shown: WebHouse, tmp_path: Path) -> None:
-    from server.runs.results.receipt_file import rescore_file
+    from arramon_server.runs.results.receipt_file import rescore_file
 
     paths = []
     for name in ("receipt", "actions"):

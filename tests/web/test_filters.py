@@ -5,11 +5,11 @@ from urllib.parse import parse_qsl
 
 import pytest
 
-from server.board.ranking import ranked
-from server.board.standings import Mark, Standing
-from server.errors import NotFound
-from server.scoring.languages import LanguageGap
-from server.web.filters import Choice, read_choice
+from arramon_server.board.ranking import ranked
+from arramon_server.board.standings import Mark, Standing
+from arramon_server.errors import NotFound
+from arramon_server.scoring.languages import LanguageGap
+from arramon_server.web.filters import Choice, read_choice
 from tests.board.made import family, interval, standing
 
 LANGUAGES = {"open": ("en", "hi"), "english": ("en",), "bare": ()}

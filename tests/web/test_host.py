@@ -7,15 +7,15 @@ from pathlib import Path
 
 import pytest
 
-from server.board.board import Board
-from server.board.epochs import EpochBoard
-from server.closing import Closing
-from server.runs.results.receipts import Receipts
-from server.runs.results.signing import SigningKey
-from server.split_times import SplitTimes
-from server.web.host import UNNAMED, Host, link_of
-from server.web.pages import Pages
-from server.web.rendering import breakable
+from arramon_server.board.board import Board
+from arramon_server.board.epochs import EpochBoard
+from arramon_server.closing import Closing
+from arramon_server.runs.results.receipts import Receipts
+from arramon_server.runs.results.signing import SigningKey
+from arramon_server.split_times import SplitTimes
+from arramon_server.web.host import UNNAMED, Host, link_of
+from arramon_server.web.pages import Pages
+from arramon_server.web.rendering import breakable
 from tests.board.made import CLOCKS, STEPS, House
 from tests.web.reading import Page
 from tests.web.serving import Site

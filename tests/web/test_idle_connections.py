@@ -5,8 +5,8 @@ import asyncio
 import pytest
 from aiohttp import web
 
-from server.web import idle_connections
-from server.web.idle_connections import IdleConnections
+from arramon_server.web import idle_connections
+from arramon_server.web.idle_connections import IdleConnections
 
 
 def test_only_connections_without_a_complete_request_are_closed(

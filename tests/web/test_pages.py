@@ -13,11 +13,11 @@ from pathlib import Path
 import pytest
 
 from arramon_client.receipts import read_receipt
-from server.runs.play.clocks import Clocks
-from server.runs.storage import causes
-from server.runs.storage.records import COMPLETE, Batch, Ending
-from server.scoring.episode import METRICS
-from server.web import pages, texts
+from arramon_server.runs.play.clocks import Clocks
+from arramon_server.runs.storage import causes
+from arramon_server.runs.storage.records import COMPLETE, Batch, Ending
+from arramon_server.scoring.episode import METRICS
+from arramon_server.web import pages, texts
 from tests import tiny
 from tests.dataset import recovered
 from tests.played import play
@@ -349,7 +349,7 @@ def test_an_empty_board_says_how_to_publish_a_run(web: WebHouse) -> None:
 
 
 def test_long_standings_are_split_into_pages(web: WebHouse, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("server.web.standings_page.PAGE_SIZE", 2)
+    monkeypatch.setattr("arramon_server.web.standings_page.PAGE_SIZE", 2)
     for number in range(1, 4):
         web.published(number, number / 10, f"agent-{number}")
     first, second = (web.site.get(f"/en/?split=tiny&language=en&page={page}").text for page in (1, 2))
@@ -459,7 +459,7 @@ def test_slow_drawing_does_not_block_other_pages(shown: WebHouse, monkeypatch: p
         begun.set()
         go_on.wait(120)
 
-    monkeypatch.setattr("server.web.section_map.ground", slow)
+    monkeypatch.setattr("arramon_server.web.section_map.ground", slow)
     drawing = threading.Thread(target=shown.site.get, args=(f"/en/runs/{OPEN_RUN}/episodes/quokka-1",))
     drawing.start()
     try:

@@ -2,10 +2,10 @@
 
 from dataclasses import replace
 
-from server.episodes.provenance import AGREEMENT, DRAWN, TEXT, Origin
-from server.scoring.trajectory import TurnRecord
-from server.sim.section import Building, Prop, Section
-from server.web.section_map import ground, track
+from arramon_server.episodes.provenance import AGREEMENT, DRAWN, TEXT, Origin
+from arramon_server.scoring.trajectory import TurnRecord
+from arramon_server.sim.section import Building, Prop, Section
+from arramon_server.web.section_map import ground, track
 
 SECTION = Section(
     "1",

@@ -12,10 +12,10 @@ from pathlib import Path
 
 import pytest
 
-from server.configuration.config import Config
-from server.errors import StorageError, Unavailable
-from server.process.health import check
-from server.process.readiness import NO_DATABASE, STUCK_SECONDS, Readiness
+from arramon_server.configuration.config import Config
+from arramon_server.errors import StorageError, Unavailable
+from arramon_server.process.health import check
+from arramon_server.process.readiness import NO_DATABASE, STUCK_SECONDS, Readiness
 from tests import tiny
 from tests.certificates import Authority
 from tests.postgres import Cluster

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from server.board.standings import Mark
-from server.runs.storage import causes
-from server.scoring.episode import METRICS
-from server.web import texts
-from server.web.filters import COVERAGES, SENSORS, TURNS
+from arramon_server.board.standings import Mark
+from arramon_server.runs.storage import causes
+from arramon_server.scoring.episode import METRICS
+from arramon_server.web import texts
+from arramon_server.web.filters import COVERAGES, SENSORS, TURNS
 
 EN, HI = texts.all_texts()["en"], texts.all_texts()["hi"]
 WEB = Path(texts.__file__).parent

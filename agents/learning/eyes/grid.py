@@ -8,9 +8,9 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
-from agents.learning.eyes.names import NamedThing
-from agents.learning.eyes.network import BLOCKS, Probabilities
-from agents.learning.eyes.vocabulary import (
+from arramon_agents.learning.eyes.names import NamedThing
+from arramon_agents.learning.eyes.network import BLOCKS, Probabilities
+from arramon_agents.learning.eyes.vocabulary import (
     BANNER_COLOURS,
     COLLECTIBLE_COLOURS,
     COLLECTIBLES,

@@ -6,9 +6,9 @@ import numpy as np
 import numpy.typing as npt
 import torch
 
-from agents.learning.eyes.naming import NamingNetwork, to_network
-from agents.learning.eyes.network import Predictions, probabilities
-from agents.learning.eyes.objects import Thing, crop, find_things
+from arramon_agents.learning.eyes.naming import NamingNetwork, to_network
+from arramon_agents.learning.eyes.network import Predictions, probabilities
+from arramon_agents.learning.eyes.objects import Thing, crop, find_things
 
 Floats = npt.NDArray[np.float32]
 

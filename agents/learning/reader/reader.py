@@ -5,11 +5,11 @@ from pathlib import Path
 
 import torch
 
-from agents.learning.reader.network import ReaderNetwork
-from agents.learning.reader.slots import END, SLOTS, TYPES, Row, meaning_of
-from agents.learning.reader.weights import read_reader
-from agents.learning.reader.words import Vocabulary
-from lang.meaning import Meaning
+from arramon_agents.learning.reader.network import ReaderNetwork
+from arramon_agents.learning.reader.slots import END, SLOTS, TYPES, Row, meaning_of
+from arramon_agents.learning.reader.weights import read_reader
+from arramon_agents.learning.reader.words import Vocabulary
+from arramon_lang.meaning import Meaning
 
 WEIGHTS = Path(__file__).parent.parent / "weights" / "reader.safetensors"
 
@@ -34,7 +34,7 @@ class LearnedReader:
 
         Args:
             text: the instruction.
-            phase: "navigation" for a `lang.meaning.Navigation`, "assembly" for an `Assembly`.
+            phase: "navigation" for a `arramon_lang.meaning.Navigation`, "assembly" for an `Assembly`.
         """
         return meaning_of(self._rows(text), phase)
 

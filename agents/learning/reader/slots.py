@@ -6,8 +6,8 @@ A row is a step, the object to pick up, the object to place, or a relation of th
 from collections.abc import Sequence
 from dataclasses import replace
 
-from agents.learning.eyes.vocabulary import COLLECTIBLES, COLOURS, FURNITURE, LOOK_GROUPS
-from lang.meaning import (
+from arramon_agents.learning.eyes.vocabulary import COLLECTIBLES, COLOURS, FURNITURE, LOOK_GROUPS
+from arramon_lang.meaning import (
     ATS,
     NUMBERS,
     PLACES,

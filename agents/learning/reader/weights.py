@@ -9,9 +9,9 @@ import torch
 from safetensors import SafetensorError, safe_open
 from safetensors.torch import save_file
 
-from agents.learning.reader.network import ReaderNetwork, Sizes
-from agents.learning.reader.words import Vocabulary
 from arramon.strict_json import NotJsonError, read_json
+from arramon_agents.learning.reader.network import ReaderNetwork, Sizes
+from arramon_agents.learning.reader.words import Vocabulary
 
 LARGEST = 1 << 20
 """Maximum of a size in a file: a network of any size would be allocated before its tensors are found to be missing."""
@@ -32,7 +32,8 @@ def read_reader(path: Path) -> tuple[ReaderNetwork, Vocabulary]:
         ValueError: if it holds no reader.
     """
     if not path.is_file():
-        raise FileNotFoundError(f"there is no reader at {path}; train it: python -m agents.learning.train_reader")
+        command = "python -m arramon_agents.learning.train_reader"
+        raise FileNotFoundError(f"there is no reader at {path}; train it: {command}")
     try:
         with safe_open(path, "pt") as file:
             about = file.metadata() or {}

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from agents.learning.reader.slots import FACE, ROTATE, SLOTS, TARGET, TYPES, WHERE, Row
-from agents.learning.simulated.courses import Course
-from agents.vl_map.features import Named, named
-from lang.street import DEGREES
-from server.dataset.layout.solids import to_rectangle
+from arramon_agents.learning.reader.slots import FACE, ROTATE, SLOTS, TARGET, TYPES, WHERE, Row
+from arramon_agents.learning.simulated.courses import Course
+from arramon_agents.vl_map.features import Named, named
+from arramon_dataset.layout.solids import to_rectangle
+from arramon_lang.street import DEGREES
 
 FAR, TURNED = 6.0, math.radians(60.0)
 """Distance from a row's thing, and difference from a row's turn, that have the full cost of 1; more costs the same."""

@@ -6,13 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from agents.follower.map import CELL
-from agents.follower.navigation_body import Body
-from agents.follower.navigation_motion import STEPS
-from agents.follower.perceive import BEAM, CLUSTER, MAX_DISTANCE, Scan, Sighting
-from agents.learning.eyes.names import NamedThing
-from agents.learning.eyes.objects import FARTHEST, FEWEST_PIXELS, Thing
-from agents.learning.eyes.vocabulary import (
+from arramon_agents.follower.map import CELL
+from arramon_agents.follower.navigation_body import Body
+from arramon_agents.follower.navigation_motion import STEPS
+from arramon_agents.follower.perceive import BEAM, CLUSTER, MAX_DISTANCE, Scan, Sighting
+from arramon_agents.learning.eyes.names import NamedThing
+from arramon_agents.learning.eyes.objects import FARTHEST, FEWEST_PIXELS, Thing
+from arramon_agents.learning.eyes.vocabulary import (
     COLLECTIBLE_COLOURS,
     COLLECTIBLES,
     COLOURS,
@@ -22,10 +22,10 @@ from agents.learning.eyes.vocabulary import (
     NONE,
     look_slices,
 )
-from agents.learning.memory.landmarks import SeenLandmarks
-from agents.learning.memory.sight import LABELS
-from agents.learning.simulated.world import FOCAL, Things, World
-from agents.vl_map.features import relative_to
+from arramon_agents.learning.memory.landmarks import SeenLandmarks
+from arramon_agents.learning.memory.sight import LABELS
+from arramon_agents.learning.simulated.world import FOCAL, Things, World
+from arramon_agents.vl_map.features import relative_to
 from arramon_client.agent import Action
 
 RAYS = 56

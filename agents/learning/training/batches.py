@@ -9,10 +9,10 @@ import numpy.typing as npt
 import torch
 from torch import Tensor
 
-from agents.learning.checkpoint import as_input
-from agents.learning.paper import START
-from agents.learning.text.tokenizers import Tokenizer
-from agents.learning.training.demonstrations import Demonstration
+from arramon_agents.learning.checkpoint import as_input
+from arramon_agents.learning.paper import START
+from arramon_agents.learning.text.tokenizers import Tokenizer
+from arramon_agents.learning.training.demonstrations import Demonstration
 from arramon_client.agent import Action
 from arramon_client.environments.backend import NAVIGATION
 

@@ -3,10 +3,10 @@
 from collections.abc import Mapping
 from typing import Any
 
-from agents.learning.checkpoint import Policy
-from agents.learning.pretrained.encoders import INSTALL, PACKAGE
-from agents.learning.text.tokenizers import PRETRAINED
-from agents.learning.training.recipe import RECIPES, Recipe
+from arramon_agents.learning.checkpoint import Policy
+from arramon_agents.learning.pretrained.encoders import INSTALL, PACKAGE
+from arramon_agents.learning.text.tokenizers import PRETRAINED
+from arramon_agents.learning.training.recipe import RECIPES, Recipe
 
 GENERATED = (
     "- It is trained by imitation on generated episodes alone. On people's instructions such agents reach less "
@@ -39,9 +39,7 @@ def command_of(recipe: Recipe) -> str:
         for name, value in given.items()
         if name not in skipped and value != default[name]
     ]
-    return " ".join(
-        ["python -m agents.train --agent", recipe.agent, "--lang", ",".join(recipe.languages), *sorted(options)]
-    )
+    return " ".join(["arramon-train --agent", recipe.agent, "--lang", ",".join(recipe.languages), *sorted(options)])
 
 
 def card(policy: Policy, recipe: Recipe) -> str:
@@ -86,7 +84,7 @@ def command_with(name: str, recipe: Mapping[str, Any], default: Mapping[str, Any
         for option in default
         if option != "languages" and recipe[option] != default[option]
     ]
-    return " ".join(["python -m agents.train --agent", name, "--lang", ",".join(recipe["languages"]), *changed])
+    return " ".join(["arramon-train --agent", name, "--lang", ",".join(recipe["languages"]), *changed])
 
 
 def _text_encoder(recipe: Recipe) -> str:

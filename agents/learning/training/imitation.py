@@ -9,19 +9,19 @@ from pathlib import Path
 import torch
 from tensorboardX import SummaryWriter
 
-from agents.learning.agent import LearnedAgent
-from agents.learning.checkpoint import SUFFIX, Policy, read_tensors, save_policy, write_tensors
-from agents.learning.paper import PHASES, Model
-from agents.learning.training.alignment import alignment_loss, other_texts
-from agents.learning.training.batches import as_tokens, draw_text, epoch, loss_of, make_batch
-from agents.learning.training.card import card
-from agents.learning.training.demonstrations import Demonstration
-from agents.learning.training.precision import usable
-from agents.learning.training.recipe import Place, Recipe
-from agents.learning.training.rollouts import Plan, mean, play
-from agents.learning.training.sources import Tell, data_of, digest_of, splits_of
-from agents.learning.training.start import initial_policy
-from agents.learning.training.variants import Variants
+from arramon_agents.learning.agent import LearnedAgent
+from arramon_agents.learning.checkpoint import SUFFIX, Policy, read_tensors, save_policy, write_tensors
+from arramon_agents.learning.paper import PHASES, Model
+from arramon_agents.learning.training.alignment import alignment_loss, other_texts
+from arramon_agents.learning.training.batches import as_tokens, draw_text, epoch, loss_of, make_batch
+from arramon_agents.learning.training.card import card
+from arramon_agents.learning.training.demonstrations import Demonstration
+from arramon_agents.learning.training.precision import usable
+from arramon_agents.learning.training.recipe import Place, Recipe
+from arramon_agents.learning.training.rollouts import Plan, mean, play
+from arramon_agents.learning.training.sources import Tell, data_of, digest_of, splits_of
+from arramon_agents.learning.training.start import initial_policy
+from arramon_agents.learning.training.variants import Variants
 
 JUDGED = {"navigation": "nDTW", "assembly": "PTC"}
 """Metric of each phase for choosing the best weights; the ground truth plays the other phase in validation."""

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import torch
 
-from agents.learning.training.recipe import PRECISIONS
+from arramon_agents.learning.training.recipe import PRECISIONS
 
 FLOAT32, BFLOAT16 = PRECISIONS
 

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from agents.learning.training.trainer import Trainer
+from arramon_agents.learning.training.trainer import Trainer
 
 LOG = logging.getLogger(__name__)
 

@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from agents.learning.simulated.courses import training_splits
-from agents.learning.training.demonstrations import (
+from arramon_agents.learning.simulated.courses import training_splits
+from arramon_agents.learning.training.demonstrations import (
     ROOM_PREFIX,
     ROOMS,
     Demonstration,
@@ -16,7 +16,7 @@ from agents.learning.training.demonstrations import (
     data_hash_of,
     unseen,
 )
-from agents.learning.training.recipe import Place, Recipe
+from arramon_agents.learning.training.recipe import Place, Recipe
 
 Tell = Callable[[str], None]
 

@@ -5,13 +5,13 @@ from dataclasses import replace
 
 import torch
 
-from agents.learning.checkpoint import Policy, find_initial, load_policy
-from agents.learning.paper import PHASES, Config, Model
-from agents.learning.pretrained.states import open_states
-from agents.learning.text.readers import PretrainedReader, own_pieces
-from agents.learning.text.tokenizers import PRETRAINED, UNKNOWN, Words, train_tokenizer
-from agents.learning.training.recipe import Place, Recipe
-from agents.learning.vision.encoder import VisualEncoder, open_encoder
+from arramon_agents.learning.checkpoint import Policy, find_initial, load_policy
+from arramon_agents.learning.paper import PHASES, Config, Model
+from arramon_agents.learning.pretrained.states import open_states
+from arramon_agents.learning.text.readers import PretrainedReader, own_pieces
+from arramon_agents.learning.text.tokenizers import PRETRAINED, UNKNOWN, Words, train_tokenizer
+from arramon_agents.learning.training.recipe import Place, Recipe
+from arramon_agents.learning.vision.encoder import VisualEncoder, open_encoder
 
 
 def initial_policy(recipe: Recipe, texts: Sequence[str], place: Place, tell: Callable[[str], None]) -> Policy:

@@ -9,13 +9,13 @@ from random import Random
 
 import numpy as np
 
-import lang
-from agents.learning.eyes.grid import CHANNEL_NAMES
-from agents.learning.training.demonstrations import Demonstration
-from agents.learning.training.vl_grounded.exchange import Exchange, read_meaning
+import arramon_lang as lang
+from arramon_agents.learning.eyes.grid import CHANNEL_NAMES
+from arramon_agents.learning.training.demonstrations import Demonstration
+from arramon_agents.learning.training.vl_grounded.exchange import Exchange, read_meaning
 from arramon_client.agent import Action
 from arramon_client.environments.backend import NAVIGATION
-from lang.meaning import OTHER_SIDE, Face, Meaning, Navigation, Rotate, Step, Thing, Walk, Where
+from arramon_lang.meaning import OTHER_SIDE, Face, Meaning, Navigation, Rotate, Step, Thing, Walk, Where
 
 MIRRORED = 0.5
 """Share of the variants of walks in which left and right are exchanged. Rooms stay, as their walls have their sides."""

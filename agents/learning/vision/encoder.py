@@ -8,7 +8,7 @@ from typing import Protocol, cast
 import numpy as np
 import numpy.typing as npt
 
-from agents.learning.frames import SeenFrames
+from arramon_agents.learning.frames import SeenFrames
 
 GRID = 7
 """Number of rows, and of columns, of cells into which an image is divided."""
@@ -51,18 +51,18 @@ class VisualEncoder(Protocol):
 
 
 def open_encoder(name: str) -> VisualEncoder:
-    """Return the encoder of the module `agents.learning.vision.NAME`, or of a folder: `folder=PATH`.
+    """Return the encoder of the module `arramon_agents.learning.vision.NAME`, or of a folder: `folder=PATH`.
 
     Raises:
         ValueError: if there is no such module, or the folder holds no vision model.
     """
     if name.startswith(FOLDER):
-        from agents.learning.pretrained.vision import FolderEyes
+        from arramon_agents.learning.pretrained.vision import FolderEyes
 
         return FolderEyes(Path(name.removeprefix(FOLDER)))
     if name not in encoder_names():
         raise ValueError(f"there is no visual encoder {name!r}; there are {', '.join(encoder_names())}")
-    load = cast(Callable[[], VisualEncoder], importlib.import_module(f"agents.learning.vision.{name}").load)
+    load = cast(Callable[[], VisualEncoder], importlib.import_module(f"arramon_agents.learning.vision.{name}").load)
     return load()
 
 

@@ -7,11 +7,11 @@ import numpy as np
 import numpy.typing as npt
 import torch
 
-from agents.learning.eyes.grid import CHANNEL_NAMES, add_things, grid_of_blocks
-from agents.learning.eyes.names import NamedThing, name_things
-from agents.learning.eyes.naming import NamingNetwork
-from agents.learning.eyes.network import EyesNetwork, Probabilities, prepare, probabilities
-from agents.learning.eyes.weights import read_weights
+from arramon_agents.learning.eyes.grid import CHANNEL_NAMES, add_things, grid_of_blocks
+from arramon_agents.learning.eyes.names import NamedThing, name_things
+from arramon_agents.learning.eyes.naming import NamingNetwork
+from arramon_agents.learning.eyes.network import EyesNetwork, Probabilities, prepare, probabilities
+from arramon_agents.learning.eyes.weights import read_weights
 
 WEIGHTS = Path(__file__).parents[1] / "weights" / "vision_eyes.safetensors"
 

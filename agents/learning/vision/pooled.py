@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from agents.learning.vision.encoder import GRID
+from arramon_agents.learning.vision.encoder import GRID
 
 SIZE = 112
 """Side length of the images; larger ones are subsampled."""

@@ -9,8 +9,6 @@ from importlib import import_module
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from arramon_client import requirements  # noqa: F401 - before all that needs the contract
-
 if TYPE_CHECKING:
     from arramon_client.agent import Action, Agent, Episode, Observation
     from arramon_client.errors import (

@@ -4,9 +4,9 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from lang.patterns import parse, spell_out
-from lang.reading.matching import SplitWords
-from lang.reading.noun_phrases import NounPhrase, NounPhraseReader
+from arramon_lang.patterns import parse, spell_out
+from arramon_lang.reading.matching import SplitWords
+from arramon_lang.reading.noun_phrases import NounPhrase, NounPhraseReader
 
 THING, SIDE, LOOK, RELATION = "thing", "side", "look", "relation"
 

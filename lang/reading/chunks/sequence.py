@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from lang.reading.chunks.chunker import LOOK, RELATION, THING, Chunk
-from lang.reading.noun_phrases import NounPhrase, NounPhraseReader
+from arramon_lang.reading.chunks.chunker import LOOK, RELATION, THING, Chunk
+from arramon_lang.reading.noun_phrases import NounPhrase, NounPhraseReader
 
 
 @dataclass(frozen=True, slots=True)

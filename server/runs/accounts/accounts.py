@@ -12,11 +12,11 @@ from typing import Any
 import sqlalchemy as sa
 from sqlalchemy.engine import Connection, Row
 
-from server.errors import BadInput, Conflict, NotFound, Unauthenticated
-from server.runs.accounts.callers import Caller, Role
-from server.runs.storage import tables
-from server.runs.storage.database import Database, utc
-from server.visible_text import JOINERS, STYLES, invisible_part, is_visible
+from arramon_server.errors import BadInput, Conflict, NotFound, Unauthenticated
+from arramon_server.runs.accounts.callers import Caller, Role
+from arramon_server.runs.storage import tables
+from arramon_server.runs.storage.database import Database, utc
+from arramon_server.visible_text import JOINERS, STYLES, invisible_part, is_visible
 
 PREFIX = "arramon"
 """Prefix of every token, by which scanners for leaked secrets can recognise one."""

@@ -6,13 +6,13 @@ from datetime import UTC, datetime
 import sqlalchemy as sa
 from sqlalchemy.engine import Connection
 
-from server.errors import BadInput, Conflict, Forbidden, NotFound, TakenOver
-from server.runs.accounts.accounts import ANONYMOUS_NAME, banned, check_free, check_name
-from server.runs.accounts.callers import Role
-from server.runs.storage import tables
-from server.runs.storage.database import Database, utc
-from server.runs.storage.records import RUNNING
-from server.visible_text import is_visible
+from arramon_server.errors import BadInput, Conflict, Forbidden, NotFound, TakenOver
+from arramon_server.runs.accounts.accounts import ANONYMOUS_NAME, banned, check_free, check_name
+from arramon_server.runs.accounts.callers import Role
+from arramon_server.runs.storage import tables
+from arramon_server.runs.storage.database import Database, utc
+from arramon_server.runs.storage.records import RUNNING
+from arramon_server.visible_text import is_visible
 
 LONGEST_REASON = 500
 """Maximum characters in the reason for a ban."""

@@ -7,8 +7,8 @@ from typing import Any, TypeAlias
 import sqlalchemy as sa
 from sqlalchemy.engine import Row
 
-from server.runs.storage import tables
-from server.runs.storage.records import Run
+from arramon_server.runs.storage import tables
+from arramon_server.runs.storage.records import Run
 
 ReadQuery: TypeAlias = Callable[[sa.Select[Any]], Sequence[Row[Any]]]
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from enum import Enum
 
-from server.runs.storage.records import Run
+from arramon_server.runs.storage.records import Run
 
 
 class Role(Enum):

@@ -12,11 +12,11 @@ import numpy as np
 import numpy.typing as npt
 import sqlalchemy as sa
 
-from server.errors import BadInput
-from server.runs.storage import tables
-from server.runs.storage.database import Database
-from server.runs.storage.journal import run_of
-from server.runs.storage.records import Run
+from arramon_server.errors import BadInput
+from arramon_server.runs.storage import tables
+from arramon_server.runs.storage.database import Database
+from arramon_server.runs.storage.journal import run_of
+from arramon_server.runs.storage.records import Run
 
 MIN_STEPS = 50
 """Steps that two runs must have in their common episodes to be compared: a few equal ones say nothing."""

@@ -9,11 +9,11 @@ from uuid import uuid4
 import sqlalchemy as sa
 from sqlalchemy.engine import Connection
 
-from server.errors import BadInput, NotFound, OverQuota
-from server.per_split import MOST
-from server.runs.accounts.accounts import ANONYMOUS_NAME
-from server.runs.accounts.callers import ANONYMOUS, Caller, Role
-from server.runs.accounts.usage import (
+from arramon_server.errors import BadInput, NotFound, OverQuota
+from arramon_server.per_split import MOST
+from arramon_server.runs.accounts.accounts import ANONYMOUS_NAME
+from arramon_server.runs.accounts.callers import ANONYMOUS, Caller, Role
+from arramon_server.runs.accounts.usage import (
     DAY,
     ReadQuery,
     Usage,
@@ -26,10 +26,10 @@ from server.runs.accounts.usage import (
     runs_with_streams,
     usage_of,
 )
-from server.runs.storage import tables
-from server.runs.storage.database import Database
-from server.runs.storage.records import Run
-from server.runs.storage.run_activity import UNPLAYED_MINUTES
+from arramon_server.runs.storage import tables
+from arramon_server.runs.storage.database import Database
+from arramon_server.runs.storage.records import Run
+from arramon_server.runs.storage.run_activity import UNPLAYED_MINUTES
 
 NAMED = 5
 """Maximum number of runs that an error message names."""

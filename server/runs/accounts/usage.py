@@ -8,10 +8,10 @@ from typing import Any, TypeAlias
 import sqlalchemy as sa
 from sqlalchemy.engine import Row
 
-from server.runs.storage import tables
-from server.runs.storage.causes import SERVER_FAULT
-from server.runs.storage.database import utc
-from server.runs.storage.records import LEASE, RUNNING
+from arramon_server.runs.storage import tables
+from arramon_server.runs.storage.causes import SERVER_FAULT
+from arramon_server.runs.storage.database import utc
+from arramon_server.runs.storage.records import LEASE, RUNNING
 
 DAY = timedelta(days=1)
 

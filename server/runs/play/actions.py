@@ -4,16 +4,16 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
 
-from server.errors import LONGEST_QUOTE, quoted
-from server.runs.play.events import EpisodeEnded, Event, Observed, PhaseOver, Problem
-from server.runs.play.faults import EpisodeFault, contained
-from server.runs.play.session import Session, ending
-from server.runs.play.stream import MAX_TOGETHER, Act, Stream
-from server.runs.play.timekeeper import Timekeeper
-from server.runs.storage import causes
-from server.runs.storage.journal import Journal
-from server.runs.storage.records import Batch, Claim
-from server.sim.rules import Action
+from arramon_server.errors import LONGEST_QUOTE, quoted
+from arramon_server.runs.play.events import EpisodeEnded, Event, Observed, PhaseOver, Problem
+from arramon_server.runs.play.faults import EpisodeFault, contained
+from arramon_server.runs.play.session import Session, ending
+from arramon_server.runs.play.stream import MAX_TOGETHER, Act, Stream
+from arramon_server.runs.play.timekeeper import Timekeeper
+from arramon_server.runs.storage import causes
+from arramon_server.runs.storage.journal import Journal
+from arramon_server.runs.storage.records import Batch, Claim
+from arramon_server.sim.rules import Action
 
 
 @dataclass(slots=True)

@@ -3,13 +3,13 @@
 import time
 from collections.abc import Collection, Iterator
 
-from server.runs.play.actions import observed
-from server.runs.play.events import EpisodeStarted, Event, Observed, Opened
-from server.runs.play.faults import EpisodeFault, Faults, contained
-from server.runs.play.loader import SessionLoader
-from server.runs.play.stream import Assigned, Stream
-from server.runs.storage.journal import Journal
-from server.runs.storage.records import LEASE, OPEN, Claim
+from arramon_server.runs.play.actions import observed
+from arramon_server.runs.play.events import EpisodeStarted, Event, Observed, Opened
+from arramon_server.runs.play.faults import EpisodeFault, Faults, contained
+from arramon_server.runs.play.loader import SessionLoader
+from arramon_server.runs.play.stream import Assigned, Stream
+from arramon_server.runs.storage.journal import Journal
+from arramon_server.runs.storage.records import LEASE, OPEN, Claim
 
 GRACE = 10.0
 """Seconds for which an episode that a broken stream left open is kept for its own player."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from heapq import heappop, heappush
 from math import inf
 
-from server.runs.storage.records import Run
+from arramon_server.runs.storage.records import Run
 
 STALL_SECONDS = 3.0
 """Longest interval between readings of the clock (normally a second) that counts; a longer one is a server stall."""

@@ -5,14 +5,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
-from server.errors import ArraMonError, Unavailable
-from server.image_threads import ImageThreads
-from server.runs.play.events import EpisodeEnded, EpisodeStarted, Event, Observed, PhaseOver, Problem, RunEnded
-from server.runs.play.faults import EpisodeFault, contained
-from server.runs.play.stream import Stream
-from server.runs.play.worlds import Worlds
-from server.runs.storage.meter import NO_METER, Meter, Stage
-from server.runs.storage.records import Claim
+from arramon_server.errors import ArraMonError, Unavailable
+from arramon_server.image_threads import ImageThreads
+from arramon_server.runs.play.events import EpisodeEnded, EpisodeStarted, Event, Observed, PhaseOver, Problem, RunEnded
+from arramon_server.runs.play.faults import EpisodeFault, contained
+from arramon_server.runs.play.stream import Stream
+from arramon_server.runs.play.worlds import Worlds
+from arramon_server.runs.storage.meter import NO_METER, Meter, Stage
+from arramon_server.runs.storage.records import Claim
 
 TURN_SECONDS, TURN_EVENTS = 0.008, 32
 """Limits of one stream's turn: time spent drawing, and number of events."""

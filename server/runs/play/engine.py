@@ -12,27 +12,27 @@ import uuid
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 
-from server.episodes.splits import Split
-from server.errors import ArraMonError, Conflict, TakenOver, Unavailable
-from server.image_threads import ImageThreads
-from server.runs.play.actions import ActionHandler, Answers
-from server.runs.play.assignment import GRACE, Assignment
-from server.runs.play.clocks import Stopwatch
-from server.runs.play.delivery import Delivery, is_deliverable
-from server.runs.play.events import EpisodeEnded, RunEnded
-from server.runs.play.faults import Faults
-from server.runs.play.forfeits import Forfeits
-from server.runs.play.loader import SessionLoader
-from server.runs.play.stream import GATHER_SECONDS, Act, ActionBatch, Stream
-from server.runs.play.timekeeper import Timekeeper
-from server.runs.play.upkeep import SWEEP_SECONDS, Upkeep
-from server.runs.play.worlds import Worlds
-from server.runs.storage.journal import Journal
-from server.runs.storage.meter import NO_METER, Meter, Stage
-from server.runs.storage.records import CANCELLED, CLOSER, COMPLETE, RUNNING, Batch, Claim, Run
-from server.runs.storage.run_activity import RunActivity
-from server.runs.storage.run_duration import RunDurations
-from server.sim.cameras import CAMERAS
+from arramon_server.episodes.splits import Split
+from arramon_server.errors import ArraMonError, Conflict, TakenOver, Unavailable
+from arramon_server.image_threads import ImageThreads
+from arramon_server.runs.play.actions import ActionHandler, Answers
+from arramon_server.runs.play.assignment import GRACE, Assignment
+from arramon_server.runs.play.clocks import Stopwatch
+from arramon_server.runs.play.delivery import Delivery, is_deliverable
+from arramon_server.runs.play.events import EpisodeEnded, RunEnded
+from arramon_server.runs.play.faults import Faults
+from arramon_server.runs.play.forfeits import Forfeits
+from arramon_server.runs.play.loader import SessionLoader
+from arramon_server.runs.play.stream import GATHER_SECONDS, Act, ActionBatch, Stream
+from arramon_server.runs.play.timekeeper import Timekeeper
+from arramon_server.runs.play.upkeep import SWEEP_SECONDS, Upkeep
+from arramon_server.runs.play.worlds import Worlds
+from arramon_server.runs.storage.journal import Journal
+from arramon_server.runs.storage.meter import NO_METER, Meter, Stage
+from arramon_server.runs.storage.records import CANCELLED, CLOSER, COMPLETE, RUNNING, Batch, Claim, Run
+from arramon_server.runs.storage.run_activity import RunActivity
+from arramon_server.runs.storage.run_duration import RunDurations
+from arramon_server.sim.cameras import CAMERAS
 
 OPENING_SECONDS = 0.004
 """Time a round spends on opening episodes: replaying a thousand interrupted ones takes many times that."""

@@ -1,13 +1,13 @@
-"""Events that the engine delivers to a stream. `server.api` translates them to protocol buffers."""
+"""Events that the engine delivers to a stream. `arramon_server.api` translates them to protocol buffers."""
 
 from dataclasses import dataclass
 
-from server.episodes.episode import Episode
-from server.runs.play.clocks import TimeLeft
-from server.runs.storage.records import Progress, Run
-from server.sim.cameras import Frame
-from server.sim.rules import Action, PhaseEnded, State
-from server.sim.scene import Scene
+from arramon_server.episodes.episode import Episode
+from arramon_server.runs.play.clocks import TimeLeft
+from arramon_server.runs.storage.records import Progress, Run
+from arramon_server.sim.cameras import Frame
+from arramon_server.sim.rules import Action, PhaseEnded, State
+from arramon_server.sim.scene import Scene
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,15 +8,15 @@ import logging
 from collections import deque
 from types import TracebackType
 
-from server.errors import ArraMonError
-from server.runs.play.events import EpisodeEnded, Observed
-from server.runs.play.loader import SessionLoader
-from server.runs.play.session import ending, unplayed
-from server.runs.play.stream import Stream
-from server.runs.storage import causes
-from server.runs.storage.journal import Journal
-from server.runs.storage.records import Batch, Claim, Ending, Run
-from server.runs.storage.run_activity import RunActivity
+from arramon_server.errors import ArraMonError
+from arramon_server.runs.play.events import EpisodeEnded, Observed
+from arramon_server.runs.play.loader import SessionLoader
+from arramon_server.runs.play.session import ending, unplayed
+from arramon_server.runs.play.stream import Stream
+from arramon_server.runs.storage import causes
+from arramon_server.runs.storage.journal import Journal
+from arramon_server.runs.storage.records import Batch, Claim, Ending, Run
+from arramon_server.runs.storage.run_activity import RunActivity
 
 MAX_FAULTS = 3
 """Faults after which an episode is not offered again."""

@@ -2,12 +2,12 @@
 
 from datetime import datetime
 
-from server.runs.play.faults import EpisodeFault, contained
-from server.runs.play.loader import SessionLoader
-from server.runs.play.session import ending, lost, unplayed
-from server.runs.storage import causes
-from server.runs.storage.journal import Journal
-from server.runs.storage.records import CANCELLED, CLOSER, PENDING, Batch, Claim, Ending, Run
+from arramon_server.runs.play.faults import EpisodeFault, contained
+from arramon_server.runs.play.loader import SessionLoader
+from arramon_server.runs.play.session import ending, lost, unplayed
+from arramon_server.runs.storage import causes
+from arramon_server.runs.storage.journal import Journal
+from arramon_server.runs.storage.records import CANCELLED, CLOSER, PENDING, Batch, Claim, Ending, Run
 
 CHUNK = 64
 """Episodes ended at once that nobody has begun; other streams are served between two chunks."""

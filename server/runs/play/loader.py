@@ -2,14 +2,14 @@
 
 from collections.abc import Mapping
 
-from server.episodes.episode import Episode
-from server.episodes.splits import Split
-from server.runs.play.session import Session
-from server.runs.play.worlds import Worlds
-from server.runs.storage.journal import Journal
-from server.runs.storage.records import OPEN, Claim, Run
-from server.sim.rules import Limits
-from server.sim.scene import Scene
+from arramon_server.episodes.episode import Episode
+from arramon_server.episodes.splits import Split
+from arramon_server.runs.play.session import Session
+from arramon_server.runs.play.worlds import Worlds
+from arramon_server.runs.storage.journal import Journal
+from arramon_server.runs.storage.records import OPEN, Claim, Run
+from arramon_server.sim.rules import Limits
+from arramon_server.sim.scene import Scene
 
 
 class SessionLoader:

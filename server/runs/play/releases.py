@@ -1,8 +1,8 @@
 """Claim releases of closed streams, kept and retried in order until the journal has them."""
 
-from server.runs.play.stream import Stream
-from server.runs.storage.journal import Journal
-from server.runs.storage.records import Batch
+from arramon_server.runs.play.stream import Stream
+from arramon_server.runs.storage.journal import Journal
+from arramon_server.runs.storage.records import Batch
 
 
 class PendingReleases:

@@ -3,15 +3,15 @@
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 
-from server.episodes.episode import Episode
-from server.runs.play.thinking import Thinking
-from server.runs.storage.causes import AGENT_FINISHED, SERVER_FAULT, STEP_LIMIT
-from server.runs.storage.records import Claim, Ending, Run
-from server.scoring.episode import METRICS, EpisodeScores, score_episode
-from server.scoring.trajectory import EpisodeRecord, Point2, TurnRecord
-from server.sim import rules
-from server.sim.geometry import EYE_HEIGHT
-from server.sim.rules import Action, Event, Ground, Limits, Moved, Phase, PhaseEnded, PickedUp, Placed, State
+from arramon_server.episodes.episode import Episode
+from arramon_server.runs.play.thinking import Thinking
+from arramon_server.runs.storage.causes import AGENT_FINISHED, SERVER_FAULT, STEP_LIMIT
+from arramon_server.runs.storage.records import Claim, Ending, Run
+from arramon_server.scoring.episode import METRICS, EpisodeScores, score_episode
+from arramon_server.scoring.trajectory import EpisodeRecord, Point2, TurnRecord
+from arramon_server.sim import rules
+from arramon_server.sim.geometry import EYE_HEIGHT
+from arramon_server.sim.rules import Action, Event, Ground, Limits, Moved, Phase, PhaseEnded, PickedUp, Placed, State
 
 
 class Session:
@@ -125,7 +125,7 @@ def lost(run: Run, claim: Claim, note: str) -> Ending:
 
 @dataclass
 class Recorder:
-    """Records the trajectory of an episode, step by step, in the form that `server.scoring` reads."""
+    """Records the trajectory of an episode, step by step, in the form that `arramon_server.scoring` reads."""
 
     episode: Episode
     _turns: list[TurnRecord] = field(init=False)

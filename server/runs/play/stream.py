@@ -7,12 +7,12 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from server.errors import ArraMonError
-from server.runs.play.clocks import StreamClock
-from server.runs.play.events import Event, Observed, RunEnded
-from server.runs.play.session import Session
-from server.runs.storage.records import OPEN, Claim, Run
-from server.sim.cameras import Frame
+from arramon_server.errors import ArraMonError
+from arramon_server.runs.play.clocks import StreamClock
+from arramon_server.runs.play.events import Event, Observed, RunEnded
+from arramon_server.runs.play.session import Session
+from arramon_server.runs.storage.records import OPEN, Claim, Run
+from arramon_server.sim.cameras import Frame
 
 IMAGES = frozenset(("rgb", "depth", "segmentation"))
 """Sensors for which a frame must be drawn."""

@@ -2,10 +2,10 @@
 
 from collections.abc import Callable, Iterable
 
-from server.runs.play.clocks import Bank, Clocks, StreamClock
-from server.runs.play.stream import Stream
-from server.runs.storage.records import Batch
-from server.runs.storage.run_activity import RunActivity
+from arramon_server.runs.play.clocks import Bank, Clocks, StreamClock
+from arramon_server.runs.play.stream import Stream
+from arramon_server.runs.storage.records import Batch
+from arramon_server.runs.storage.run_activity import RunActivity
 
 
 class Timekeeper:

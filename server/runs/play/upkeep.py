@@ -4,11 +4,11 @@ import logging
 import time
 from collections.abc import Sequence
 
-from server.runs.play.releases import PendingReleases
-from server.runs.play.stream import Stream
-from server.runs.storage.journal import Journal
-from server.runs.storage.records import LEASE, Run
-from server.runs.storage.run_activity import RunActivity
+from arramon_server.runs.play.releases import PendingReleases
+from arramon_server.runs.play.stream import Stream
+from arramon_server.runs.storage.journal import Journal
+from arramon_server.runs.storage.records import LEASE, Run
+from arramon_server.runs.storage.run_activity import RunActivity
 
 SWEEP_SECONDS = 1.0
 """Time between two rounds of upkeep."""

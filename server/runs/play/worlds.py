@@ -12,23 +12,23 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from server.episodes.episode import Episode
-from server.episodes.splits import Split
-from server.sim.cameras import CAMERAS, Camera, Frame
-from server.sim.city import city_scene, refurnished
-from server.sim.labels import places_of
-from server.sim.own_furniture import OwnFurniture, furnished
-from server.sim.physics import WITH_PYBULLET, Physics, physics_of, world_of
-from server.sim.raster.camera import RasterCamera
-from server.sim.room_scene import room_scene
-from server.sim.rules import Ground, State
-from server.sim.scene import Scene
-from server.sim.section import Prop, Section
-from server.sim.variations import CACHED, Difference, VariedGround
-from server.sim.view import view
+from arramon_server.episodes.episode import Episode
+from arramon_server.episodes.splits import Split
+from arramon_server.sim.cameras import CAMERAS, Camera, Frame
+from arramon_server.sim.city import city_scene, refurnished
+from arramon_server.sim.labels import places_of
+from arramon_server.sim.own_furniture import OwnFurniture, furnished
+from arramon_server.sim.physics import WITH_PYBULLET, Physics, physics_of, world_of
+from arramon_server.sim.raster.camera import RasterCamera
+from arramon_server.sim.room_scene import room_scene
+from arramon_server.sim.rules import Ground, State
+from arramon_server.sim.scene import Scene
+from arramon_server.sim.section import Prop, Section
+from arramon_server.sim.variations import CACHED, Difference, VariedGround
+from arramon_server.sim.view import view
 
 if TYPE_CHECKING:
-    from server.sim.bullet import World
+    from arramon_server.sim.bullet import World
 
 Key = tuple[str, str]
 """A split and a section of it; the first of those with an equal section."""
@@ -112,7 +112,7 @@ class Worlds:
             episode: that is played.
             state: of it.
             size: side length of the images, in pixels.
-            segmentation: whether to label each pixel with its index in `server.sim.labels.LABELS`.
+            segmentation: whether to label each pixel with its index in `arramon_server.sim.labels.LABELS`.
             into: arrays to draw into, as for `cameras.Camera.render`, but for the segmentation, which is always new.
         """
         seen = view(state, episode.layout)

@@ -6,12 +6,12 @@ from functools import lru_cache
 
 import numpy as np
 
-from server.episodes.splits import Split
-from server.runs.results.groups import TRAIN, Group, Grouping, grouping
-from server.runs.results.reports import counted, score_array, split_of
-from server.runs.storage.records import Ending, Run
-from server.scoring.breakdown import GroupScores, group_scores, masked_group_scores
-from server.scoring.masking import Noise, masked_rows, name_without
+from arramon_server.episodes.splits import Split
+from arramon_server.runs.results.groups import TRAIN, Group, Grouping, grouping
+from arramon_server.runs.results.reports import counted, score_array, split_of
+from arramon_server.runs.storage.records import Ending, Run
+from arramon_server.scoring.breakdown import GroupScores, group_scores, masked_group_scores
+from arramon_server.scoring.masking import Noise, masked_rows, name_without
 
 _KEPT = 32
 """Groupings of a split in a language that are cached, about 200 KB each."""

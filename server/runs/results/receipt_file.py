@@ -14,16 +14,16 @@ from pydantic import TypeAdapter
 
 from arramon.strict_json import read_json
 from arramon.v1.chain import episode_ending, steps_to
-from server.episodes.files import read_object
-from server.episodes.splits import Split
-from server.errors import BadFile, quoted
-from server.runs.play.worlds import Worlds
-from server.runs.results.receipts import FORMAT, LIMITS, MASKED_VERSION, VERSION, VOIDED, document
-from server.runs.results.reports import make_report, split_of
-from server.runs.results.rescoring import Rescored, differences_of_receipt, first, replayed
-from server.runs.storage.causes import AGENT_FINISHED, FORFEITED, SERVER_FAULT, STEP_LIMIT, TIME_LIMIT
-from server.runs.storage.plays import play_digest
-from server.runs.storage.records import Code, Ending, Progress, Run
+from arramon_server.episodes.files import read_object
+from arramon_server.episodes.splits import Split
+from arramon_server.errors import BadFile, quoted
+from arramon_server.runs.play.worlds import Worlds
+from arramon_server.runs.results.receipts import FORMAT, LIMITS, MASKED_VERSION, VERSION, VOIDED, document
+from arramon_server.runs.results.reports import make_report, split_of
+from arramon_server.runs.results.rescoring import Rescored, differences_of_receipt, first, replayed
+from arramon_server.runs.storage.causes import AGENT_FINISHED, FORFEITED, SERVER_FAULT, STEP_LIMIT, TIME_LIMIT
+from arramon_server.runs.storage.plays import play_digest
+from arramon_server.runs.storage.records import Code, Ending, Progress, Run
 
 FILE_FORMAT, FILE_VERSION = "arramon-receipt-file", 1
 """Header of a receipt's file, which `arramon-client verify` reads too."""

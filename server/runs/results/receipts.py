@@ -17,21 +17,21 @@ import sqlalchemy as sa
 
 from arramon.v1 import PROTOCOL
 from arramon.v1.chain import episode_ending, episode_head, run_digest
-from server.closing import NEVER, Closing
-from server.episodes.splits import Split
-from server.errors import Conflict, NotFound, TakenOver, quoted
-from server.runs.accounts.attempts import number_of
-from server.runs.accounts.callers import Caller
-from server.runs.results.reports import Report, report_of
-from server.runs.results.signing import SigningKey
-from server.runs.storage import tables
-from server.runs.storage.corrections import Correction, Corrections
-from server.runs.storage.database import Database, utc
-from server.runs.storage.epochs import Epochs
-from server.runs.storage.journal import Journal, run_not_found
-from server.runs.storage.records import Ending, Progress, Run
-from server.scoring.aggregate import METHOD
-from server.scoring.masking import MASKED_METHOD
+from arramon_server.closing import NEVER, Closing
+from arramon_server.episodes.splits import Split
+from arramon_server.errors import Conflict, NotFound, TakenOver, quoted
+from arramon_server.runs.accounts.attempts import number_of
+from arramon_server.runs.accounts.callers import Caller
+from arramon_server.runs.results.reports import Report, report_of
+from arramon_server.runs.results.signing import SigningKey
+from arramon_server.runs.storage import tables
+from arramon_server.runs.storage.corrections import Correction, Corrections
+from arramon_server.runs.storage.database import Database, utc
+from arramon_server.runs.storage.epochs import Epochs
+from arramon_server.runs.storage.journal import Journal, run_not_found
+from arramon_server.runs.storage.records import Ending, Progress, Run
+from arramon_server.scoring.aggregate import METHOD
+from arramon_server.scoring.masking import MASKED_METHOD
 
 FORMAT, VERSION, MASKED_VERSION = "arramon-receipt", 1, 2
 """Header of the payload. On hidden splits new receipts have MASKED_VERSION: scores as they are shown, no steps, and in

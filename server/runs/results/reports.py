@@ -6,16 +6,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from arramon.v1 import PROTOCOL
-from server.episodes.splits import Split
-from server.errors import Conflict
-from server.runs.play.clocks import Clocks
-from server.runs.storage.journal import Journal
-from server.runs.storage.records import RUNNING, Ending, Progress, Run
-from server.scoring.aggregate import ScoreTable, aggregate
-from server.scoring.episode import METRICS, EpisodeScores
-from server.scoring.intervals import Floats
-from server.scoring.masking import Noise, coarse, masked_rows, name_without
-from server.scoring.signature import Signature, argument, digest_of
+from arramon_server.episodes.splits import Split
+from arramon_server.errors import Conflict
+from arramon_server.runs.play.clocks import Clocks
+from arramon_server.runs.storage.journal import Journal
+from arramon_server.runs.storage.records import RUNNING, Ending, Progress, Run
+from arramon_server.scoring.aggregate import ScoreTable, aggregate
+from arramon_server.scoring.episode import METRICS, EpisodeScores
+from arramon_server.scoring.intervals import Floats
+from arramon_server.scoring.masking import Noise, coarse, masked_rows, name_without
+from arramon_server.scoring.signature import Signature, argument, digest_of
 
 
 @dataclass(frozen=True, slots=True)

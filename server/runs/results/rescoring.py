@@ -11,20 +11,20 @@ import rfc8785
 from cryptography.exceptions import InvalidSignature
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
 
-from server.episodes.splits import Split
-from server.errors import Conflict
-from server.runs.accounts.administration import earlier_names
-from server.runs.play.session import Session
-from server.runs.play.worlds import Worlds
-from server.runs.results.receipts import MASKED_VERSION, UNDERIVED, VOIDED, Receipt, document, stored_receipt
-from server.runs.results.reports import make_report, split_of
-from server.runs.storage import causes
-from server.runs.storage.corrections import Corrections
-from server.runs.storage.database import Database
-from server.runs.storage.journal import Journal
-from server.runs.storage.plays import play_digest
-from server.runs.storage.records import RUNNING, Ending, Run
-from server.sim.rules import Limits
+from arramon_server.episodes.splits import Split
+from arramon_server.errors import Conflict
+from arramon_server.runs.accounts.administration import earlier_names
+from arramon_server.runs.play.session import Session
+from arramon_server.runs.play.worlds import Worlds
+from arramon_server.runs.results.receipts import MASKED_VERSION, UNDERIVED, VOIDED, Receipt, document, stored_receipt
+from arramon_server.runs.results.reports import make_report, split_of
+from arramon_server.runs.storage import causes
+from arramon_server.runs.storage.corrections import Corrections
+from arramon_server.runs.storage.database import Database
+from arramon_server.runs.storage.journal import Journal
+from arramon_server.runs.storage.plays import play_digest
+from arramon_server.runs.storage.records import RUNNING, Ending, Run
+from arramon_server.sim.rules import Limits
 
 TOLERANCE = 1e-9
 """Greatest difference of scores that count as equal: exponentials differ in the last digits between machines."""

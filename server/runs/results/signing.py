@@ -12,10 +12,10 @@ from cryptography.hazmat.primitives import serialization
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 from sqlalchemy.engine import Connection
 
-from server.errors import BadFile, Conflict
-from server.private_files import private_file
-from server.runs.storage import tables
-from server.runs.storage.database import Database, utc
+from arramon_server.errors import BadFile, Conflict
+from arramon_server.private_files import private_file
+from arramon_server.runs.storage import tables
+from arramon_server.runs.storage.database import Database, utc
 
 ADOPT = "arramon-server key --adopt"
 """Command with which a host changes the signing key."""

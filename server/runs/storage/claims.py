@@ -6,10 +6,10 @@ from dataclasses import replace
 import sqlalchemy as sa
 from sqlalchemy.engine import Connection
 
-from server.runs.storage import tables
-from server.runs.storage.database import Database
-from server.runs.storage.records import ENDED, OPEN, PENDING, Claim
-from server.runs.storage.service_clock import service_time
+from arramon_server.runs.storage import tables
+from arramon_server.runs.storage.database import Database
+from arramon_server.runs.storage.records import ENDED, OPEN, PENDING, Claim
+from arramon_server.runs.storage.service_clock import service_time
 
 
 class Claims:

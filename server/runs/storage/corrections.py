@@ -13,8 +13,8 @@ from typing import Any
 import sqlalchemy as sa
 from sqlalchemy.engine import Connection, Row
 
-from server.runs.storage import tables
-from server.runs.storage.database import Database, utc
+from arramon_server.runs.storage import tables
+from arramon_server.runs.storage.database import Database, utc
 
 _TABLE = tables.corrections
 

@@ -18,10 +18,10 @@ from sqlalchemy.engine import URL, Connection, Engine, Row, make_url
 from sqlalchemy.exc import ArgumentError, DataError, DBAPIError, IntegrityError, OperationalError
 from sqlalchemy.exc import TimeoutError as PoolTimeoutError
 
-from server.errors import BadInput, StorageError, TakenOver
-from server.runs.storage import postgres
-from server.runs.storage.migrations import migrate, newest_revision, revision_of
-from server.runs.storage.step_writer import Rows, StepWriter
+from arramon_server.errors import BadInput, StorageError, TakenOver
+from arramon_server.runs.storage import postgres
+from arramon_server.runs.storage.migrations import migrate, newest_revision, revision_of
+from arramon_server.runs.storage.step_writer import Rows, StepWriter
 
 PAUSE_FACTOR, MAX_PAUSE_SECONDS, QUICK_FAILURE_SECONDS = 4.0, 10.0, 0.5
 """A failure slower than QUICK_FAILURE_SECONDS pauses use of the database for PAUSE_FACTOR times its duration, at most

@@ -10,10 +10,10 @@ from typing import Any
 import sqlalchemy as sa
 from sqlalchemy.engine import Connection, Row
 
-from server.errors import Conflict, NotFound, quoted
-from server.runs.storage import tables
-from server.runs.storage.database import Database, utc
-from server.runs.storage.records import RUNNING
+from arramon_server.errors import Conflict, NotFound, quoted
+from arramon_server.runs.storage import tables
+from arramon_server.runs.storage.database import Database, utc
+from arramon_server.runs.storage.records import RUNNING
 
 _EPOCHS = tables.epochs
 

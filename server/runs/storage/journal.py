@@ -13,15 +13,15 @@ from typing import Any
 import sqlalchemy as sa
 from sqlalchemy.engine import Connection, Row
 
-from server.errors import NotFound, TakenOver, quoted
-from server.runs.storage import tables
-from server.runs.storage.claims import Claims
-from server.runs.storage.corrections import Corrections
-from server.runs.storage.database import Database, utc
-from server.runs.storage.plays import play_digest
-from server.runs.storage.records import ENDED, OPEN, PENDING, RUNNING, Code, Progress, Run
-from server.runs.storage.steps import Steps
-from server.runs.storage.worker_registry import WorkerRegistry
+from arramon_server.errors import NotFound, TakenOver, quoted
+from arramon_server.runs.storage import tables
+from arramon_server.runs.storage.claims import Claims
+from arramon_server.runs.storage.corrections import Corrections
+from arramon_server.runs.storage.database import Database, utc
+from arramon_server.runs.storage.plays import play_digest
+from arramon_server.runs.storage.records import ENDED, OPEN, PENDING, RUNNING, Code, Progress, Run
+from arramon_server.runs.storage.steps import Steps
+from arramon_server.runs.storage.worker_registry import WorkerRegistry
 
 _KEPT_PLAYS = 1024
 """Digests of plays that are kept: to make one, all actions of a run are read."""

@@ -6,10 +6,10 @@ from datetime import datetime
 
 from sqlalchemy.engine import Connection
 
-from server.runs.storage.database import Database
-from server.runs.storage.journal import Journal
-from server.runs.storage.meter import Meter, Stage
-from server.runs.storage.records import RUNNING, Batch, Claim, Run
+from arramon_server.runs.storage.database import Database
+from arramon_server.runs.storage.journal import Journal
+from arramon_server.runs.storage.meter import Meter, Stage
+from arramon_server.runs.storage.records import RUNNING, Batch, Claim, Run
 
 
 class MeteredJournal(Journal):

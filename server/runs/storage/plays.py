@@ -3,7 +3,7 @@
 import hashlib
 from collections.abc import Callable, Iterable, Sequence
 
-from server.runs.storage.records import Ending, Run
+from arramon_server.runs.storage.records import Ending, Run
 
 
 def play_digest(run: Run, endings: Iterable[Ending], actions_of: Callable[[str, str], Sequence[int]]) -> str:
@@ -11,7 +11,7 @@ def play_digest(run: Run, endings: Iterable[Ending], actions_of: Callable[[str, 
 
     That is the step limit, and of each episode the recorded actions and the cause of its end. The digest depends
     neither on the run's id nor on the order of its episodes, nor on the scores themselves: figures of hidden splits
-    are rounded by it (see `server.scoring.masking`), and must not show whether two plays scored alike.
+    are rounded by it (see `arramon_server.scoring.masking`), and must not show whether two plays scored alike.
 
     Args:
         run: run that has ended.

@@ -7,12 +7,12 @@ from datetime import timedelta
 import sqlalchemy as sa
 from sqlalchemy.engine import Connection
 
-from server.errors import BadInput
-from server.runs.storage import tables
-from server.runs.storage.causes import SERVER_FAULT
-from server.runs.storage.database import Database
-from server.runs.storage.journal import Journal, run_of
-from server.runs.storage.records import CANCELLED, COMPLETE, Run
+from arramon_server.errors import BadInput
+from arramon_server.runs.storage import tables
+from arramon_server.runs.storage.causes import SERVER_FAULT
+from arramon_server.runs.storage.database import Database
+from arramon_server.runs.storage.journal import Journal, run_of
+from arramon_server.runs.storage.records import CANCELLED, COMPLETE, Run
 
 MIN_DAYS, MAX_DAYS = 1, 36_500
 """Age of the runs that can be pruned, in days. Younger ones count for a participant's limit of runs a day."""

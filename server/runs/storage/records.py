@@ -5,7 +5,7 @@ from dataclasses import asdict, dataclass, field
 from datetime import datetime
 from typing import Any
 
-from server.runs.storage.causes import SERVER_FAULT
+from arramon_server.runs.storage.causes import SERVER_FAULT
 
 RUNNING, COMPLETE, CANCELLED = "RUNNING", "COMPLETE", "CANCELLED"
 """States of a run."""

@@ -4,11 +4,11 @@ from collections.abc import Iterable, Sequence
 
 import sqlalchemy as sa
 
-from server.runs.storage import tables
-from server.runs.storage.database import Database
-from server.runs.storage.journal import run_of
-from server.runs.storage.records import CLOSER, ENDED, RUNNING, Claim, Run
-from server.runs.storage.service_clock import service_time
+from arramon_server.runs.storage import tables
+from arramon_server.runs.storage.database import Database
+from arramon_server.runs.storage.journal import run_of
+from arramon_server.runs.storage.records import CLOSER, ENDED, RUNNING, Claim, Run
+from arramon_server.runs.storage.service_clock import service_time
 
 ABANDONED_SECONDS = 60.0
 """Seconds by which a run's time must be exceeded before it is closed: a process that stalls notes nothing meanwhile."""

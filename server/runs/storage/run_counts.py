@@ -2,9 +2,9 @@
 
 import sqlalchemy as sa
 
-from server.errors import StorageError
-from server.runs.storage import tables
-from server.runs.storage.database import Database
+from arramon_server.errors import StorageError
+from arramon_server.runs.storage import tables
+from arramon_server.runs.storage.database import Database
 
 
 def runs_by_state(database: Database) -> dict[str, int]:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from datetime import datetime, timedelta
 from threading import Lock
 
-from server.runs.storage.records import Run
+from arramon_server.runs.storage.records import Run
 
 MAX_RUNS = 10_000
 """Maximum number of runs to remember. The oldest are forgotten first; their ends use the wall clock."""

@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import sqlalchemy as sa
 
-from server.runs.storage import tables
-from server.runs.storage.database import Database
-from server.runs.storage.journal import Journal, run_of
-from server.runs.storage.records import Progress, Run
+from arramon_server.runs.storage import tables
+from arramon_server.runs.storage.database import Database
+from arramon_server.runs.storage.journal import Journal, run_of
+from arramon_server.runs.storage.records import Progress, Run
 
 CHUNK = 500
 """Number of runs whose episodes are counted in one query."""

@@ -7,7 +7,7 @@ clock moves it by at most `LONGEST_TICK`: what it measures is never the server's
 import sqlalchemy as sa
 from sqlalchemy.engine import Connection
 
-from server.runs.storage import tables
+from arramon_server.runs.storage import tables
 
 LONGEST_TICK = 3.0
 """Most seconds that count between two heartbeats, of which there is one a second."""

@@ -16,7 +16,7 @@ from sqlalchemy.dialects import sqlite
 from sqlalchemy.engine import Connection, Dialect
 from sqlalchemy.exc import DBAPIError
 
-from server.runs.storage import postgres
+from arramon_server.runs.storage import postgres
 
 Rows = Sequence[Mapping[str, Any]]
 

@@ -6,10 +6,10 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from server.errors import TakenOver
-from server.runs.storage import tables
-from server.runs.storage.database import Database
-from server.runs.storage.records import ENDED, RUNNING, Batch, Ending
+from arramon_server.errors import TakenOver
+from arramon_server.runs.storage import tables
+from arramon_server.runs.storage.database import Database
+from arramon_server.runs.storage.records import ENDED, RUNNING, Batch, Ending
 
 
 class Steps:

@@ -2,10 +2,10 @@
 
 import sqlalchemy as sa
 
-from server.runs.storage import tables
-from server.runs.storage.database import Database
-from server.runs.storage.host_identity import host_identity
-from server.runs.storage.service_clock import tick
+from arramon_server.runs.storage import tables
+from arramon_server.runs.storage.database import Database
+from arramon_server.runs.storage.host_identity import host_identity
+from arramon_server.runs.storage.service_clock import tick
 
 FORGET_SECONDS = 86_400.0
 """Time since its last heartbeat after which a killed worker is removed."""

@@ -18,9 +18,9 @@ import sqlalchemy as sa
 import zstandard
 
 from arramon.strict_json import NotJsonError, read_json
-from server.errors import BadFile
-from server.runs.storage import tables
-from server.runs.storage.database import utc
+from arramon_server.errors import BadFile
+from arramon_server.runs.storage import tables
+from arramon_server.runs.storage.database import utc
 
 FORMAT, VERSION = "arramon-export", 1
 

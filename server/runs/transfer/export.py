@@ -8,9 +8,9 @@ from typing import Any
 import sqlalchemy as sa
 from sqlalchemy.engine import Connection
 
-from server.errors import StorageError
-from server.runs.storage.database import Database
-from server.runs.transfer.archive import EXPORTED_TABLES, Writer, columns_of, encode
+from arramon_server.errors import StorageError
+from arramon_server.runs.storage.database import Database
+from arramon_server.runs.transfer.archive import EXPORTED_TABLES, Writer, columns_of, encode
 
 _ROWS = 1000
 """Number of rows to read at a time."""

@@ -8,10 +8,10 @@ from typing import Any
 import sqlalchemy as sa
 from sqlalchemy.engine import Connection
 
-from server.errors import BadFile, Conflict, TakenOver, quoted
-from server.runs.storage import tables
-from server.runs.storage.database import Database
-from server.runs.transfer.archive import EXPORTED_TABLES, columns_of, decode, encode, read_lines
+from arramon_server.errors import BadFile, Conflict, TakenOver, quoted
+from arramon_server.runs.storage import tables
+from arramon_server.runs.storage.database import Database
+from arramon_server.runs.transfer.archive import EXPORTED_TABLES, columns_of, decode, encode, read_lines
 
 _ROWS = 500
 """Number of rows to write at a time; a query must be able to name the keys of all of them."""

@@ -6,9 +6,9 @@ from functools import cache
 import numpy as np
 import numpy.typing as npt
 
-from server.sim.assets.meshes import Vector, box, merge, moved, painted, quad
-from server.sim.assets.textures import Colour, Image, grid, paint, plain
-from server.sim.scene import Mesh
+from arramon_server.sim.assets.meshes import Vector, box, merge, moved, painted, quad
+from arramon_server.sim.assets.textures import Colour, Image, grid, paint, plain
+from arramon_server.sim.scene import Mesh
 
 COLOURS: dict[str, Colour] = {
     "red": (206, 24, 36), "blue": (24, 66, 190), "green": (18, 132, 58), "yellow": (252, 214, 30),

@@ -10,9 +10,9 @@ from functools import cache
 import numpy as np
 import numpy.typing as npt
 
-from server.sim.assets.meshes import Vector, arc, ball, box, lathe, mapped, merge, moved, painted, quad, tube
-from server.sim.catalogue import KINDS, ObjectType
-from server.sim.scene import Mesh
+from arramon_server.sim.assets.meshes import Vector, arc, ball, box, lathe, mapped, merge, moved, painted, quad, tube
+from arramon_server.sim.catalogue import KINDS, ObjectType
+from arramon_server.sim.scene import Mesh
 
 TEXTURE_SIZE = 128
 _SPAN = 0.8

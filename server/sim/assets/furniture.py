@@ -8,14 +8,14 @@ from collections.abc import Callable
 from functools import cache
 from itertools import pairwise
 
-from server.sim.assets import roadside
-from server.sim.assets.banners import banner_mesh
-from server.sim.assets.meshes import ball, box, lathe, mapped, merge, moved, plate, stretched
-from server.sim.assets.palette import SPEED_FACE, STOP_FACE, STRIPES
-from server.sim.assets.pieces import Piece, facing, in_colour, pole
-from server.sim.assets.signs import shop_sign_mesh
-from server.sim.scene import BoxCollider
-from server.sim.section import PROP_KINDS
+from arramon_server.sim.assets import roadside
+from arramon_server.sim.assets.banners import banner_mesh
+from arramon_server.sim.assets.meshes import ball, box, lathe, mapped, merge, moved, plate, stretched
+from arramon_server.sim.assets.palette import SPEED_FACE, STOP_FACE, STRIPES
+from arramon_server.sim.assets.pieces import Piece, facing, in_colour, pole
+from arramon_server.sim.assets.signs import shop_sign_mesh
+from arramon_server.sim.scene import BoxCollider
+from arramon_server.sim.section import PROP_KINDS
 
 COLOURS: dict[str, tuple[str, ...]] = {
     "cone": ("orange", "red", "blue"),

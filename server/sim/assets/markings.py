@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from server.sim.section import Building, Section
+from arramon_server.sim.section import Building, Section
 
 _CELL = 0.5
 _BEYOND = 6.0

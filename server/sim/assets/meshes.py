@@ -11,8 +11,8 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
-from server.sim.scene import Mesh
-from server.sim.vectors import cross
+from arramon_server.sim.scene import Mesh
+from arramon_server.sim.vectors import cross
 
 Vector = tuple[float, float, float]
 _CREASE = math.cos(math.radians(40.0))

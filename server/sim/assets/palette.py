@@ -4,7 +4,7 @@ from functools import cache
 
 import numpy as np
 
-from server.sim.assets.textures import Colour, Image, grid, paint, plain
+from arramon_server.sim.assets.textures import Colour, Image, grid, paint, plain
 
 COLOURS: dict[str, Colour] = {
     "black": (34, 34, 38), "dark": (62, 64, 68), "metal": (150, 154, 158), "silver": (190, 194, 198),

@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 
-from server.sim.assets.meshes import Vector, lathe, merge, painted, quad, stretched
-from server.sim.assets.palette import swatch
-from server.sim.scene import BoxCollider, Mesh
+from arramon_server.sim.assets.meshes import Vector, lathe, merge, painted, quad, stretched
+from arramon_server.sim.assets.palette import swatch
+from arramon_server.sim.scene import BoxCollider, Mesh
 
 
 @dataclass(frozen=True, eq=False)

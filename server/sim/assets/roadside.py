@@ -2,9 +2,9 @@
 
 from itertools import pairwise
 
-from server.sim.assets.meshes import Vector, ball, box, lathe, merge, moved, plate, quad, stretched
-from server.sim.assets.pieces import Piece, facing, in_colour
-from server.sim.scene import BoxCollider, Mesh
+from arramon_server.sim.assets.meshes import Vector, ball, box, lathe, merge, moved, plate, quad, stretched
+from arramon_server.sim.assets.pieces import Piece, facing, in_colour
+from arramon_server.sim.scene import BoxCollider, Mesh
 
 ZEBRA_WIDTH, ZEBRA_LENGTH = 4.55, 1.4
 """Size of a zebra crossing across and along its street, in units. Pavements cover what is too wide for the street."""

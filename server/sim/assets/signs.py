@@ -2,11 +2,11 @@
 
 from functools import cache
 
-from server.sim.assets.meshes import box, merge, moved, painted
-from server.sim.assets.palette import write
-from server.sim.assets.pieces import facing
-from server.sim.assets.textures import Colour, Image, fill, plain
-from server.sim.scene import Mesh
+from arramon_server.sim.assets.meshes import box, merge, moved, painted
+from arramon_server.sim.assets.palette import write
+from arramon_server.sim.assets.pieces import facing
+from arramon_server.sim.assets.textures import Colour, Image, fill, plain
+from arramon_server.sim.scene import Mesh
 
 _BOARDS: dict[str, tuple[Colour, Colour]] = {
     "hotel": ((22, 50, 140), (255, 230, 120)), "cafe": ((96, 54, 28), (250, 234, 206)),

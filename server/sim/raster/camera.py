@@ -10,19 +10,19 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from server.sim.assets.collectibles import mesh_of, texture_of
-from server.sim.cameras import FAR, FIELD_OF_VIEW, NEAR, Actor, Frame, Viewpoint, label_of, labels_of
-from server.sim.catalogue import ALL_TYPES, KINDS
-from server.sim.daylight import AMBIENT, DIFFUSE, SUN, sky
-from server.sim.raster import compilation
-from server.sim.raster.arrays import Bodies, FrameConstants, Integers, Scratch, Textures, new_scratch
-from server.sim.raster.cover import cover
-from server.sim.raster.paint import paint
-from server.sim.raster.scene import LEVELS, geometry, indices_of, textures
-from server.sim.remembered import Remembered
-from server.sim.room_scene import room_scene
-from server.sim.scene import Scene
-from server.sim.variations import CACHED
+from arramon_server.sim.assets.collectibles import mesh_of, texture_of
+from arramon_server.sim.cameras import FAR, FIELD_OF_VIEW, NEAR, Actor, Frame, Viewpoint, label_of, labels_of
+from arramon_server.sim.catalogue import ALL_TYPES, KINDS
+from arramon_server.sim.daylight import AMBIENT, DIFFUSE, SUN, sky
+from arramon_server.sim.raster import compilation
+from arramon_server.sim.raster.arrays import Bodies, FrameConstants, Integers, Scratch, Textures, new_scratch
+from arramon_server.sim.raster.cover import cover
+from arramon_server.sim.raster.paint import paint
+from arramon_server.sim.raster.scene import LEVELS, geometry, indices_of, textures
+from arramon_server.sim.remembered import Remembered
+from arramon_server.sim.room_scene import room_scene
+from arramon_server.sim.scene import Scene
+from arramon_server.sim.variations import CACHED
 
 _FARTHEST = FAR / 1.001
 """Distance beyond which the reference camera draws nothing, in units."""

@@ -10,8 +10,8 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from server.sim.raster.arrays import Bodies, Doubles, Floats, FrameConstants, Geometry, Integers, Scratch
-from server.sim.raster.compilation import cached, inlined
+from arramon_server.sim.raster.arrays import Bodies, Doubles, Floats, FrameConstants, Geometry, Integers, Scratch
+from arramon_server.sim.raster.compilation import cached, inlined
 
 _I32, _I64, _U64, _F32 = np.int32, np.int64, np.uint64, np.float32
 

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from server.sim.cameras import THOUSANDTH
-from server.sim.raster.arrays import FrameConstants, Integers, Scratch, Textures
-from server.sim.raster.compilation import cached, inlined
+from arramon_server.sim.cameras import THOUSANDTH
+from arramon_server.sim.raster.arrays import FrameConstants, Integers, Scratch, Textures
+from arramon_server.sim.raster.compilation import cached, inlined
 
 _I32, _I64, _U64, _F32 = np.int32, np.int64, np.uint64, np.float32
 

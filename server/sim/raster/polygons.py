@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from server.sim.scene import Mesh
-from server.sim.vectors import cross, successors
+from arramon_server.sim.scene import Mesh
+from arramon_server.sim.vectors import cross, successors
 
 _FLAT, _SAME_UV, _SAME_NORMAL = 1e-5, 1e-4, 0.03
 """Largest differences between two triangles to be merged: in units, in texture coordinates, and of unit normals."""

@@ -11,9 +11,9 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
-from server.sim.raster.arrays import Floats, Geometry, Integers, Textures
-from server.sim.raster.polygons import Polygon, polygons
-from server.sim.scene import Mesh
+from arramon_server.sim.raster.arrays import Floats, Geometry, Integers, Textures
+from arramon_server.sim.raster.polygons import Polygon, polygons
+from arramon_server.sim.scene import Mesh
 
 LEVELS = 10
 """Maximum number of mipmap levels of a texture."""

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from agents.learning.pretrained import encoders
+from arramon_agents.learning.pretrained import encoders
 from tests import tiny
 from tests.agents.learning.pretrained import packing
 
@@ -24,7 +24,7 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """The file of a tiny model, which is found as that of the package."""
-    from agents.learning.pretrained import states
+    from arramon_agents.learning.pretrained import states
 
     path = tmp_path / "e5-small-q4.bin"
     packing.write(path, packing.weights())

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import numpy as np
 
-from agents.learning.paper import PHASES
-from agents.learning.training.demonstrations import Demonstration
-from agents.learning.training.recipe import Place, Recipe
-from agents.learning.vision.encoder import open_encoder
+from arramon_agents.learning.paper import PHASES
+from arramon_agents.learning.training.demonstrations import Demonstration
+from arramon_agents.learning.training.recipe import Place, Recipe
+from arramon_agents.learning.vision.encoder import open_encoder
 
 
 def recipe(agent: str = "vl", *, sees: bool = True, reads: bool = True, validate: int = 0, passes: int = 3) -> Recipe:

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 import torch
 
-from agents.learning import extra
-from agents.learning.agent import LearnedAgent
-from agents.learning.checkpoint import BadWeights, Policy, find_weights, load_policy, save_policy, write_tensors
-from agents.learning.paper import Config, Model
-from agents.learning.text.tokenizers import Words
-from agents.learning.training.rollouts import Plan, play
-from agents.learning.vision.encoder import open_encoder
+from arramon_agents.learning import extra
+from arramon_agents.learning.agent import LearnedAgent
+from arramon_agents.learning.checkpoint import BadWeights, Policy, find_weights, load_policy, save_policy, write_tensors
+from arramon_agents.learning.paper import Config, Model
+from arramon_agents.learning.text.tokenizers import Words
+from arramon_agents.learning.training.rollouts import Plan, play
+from arramon_agents.learning.vision.encoder import open_encoder
 from arramon_client import AgentLoadError, Episode, Observation, load_agent
 
 
@@ -123,7 +123,7 @@ def test_bad_weights_are_told(tmp_path: Path) -> None:
 
 def test_weights_of_another_encoder_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     save_policy(policy(), tmp_path / "w")
-    monkeypatch.setattr("agents.learning.vision.pooled.PooledEncoder.fingerprint", "pooled-0")
+    monkeypatch.setattr("arramon_agents.learning.vision.pooled.PooledEncoder.fingerprint", "pooled-0")
     with pytest.raises(BadWeights, match="trained on the visual encoder pooled pooled-1, but pooled-0 is installed"):
         load_policy(tmp_path / "w")
 

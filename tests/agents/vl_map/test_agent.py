@@ -6,11 +6,11 @@ import pytest
 
 torch = pytest.importorskip("torch", reason="the extra `agents` is not installed: scripts/setup")
 
-from agents.learning.checkpoint import BadWeights, find_weights, write_tensors  # noqa: E402
-from agents.vl_map.network import NEVER, PolicyNetwork, Sizes, batch_of  # noqa: E402
-from agents.vl_map.options import WAYPOINTS  # noqa: E402
-from agents.vl_map.room import Placer  # noqa: E402
-from agents.vl_map.weights import Networks, read_policy, write_policy  # noqa: E402
+from arramon_agents.learning.checkpoint import BadWeights, find_weights, write_tensors  # noqa: E402
+from arramon_agents.vl_map.network import NEVER, PolicyNetwork, Sizes, batch_of  # noqa: E402
+from arramon_agents.vl_map.options import WAYPOINTS  # noqa: E402
+from arramon_agents.vl_map.room import Placer  # noqa: E402
+from arramon_agents.vl_map.weights import Networks, read_policy, write_policy  # noqa: E402
 from arramon_client import load_agent  # noqa: E402
 from arramon_client.agent import Episode, Observation  # noqa: E402
 from arramon_client.environments.backend import Settings  # noqa: E402

@@ -5,13 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from agents.follower.map import Map
-from agents.follower.map_landmarks import Landmark
-from agents.follower.perceive import Scan
-from agents.learning.eyes.vocabulary import COLOURS, KINDS
-from agents.learning.memory.landmarks import Belief, certain
-from agents.learning.reader.slots import SLOTS, Row, rows_of
-from agents.vl_map.features import (
+from arramon_agents.follower.map import Map
+from arramon_agents.follower.map_landmarks import Landmark
+from arramon_agents.follower.perceive import Scan
+from arramon_agents.learning.eyes.vocabulary import COLOURS, KINDS
+from arramon_agents.learning.memory.landmarks import Belief, certain
+from arramon_agents.learning.reader.slots import SLOTS, Row, rows_of
+from arramon_agents.vl_map.features import (
     DIRECTIONS,
     GROUND_CHANNELS,
     RADII,
@@ -27,7 +27,7 @@ from agents.vl_map.features import (
     sample_of,
 )
 from arramon_client.agent import Label
-from lang.meaning import Navigation, Rotate, Thing, Walk, Where
+from arramon_lang.meaning import Navigation, Rotate, Thing, Walk, Where
 
 MUG = Thing("mug", "red", "dotted", where=(Where("left_of", (Thing("bench"),)),))
 MEANING = Navigation((Rotate("left", "at", Thing("cone", "orange")), Walk("past", (Thing("bench"),), "right")), MUG)

@@ -7,17 +7,17 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from agents.follower.map_landmarks import Landmark
-from agents.follower.navigation_body import Body
-from agents.follower.perceive import Scan
-from agents.learning.memory.landmarks import Belief
-from agents.learning.memory.sight import LABELS
-from agents.learning.reader.slots import rows_of
-from agents.vl_map.features import Sample
-from agents.vl_map.navigator import LOOK, MOVES, RESERVE, MapNavigator
-from agents.vl_map.options import DISTANCES, OPTIONS, WAYPOINTS
+from arramon_agents.follower.map_landmarks import Landmark
+from arramon_agents.follower.navigation_body import Body
+from arramon_agents.follower.perceive import Scan
+from arramon_agents.learning.memory.landmarks import Belief
+from arramon_agents.learning.memory.sight import LABELS
+from arramon_agents.learning.reader.slots import rows_of
+from arramon_agents.vl_map.features import Sample
+from arramon_agents.vl_map.navigator import LOOK, MOVES, RESERVE, MapNavigator
+from arramon_agents.vl_map.options import DISTANCES, OPTIONS, WAYPOINTS
 from arramon_client.agent import Action, Label
-from lang.meaning import Navigation, Thing
+from arramon_lang.meaning import Navigation, Thing
 
 AHEAD = DISTANCES.index(6.5)
 """The waypoint 6.5 units ahead."""

@@ -8,10 +8,10 @@ import pytest
 
 torch = pytest.importorskip("torch", reason="the extra `agents` is not installed: scripts/setup")
 
+from arramon_server.episodes.episode import Episode  # noqa: E402
+from arramon_server.sim.geometry import Point  # noqa: E402
+from arramon_server.sim.rules import Collectible  # noqa: E402
 from benchmarks.agents import trajectories as script  # noqa: E402
-from server.episodes.episode import Episode  # noqa: E402
-from server.sim.geometry import Point  # noqa: E402
-from server.sim.rules import Collectible  # noqa: E402
 from tests import tiny  # noqa: E402
 
 

@@ -6,9 +6,10 @@ from pathlib import Path
 
 import pytest
 
-HEAVY = ("PIL", "aiohttp", "alembic", "cryptography", "google.protobuf", "grpc", "jinja2", "lang", "pybullet", "rich",
-         "server.api", "server.board", "server.dataset", "server.process", "server.runs.accounts",
-         "server.runs.results", "server.web", "sqlalchemy", "torch")  # fmt: skip
+HEAVY = ("PIL", "aiohttp", "alembic", "cryptography", "google.protobuf", "grpc", "jinja2", "pybullet", "rich",
+         "arramon_lang", "arramon_dataset.generation", "arramon_dataset.instructions", "arramon_dataset.pictures",
+         "arramon_server.api", "arramon_server.board", "arramon_server.process", "arramon_server.runs.accounts",
+         "arramon_server.runs.results", "arramon_server.web", "sqlalchemy", "torch")  # fmt: skip
 """Packages that an environment in process does not need. numba imports scipy by itself."""
 
 PROGRAM = """

@@ -85,7 +85,7 @@ def test_an_error(opened: Any, processes: int, method: Callable[[Any], None], wr
 
 
 @pytest.mark.timeout(300)
-@pytest.mark.parametrize("place", ["server.environments.player.LocalPlayer.draw", WORKER + "play"])
+@pytest.mark.parametrize("place", ["arramon_dataset.environments.player.LocalPlayer.draw", WORKER + "play"])
 def test_an_interrupt(opened: Any, place: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """While this process draws, or before all have been sent their calls."""
     env = opened(2)

@@ -14,7 +14,7 @@ import pytest
 from arramon_client.environments import BadArgument
 from arramon_client.environments.vector import ArraMonVectorEnv
 from arramon_client.environments.worker import WorkerDied
-from server.environments.player import LocalPlayer
+from arramon_dataset.environments.player import LocalPlayer
 
 COUNT, ROWS = 5, 2
 

@@ -16,7 +16,7 @@ from arramon_client.environments import BadArgument
 from arramon_client.environments.backend import Images
 from arramon_client.environments.vector import ArraMonVectorEnv
 from arramon_client.environments.worker import WorkerDied
-from server.environments.player import LocalPlayer
+from arramon_dataset.environments.player import LocalPlayer
 
 ID = "arramon/ArraMon-v0"
 COUNT = 3

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from server.dataset.alignment.model import Alignment, contradicts, learn, load, read, save, words_of
-from server.dataset.alignment.routes import Tokens, mirrored
-from server.dataset.paraphrases.collection import HALVES, generated_episodes, paraphrases
-from server.errors import BadFile
+from arramon_dataset.alignment.model import Alignment, contradicts, learn, load, read, save, words_of
+from arramon_dataset.alignment.routes import Tokens, mirrored
+from arramon_dataset.paraphrases.collection import HALVES, generated_episodes, paraphrases
+from arramon_server.errors import BadFile
 
 CONE_LEFT: Tokens = ("turn:left", "thing:red", "thing:cone", "target:mug")
 CONE_RIGHT: Tokens = ("turn:right", "thing:red", "thing:cone", "target:mug")

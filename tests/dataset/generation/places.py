@@ -1,10 +1,10 @@
 """A small test section: four blocks around a crossing of streets 6 units wide, and instruction writers."""
 
-from server.dataset.generation import Draft, Site, Writer
-from server.dataset.randomness import seeded
-from server.episodes.episode import Instructions, Turn
-from server.sim.geometry import Pose
-from server.sim.section import Building, Prop, Section
+from arramon_dataset.generation import Draft, Site, Writer
+from arramon_dataset.randomness import seeded
+from arramon_server.episodes.episode import Instructions, Turn
+from arramon_server.sim.geometry import Pose
+from arramon_server.sim.section import Building, Prop, Section
 
 BLOCKS = tuple(
     Building(x, z, 5.0, 5.0, 0.0, 3.0, facade)

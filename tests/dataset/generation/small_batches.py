@@ -2,8 +2,8 @@
 
 import sys
 
-from server import cli
-from server.dataset.generation import work
+from arramon_dataset.generation import work
+from arramon_server import cli
 
 
 def main(arguments: list[str]) -> int:

@@ -3,9 +3,9 @@ from pathlib import Path
 
 import pytest
 
-from server.dataset.generation.checkpoint import Checkpoint, origin_of
-from server.dataset.generation.work import GeneratedEpisode
-from server.errors import Conflict
+from arramon_dataset.generation.checkpoint import Checkpoint, origin_of
+from arramon_dataset.generation.work import GeneratedEpisode
+from arramon_server.errors import Conflict
 from tests import tiny
 
 MADE = [GeneratedEpisode(tiny.episode(str(number)), number + 1) for number in range(3)]

@@ -4,15 +4,15 @@ from pathlib import Path
 
 import pytest
 
-from server.dataset.generation import work
-from server.dataset.generation.command import generate
-from server.dataset.generation.secret import host_secret
-from server.dataset.generation.sizes import SPLITS
-from server.dataset.generation.split_maker import Progress
-from server.dataset.generation.work import MakeWriter, make_batches
-from server.dataset.plans import build_section, read_plan
-from server.episodes.splits import Split, folder_of, read_split
-from server.errors import ArraMonError, BadInput
+from arramon_dataset.generation import work
+from arramon_dataset.generation.command import generate
+from arramon_dataset.generation.sizes import SPLITS
+from arramon_dataset.generation.split_maker import Progress
+from arramon_dataset.generation.work import MakeWriter, make_batches
+from arramon_dataset.plans import build_section, read_plan
+from arramon_server.episodes.secret import host_secret
+from arramon_server.episodes.splits import Split, folder_of, read_split
+from arramon_server.errors import ArraMonError, BadInput
 from tests.dataset.generation.places import CROSSING, make_fussy, make_never, make_plain
 
 

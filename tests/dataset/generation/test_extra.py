@@ -6,17 +6,17 @@ from pathlib import Path
 
 import pytest
 
-from server.cli import main
-from server.dataset.generation.command import generate
-from server.dataset.generation.extra import extra_sections
-from server.dataset.generation.sizes import EXTRA, SPLITS, extra_split, select_plans
-from server.dataset.generation.split_maker import Progress
-from server.dataset.plans.faults import faults_of_plan, faults_of_section
-from server.episodes.splits import folder_of, read_split
-from server.errors import BadInput
-from server.runs.play.session import Session
-from server.runs.play.worlds import Worlds
-from server.sim.rules import Limits
+from arramon_dataset.generation.command import generate
+from arramon_dataset.generation.extra import extra_sections
+from arramon_dataset.generation.sizes import EXTRA, SPLITS, extra_split, select_plans
+from arramon_dataset.generation.split_maker import Progress
+from arramon_dataset.plans.faults import faults_of_plan, faults_of_section
+from arramon_server.cli import main
+from arramon_server.episodes.splits import folder_of, read_split
+from arramon_server.errors import BadInput
+from arramon_server.runs.play.session import Session
+from arramon_server.runs.play.worlds import Worlds
+from arramon_server.sim.rules import Limits
 from tests.dataset.generation.places import make_plain
 from tests.dataset.plans.sections import SEED, plan_of, section_of
 

@@ -3,12 +3,12 @@ import math
 import numpy as np
 import pytest
 
-from server.dataset.generation.ground import Ground
-from server.dataset.generation.motion import REACH_FROM, REACH_TO, Walker
-from server.dataset.generation.streets import follow_actions
-from server.dataset.layout.solids import Solids
-from server.sim.geometry import Pose
-from server.sim.section import Building, Prop, Section
+from arramon_dataset.generation.ground import Ground
+from arramon_dataset.generation.motion import REACH_FROM, REACH_TO, Walker
+from arramon_dataset.generation.streets import follow_actions
+from arramon_dataset.layout.solids import Solids
+from arramon_server.sim.geometry import Pose
+from arramon_server.sim.section import Building, Prop, Section
 from tests.dataset.generation.places import CROSSING
 
 LETTERS = "FLR"

@@ -6,15 +6,15 @@ import gymnasium
 import pytest
 
 import arramon_client.environments  # noqa: F401 - registers the environments
-import lang
-from server.commands.wording import describe
-from server.dataset.generation import room_tasks
-from server.dataset.generation.command import generate_rooms
-from server.dataset.generation.room_tasks import RoomBatch
-from server.dataset.generation.split_maker import Progress
-from server.dataset.instructions.gate import assembly as gate_assembly
-from server.episodes.splits import Split, folder_of, read_split
-from server.errors import BadInput
+import arramon_lang as lang
+from arramon_dataset.generation import room_tasks
+from arramon_dataset.generation.command import generate_rooms
+from arramon_dataset.generation.room_tasks import RoomBatch
+from arramon_dataset.generation.split_maker import Progress
+from arramon_dataset.instructions.gate import assembly as gate_assembly
+from arramon_server.commands.wording import describe
+from arramon_server.episodes.splits import Split, folder_of, read_split
+from arramon_server.errors import BadInput
 
 
 def make(data: Path, count: int, *, seed: int = 1, jobs: int = 1) -> tuple[Split, list[Progress]]:

@@ -2,10 +2,10 @@ from collections import Counter
 
 import pytest
 
-from server.dataset.generation.rooms import TARGET_CELLS, draw_decoys, draw_tasks, walk_to
-from server.dataset.randomness import seeded
-from server.sim.catalogue import ObjectType
-from server.sim.room import START, Square
+from arramon_dataset.generation.rooms import TARGET_CELLS, draw_decoys, draw_tasks, walk_to
+from arramon_dataset.randomness import seeded
+from arramon_server.sim.catalogue import ObjectType
+from arramon_server.sim.room import START, Square
 
 TARGETS = (ObjectType("striped", "red", "mug"), ObjectType("dotted", "white", "book"))
 

@@ -3,8 +3,8 @@ from pathlib import Path
 
 import pytest
 
-from server.dataset.generation.secret import host_secret
-from server.errors import BadFile, StorageError
+from arramon_server.episodes.secret import host_secret
+from arramon_server.errors import BadFile, StorageError
 
 
 def test_secret_is_created_once_with_private_permissions(tmp_path: Path) -> None:

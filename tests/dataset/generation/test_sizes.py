@@ -1,7 +1,7 @@
 import pytest
 
-from server.dataset.generation.sizes import SPLITS, select_plans
-from server.errors import BadInput
+from arramon_dataset.generation.sizes import SPLITS, select_plans
+from arramon_server.errors import BadInput
 
 
 def test_splits_have_the_expected_sizes_and_sections() -> None:

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from server.dataset.generation.ground import FAR, Ground
-from server.dataset.layout.solids import Solids
-from server.sim.section import Building, Prop
+from arramon_dataset.generation.ground import FAR, Ground
+from arramon_dataset.layout.solids import Solids
+from arramon_server.sim.section import Building, Prop
 from tests.dataset.generation.places import CROSSING
 
 LONG = Building(10.0, 0.0, 1.0, 4.0, 90.0, 3.0, "brick")

@@ -2,15 +2,15 @@ import math
 
 import numpy as np
 
-from server.dataset.generation.ground import Ground
-from server.dataset.generation.motion import REACH_FROM, REACH_TO
-from server.dataset.generation.steering import ASIDE, steered
-from server.dataset.generation.streets import follow_actions
-from server.dataset.layout.solids import Solids
-from server.dataset.randomness import seeded
-from server.sim.geometry import Pose
-from server.sim.rules import Action
-from server.sim.section import Building, Section
+from arramon_dataset.generation.ground import Ground
+from arramon_dataset.generation.motion import REACH_FROM, REACH_TO
+from arramon_dataset.generation.steering import ASIDE, steered
+from arramon_dataset.generation.streets import follow_actions
+from arramon_dataset.layout.solids import Solids
+from arramon_dataset.randomness import seeded
+from arramon_server.sim.geometry import Pose
+from arramon_server.sim.rules import Action
+from arramon_server.sim.section import Building, Section
 from tests.dataset.generation.places import CROSSING
 
 START, TARGET = Pose(0.0, -11.0, 0.0), (11.5, 0.0)

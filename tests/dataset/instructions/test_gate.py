@@ -5,14 +5,14 @@ from dataclasses import replace
 
 import pytest
 
-from lang.meaning import Face, Navigation, Rotate, Step, Thing, Walk, Where
-from server.dataset.instructions.gate.navigation import faults_of_navigation
-from server.dataset.instructions.gate.texts import faults_of_text
-from server.dataset.instructions.gate.world import GateWorld
-from server.dataset.instructions.sight import Landmark
-from server.dataset.plans.graph import Arm, Junction, Road, StreetGraph
-from server.sim.geometry import Pose
-from server.sim.labels import Label
+from arramon_dataset.instructions.gate.navigation import faults_of_navigation
+from arramon_dataset.instructions.gate.texts import faults_of_text
+from arramon_dataset.instructions.gate.world import GateWorld
+from arramon_dataset.instructions.sight import Landmark
+from arramon_dataset.plans.graph import Arm, Junction, Road, StreetGraph
+from arramon_lang.meaning import Face, Navigation, Rotate, Step, Thing, Walk, Where
+from arramon_server.sim.geometry import Pose
+from arramon_server.sim.labels import Label
 from tests.dataset.instructions.town import PATH, START
 
 

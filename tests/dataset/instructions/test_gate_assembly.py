@@ -2,9 +2,9 @@
 
 import pytest
 
-from lang.meaning import Assembly, Thing, Where
-from lang.room import Room, Standing
-from server.dataset.instructions.gate.assembly import faults_of_assembly
+from arramon_dataset.instructions.gate.assembly import faults_of_assembly
+from arramon_lang.meaning import Assembly, Thing, Where
+from arramon_lang.room import Room, Standing
 
 ROOM = Room(
     (

@@ -5,13 +5,13 @@ from dataclasses import replace
 
 import pytest
 
-from lang.meaning import Face, Navigation, Rotate, Step, Thing, Walk
-from server.dataset.instructions.gate.navigation import NavigationCheck, faults_of_navigation
-from server.dataset.instructions.gate.world import GateWorld
-from server.dataset.instructions.sight import Landmark
-from server.dataset.plans.graph import Arm, Corner, House, Junction, Road, StreetGraph
-from server.sim.geometry import Pose
-from server.sim.labels import Label
+from arramon_dataset.instructions.gate.navigation import NavigationCheck, faults_of_navigation
+from arramon_dataset.instructions.gate.world import GateWorld
+from arramon_dataset.instructions.sight import Landmark
+from arramon_dataset.plans.graph import Arm, Corner, House, Junction, Road, StreetGraph
+from arramon_lang.meaning import Face, Navigation, Rotate, Step, Thing, Walk
+from arramon_server.sim.geometry import Pose
+from arramon_server.sim.labels import Label
 from tests.dataset.instructions.test_gate import (
     ARMS,
     BARREL,

@@ -9,20 +9,20 @@ from typing import cast
 
 import pytest
 
-from lang.meaning import Navigation, Rotate, Step, Thing, Walk, Where
-from server.dataset.instructions.gate.navigation import NavigationCheck, faults_of_navigation
-from server.dataset.instructions.gate.sides import sides_of, stands_on
-from server.dataset.instructions.gate.world import GateWorld
-from server.dataset.instructions.navigation.plan import Lenient, plan_navigation
-from server.dataset.instructions.navigation.target import describe
-from server.dataset.instructions.sight import Landmark, find_landmarks, identified, poses_along
-from server.dataset.plans.graph import House, StreetGraph
-from server.sim.city import city_scene
-from server.sim.geometry import Pose
-from server.sim.labels import Label
-from server.sim.raster.camera import RasterCamera
-from server.sim.rules import Collectible
-from server.sim.section import Prop
+from arramon_dataset.instructions.gate.navigation import NavigationCheck, faults_of_navigation
+from arramon_dataset.instructions.gate.sides import sides_of, stands_on
+from arramon_dataset.instructions.gate.world import GateWorld
+from arramon_dataset.instructions.navigation.plan import Lenient, plan_navigation
+from arramon_dataset.instructions.navigation.target import describe
+from arramon_dataset.instructions.sight import Landmark, find_landmarks, identified, poses_along
+from arramon_dataset.plans.graph import House, StreetGraph
+from arramon_lang.meaning import Navigation, Rotate, Step, Thing, Walk, Where
+from arramon_server.sim.city import city_scene
+from arramon_server.sim.geometry import Pose
+from arramon_server.sim.labels import Label
+from arramon_server.sim.raster.camera import RasterCamera
+from arramon_server.sim.rules import Collectible
+from arramon_server.sim.section import Prop
 from tests.dataset.instructions import town
 from tests.dataset.instructions.test_gate import WORLD, mark, way
 from tests.dataset.instructions.town import thing

@@ -4,16 +4,16 @@ from dataclasses import replace
 
 import pytest
 
-from lang.meaning import Navigation, Rotate, Thing
-from server.dataset.instructions.navigation.choice import name_of
-from server.dataset.instructions.navigation.plan import plan_navigation
-from server.dataset.instructions.navigation.target import describe
-from server.dataset.instructions.sight import Landmark, find_landmarks, identified, poses_along
-from server.dataset.randomness import seeded
-from server.sim.city import city_scene
-from server.sim.geometry import Pose
-from server.sim.labels import Label
-from server.sim.raster.camera import RasterCamera
+from arramon_dataset.instructions.navigation.choice import name_of
+from arramon_dataset.instructions.navigation.plan import plan_navigation
+from arramon_dataset.instructions.navigation.target import describe
+from arramon_dataset.instructions.sight import Landmark, find_landmarks, identified, poses_along
+from arramon_dataset.randomness import seeded
+from arramon_lang.meaning import Navigation, Rotate, Thing
+from arramon_server.sim.city import city_scene
+from arramon_server.sim.geometry import Pose
+from arramon_server.sim.labels import Label
+from arramon_server.sim.raster.camera import RasterCamera
 from tests.dataset.instructions.town import ACTIONS, PATH, START, STREET, crossing, thing
 
 SECTION = crossing()

@@ -2,7 +2,7 @@
 
 import pytest
 
-from server.dataset.instructions.navigation.legs import bearing, legs_of, max_deviation, turn_between
+from arramon_dataset.instructions.navigation.legs import bearing, legs_of, max_deviation, turn_between
 from tests.dataset.instructions.town import PATH
 
 

@@ -4,15 +4,15 @@ from dataclasses import replace
 
 import pytest
 
-from lang.meaning import Navigation, Rotate, Thing, Walk
-from lang.reference import mentions
-from server.dataset.instructions.navigation.choice import counted_name
-from server.dataset.instructions.navigation.groups import group_of
-from server.dataset.instructions.navigation.names import distinguish
-from server.dataset.instructions.sight import Landmark
-from server.dataset.randomness import seeded
-from server.sim.geometry import Pose
-from server.sim.labels import Label
+from arramon_dataset.instructions.navigation.choice import counted_name
+from arramon_dataset.instructions.navigation.groups import group_of
+from arramon_dataset.instructions.navigation.names import distinguish
+from arramon_dataset.instructions.sight import Landmark
+from arramon_dataset.randomness import seeded
+from arramon_lang.meaning import Navigation, Rotate, Thing, Walk
+from arramon_lang.reference import mentions
+from arramon_server.sim.geometry import Pose
+from arramon_server.sim.labels import Label
 
 MUG = Thing("mug", "red", "striped", identity="m")
 RED, YELLOW = Thing("barrel", "red", identity="r"), Thing("barrel", "yellow", identity="y")

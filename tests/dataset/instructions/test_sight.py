@@ -2,13 +2,13 @@
 
 import pytest
 
-from server.dataset.instructions.sight import find_landmarks, identified, is_recognisable, poses_along
-from server.dataset.plans.graph import Arm, Corner, Junction, StreetGraph
-from server.dataset.plans.houses import house_of
-from server.sim.city import city_scene
-from server.sim.geometry import Pose
-from server.sim.raster.camera import RasterCamera
-from server.sim.section import Prop
+from arramon_dataset.instructions.sight import find_landmarks, identified, is_recognisable, poses_along
+from arramon_dataset.plans.graph import Arm, Corner, Junction, StreetGraph
+from arramon_dataset.plans.houses import house_of
+from arramon_server.sim.city import city_scene
+from arramon_server.sim.geometry import Pose
+from arramon_server.sim.raster.camera import RasterCamera
+from arramon_server.sim.section import Prop
 from tests.dataset.instructions.town import ACTIONS, PATH, START, STREET, F, L, crossing
 
 

@@ -2,10 +2,10 @@
 
 import pytest
 
-from server.dataset.generation.site import Site
-from server.dataset.paraphrases.collection import generated_episodes, paraphrased_section
-from server.dataset.plans import read_plan
-from server.episodes.episode import Episode
+from arramon_dataset.generation.site import Site
+from arramon_dataset.paraphrases.collection import generated_episodes, paraphrased_section
+from arramon_dataset.plans import read_plan
+from arramon_server.episodes.episode import Episode
 
 
 @pytest.fixture(scope="session")

@@ -6,15 +6,21 @@ from typing import Any
 
 import pytest
 
-from lang.meaning import Assembly, Face, Navigation, Rotate, Thing, Walk, Where
-from server.dataset.paraphrases.agreement import (
+from arramon_dataset.paraphrases.agreement import (
     accounts_agree,
     assembly_agrees,
     navigation_agrees,
     route_said,
     routes_agree,
 )
-from server.dataset.paraphrases.collection import HALVES, Paraphrase, development_meanings, paraphrases, second_meanings
+from arramon_dataset.paraphrases.collection import (
+    HALVES,
+    Paraphrase,
+    development_meanings,
+    paraphrases,
+    second_meanings,
+)
+from arramon_lang.meaning import Assembly, Face, Navigation, Rotate, Thing, Walk, Where
 
 READ = Navigation(
     (

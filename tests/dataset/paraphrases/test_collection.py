@@ -4,9 +4,8 @@ import unicodedata
 from collections import Counter
 from pathlib import Path
 
-import lang
-from server.cli import main
-from server.dataset.paraphrases.collection import (
+import arramon_lang as lang
+from arramon_dataset.paraphrases.collection import (
     HALVES,
     NAME,
     generated_episodes,
@@ -14,7 +13,8 @@ from server.dataset.paraphrases.collection import (
     paraphrased_section,
     paraphrases,
 )
-from server.episodes.splits import read_splits
+from arramon_server.cli import main
+from arramon_server.episodes.splits import read_splits
 
 
 def test_every_turn_of_300_episodes_has_texts_in_both_languages() -> None:

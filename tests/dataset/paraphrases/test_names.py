@@ -2,8 +2,8 @@
 
 import pytest
 
-from lang.meaning import Thing
-from server.dataset.paraphrases.names import Name, name_read, name_said
+from arramon_dataset.paraphrases.names import Name, name_read, name_said
+from arramon_lang.meaning import Thing
 
 
 @pytest.mark.parametrize(

@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from server.dataset.generation.site import Site
-from server.dataset.paraphrases.route import route_facts
-from server.episodes.episode import Episode
+from arramon_dataset.generation.site import Site
+from arramon_dataset.paraphrases.route import route_facts
+from arramon_server.episodes.episode import Episode
 
 
 @pytest.mark.parametrize(

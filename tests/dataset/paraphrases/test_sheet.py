@@ -6,11 +6,11 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from server.cli import main
-from server.dataset.generation.site import Site
-from server.dataset.paraphrases.sheet import numbered_objects, reader_sheet, writer_sheet
-from server.dataset.pictures.canvas import PINK
-from server.episodes.episode import Episode
+from arramon_dataset.generation.site import Site
+from arramon_dataset.paraphrases.sheet import numbered_objects, reader_sheet, writer_sheet
+from arramon_dataset.pictures.canvas import PINK
+from arramon_server.cli import main
+from arramon_server.episodes.episode import Episode
 from tests import tiny
 
 

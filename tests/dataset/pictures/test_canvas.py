@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from server.dataset.pictures.canvas import BLACK, PINK, WHITE, Canvas, add_title, stack, wrap_text
+from arramon_dataset.pictures.canvas import BLACK, PINK, WHITE, Canvas, add_title, stack, wrap_text
 
 BOUNDS = (-2.0, 10.0, 6.0, 14.0)
 RED, BLUE = (200, 0, 0), (0, 0, 200)

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from server.dataset.pictures import show
-from server.errors import NotFound, StorageError
+from arramon_dataset.pictures import show
+from arramon_server.errors import NotFound, StorageError
 from tests import tiny
 from tests.forked import run
 

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from server.dataset.pictures.canvas import BLACK, GREEN, PINK, SWATCHES, WHITE, Canvas
-from server.dataset.pictures.maps import (
+from arramon_dataset.pictures.canvas import BLACK, GREEN, PINK, SWATCHES, WHITE, Canvas
+from arramon_dataset.pictures.maps import (
     AGREED,
     FLOOR,
     OWN,
@@ -19,9 +19,9 @@ from server.dataset.pictures.maps import (
     room_map,
     section_map,
 )
-from server.dataset.plans import Plan, Street, build_section
-from server.sim.room import COLUMNS, ROWS, START
-from server.sim.section import Prop
+from arramon_dataset.plans import Plan, Street, build_section
+from arramon_server.sim.room import COLUMNS, ROWS, START
+from arramon_server.sim.section import Prop
 from tests import tiny
 from tests.dataset import recovered
 

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from server.dataset.pictures import views
-from server.dataset.pictures.views import COLUMNS, contact_sheet
-from server.runs.play.session import Session
-from server.runs.play.worlds import Worlds
-from server.sim.rules import Limits
+from arramon_dataset.pictures import views
+from arramon_dataset.pictures.views import COLUMNS, contact_sheet
+from arramon_server.runs.play.session import Session
+from arramon_server.runs.play.worlds import Worlds
+from arramon_server.sim.rules import Limits
 from tests import tiny
 
 SIZE = 64

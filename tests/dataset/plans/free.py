@@ -6,10 +6,10 @@ from functools import cache
 import numpy as np
 from scipy import ndimage
 
-from server.dataset.layout.grid import Mask, Points
-from server.dataset.layout.solids import Solids, to_rectangle
-from server.sim.geometry import AGENT_RADIUS
-from server.sim.section import Section
+from arramon_dataset.layout.grid import Mask, Points
+from arramon_dataset.layout.solids import Solids, to_rectangle
+from arramon_server.sim.geometry import AGENT_RADIUS
+from arramon_server.sim.section import Section
 
 CELL = 0.1
 """Side of the cells that connected ground is told by, in units."""

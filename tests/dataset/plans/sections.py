@@ -2,9 +2,9 @@
 
 from functools import cache
 
-from server.dataset.generation.extra import extra_sections
-from server.dataset.plans import Plan, build_section, plan_ids, read_plan
-from server.sim.section import Section
+from arramon_dataset.generation.extra import extra_sections
+from arramon_dataset.plans import Plan, build_section, plan_ids, read_plan
+from arramon_server.sim.section import Section
 
 SEED = "arramon"
 DRAWN = ("101", "102")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from server.sim.section import Building, Prop, Section
+from arramon_server.sim.section import Building, Prop, Section
 from tests.dataset.plans.free import free_points
 
 WALL = Building(0.0, 0.0, 0.5, 20.0, 0.0, 3.0, "brick")

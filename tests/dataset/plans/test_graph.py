@@ -6,11 +6,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from server.dataset.plans import plan_ids
-from server.dataset.plans.graph import JUNCTIONS, ROADS, SIZES, Junction, StreetGraph
-from server.dataset.plans.street_graph import street_graph
-from server.dataset.plans.strips import surface
-from server.sim.city import city_scene
+from arramon_dataset.plans import plan_ids
+from arramon_dataset.plans.graph import JUNCTIONS, ROADS, SIZES, Junction, StreetGraph
+from arramon_dataset.plans.street_graph import street_graph
+from arramon_dataset.plans.strips import surface
+from arramon_server.sim.city import city_scene
 from tests.dataset.plans.sections import ALL, plan_of, section_of
 
 JUNCTION_TABLE = {

@@ -7,13 +7,13 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from server.dataset.layout.grid import Points
-from server.dataset.plans import Plan, Street, build_section
-from server.dataset.plans.landmarks import COUNTS, crossings
-from server.sim.assets.furniture import COLOURS, piece_of
-from server.sim.assets.signs import SHOPS
-from server.sim.labels import BANNER_COLOURS, BANNER_SHAPES
-from server.sim.section import ON_WALLS, Building, Prop, Section
+from arramon_dataset.layout.grid import Points
+from arramon_dataset.plans import Plan, Street, build_section
+from arramon_dataset.plans.landmarks import COUNTS, crossings
+from arramon_server.sim.assets.furniture import COLOURS, piece_of
+from arramon_server.sim.assets.signs import SHOPS
+from arramon_server.sim.labels import BANNER_COLOURS, BANNER_SHAPES
+from arramon_server.sim.section import ON_WALLS, Building, Prop, Section
 
 SLANTED = Plan(
     "slanted",

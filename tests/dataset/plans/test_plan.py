@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from server.dataset.plans import plan_ids, read_plan
-from server.errors import BadFile, NotFound
+from arramon_dataset.plans import plan_ids, read_plan
+from arramon_server.errors import BadFile, NotFound
 
 CROSS = """
 id = "cross"

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from server.dataset.plans import Plan, Square, Street
-from server.dataset.plans.strips import inside, surface
+from arramon_dataset.plans import Plan, Square, Street
+from arramon_dataset.plans.strips import inside, surface
 
 BENT = Plan("bent", "Bent", 0.0, (0.0, 0.0), (Street("Bent Street", 4.0, ((0.0, -10.0), (0.0, 0.0), (10.0, 0.0))),))
 

@@ -6,9 +6,9 @@ from random import Random
 
 import pytest
 
-from server.dataset.plans import plan_ids, read_plan
-from server.dataset.plans.survey import meetings_of, tracks_of
-from server.dataset.plans.zebras import APART, zebra_crossings
+from arramon_dataset.plans import plan_ids, read_plan
+from arramon_dataset.plans.survey import meetings_of, tracks_of
+from arramon_dataset.plans.zebras import APART, zebra_crossings
 
 
 @pytest.mark.parametrize("section_id", plan_ids())

@@ -2,13 +2,13 @@
 
 import pytest
 
-import lang
-from lang.meaning import Assembly, Thing
-from server.dataset.release.decoys import leads_to
-from server.dataset.release.extras import DECOYS, arrange_decoys, read_references
-from server.sim.catalogue import ObjectType
-from server.sim.room import START, Placement, Square
-from server.sim.rules import PlacedObject
+import arramon_lang as lang
+from arramon_dataset.release.decoys import leads_to
+from arramon_dataset.release.extras import DECOYS, arrange_decoys, read_references
+from arramon_lang.meaning import Assembly, Thing
+from arramon_server.sim.catalogue import ObjectType
+from arramon_server.sim.room import START, Placement, Square
+from arramon_server.sim.rules import PlacedObject
 
 FIRST, SECOND = ObjectType("striped", "red", "mug"), ObjectType("dotted", "white", "book")
 ELSEWHERE = Placement(4, 1, 0)

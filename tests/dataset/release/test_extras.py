@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import lang
-from server.dataset.release.extras import (
+import arramon_lang as lang
+from arramon_dataset.release.extras import (
     DECOYS,
     Points,
     arrange_decoys,
@@ -14,9 +14,9 @@ from server.dataset.release.extras import (
     read_references,
     shared_attributes,
 )
-from server.sim.catalogue import ALL_TYPES, ObjectType
-from server.sim.geometry import Point, Pose
-from server.sim.room import START, Placement, Square
+from arramon_server.sim.catalogue import ALL_TYPES, ObjectType
+from arramon_server.sim.geometry import Point, Pose
+from arramon_server.sim.room import START, Placement, Square
 
 PLAZA: Points = np.array([(x, z) for x in range(30) for z in range(30)], dtype=float)
 TARGET = ObjectType("striped", "red", "mug")

@@ -8,13 +8,13 @@ from typing import Any
 
 import pytest
 
-from server.dataset.release.files import read_release, section_of
-from server.dataset.release.importer import import_release, split_name
-from server.episodes.splits import read_split
-from server.errors import BadFile, BadInput
-from server.sim.catalogue import ObjectType
-from server.sim.geometry import Point
-from server.sim.room import Placement, Square
+from arramon_dataset.release.files import read_release, section_of
+from arramon_dataset.release.importer import import_release, split_name
+from arramon_server.episodes.splits import read_split
+from arramon_server.errors import BadFile, BadInput
+from arramon_server.sim.catalogue import ObjectType
+from arramon_server.sim.geometry import Point
+from arramon_server.sim.room import Placement, Square
 from tests import tiny
 from tests.release_format import HEADING, TEXTS, record
 

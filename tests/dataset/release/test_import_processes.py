@@ -2,9 +2,9 @@ from pathlib import Path
 
 import pytest
 
-from server.dataset.release import importer
-from server.dataset.release.importer import import_release
-from server.errors import BadInput
+from arramon_dataset.release import importer
+from arramon_dataset.release.importer import import_release
+from arramon_server.errors import BadInput
 
 SAMPLE = Path(__file__).parents[3] / "examples" / "sample"
 

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from server.dataset.release.importer import import_release
-from server.episodes.episode import Episode
-from server.episodes.splits import Split
-from server.runs.play.session import Session
-from server.runs.play.worlds import Worlds
-from server.scoring.trajectory import TurnRecord
-from server.sim.rules import Ground, Limits
+from arramon_dataset.release.importer import import_release
+from arramon_server.episodes.episode import Episode
+from arramon_server.episodes.splits import Split
+from arramon_server.runs.play.session import Session
+from arramon_server.runs.play.worlds import Worlds
+from arramon_server.scoring.trajectory import TurnRecord
+from arramon_server.sim.rules import Ground, Limits
 from tests.release import VAL_SEEN, needs_release
 
 pytestmark = needs_release

@@ -7,9 +7,9 @@ from random import Random
 
 import pytest
 
-from lang import load
-from server.dataset.statistics.diversity import distinct, diversity, mtld, self_bleu, zlib_ratio
-from server.dataset.statistics.words import words_of
+from arramon_dataset.statistics.diversity import distinct, diversity, mtld, self_bleu, zlib_ratio
+from arramon_dataset.statistics.words import words_of
+from arramon_lang import load
 from tests.release import VAL_SEEN, needs_release
 
 

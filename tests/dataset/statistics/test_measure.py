@@ -7,15 +7,15 @@ from xml.etree import ElementTree as ET
 import pytest
 from PIL import Image
 
-from server.cli import main
-from server.dataset.release.files import read_release
-from server.dataset.statistics.command import as_json, figures_of
-from server.dataset.statistics.histogram import bin_shares
-from server.dataset.statistics.lengths import Lengths
-from server.dataset.statistics.measure import measure
-from server.dataset.statistics.plots import write_plots
-from server.dataset.statistics.table import as_text
-from server.errors import BadInput, NotFound, StorageError
+from arramon_dataset.release.files import read_release
+from arramon_dataset.statistics.command import as_json, figures_of
+from arramon_dataset.statistics.histogram import bin_shares
+from arramon_dataset.statistics.lengths import Lengths
+from arramon_dataset.statistics.measure import measure
+from arramon_dataset.statistics.plots import write_plots
+from arramon_dataset.statistics.table import as_text
+from arramon_server.cli import main
+from arramon_server.errors import BadInput, NotFound, StorageError
 from tests import tiny
 from tests.release import VAL_SEEN, needs_release
 

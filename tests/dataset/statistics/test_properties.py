@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from lang import available, load
-from server.dataset.statistics.properties import PROPERTIES, load_patterns
-from server.dataset.statistics.words import words_of
-from server.errors import BadFile
+from arramon_dataset.statistics.properties import PROPERTIES, load_patterns
+from arramon_dataset.statistics.words import words_of
+from arramon_lang import available, load
+from arramon_server.errors import BadFile
 from tests.release import VAL_SEEN, needs_release
 
 

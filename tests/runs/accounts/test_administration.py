@@ -9,16 +9,16 @@ from pathlib import Path
 import pytest
 from sqlalchemy.engine import Connection
 
-from server.board import entries
-from server.errors import BadInput, Conflict, Forbidden, NotFound, TakenOver, Unauthenticated
-from server.runs.accounts.accounts import Accounts
-from server.runs.accounts.administration import Administration, check_may_act
-from server.runs.accounts.attempts import number_of
-from server.runs.accounts.callers import HOST, Caller, Role
-from server.runs.accounts.quotas import Quota, Quotas
-from server.runs.results.receipts import stored_receipt
-from server.runs.results.rescoring import Rescorer
-from server.runs.storage import tables
+from arramon_server.board import entries
+from arramon_server.errors import BadInput, Conflict, Forbidden, NotFound, TakenOver, Unauthenticated
+from arramon_server.runs.accounts.accounts import Accounts
+from arramon_server.runs.accounts.administration import Administration, check_may_act
+from arramon_server.runs.accounts.attempts import number_of
+from arramon_server.runs.accounts.callers import HOST, Caller, Role
+from arramon_server.runs.accounts.quotas import Quota, Quotas
+from arramon_server.runs.results.receipts import stored_receipt
+from arramon_server.runs.results.rescoring import Rescorer
+from arramon_server.runs.storage import tables
 from tests.board.made import House
 from tests.played import play
 from tests.postgres import await_lock

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from server.errors import BadInput
-from server.runs.accounts.duplicates import Pair, find_duplicates, likeness_of
-from server.runs.storage.records import Batch
+from arramon_server.errors import BadInput
+from arramon_server.runs.accounts.duplicates import Pair, find_duplicates, likeness_of
+from arramon_server.runs.storage.records import Batch
 from tests.board.made import House
 
 RANDOM = np.random.default_rng(7)

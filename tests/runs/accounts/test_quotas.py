@@ -7,14 +7,14 @@ from uuid import uuid4
 
 import pytest
 
-from server.errors import OverQuota
-from server.runs.accounts.accounts import Accounts
-from server.runs.accounts.callers import ANONYMOUS, Caller, Role
-from server.runs.accounts.quotas import Quota, Quotas
-from server.runs.accounts.usage import Usage
-from server.runs.storage.database import Database
-from server.runs.storage.journal import Journal
-from server.runs.storage.records import RUNNING, Run
+from arramon_server.errors import OverQuota
+from arramon_server.runs.accounts.accounts import Accounts
+from arramon_server.runs.accounts.callers import ANONYMOUS, Caller, Role
+from arramon_server.runs.accounts.quotas import Quota, Quotas
+from arramon_server.runs.accounts.usage import Usage
+from arramon_server.runs.storage.database import Database
+from arramon_server.runs.storage.journal import Journal
+from arramon_server.runs.storage.records import RUNNING, Run
 
 LIMIT, TRIES, PROCESSES = 3, 12, 4
 

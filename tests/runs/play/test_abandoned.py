@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from server.runs.play.clocks import Clocks
-from server.runs.play.events import Observed
-from server.runs.storage.run_activity import ABANDONED_SECONDS
+from arramon_server.runs.play.clocks import Clocks
+from arramon_server.runs.play.events import Observed
+from arramon_server.runs.storage.run_activity import ABANDONED_SECONDS
 from tests import tiny
 from tests.runs.engines import CLOCKS, House, Seat, looks, quick, until  # noqa: F401
 

@@ -8,12 +8,12 @@ from typing import NoReturn
 
 import pytest
 
-from server.errors import StorageError
-from server.runs.play.clocks import TimeLeft
-from server.runs.play.events import EpisodeEnded, Observed
-from server.runs.play.stream import Act
-from server.runs.storage.database import Database
-from server.runs.storage.records import LEASE
+from arramon_server.errors import StorageError
+from arramon_server.runs.play.clocks import TimeLeft
+from arramon_server.runs.play.events import EpisodeEnded, Observed
+from arramon_server.runs.play.stream import Act
+from arramon_server.runs.storage.database import Database
+from arramon_server.runs.storage.records import LEASE
 from tests import tiny
 from tests.runs.engines import House, Seat, looks, quick, until
 

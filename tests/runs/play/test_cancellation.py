@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from server.errors import TakenOver
-from server.runs.play.engine import Engine
-from server.runs.play.events import Observed, RunEnded
-from server.runs.storage.records import CANCELLED
+from arramon_server.errors import TakenOver
+from arramon_server.runs.play.engine import Engine
+from arramon_server.runs.play.events import Observed, RunEnded
+from arramon_server.runs.storage.records import CANCELLED
 from tests import tiny
 from tests.runs.engines import House, Seat, quick, until
 

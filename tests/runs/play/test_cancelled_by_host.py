@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from server.runs.cancellation import Canceller
-from server.runs.play import forfeits as closings
-from server.runs.play.events import RunEnded
-from server.runs.storage.database import Database
-from server.runs.storage.records import CANCELLED
+from arramon_server.runs.cancellation import Canceller
+from arramon_server.runs.play import forfeits as closings
+from arramon_server.runs.play.events import RunEnded
+from arramon_server.runs.storage.database import Database
+from arramon_server.runs.storage.records import CANCELLED
 from tests.runs.engines import House, Seat, quick
 
 __all__ = ["quick"]

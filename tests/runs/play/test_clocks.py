@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from server.runs.play.clocks import STALL_SECONDS, Bank, Clocks, Stopwatch, StreamClock, TimeLeft
+from arramon_server.runs.play.clocks import STALL_SECONDS, Bank, Clocks, Stopwatch, StreamClock, TimeLeft
 
 
 class Time:

@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
-from server.runs.play.events import EpisodeEnded, EpisodeStarted, Event, Observed, RunEnded
-from server.runs.play.loader import SessionLoader
-from server.runs.play.session import Session
-from server.runs.play.worlds import Worlds
+from arramon_server.runs.play.events import EpisodeEnded, EpisodeStarted, Event, Observed, RunEnded
+from arramon_server.runs.play.loader import SessionLoader
+from arramon_server.runs.play.session import Session
+from arramon_server.runs.play.worlds import Worlds
 from tests import tiny
 from tests.runs.engines import House, Seat, quick  # noqa: F401
 

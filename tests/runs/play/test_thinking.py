@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from server.runs.play.clocks import Clocks
-from server.runs.play.thinking import Thinking
+from arramon_server.runs.play.clocks import Clocks
+from arramon_server.runs.play.thinking import Thinking
 from tests import tiny
 from tests.runs.engines import House, Seat, quick, until  # noqa: F401
 

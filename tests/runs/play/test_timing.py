@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from server.runs.play.clocks import Clocks, TimeLeft
-from server.runs.play.events import EpisodeEnded, Observed, PhaseOver, Problem, RunEnded
-from server.runs.play.session import Session
-from server.runs.storage.service_clock import LONGEST_TICK
-from server.sim.rules import Limits
+from arramon_server.runs.play.clocks import Clocks, TimeLeft
+from arramon_server.runs.play.events import EpisodeEnded, Observed, PhaseOver, Problem, RunEnded
+from arramon_server.runs.play.session import Session
+from arramon_server.runs.storage.service_clock import LONGEST_TICK
+from arramon_server.sim.rules import Limits
 from tests import tiny
 from tests.runs.engines import House, Seat, looks, quick, until  # noqa: F401
 

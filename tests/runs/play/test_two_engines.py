@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from server.errors import StorageError, TakenOver
-from server.runs.play.engine import Engine
-from server.runs.play.events import Observed, RunEnded
-from server.runs.storage.database import Database
-from server.runs.storage.records import COMPLETE, LEASE, Run
+from arramon_server.errors import StorageError, TakenOver
+from arramon_server.runs.play.engine import Engine
+from arramon_server.runs.play.events import Observed, RunEnded
+from arramon_server.runs.storage.database import Database
+from arramon_server.runs.storage.records import COMPLETE, LEASE, Run
 from tests import tiny
 from tests.runs.engines import House, Seat, looks, quick, until
 

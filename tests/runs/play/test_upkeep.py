@@ -6,8 +6,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from server.runs.play import upkeep
-from server.runs.storage.records import LEASE
+from arramon_server.runs.play import upkeep
+from arramon_server.runs.storage.records import LEASE
 from tests.runs.engines import House
 
 

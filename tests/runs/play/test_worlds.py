@@ -7,14 +7,14 @@ from random import Random
 import numpy as np
 import pytest
 
-from server.episodes.splits import Split
-from server.runs.play.worlds import Worlds
-from server.sim.city import city_scene
-from server.sim.geometry import Pose
-from server.sim.own_furniture import NO_FURNITURE, Moved, OwnFurniture, furnished
-from server.sim.physics import physics_of
-from server.sim.rules import begin
-from server.sim.section import Prop
+from arramon_server.episodes.splits import Split
+from arramon_server.runs.play.worlds import Worlds
+from arramon_server.sim.city import city_scene
+from arramon_server.sim.geometry import Pose
+from arramon_server.sim.own_furniture import NO_FURNITURE, Moved, OwnFurniture, furnished
+from arramon_server.sim.physics import physics_of
+from arramon_server.sim.rules import begin
+from arramon_server.sim.section import Prop
 from tests import tiny
 from tests.physics import EACH_CAMERA
 

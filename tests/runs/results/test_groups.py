@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from server.runs.results.groups import ASPECTS, Group, Grouping, grouping
-from server.scoring.disclosure import LEAST
+from arramon_server.runs.results.groups import ASPECTS, Group, Grouping, grouping
+from arramon_server.scoring.disclosure import LEAST
 from tests import demanding
 from tests.scoring.test_disclosure import told
 

@@ -9,17 +9,17 @@ from typing import Any
 
 import pytest
 
-from server.board.correcting import Correcting
-from server.episodes.splits import Split
-from server.errors import BadFile, Conflict, NotFound
-from server.runs.accounts.callers import HOST
-from server.runs.results.receipt_file import rescore_file
-from server.runs.results.receipts import Receipts, document
-from server.runs.results.reports import make_report
-from server.runs.results.rescoring import Rescored
-from server.runs.results.signing import SigningKey
-from server.runs.storage.database import Database
-from server.runs.storage.journal import Journal
+from arramon_server.board.correcting import Correcting
+from arramon_server.episodes.splits import Split
+from arramon_server.errors import BadFile, Conflict, NotFound
+from arramon_server.runs.accounts.callers import HOST
+from arramon_server.runs.results.receipt_file import rescore_file
+from arramon_server.runs.results.receipts import Receipts, document
+from arramon_server.runs.results.reports import make_report
+from arramon_server.runs.results.rescoring import Rescored
+from arramon_server.runs.results.signing import SigningKey
+from arramon_server.runs.storage.database import Database
+from arramon_server.runs.storage.journal import Journal
 from tests import tiny
 from tests.played import STEPS, play
 

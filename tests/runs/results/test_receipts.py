@@ -15,15 +15,15 @@ import sqlalchemy as sa
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
 
 from arramon.v1.chain import episode_ending, episode_head, run_digest
-from server.episodes.splits import Split
-from server.errors import Conflict, NotFound
-from server.runs.accounts.callers import ANONYMOUS, HOST, Caller, Role
-from server.runs.results.receipts import Receipts
-from server.runs.results.reports import report_of
-from server.runs.results.signing import SigningKey
-from server.runs.storage import tables
-from server.runs.storage.database import Database
-from server.runs.storage.journal import Journal
+from arramon_server.episodes.splits import Split
+from arramon_server.errors import Conflict, NotFound
+from arramon_server.runs.accounts.callers import ANONYMOUS, HOST, Caller, Role
+from arramon_server.runs.results.receipts import Receipts
+from arramon_server.runs.results.reports import report_of
+from arramon_server.runs.results.signing import SigningKey
+from arramon_server.runs.storage import tables
+from arramon_server.runs.storage.database import Database
+from arramon_server.runs.storage.journal import Journal
 from tests import tiny
 from tests.played import play
 

@@ -10,14 +10,14 @@ import pytest
 import rfc8785
 import sqlalchemy as sa
 
-from server.episodes.splits import Split
-from server.errors import Conflict, NotFound
-from server.runs.accounts.callers import HOST
-from server.runs.results.receipts import Receipts
-from server.runs.results.rescoring import Rescored, Rescorer
-from server.runs.results.signing import SigningKey
-from server.runs.storage import tables
-from server.runs.storage.database import Database
+from arramon_server.episodes.splits import Split
+from arramon_server.errors import Conflict, NotFound
+from arramon_server.runs.accounts.callers import HOST
+from arramon_server.runs.results.receipts import Receipts
+from arramon_server.runs.results.rescoring import Rescored, Rescorer
+from arramon_server.runs.results.signing import SigningKey
+from arramon_server.runs.storage import tables
+from arramon_server.runs.storage.database import Database
 from tests import tiny
 from tests.played import STEPS, play
 

@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
 
-from server.errors import BadFile, Conflict, StorageError
-from server.runs.results.signing import KnownKeys, SigningKey
-from server.runs.storage.database import Database
+from arramon_server.errors import BadFile, Conflict, StorageError
+from arramon_server.runs.results.signing import KnownKeys, SigningKey
+from arramon_server.runs.storage.database import Database
 
 ONE, OTHER = b"\x01" * 32, b"\x02" * 32
 
@@ -35,10 +35,9 @@ def test_signing_key_is_created_once_with_private_permissions(tmp_path: Path) ->
 
 
 def test_concurrent_starts_create_one_signing_key(tmp_path: Path) -> None:
-    program = (
-        f"from pathlib import Path; from server.runs.results.signing import SigningKey; import sys; sys.stdin.read(); \
+    program = f"import sys; from pathlib import Path; from arramon_server.runs.results.signing import SigningKey; \
+sys.stdin.read(); \
 print(SigningKey(Path({str(tmp_path / 'key.pem')!r})).public.hex())"
-    )
     started = [
         subprocess.Popen([sys.executable, "-c", program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
         for _ in range(4)

@@ -14,11 +14,11 @@ import psycopg
 import pytest
 from sqlalchemy import event
 
-from server.errors import TakenOver
-from server.runs.storage import postgres
-from server.runs.storage.database import Database
-from server.runs.storage.journal import Journal
-from server.runs.storage.records import Batch, Claim, Ending
+from arramon_server.errors import TakenOver
+from arramon_server.runs.storage import postgres
+from arramon_server.runs.storage.database import Database
+from arramon_server.runs.storage.journal import Journal
+from arramon_server.runs.storage.records import Batch, Claim, Ending
 from tests.runs.storage.test_journal import a_run
 
 AT_MOST = 120.0

@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 import sqlalchemy as sa
 
-from server.errors import BadInput, NotFound, StorageError, TakenOver
-from server.runs.storage import tables
-from server.runs.storage.database import Database
-from server.runs.storage.journal import Journal
-from server.runs.storage.records import CANCELLED, COMPLETE, RUNNING, Batch, Ending, Progress, Run
+from arramon_server.errors import BadInput, NotFound, StorageError, TakenOver
+from arramon_server.runs.storage import tables
+from arramon_server.runs.storage.database import Database
+from arramon_server.runs.storage.journal import Journal
+from arramon_server.runs.storage.records import CANCELLED, COMPLETE, RUNNING, Batch, Ending, Progress, Run
 
 
 def a_run(run_id: str = "r", minutes: int = 0) -> Run:

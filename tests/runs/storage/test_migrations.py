@@ -14,12 +14,12 @@ from alembic import command
 from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
 
-from server.errors import StorageError
-from server.runs.storage.database import Database, utc
-from server.runs.storage.journal import Journal
-from server.runs.storage.migrations import configuration, migrate
-from server.runs.storage.records import COMPLETE, RUNNING, Batch
-from server.runs.storage.tables import metadata
+from arramon_server.errors import StorageError
+from arramon_server.runs.storage.database import Database, utc
+from arramon_server.runs.storage.journal import Journal
+from arramon_server.runs.storage.migrations import configuration, migrate
+from arramon_server.runs.storage.records import COMPLETE, RUNNING, Batch
+from arramon_server.runs.storage.tables import metadata
 from tests import recorded_migrations
 from tests.forked import Forked
 from tests.postgres import Cluster

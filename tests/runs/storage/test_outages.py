@@ -9,11 +9,11 @@ from contextlib import closing, contextmanager
 import pytest
 import sqlalchemy as sa
 
-from server.errors import StorageError
-from server.runs.storage import postgres
-from server.runs.storage.database import Database
-from server.runs.storage.journal import Journal
-from server.runs.storage.records import Batch
+from arramon_server.errors import StorageError
+from arramon_server.runs.storage import postgres
+from arramon_server.runs.storage.database import Database
+from arramon_server.runs.storage.journal import Journal
+from arramon_server.runs.storage.records import Batch
 from tests.postgres import Cluster
 from tests.runs.storage.test_journal import a_run, steps
 

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from server.runs.storage.plays import play_digest
-from server.runs.storage.records import RUNNING, Ending, Run
+from arramon_server.runs.storage.plays import play_digest
+from arramon_server.runs.storage.records import RUNNING, Ending, Run
 from tests.played import BEGUN
 
 RUN = Run("r", "lab", "walker", "tiny", "en", ("rgb",), 8, "0", "0.1.0", RUNNING, BEGUN)

@@ -10,18 +10,18 @@ from pathlib import Path
 import pytest
 import sqlalchemy as sa
 
-from server.board.correcting import Correcting
-from server.errors import BadInput, NotFound
-from server.runs.accounts.attempts import attempts_on, number_of
-from server.runs.accounts.callers import HOST
-from server.runs.accounts.usage import usage_of
-from server.runs.results.signing import SigningKey
-from server.runs.storage import tables
-from server.runs.storage.corrections import Corrections
-from server.runs.storage.pruning import Prunable, Pruner
-from server.runs.storage.records import CANCELLED, RUNNING, Batch
-from server.runs.transfer.export import export
-from server.runs.transfer.restore import import_archive
+from arramon_server.board.correcting import Correcting
+from arramon_server.errors import BadInput, NotFound
+from arramon_server.runs.accounts.attempts import attempts_on, number_of
+from arramon_server.runs.accounts.callers import HOST
+from arramon_server.runs.accounts.usage import usage_of
+from arramon_server.runs.results.signing import SigningKey
+from arramon_server.runs.storage import tables
+from arramon_server.runs.storage.corrections import Corrections
+from arramon_server.runs.storage.pruning import Prunable, Pruner
+from arramon_server.runs.storage.records import CANCELLED, RUNNING, Batch
+from arramon_server.runs.transfer.export import export
+from arramon_server.runs.transfer.restore import import_archive
 from tests.board.made import House
 from tests.postgres import await_lock
 

@@ -6,11 +6,11 @@ from datetime import UTC, datetime
 
 import pytest
 
-from server.runs.storage import tables
-from server.runs.storage.database import Database
-from server.runs.storage.journal import Journal
-from server.runs.storage.records import CLOSER, COMPLETE, RUNNING, Batch, Claim, Ending, Run
-from server.runs.storage.run_activity import ABANDONED_SECONDS, UNPLAYED_MINUTES, RunActivity
+from arramon_server.runs.storage import tables
+from arramon_server.runs.storage.database import Database
+from arramon_server.runs.storage.journal import Journal
+from arramon_server.runs.storage.records import CLOSER, COMPLETE, RUNNING, Batch, Claim, Ending, Run
+from arramon_server.runs.storage.run_activity import ABANDONED_SECONDS, UNPLAYED_MINUTES, RunActivity
 
 DATA = "ab" * 32
 

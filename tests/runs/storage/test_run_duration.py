@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from server.runs.storage.records import COMPLETE, Run
+from arramon_server.runs.storage.records import COMPLETE, Run
 from tests.runs.engines import House, Seat, quick, until
 
 __all__ = ["quick"]

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 import sqlalchemy as sa
 
-from server.runs.storage.database import Database
-from server.runs.storage.journal import Journal
-from server.runs.storage.service_clock import LONGEST_TICK, service_time
+from arramon_server.runs.storage.database import Database
+from arramon_server.runs.storage.journal import Journal
+from arramon_server.runs.storage.service_clock import LONGEST_TICK, service_time
 
 DAY = 86_400.0
 

@@ -13,19 +13,19 @@ import pytest
 import sqlalchemy as sa
 import zstandard
 
-from server.episodes.splits import Split
-from server.errors import BadFile, Conflict, StorageError
-from server.runs.accounts.accounts import Accounts
-from server.runs.accounts.callers import HOST, Role
-from server.runs.results.receipts import Receipts
-from server.runs.results.rescoring import Rescorer
-from server.runs.results.signing import KnownKeys, SigningKey
-from server.runs.storage import tables
-from server.runs.storage.database import Database
-from server.runs.storage.journal import Journal
-from server.runs.transfer.archive import EXPORTED_TABLES
-from server.runs.transfer.export import export
-from server.runs.transfer.restore import ImportCounts, import_archive
+from arramon_server.episodes.splits import Split
+from arramon_server.errors import BadFile, Conflict, StorageError
+from arramon_server.runs.accounts.accounts import Accounts
+from arramon_server.runs.accounts.callers import HOST, Role
+from arramon_server.runs.results.receipts import Receipts
+from arramon_server.runs.results.rescoring import Rescorer
+from arramon_server.runs.results.signing import KnownKeys, SigningKey
+from arramon_server.runs.storage import tables
+from arramon_server.runs.storage.database import Database
+from arramon_server.runs.storage.journal import Journal
+from arramon_server.runs.transfer.archive import EXPORTED_TABLES
+from arramon_server.runs.transfer.export import export
+from arramon_server.runs.transfer.restore import ImportCounts, import_archive
 from tests import tiny
 from tests.played import play
 from tests.postgres import Cluster

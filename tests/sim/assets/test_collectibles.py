@@ -7,11 +7,11 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from server.sim.assets.collectibles import height_of, mesh_of, texture_of
-from server.sim.assets.meshes import quad
-from server.sim.cameras import Actor, Viewpoint
-from server.sim.catalogue import ALL_TYPES, COLOURS, EXTENT, KINDS, PATTERNS, ObjectType
-from server.sim.scene import Body, Scene
+from arramon_server.sim.assets.collectibles import height_of, mesh_of, texture_of
+from arramon_server.sim.assets.meshes import quad
+from arramon_server.sim.cameras import Actor, Viewpoint
+from arramon_server.sim.catalogue import ALL_TYPES, COLOURS, EXTENT, KINDS, PATTERNS, ObjectType
+from arramon_server.sim.scene import Body, Scene
 from tests.physics import World
 
 APART = 10.0

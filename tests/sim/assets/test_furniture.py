@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from server.sim.assets.furniture import COLOURS, SPOKEN_COLOURS, footprint_radius, piece_of
-from server.sim.assets.roadside import ZEBRA_LENGTH, ZEBRA_WIDTH
-from server.sim.footprints import PROBE_HEIGHT
-from server.sim.geometry import EYE_HEIGHT
-from server.sim.section import ON_WALLS, PROP_KINDS
+from arramon_server.sim.assets.furniture import COLOURS, SPOKEN_COLOURS, footprint_radius, piece_of
+from arramon_server.sim.assets.roadside import ZEBRA_LENGTH, ZEBRA_WIDTH
+from arramon_server.sim.footprints import PROBE_HEIGHT
+from arramon_server.sim.geometry import EYE_HEIGHT
+from arramon_server.sim.section import ON_WALLS, PROP_KINDS
 
 HEIGHTS = {
     "cone": 0.43, "phone_booth": 0.85, "bench": 0.4, "lamp_post": 2.08, "traffic_light": 1.6, "dumpster": 0.5,

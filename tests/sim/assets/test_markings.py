@@ -6,8 +6,8 @@ from math import cos, hypot, radians, sin
 
 import pytest
 
-from server.sim.assets.markings import DASH, SHORTEST, Dash, dashes
-from server.sim.section import Building, Section
+from arramon_server.sim.assets.markings import DASH, SHORTEST, Dash, dashes
+from arramon_server.sim.section import Building, Section
 
 SIN, COS = sin(radians(30.0)), cos(radians(30.0))
 

@@ -3,12 +3,25 @@
 import numpy as np
 import pytest
 
-from server.sim.assets.collectibles import mesh_of
-from server.sim.assets.furniture import COLOURS, piece_of
-from server.sim.assets.meshes import arc, ball, box, lathe, mapped, merge, moved, painted, plate, quad, stretched, tube
-from server.sim.catalogue import KINDS
-from server.sim.scene import Mesh
-from server.sim.section import PROP_KINDS
+from arramon_server.sim.assets.collectibles import mesh_of
+from arramon_server.sim.assets.furniture import COLOURS, piece_of
+from arramon_server.sim.assets.meshes import (
+    arc,
+    ball,
+    box,
+    lathe,
+    mapped,
+    merge,
+    moved,
+    painted,
+    plate,
+    quad,
+    stretched,
+    tube,
+)
+from arramon_server.sim.catalogue import KINDS
+from arramon_server.sim.scene import Mesh
+from arramon_server.sim.section import PROP_KINDS
 
 SQUARE = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
 MESHES = {

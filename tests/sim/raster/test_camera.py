@@ -11,15 +11,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from server.sim.assets.meshes import box, merge, moved, quad
-from server.sim.cameras import Actor, Camera, Frame, Viewpoint, colourless, label_of, labels_of
-from server.sim.catalogue import ALL_TYPES, ObjectType
-from server.sim.city import city_scene
-from server.sim.geometry import EYE_HEIGHT
-from server.sim.raster.camera import RasterCamera, compile_kernels, is_compiled
-from server.sim.room_scene import room_scene
-from server.sim.scene import Body, Scene
-from server.sim.section import FACADES, PROP_KINDS, Building, Prop, Section
+from arramon_server.sim.assets.meshes import box, merge, moved, quad
+from arramon_server.sim.cameras import Actor, Camera, Frame, Viewpoint, colourless, label_of, labels_of
+from arramon_server.sim.catalogue import ALL_TYPES, ObjectType
+from arramon_server.sim.city import city_scene
+from arramon_server.sim.geometry import EYE_HEIGHT
+from arramon_server.sim.raster.camera import RasterCamera, compile_kernels, is_compiled
+from arramon_server.sim.room_scene import room_scene
+from arramon_server.sim.scene import Body, Scene
+from arramon_server.sim.section import FACADES, PROP_KINDS, Building, Prop, Section
 from tests.physics import World
 
 BALL, MUG = ObjectType("dotted", "red", "ball"), ObjectType("striped", "blue", "mug")
@@ -246,7 +246,7 @@ def test_mipmaps_reduce_noise_in_distant_textures() -> None:
 
 DRAW = """
 from tests.sim.raster.test_camera import STREET, digest
-from server.sim.raster.camera import RasterCamera, is_compiled
+from arramon_server.sim.raster.camera import RasterCamera, is_compiled
 print(is_compiled(), digest(RasterCamera(STREET)))
 """
 

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from server.sim.assets.collectibles import mesh_of
-from server.sim.assets.furniture import piece_of
-from server.sim.assets.meshes import box, lathe, merge, moved, painted, plate, quad
-from server.sim.catalogue import KINDS
-from server.sim.raster.polygons import polygons
-from server.sim.scene import Mesh
-from server.sim.section import PROP_KINDS
+from arramon_server.sim.assets.collectibles import mesh_of
+from arramon_server.sim.assets.furniture import piece_of
+from arramon_server.sim.assets.meshes import box, lathe, merge, moved, painted, plate, quad
+from arramon_server.sim.catalogue import KINDS
+from arramon_server.sim.raster.polygons import polygons
+from arramon_server.sim.scene import Mesh
+from arramon_server.sim.section import PROP_KINDS
 
 SQUARE = quad([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)])
 HEXAGON = [(2, 0), (1, 2), (-1, 2), (-2, 0), (-1, -2), (1, -2)]

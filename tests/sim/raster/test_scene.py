@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from server.sim.assets.meshes import box, merge, moved, quad
-from server.sim.raster.scene import CLUSTER, LEVELS, geometry, indices_of, textures
+from arramon_server.sim.assets.meshes import box, merge, moved, quad
+from arramon_server.sim.raster.scene import CLUSTER, LEVELS, geometry, indices_of, textures
 
 TILES = merge(
     *(quad([(x, y, 0), (x + 9, y, 0), (x + 9, y + 9, 0), (x, y + 9, 0)]) for x in range(0, 99, 9) for y in (0, 9))

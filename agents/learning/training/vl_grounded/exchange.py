@@ -9,9 +9,9 @@ from random import Random
 import numpy as np
 import numpy.typing as npt
 
-import lang
-from agents.learning.eyes.grid import CHANNEL_NAMES
-from agents.learning.eyes.vocabulary import (
+import arramon_lang as lang
+from arramon_agents.learning.eyes.grid import CHANNEL_NAMES
+from arramon_agents.learning.eyes.vocabulary import (
     BANNER_COLOURS,
     COLLECTIBLE_COLOURS,
     COLLECTIBLES,
@@ -19,9 +19,9 @@ from agents.learning.eyes.vocabulary import (
     FURNITURE,
     LOOK_GROUPS,
 )
-from lang.meaning import Assembly, Face, Meaning, Navigation, Rotate, Step, Thing, Walk
-from lang.reference import mentions
-from lang.room import Standing
+from arramon_lang.meaning import Assembly, Face, Meaning, Navigation, Rotate, Step, Thing, Walk
+from arramon_lang.reference import mentions
+from arramon_lang.room import Standing
 
 Names = Mapping[str, str]
 """What each name is exchanged for."""

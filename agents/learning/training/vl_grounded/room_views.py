@@ -6,16 +6,16 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from agents.learning.memory.room import SeenRoom
-from agents.learning.memory.sight import LABELS
-from agents.learning.training.demonstrations import Source, backend_of, episodes_of, settings_of
-from agents.learning.vision.eyes import Eyes
-from agents.learning.vision.eyes import load as load_eyes
-from agents.shortest_path.room import COLUMNS, ROWS, RoomPose
-from agents.vl_grounded.look import TURN, Look
+from arramon_agents.learning.memory.room import SeenRoom
+from arramon_agents.learning.memory.sight import LABELS
+from arramon_agents.learning.training.demonstrations import Source, backend_of, episodes_of, settings_of
+from arramon_agents.learning.vision.eyes import Eyes
+from arramon_agents.learning.vision.eyes import load as load_eyes
+from arramon_agents.shortest_path.room import COLUMNS, ROWS, RoomPose
+from arramon_agents.vl_grounded.look import TURN, Look
 from arramon_client.agent import Action, Observation
 from arramon_client.environments.backend import ASSEMBLY, Player
-from lang.room import START, Cell, Standing
+from arramon_lang.room import START, Cell, Standing
 
 VERSION = 1
 

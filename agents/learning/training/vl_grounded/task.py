@@ -11,23 +11,23 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
-from agents.learning.checkpoint import as_input
-from agents.learning.eyes.grid import CHANNEL_NAMES
-from agents.learning.eyes.vocabulary import COLLECTIBLE_COLOURS, COLLECTIBLES, COLOURS, LOOK_GROUPS
-from agents.learning.paper import START
-from agents.learning.text.tokenizers import Tokenizer
-from agents.learning.training.batches import NO_ACTION, epoch
-from agents.learning.training.demonstrations import Demonstration
-from agents.learning.training.vl_grounded.exchange import Version
-from agents.learning.training.vl_grounded.room_views import RoomView
-from agents.learning.vision.encoder import GRID
-from agents.shortest_path.room import COLUMNS
-from agents.vl_grounded.look import as_named
-from agents.vl_grounded.naming import KINDS, LOOKS
-from agents.vl_grounded.network import Grounded
-from agents.vl_grounded.odometry import odometry
+from arramon_agents.learning.checkpoint import as_input
+from arramon_agents.learning.eyes.grid import CHANNEL_NAMES
+from arramon_agents.learning.eyes.vocabulary import COLLECTIBLE_COLOURS, COLLECTIBLES, COLOURS, LOOK_GROUPS
+from arramon_agents.learning.paper import START
+from arramon_agents.learning.text.tokenizers import Tokenizer
+from arramon_agents.learning.training.batches import NO_ACTION, epoch
+from arramon_agents.learning.training.demonstrations import Demonstration
+from arramon_agents.learning.training.vl_grounded.exchange import Version
+from arramon_agents.learning.training.vl_grounded.room_views import RoomView
+from arramon_agents.learning.vision.encoder import GRID
+from arramon_agents.shortest_path.room import COLUMNS
+from arramon_agents.vl_grounded.look import as_named
+from arramon_agents.vl_grounded.naming import KINDS, LOOKS
+from arramon_agents.vl_grounded.network import Grounded
+from arramon_agents.vl_grounded.odometry import odometry
 from arramon_client.environments.backend import NAVIGATION
-from lang.room import Standing
+from arramon_lang.room import Standing
 
 NAMING, PLACING = 0.3, 1.0
 """Weights in the loss: of naming the object to pick up, and of the room; the walk has weight 1."""

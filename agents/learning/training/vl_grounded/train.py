@@ -6,30 +6,37 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from agents.learning.checkpoint import SUFFIX, find_initial
-from agents.learning.process import prepare_process
-from agents.learning.reader.reader import WEIGHTS as READER
-from agents.learning.reader.weights import read_reader
-from agents.learning.text.tokenizers import Words
-from agents.learning.training.batches import epoch
-from agents.learning.training.card import command_with, learned_from, page
-from agents.learning.training.demonstrations import ROOM_PREFIX, ROOMS, Demonstration, Source, collect, data_hash_of
-from agents.learning.training.recipe import Place
-from agents.learning.training.rollouts import Plan as Rollouts
-from agents.learning.training.rollouts import mean, play
-from agents.learning.training.run import train
-from agents.learning.training.sources import digest_of, named, sources_of, splits_of
-from agents.learning.training.trainer import Plan, Trainer
-from agents.learning.training.vl_grounded.exchange import Version, versions
-from agents.learning.training.vl_grounded.room_views import RoomView, collect_views
-from agents.learning.training.vl_grounded.task import GroundedTask, Placing, Walk
-from agents.learning.training.vl_grounded.words import begin, known_words, widened
-from agents.learning.vision.encoder import DEFAULT
-from agents.learning.vision.eyes import load as load_eyes
-from agents.vl_grounded.agent import NAME, GroundedAgent
-from agents.vl_grounded.network import Grounded
-from agents.vl_grounded.sight import EncodedSight
-from agents.vl_grounded.weights import Weights, read_weights, write_weights
+from arramon_agents.learning.checkpoint import SUFFIX, find_initial
+from arramon_agents.learning.process import prepare_process
+from arramon_agents.learning.reader.reader import WEIGHTS as READER
+from arramon_agents.learning.reader.weights import read_reader
+from arramon_agents.learning.text.tokenizers import Words
+from arramon_agents.learning.training.batches import epoch
+from arramon_agents.learning.training.card import command_with, learned_from, page
+from arramon_agents.learning.training.demonstrations import (
+    ROOM_PREFIX,
+    ROOMS,
+    Demonstration,
+    Source,
+    collect,
+    data_hash_of,
+)
+from arramon_agents.learning.training.recipe import Place
+from arramon_agents.learning.training.rollouts import Plan as Rollouts
+from arramon_agents.learning.training.rollouts import mean, play
+from arramon_agents.learning.training.run import train
+from arramon_agents.learning.training.sources import digest_of, named, sources_of, splits_of
+from arramon_agents.learning.training.trainer import Plan, Trainer
+from arramon_agents.learning.training.vl_grounded.exchange import Version, versions
+from arramon_agents.learning.training.vl_grounded.room_views import RoomView, collect_views
+from arramon_agents.learning.training.vl_grounded.task import GroundedTask, Placing, Walk
+from arramon_agents.learning.training.vl_grounded.words import begin, known_words, widened
+from arramon_agents.learning.vision.encoder import DEFAULT
+from arramon_agents.learning.vision.eyes import load as load_eyes
+from arramon_agents.vl_grounded.agent import NAME, GroundedAgent
+from arramon_agents.vl_grounded.network import Grounded
+from arramon_agents.vl_grounded.sight import EncodedSight
+from arramon_agents.vl_grounded.weights import Weights, read_weights, write_weights
 from arramon_client.environments.backend import ASSEMBLY, NAVIGATION
 
 Tell = Callable[[str], None]
@@ -50,8 +57,8 @@ class GroundedRecipe:
 
     Attributes:
         languages: in which instructions are read.
-        split, every, episodes, init: as in `agents.learning.training.recipe.Recipe`. With `train`, `train_extra` is
-            learned from as well if the data folder has it.
+        split, every, episodes, init: as in `arramon_agents.learning.training.recipe.Recipe`. With `train`,
+            `train_extra` is learned from as well if the data folder has it.
         rooms: number of generated tasks in the room alone, besides.
         versions, room_versions: number of variants of each walk's and each room's instruction, with other things.
         passes: number of passes over the walks.

@@ -5,12 +5,12 @@ from collections.abc import Iterable, Mapping
 import torch
 from torch import Tensor
 
-from agents.learning.reader.network import ReaderNetwork
-from agents.learning.reader.words import Vocabulary
-from agents.learning.text.tokenizers import SPECIAL, UNKNOWN, Words
-from agents.vl_grounded.network import Grounded
-from agents.vl_grounded.reading import Reading
-from agents.vl_grounded.weights import Weights
+from arramon_agents.learning.reader.network import ReaderNetwork
+from arramon_agents.learning.reader.words import Vocabulary
+from arramon_agents.learning.text.tokenizers import SPECIAL, UNKNOWN, Words
+from arramon_agents.vl_grounded.network import Grounded
+from arramon_agents.vl_grounded.reading import Reading
+from arramon_agents.vl_grounded.weights import Weights
 
 EMBEDDING = "reading.words.weight"
 """Name of the words' vectors in a network's state."""

@@ -11,15 +11,15 @@ from pathlib import Path
 
 import numpy as np
 
-from agents.learning.reader.reader import load as load_reader
-from agents.learning.simulated.body import Faults
-from agents.learning.simulated.courses import Course, training_courses
-from agents.learning.simulated.walks import Decided, walk
-from agents.learning.training.precision import usable
-from agents.learning.training.trainer import Plan, Trainer
-from agents.learning.training.vl_map.task import Arrays, ChoosingTask, arrays_of, load_arrays, save_arrays
-from agents.vl_map.network import PolicyNetwork, Sizes
-from agents.vl_map.policy import Policy
+from arramon_agents.learning.reader.reader import load as load_reader
+from arramon_agents.learning.simulated.body import Faults
+from arramon_agents.learning.simulated.courses import Course, training_courses
+from arramon_agents.learning.simulated.walks import Decided, walk
+from arramon_agents.learning.training.precision import usable
+from arramon_agents.learning.training.trainer import Plan, Trainer
+from arramon_agents.learning.training.vl_map.task import Arrays, ChoosingTask, arrays_of, load_arrays, save_arrays
+from arramon_agents.vl_map.network import PolicyNetwork, Sizes
+from arramon_agents.vl_map.policy import Policy
 
 LOG = logging.getLogger(__name__)
 

@@ -13,10 +13,10 @@ from safetensors.numpy import save_file
 from torch import Tensor
 from torch.nn import functional
 
-from agents.learning.simulated.walks import Decided
-from agents.vl_map.features import Sample, mirror
-from agents.vl_map.network import PolicyNetwork, directions_of, shares_of, tensors_of
-from agents.vl_map.options import DISTANCES, OPTIONS, WAYPOINTS
+from arramon_agents.learning.simulated.walks import Decided
+from arramon_agents.vl_map.features import Sample, mirror
+from arramon_agents.vl_map.network import PolicyNetwork, directions_of, shares_of, tensors_of
+from arramon_agents.vl_map.options import DISTANCES, OPTIONS, WAYPOINTS
 
 PROGRESS = 0.3
 """Weight of the auxiliary loss for the row that is being carried out."""

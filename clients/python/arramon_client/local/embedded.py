@@ -1,6 +1,7 @@
 """The embedded server: the evaluation server as a child process on a Unix socket."""
 
 import contextlib
+import importlib.util
 import os
 import shutil
 import subprocess
@@ -13,7 +14,7 @@ from typing import IO, Any
 
 from arramon_client.errors import EmbeddedServerError
 
-SERVER = "server"
+SERVER = "arramon_server"
 """The package that `python -m` runs."""
 
 READY_PREFIX = "listening on "
@@ -74,10 +75,7 @@ def check_installed(module: str) -> None:
             "without --server the client starts an embedded server, which needs Linux or macOS: on Windows use WSL 2, "
             "or name a server with --server HOST:PORT"
         )
-    # Checked in an interpreter with the server's module path: this one may find a folder of that name where it runs.
-    check = "import importlib.util, sys; sys.exit(importlib.util.find_spec(sys.argv[1]) is None)"
-    command = [sys.executable, "-P", "-c", check, module]
-    if subprocess.run(command, stdin=subprocess.DEVNULL, check=False).returncode != 0:  # noqa: S603 - this interpreter
+    if importlib.util.find_spec(module) is None:
         raise EmbeddedServerError(
             "without --server the client starts an embedded server, but arramon-server is not installed: install it, "
             "or name a server with --server HOST:PORT"
@@ -97,7 +95,7 @@ class EmbeddedServer:
         self._notify = notify
         self.address = f"unix:{folder / 'arramon.sock'}"
         self._log = folder / "server.log"
-        # `-P` keeps the working directory off the module path, so that a participant's own `server.py` is not run.
+        # `-P` keeps the working directory off the module path: a participant's own `queue.py` is not the library's.
         program = [sys.executable, "-P", "-m", "arramon_client.local.lifeline", module]
         self._command = [*program, "serve", "--listen", self.address, "--data", str(data.absolute()), *options]
         self._process: subprocess.Popen[str] | None = None

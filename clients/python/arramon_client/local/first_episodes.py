@@ -22,7 +22,7 @@ def holds_episodes(data: Path) -> bool:
     return any((data / "splits").glob("*/episodes.jsonl"))
 
 
-def make_episodes(data: Path, *, module: str = "server", quiet: bool = False) -> None:
+def make_episodes(data: Path, *, module: str = "arramon_server", quiet: bool = False) -> None:
     """Generate a small part of a split in every language, with progress and errors on standard error.
 
     The episodes are the same on every machine. An interrupt leaves no incomplete split behind.

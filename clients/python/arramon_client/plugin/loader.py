@@ -1,12 +1,10 @@
 """Loading of the agent that `--agent` names, with error messages for the agent's author."""
 
-import contextlib
 import difflib
 import importlib
-import importlib.util
 import pkgutil
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from types import MappingProxyType, ModuleType
@@ -19,11 +17,11 @@ from arramon_client.plugin.arguments import check_signature
 from arramon_client.plugin.candidates import default_member
 from arramon_client.plugin.tracebacks import own_frames
 
-OWN_AGENTS = "agents"
-"""Package of the project's agents, which is installed with the server."""
-
 ENTRY_POINTS = "arramon.agents"
-"""Entry-point group in which installed packages register agents by name."""
+"""Entry-point group in which installed packages register agents by name, such as `agents.vl`."""
+
+OWN_PREFIX = "agents."
+"""Prefix of the names of the project's agents, which are in the package arramon-agents."""
 
 
 def load_agent(spec: str, arguments: Mapping[str, object] = MappingProxyType({})) -> Agent:
@@ -32,14 +30,13 @@ def load_agent(spec: str, arguments: Mapping[str, object] = MappingProxyType({})
     Args:
         spec: one of
 
-            - the name of an entry point in the group `arramon.agents`;
+            - the name of an entry point in the group `arramon.agents`, such as `agents.vl`;
             - `package.module`, whose class `Agent`, function `make_agent()` or only agent class is called;
             - `path/to/file.py`, the same for a file, whose folder is searched for what it imports;
             - `package.module:Name` or `path/to/file.py:Name`, a class or function to call, or an agent itself.
 
-            A module that an entry point names (`agents.follower`) is loaded from where it is installed, even if the
-            working directory has a package of the same name. Other modules are searched for in the working directory
-            first, as with `python -m`; their folders need no `__init__.py`.
+            A name that an entry point has comes first. Modules are searched for in the working directory first, as with
+            `python -m`; their folders need no `__init__.py`.
         arguments: keyword arguments for the class or function.
 
     Raises:
@@ -47,20 +44,17 @@ def load_agent(spec: str, arguments: Mapping[str, object] = MappingProxyType({})
             arguments or requires others, or is not an agent. `details` holds the agent's own traceback if there is one.
     """
     _make_working_directory_importable()
-    entry = _entry_points().get(spec)
     path, attribute = agent_files.split_spec(spec)
+    name = path
+    if not path:
+        name, _, attribute = spec.partition(":")
+    entry = _entry_points().get(name)
     if entry is not None:
-        name, attribute = entry.module, entry.attr
+        module = _import(entry.module, spec)
+        attribute = attribute or entry.attr
     else:
-        name, _, attribute = (path, ":", attribute) if path else spec.partition(":")
         _check_spelling(spec, name, attribute, is_file=bool(path))
-    if path and entry is None:
-        module = agent_files.load_file(Path(path), spec)
-    elif _is_registered(name):
-        module = _import_installed(name, spec)
-    else:
-        _add_own_folder(name, spec)
-        module = _import(name, spec)
+        module = agent_files.load_file(Path(path), spec) if path else _import(name, spec)
     found = _member(module, attribute) if attribute else default_member(module)
     made = _make(found, spec, arguments)
     _check_is_agent(made, spec)
@@ -75,51 +69,6 @@ def _make_working_directory_importable() -> None:
 
 def _entry_points() -> dict[str, EntryPoint]:
     return {entry.name: entry for entry in entry_points(group=ENTRY_POINTS)}
-
-
-def _is_registered(name: str) -> bool:
-    """Tell whether an entry point names this module or a package that contains it."""
-    return any(f"{name}.".startswith(f"{entry.module}.") for entry in _entry_points().values())
-
-
-def _import_installed(name: str, spec: str) -> ModuleType:
-    """Import a module and what it imports from where they are installed, whatever the working directory contains."""
-    importlib.invalidate_caches()
-    with _working_directory_hidden():
-        top = name.partition(".")[0]
-        if top in sys.modules or importlib.util.find_spec(top) is not None:
-            return _import(name, spec)
-    return _import(name, spec)  # Installed in the working directory itself.
-
-
-def _add_own_folder(name: str, spec: str) -> None:
-    """Let the working directory's folder contribute modules to a package of the same name that is installed.
-
-    Python ignores a folder without `__init__.py` where a package with one exists anywhere on its path.
-    """
-    top, *parts = name.split(".")
-    folder = Path.cwd() / top
-    module = folder.joinpath(*parts)
-    if (folder / "__init__.py").exists() or not (module.is_dir() or module.with_name(f"{module.name}.py").is_file()):
-        return
-    with _working_directory_hidden():
-        if importlib.util.find_spec(top) is None:
-            return
-        package = _import(top, spec)
-    path = getattr(package, "__path__", None)
-    if path is not None and str(folder) not in path:
-        package.__path__ = [str(folder), *path]
-
-
-@contextlib.contextmanager
-def _working_directory_hidden() -> Iterator[None]:
-    """Take the working directory off the module search path for a while."""
-    here, path = Path.cwd(), sys.path[:]
-    sys.path[:] = [entry for entry in path if Path(entry).absolute() != here]
-    try:
-        yield
-    finally:
-        sys.path[:] = path
 
 
 def _check_spelling(spec: str, name: str, attribute: str, *, is_file: bool) -> None:
@@ -160,10 +109,8 @@ def _no_such_module(missing: str, spec: str) -> str:
     # Top-level names need a closer match: an environment has so many modules that a weak match means nothing.
     close = difflib.get_close_matches(missing, candidates, n=1, cutoff=0.6 if parent else 0.8)
     suggestion = f" Did you mean {close[0]}?" if close else ""
-    if missing == OWN_AGENTS or (parent == OWN_AGENTS and not registered):
-        suggestion = (
-            " ArraMon's agents are installed with the server: run `pip install .` in a clone of its repository."
-        )
+    if spec.startswith(OWN_PREFIX) and not any(name.startswith(OWN_PREFIX) for name in registered):
+        suggestion = " ArraMon's agents are in the package arramon-agents, which is not installed."
     where = f"in the package {parent}" if parent else f"installed or in the working directory {Path.cwd()}"
     return f"no agent {spec!r}: there is no module {missing} {where}.{suggestion}"
 

@@ -2,11 +2,11 @@
 
 from dataclasses import dataclass, field, replace
 
-from lang.grammar import Grammar
-from lang.meaning import Assembly, Thing, Where
-from lang.reading.chunks.chunker import RELATION, SIDE, THING, Chunk
-from lang.reading.chunks.sequence import ChunkSequence
-from lang.reading.discourse import Discourse
+from arramon_lang.grammar import Grammar
+from arramon_lang.meaning import Assembly, Thing, Where
+from arramon_lang.reading.chunks.chunker import RELATION, SIDE, THING, Chunk
+from arramon_lang.reading.chunks.sequence import ChunkSequence
+from arramon_lang.reading.discourse import Discourse
 
 _RELATIONS = {
     "on": "on_top_of", "on_top_of": "on_top_of", "near": "near", "along": "near", "at": "near", "by": "near",

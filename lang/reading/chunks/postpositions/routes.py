@@ -2,13 +2,13 @@
 
 from dataclasses import dataclass, replace
 
-from lang.grammar import Grammar
-from lang.meaning import Face, Navigation, Rotate, Thing, Walk, Where
-from lang.reading.chunks.chunker import RELATION, SIDE, THING
-from lang.reading.chunks.postpositions.sides import BOUNDARIES, MOVING, STANDING, SidedRoute
-from lang.reading.chunks.postpositions.steps import PASSED, Named, Place
-from lang.reading.discourse import GROUND, POINTS, Discourse
-from lang.reading.noun_phrases import NounPhrase
+from arramon_lang.grammar import Grammar
+from arramon_lang.meaning import Face, Navigation, Rotate, Thing, Walk, Where
+from arramon_lang.reading.chunks.chunker import RELATION, SIDE, THING
+from arramon_lang.reading.chunks.postpositions.sides import BOUNDARIES, MOVING, STANDING, SidedRoute
+from arramon_lang.reading.chunks.postpositions.steps import PASSED, Named, Place
+from arramon_lang.reading.discourse import GROUND, POINTS, Discourse
+from arramon_lang.reading.noun_phrases import NounPhrase
 
 _SIGNS = ("there", "back_again", "which", "one_side", "other_side", "repeat", "until")
 """Words that change what the next chunks mean."""

@@ -2,10 +2,10 @@
 
 from dataclasses import dataclass, replace
 
-from lang.meaning import Rotate
-from lang.reading.chunks.chunker import RELATION, SIDE, THING
-from lang.reading.chunks.postpositions.steps import Route
-from lang.reading.chunks.sequence import ChunkSequence
+from arramon_lang.meaning import Rotate
+from arramon_lang.reading.chunks.chunker import RELATION, SIDE, THING
+from arramon_lang.reading.chunks.postpositions.steps import Route
+from arramon_lang.reading.chunks.sequence import ChunkSequence
 
 BOUNDARIES = ("comma", "then", "stop", "and")
 

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from lang.meaning import Rotate, Step, Thing, Walk, Where
-from lang.reading.discourse import GROUND, POINTS
+from arramon_lang.meaning import Rotate, Step, Thing, Walk, Where
+from arramon_lang.reading.discourse import GROUND, POINTS
 
 _FACADES = ("building", "awning", "shop_sign", "wall")
 """Kinds of things that something stands in front of, where of others it is said to be beyond them."""

@@ -3,12 +3,22 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
-from lang.meaning import Thing
-from lang.reading.chunks.chunker import RELATION, SIDE, THING, Chunk
-from lang.reading.chunks.prepositions.phrases import OTHER, SIDES, STOP, TARGET, THEN, THINGS, VERB, Named, Phrase
-from lang.reading.chunks.sequence import ChunkSequence
-from lang.reading.discourse import CROSSED, GROUND, Discourse
-from lang.reading.noun_phrases import NounPhrase
+from arramon_lang.meaning import Thing
+from arramon_lang.reading.chunks.chunker import RELATION, SIDE, THING, Chunk
+from arramon_lang.reading.chunks.prepositions.phrases import (
+    OTHER,
+    SIDES,
+    STOP,
+    TARGET,
+    THEN,
+    THINGS,
+    VERB,
+    Named,
+    Phrase,
+)
+from arramon_lang.reading.chunks.sequence import ChunkSequence
+from arramon_lang.reading.discourse import CROSSED, GROUND, Discourse
+from arramon_lang.reading.noun_phrases import NounPhrase
 
 SHOWN = ("banner", "awning", "shop_sign", "building_corner", "wall", "corner")
 """Kinds of things that a building is told apart by; they are not on the way themselves."""

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from lang.meaning import Thing
-from lang.reading.chunks.chunker import SIDE, Chunk
+from arramon_lang.meaning import Thing
+from arramon_lang.reading.chunks.chunker import SIDE, Chunk
 
 THINGS, TARGET, OTHER, VERB, STOP, THEN = "things", "target", "other", "verb", "stop", "then"
 

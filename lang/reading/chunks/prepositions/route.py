@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
-from lang.meaning import Rotate, Step, Thing, Walk
-from lang.reading.chunks.prepositions.phrases import Named, Phrase
-from lang.reading.discourse import CROSSED, POINTS
+from arramon_lang.meaning import Rotate, Step, Thing, Walk
+from arramon_lang.reading.chunks.prepositions.phrases import Named, Phrase
+from arramon_lang.reading.discourse import CROSSED, POINTS
 
 _WAYS = {"to": "to", "until": "until", "towards": "towards", "along": "along", "up": "along", "into": "along"}
 """How one walks to or along things that these words relate; past others."""

@@ -3,11 +3,11 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
-from lang.grammar import Grammar
-from lang.meaning import Face, Navigation, Thing, Walk, Where
-from lang.reading.chunks.chunker import SIDE
-from lang.reading.chunks.prepositions.phraser import SHOWN, Phraser
-from lang.reading.chunks.prepositions.phrases import (
+from arramon_lang.grammar import Grammar
+from arramon_lang.meaning import Face, Navigation, Thing, Walk, Where
+from arramon_lang.reading.chunks.chunker import SIDE
+from arramon_lang.reading.chunks.prepositions.phraser import SHOWN, Phraser
+from arramon_lang.reading.chunks.prepositions.phrases import (
     ATS,
     OTHER,
     PLACES,
@@ -19,10 +19,10 @@ from lang.reading.chunks.prepositions.phrases import (
     VERB,
     Phrases,
 )
-from lang.reading.chunks.prepositions.route import Route
-from lang.reading.chunks.prepositions.target import relations, relations_after
-from lang.reading.chunks.sequence import ChunkSequence
-from lang.reading.discourse import POINTS, Discourse
+from arramon_lang.reading.chunks.prepositions.route import Route
+from arramon_lang.reading.chunks.prepositions.target import relations, relations_after
+from arramon_lang.reading.chunks.sequence import ChunkSequence
+from arramon_lang.reading.discourse import POINTS, Discourse
 
 _DESCRIBING = ("with", "of", "at", "by", "near", "on", "in_front_of", "under")
 """Words by which a thing is told apart, right behind it: "the house with the awning"."""

@@ -3,10 +3,10 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
-from lang.meaning import Thing, Where
-from lang.reading.chunks.chunker import SIDE
-from lang.reading.chunks.prepositions.phrases import OTHER, PLACES, SIDES, STOP, THINGS, Phrase, Phrases
-from lang.reading.discourse import GROUND
+from arramon_lang.meaning import Thing, Where
+from arramon_lang.reading.chunks.chunker import SIDE
+from arramon_lang.reading.chunks.prepositions.phrases import OTHER, PLACES, SIDES, STOP, THINGS, Phrase, Phrases
+from arramon_lang.reading.discourse import GROUND
 
 _WHERES = {
     "on": "on_top_of", "into": "on_top_of", "before": "in_front_of", "in_front_of": "in_front_of",

@@ -2,7 +2,7 @@
 
 from alembic import context
 
-from server.runs.storage.tables import metadata
+from arramon_server.runs.storage.tables import metadata
 
 context.configure(connection=context.config.attributes["connection"], target_metadata=metadata)
 with context.begin_transaction():

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 import torch
 
-from agents.learning.eyes.grid import CHANNEL_NAMES, NAMED_CHANNELS, add_things, grid_of_blocks
-from agents.learning.eyes.names import NamedThing
-from agents.learning.eyes.network import Predictions, probabilities
-from agents.learning.eyes.objects import Thing
-from agents.learning.eyes.vocabulary import COLOURS, KINDS, LOOKS, NONE, codes_of
+from arramon_agents.learning.eyes.grid import CHANNEL_NAMES, NAMED_CHANNELS, add_things, grid_of_blocks
+from arramon_agents.learning.eyes.names import NamedThing
+from arramon_agents.learning.eyes.network import Predictions, probabilities
+from arramon_agents.learning.eyes.objects import Thing
+from arramon_agents.learning.eyes.vocabulary import COLOURS, KINDS, LOOKS, NONE, codes_of
 
 SURE = 20.0
 

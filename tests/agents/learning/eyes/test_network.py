@@ -5,8 +5,8 @@ import pytest
 
 torch = pytest.importorskip("torch", reason="the extra `agents` is not installed: scripts/setup")
 
-from agents.learning.eyes.lens import EYE_HEIGHT, rays  # noqa: E402
-from agents.learning.eyes.network import CHANNELS, LOW, prepare  # noqa: E402
+from arramon_agents.learning.eyes.lens import EYE_HEIGHT, rays  # noqa: E402
+from arramon_agents.learning.eyes.network import CHANNELS, LOW, prepare  # noqa: E402
 
 SIZE = 112
 PATCH = 2

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from agents.learning.eyes.lens import EYE_HEIGHT, rays
-from agents.learning.eyes.objects import CROP, crop, find_things
+from arramon_agents.learning.eyes.lens import EYE_HEIGHT, rays
+from arramon_agents.learning.eyes.objects import CROP, crop, find_things
 
 SIZE = 224
 

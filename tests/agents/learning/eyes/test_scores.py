@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from agents.learning.eyes.grid import CHANNEL_NAMES
-from agents.learning.eyes.scores import GridScores, NameScores
+from arramon_agents.learning.eyes.grid import CHANNEL_NAMES
+from arramon_agents.learning.eyes.scores import GridScores, NameScores
 from tests.agents.learning.eyes.test_grid import named
 
 LABELS = [("road", "", ""), ("mug", "blue", "dotted"), ("cone", "red", "")]

@@ -2,11 +2,20 @@
 
 import pytest
 
-from agents.learning.eyes.vocabulary import COLLECTIBLES, COLOURED, FURNITURE, KINDS, LOOK_GROUPS, LOOKS, NONE, codes_of
-from server.sim.assets.furniture import COLOURS
-from server.sim.catalogue import KINDS as CATALOGUE
-from server.sim.labels import LABELS
-from server.sim.section import FACADES, PROP_KINDS
+from arramon_agents.learning.eyes.vocabulary import (
+    COLLECTIBLES,
+    COLOURED,
+    FURNITURE,
+    KINDS,
+    LOOK_GROUPS,
+    LOOKS,
+    NONE,
+    codes_of,
+)
+from arramon_server.sim.assets.furniture import COLOURS
+from arramon_server.sim.catalogue import KINDS as CATALOGUE
+from arramon_server.sim.labels import LABELS
+from arramon_server.sim.section import FACADES, PROP_KINDS
 
 
 def test_every_label_of_the_simulator_has_codes_of_its_own() -> None:

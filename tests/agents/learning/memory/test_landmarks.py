@@ -2,11 +2,11 @@
 
 import pytest
 
-from agents.learning.memory.landmarks import SeenLandmarks
-from agents.learning.memory.room import SeenRoom
-from agents.learning.memory.sight import LABELS
-from lang.meaning import Thing
-from lang.room import Standing
+from arramon_agents.learning.memory.landmarks import SeenLandmarks
+from arramon_agents.learning.memory.room import SeenRoom
+from arramon_agents.learning.memory.sight import LABELS
+from arramon_lang.meaning import Thing
+from arramon_lang.room import Standing
 from tests.agents.learning.eyes.test_grid import named
 
 SMALL, LARGE = (slice(100, 105), slice(40, 45)), (slice(100, 130), slice(40, 70))

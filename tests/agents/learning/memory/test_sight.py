@@ -7,11 +7,11 @@ import numpy as np
 import numpy.typing as npt
 import torch
 
-from agents.learning.eyes.lens import EYE_HEIGHT, rays
-from agents.learning.eyes.vocabulary import COLOURS, KINDS, LOOKS
-from agents.learning.frames import SeenFrames
-from agents.learning.memory.sight import LABELS, see
-from agents.learning.vision.eyes import Eyes
+from arramon_agents.learning.eyes.lens import EYE_HEIGHT, rays
+from arramon_agents.learning.eyes.vocabulary import COLOURS, KINDS, LOOKS
+from arramon_agents.learning.frames import SeenFrames
+from arramon_agents.learning.memory.sight import LABELS, see
+from arramon_agents.learning.vision.eyes import Eyes
 
 SIZE, BLOCKS = 224, 28
 STRIPE, KERB = 239, 192

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from agents.learning.checkpoint import load_policy
-from agents.learning.pretrained import encoders, states
-from agents.learning.training.imitation import Imitation
+from arramon_agents.learning.checkpoint import load_policy
+from arramon_agents.learning.pretrained import encoders, states
+from arramon_agents.learning.training.imitation import Imitation
 from arramon_client import AgentLoadError, Episode, Observation, load_agent
 from tests.agents.learning.made import demonstrations, place, recipe
 

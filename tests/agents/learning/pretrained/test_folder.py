@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agents.learning.pretrained.encoders import open_text_encoder
-from agents.learning.pretrained.packed import BadModel
-from agents.learning.vision.encoder import GRID, open_encoder, quantise
+from arramon_agents.learning.pretrained.encoders import open_text_encoder
+from arramon_agents.learning.pretrained.packed import BadModel
+from arramon_agents.learning.vision.encoder import GRID, open_encoder, quantise
 
 transformers = pytest.importorskip("transformers", reason="the extra `agents` is not installed: scripts/setup")
 

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 import torch
 
-from agents.learning.pretrained import encoders
-from agents.learning.pretrained.bert import PackedEncoder
-from agents.learning.pretrained.encoders import open_text_encoder
-from agents.learning.pretrained.packed import BadModel, PackedModel
+from arramon_agents.learning.pretrained import encoders
+from arramon_agents.learning.pretrained.bert import PackedEncoder
+from arramon_agents.learning.pretrained.encoders import open_text_encoder
+from arramon_agents.learning.pretrained.packed import BadModel, PackedModel
 from tests import ROOT
 from tests.agents.learning.pretrained import packing
 

@@ -7,8 +7,8 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from agents.learning.pretrained import states
-from agents.learning.pretrained.states import TextStates
+from arramon_agents.learning.pretrained import states
+from arramon_agents.learning.pretrained.states import TextStates
 
 
 class Counting:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from agents.learning.pretrained.unigram import Unigram
+from arramon_agents.learning.pretrained.unigram import Unigram
 
 SCORES = {
     "<unk>": 0.0,

@@ -2,9 +2,9 @@
 
 import pytest
 
-from agents.learning.reader.slots import SLOTS, TYPES, meaning_of, rows_of
-from agents.learning.reader.words import UNKNOWN, Vocabulary, split
-from lang.meaning import Assembly, Face, Meaning, Navigation, Rotate, Thing, Walk, Where
+from arramon_agents.learning.reader.slots import SLOTS, TYPES, meaning_of, rows_of
+from arramon_agents.learning.reader.words import UNKNOWN, Vocabulary, split
+from arramon_lang.meaning import Assembly, Face, Meaning, Navigation, Rotate, Thing, Walk, Where
 
 BENCH, MUG = Thing("bench"), Thing("mug", "red", "dotted")
 

@@ -5,14 +5,14 @@ from pathlib import Path
 import pytest
 import torch
 
-from agents.learning.reader.network import ReaderNetwork, Sizes
-from agents.learning.reader.reader import load
-from agents.learning.reader.slots import rows_of
-from agents.learning.reader.task import Examples, ReadingTask, score
-from agents.learning.reader.weights import write_reader
-from agents.learning.reader.words import Vocabulary
-from agents.learning.training.trainer import Plan, Trainer
-from lang.meaning import Meaning, Navigation, Rotate, Thing, Walk
+from arramon_agents.learning.reader.network import ReaderNetwork, Sizes
+from arramon_agents.learning.reader.reader import load
+from arramon_agents.learning.reader.slots import rows_of
+from arramon_agents.learning.reader.task import Examples, ReadingTask, score
+from arramon_agents.learning.reader.weights import write_reader
+from arramon_agents.learning.reader.words import Vocabulary
+from arramon_agents.learning.training.trainer import Plan, Trainer
+from arramon_lang.meaning import Meaning, Navigation, Rotate, Thing, Walk
 
 MUG, BALL = Thing("mug", "red", "dotted"), Thing("ball", "blue", "striped")
 

@@ -4,13 +4,13 @@ from pathlib import Path
 
 import torch
 
-from agents.learning.reader.network import ReaderNetwork, Sizes
-from agents.learning.reader.reader import load
-from agents.learning.reader.slots import rows_of
-from agents.learning.reader.weights import write_reader
-from agents.learning.reader.words import Vocabulary
-from agents.learning.simulated.people import halves, read_half, read_people
-from agents.learning.tune_reader import tune, widen
+from arramon_agents.learning.reader.network import ReaderNetwork, Sizes
+from arramon_agents.learning.reader.reader import load
+from arramon_agents.learning.reader.slots import rows_of
+from arramon_agents.learning.reader.weights import write_reader
+from arramon_agents.learning.reader.words import Vocabulary
+from arramon_agents.learning.simulated.people import halves, read_half, read_people
+from arramon_agents.learning.tune_reader import tune, widen
 from tests import tiny
 
 

@@ -7,8 +7,8 @@ import pytest
 import torch
 from safetensors.torch import save_file
 
-from agents.learning.reader.reader import WEIGHTS
-from agents.learning.reader.weights import read_reader
+from arramon_agents.learning.reader.reader import WEIGHTS
+from arramon_agents.learning.reader.weights import read_reader
 
 
 def test_a_file_without_a_reader_is_named(tmp_path: Path) -> None:

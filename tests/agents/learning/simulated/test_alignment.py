@@ -5,15 +5,15 @@ import math
 import numpy as np
 import pytest
 
-from agents.learning.reader.slots import rows_of
-from agents.learning.simulated.alignment import current_row, places_of
-from agents.learning.simulated.courses import Course
-from agents.learning.simulated.world import Things, World
-from lang.meaning import Navigation, Rotate, Thing, Walk, Where
-from server.sim.catalogue import ObjectType
-from server.sim.geometry import Point
-from server.sim.rules import Collectible
-from server.sim.section import Building, Prop, Section
+from arramon_agents.learning.reader.slots import rows_of
+from arramon_agents.learning.simulated.alignment import current_row, places_of
+from arramon_agents.learning.simulated.courses import Course
+from arramon_agents.learning.simulated.world import Things, World
+from arramon_lang.meaning import Navigation, Rotate, Thing, Walk, Where
+from arramon_server.sim.catalogue import ObjectType
+from arramon_server.sim.geometry import Point
+from arramon_server.sim.rules import Collectible
+from arramon_server.sim.section import Building, Prop, Section
 
 STREET = Section(
     "1",

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from agents.learning.simulated.frames import FrameSource, label_names
-from server.sim.labels import LABELS, Label
+from arramon_agents.learning.simulated.frames import FrameSource, label_names
+from arramon_server.sim.labels import LABELS, Label
 
 
 @pytest.fixture(scope="module")

@@ -2,10 +2,10 @@
 
 from random import Random
 
-import lang
-from agents.learning.reader.slots import rows_of
-from agents.learning.simulated.meanings import draw_samples, exchange, write_plans
-from lang.meaning import Navigation, Rotate, Thing, Walk, Where
+import arramon_lang as lang
+from arramon_agents.learning.reader.slots import rows_of
+from arramon_agents.learning.simulated.meanings import draw_samples, exchange, write_plans
+from arramon_lang.meaning import Navigation, Rotate, Thing, Walk, Where
 
 BENCH = Thing("bench", identity="1")
 PLAN = Navigation(

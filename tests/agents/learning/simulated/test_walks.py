@@ -6,15 +6,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from agents.learning.reader.reader import load
-from agents.learning.simulated.body import Faults, SimulatedBody
-from agents.learning.simulated.courses import Course, training_courses
-from agents.learning.simulated.walks import score, walk
-from agents.learning.simulated.world import Things, World
-from agents.vl_map.options import OPTIONS
+from arramon_agents.learning.reader.reader import load
+from arramon_agents.learning.simulated.body import Faults, SimulatedBody
+from arramon_agents.learning.simulated.courses import Course, training_courses
+from arramon_agents.learning.simulated.walks import score, walk
+from arramon_agents.learning.simulated.world import Things, World
+from arramon_agents.vl_map.options import OPTIONS
 from arramon_client.agent import Action
-from lang.meaning import Thing
-from server.sim.section import Building, Prop, Section
+from arramon_lang.meaning import Thing
+from arramon_server.sim.section import Building, Prop, Section
 from tests import tiny
 
 PERFECT = Faults().scaled(0.0)

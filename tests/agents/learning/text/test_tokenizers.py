@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from agents.learning.text.tokenizers import (
+from arramon_agents.learning.text.tokenizers import (
     UNKNOWN,
     SentencePieces,
     Tokenizer,

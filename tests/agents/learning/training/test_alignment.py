@@ -6,10 +6,10 @@ from pathlib import Path
 
 import torch
 
-from agents.learning.paper import START, Text
-from agents.learning.training.alignment import alignment_loss, other_texts
-from agents.learning.training.batches import as_tokens
-from agents.learning.training.imitation import Imitation
+from arramon_agents.learning.paper import START, Text
+from arramon_agents.learning.training.alignment import alignment_loss, other_texts
+from arramon_agents.learning.training.batches import as_tokens
+from arramon_agents.learning.training.imitation import Imitation
 from tests.agents.learning.made import demonstrations, place, recipe
 
 

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from agents.learning.training import demonstrations
-from agents.learning.training.demonstrations import ROOMS, Demonstration, Source, collect
+from arramon_agents.learning.training import demonstrations
+from arramon_agents.learning.training.demonstrations import ROOMS, Demonstration, Source, collect
 from tests import tiny
 
 

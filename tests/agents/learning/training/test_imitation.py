@@ -7,12 +7,12 @@ from pathlib import Path
 import pytest
 import torch
 
-from agents.learning.agent import LearnedAgent
-from agents.learning.checkpoint import load_policy
-from agents.learning.training import imitation, precision
-from agents.learning.training.imitation import Imitation, OtherRecipe
-from agents.learning.training.precision import has_bfloat16
-from agents.learning.training.rollouts import Plan
+from arramon_agents.learning.agent import LearnedAgent
+from arramon_agents.learning.checkpoint import load_policy
+from arramon_agents.learning.training import imitation, precision
+from arramon_agents.learning.training.imitation import Imitation, OtherRecipe
+from arramon_agents.learning.training.precision import has_bfloat16
+from arramon_agents.learning.training.rollouts import Plan
 from tests.agents.learning.made import demonstrations, place, recipe
 
 

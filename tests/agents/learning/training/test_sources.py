@@ -3,8 +3,8 @@
 from dataclasses import replace
 from pathlib import Path
 
-from agents.learning.training.demonstrations import ROOMS, Source
-from agents.learning.training.sources import demonstrations_of, sources_of, splits_of
+from arramon_agents.learning.training.demonstrations import ROOMS, Source
+from arramon_agents.learning.training.sources import demonstrations_of, sources_of, splits_of
 from tests import tiny
 from tests.agents.learning.made import place, recipe
 

@@ -6,11 +6,11 @@ from pathlib import Path
 import pytest
 import torch
 
-from agents.learning.checkpoint import load_policy, save_policy
-from agents.learning.paper import PHASES
-from agents.learning.text.tokenizers import SPECIAL, UNKNOWN, Words
-from agents.learning.training.imitation import Imitation
-from agents.learning.training.start import initial_policy
+from arramon_agents.learning.checkpoint import load_policy, save_policy
+from arramon_agents.learning.paper import PHASES
+from arramon_agents.learning.text.tokenizers import SPECIAL, UNKNOWN, Words
+from arramon_agents.learning.training.imitation import Imitation
+from arramon_agents.learning.training.start import initial_policy
 from tests.agents.learning.made import demonstrations, place, recipe
 
 NEW = ["veer left", "veer right", "once"]

@@ -6,8 +6,8 @@ import pytest
 import torch
 from torch import Tensor, nn
 
-from agents.learning.training.run import train
-from agents.learning.training.trainer import Plan, Trainer
+from arramon_agents.learning.training.run import train
+from arramon_agents.learning.training.trainer import Plan, Trainer
 
 PLAN = Plan(samples=64, batch=4, rate=0.01)
 

@@ -6,13 +6,13 @@ from random import Random
 import numpy as np
 import pytest
 
-import lang
-from agents.learning.eyes.grid import CHANNEL_NAMES
-from agents.learning.training.demonstrations import Demonstration
-from agents.learning.training.variants import Variants, mirrored
-from agents.learning.training.vl_grounded.exchange import read_meaning
+import arramon_lang as lang
+from arramon_agents.learning.eyes.grid import CHANNEL_NAMES
+from arramon_agents.learning.training.demonstrations import Demonstration
+from arramon_agents.learning.training.variants import Variants, mirrored
+from arramon_agents.learning.training.vl_grounded.exchange import read_meaning
 from arramon_client.agent import Action
-from lang.meaning import Face, Navigation, Rotate, Thing, Walk, Where
+from arramon_lang.meaning import Face, Navigation, Rotate, Thing, Walk, Where
 
 MEANT = Navigation(
     (

@@ -7,21 +7,21 @@ import numpy as np
 import pytest
 import torch
 
-import lang
-from agents.learning.eyes.grid import CHANNEL_NAMES
-from agents.learning.eyes.vocabulary import COLOURS
-from agents.learning.reader.network import ReaderNetwork
-from agents.learning.reader.network import Sizes as ReaderSizes
-from agents.learning.reader.words import Vocabulary
-from agents.learning.training.demonstrations import Source
-from agents.learning.training.vl_grounded.exchange import Exchange, versions
-from agents.learning.training.vl_grounded.room_views import collect_views
-from agents.learning.training.vl_grounded.task import names_ahead
-from agents.learning.training.vl_grounded.words import begin, known_words
-from agents.vl_grounded.naming import KINDS, LOOKS
-from agents.vl_grounded.reading import Reading
-from lang.meaning import Navigation, Thing, Walk
-from lang.room import Standing
+import arramon_lang as lang
+from arramon_agents.learning.eyes.grid import CHANNEL_NAMES
+from arramon_agents.learning.eyes.vocabulary import COLOURS
+from arramon_agents.learning.reader.network import ReaderNetwork
+from arramon_agents.learning.reader.network import Sizes as ReaderSizes
+from arramon_agents.learning.reader.words import Vocabulary
+from arramon_agents.learning.training.demonstrations import Source
+from arramon_agents.learning.training.vl_grounded.exchange import Exchange, versions
+from arramon_agents.learning.training.vl_grounded.room_views import collect_views
+from arramon_agents.learning.training.vl_grounded.task import names_ahead
+from arramon_agents.learning.training.vl_grounded.words import begin, known_words
+from arramon_agents.vl_grounded.naming import KINDS, LOOKS
+from arramon_agents.vl_grounded.reading import Reading
+from arramon_lang.meaning import Navigation, Thing, Walk
+from arramon_lang.room import Standing
 
 MEANT = Navigation(
     (

@@ -4,8 +4,8 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from agents.learning.vision.encoder import GRID, FrameMemory, encoder_names, open_encoder, quantise, resize
-from agents.learning.vision.pooled import COLOURS, PooledEncoder
+from arramon_agents.learning.vision.encoder import GRID, FrameMemory, encoder_names, open_encoder, quantise, resize
+from arramon_agents.learning.vision.pooled import COLOURS, PooledEncoder
 
 
 @pytest.mark.parametrize("name", encoder_names())

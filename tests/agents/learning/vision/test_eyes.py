@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from agents.learning.eyes.scores import GridScores, NameScores
-from agents.learning.simulated.frames import FrameSource, label_names
-from agents.learning.vision.encoder import open_encoder
-from agents.learning.vision.eyes import WEIGHTS, Eyes, load
+from arramon_agents.learning.eyes.scores import GridScores, NameScores
+from arramon_agents.learning.simulated.frames import FrameSource, label_names
+from arramon_agents.learning.vision.encoder import open_encoder
+from arramon_agents.learning.vision.eyes import WEIGHTS, Eyes, load
 
 FRAMES = 24
 

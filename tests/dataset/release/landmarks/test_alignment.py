@@ -2,9 +2,9 @@
 
 import pytest
 
-from server.dataset.release.landmarks.alignment import align
-from server.dataset.release.landmarks.mentions import Event
-from server.dataset.release.landmarks.recovery import Map
+from arramon_dataset.release.landmarks.alignment import align
+from arramon_dataset.release.landmarks.mentions import Event
+from arramon_dataset.release.landmarks.recovery import Map
 from tests.dataset.release.landmarks.walking import walk_along
 
 LEFT, RIGHT = Event(direction="left"), Event(direction="right")

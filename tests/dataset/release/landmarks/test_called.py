@@ -2,11 +2,11 @@
 
 import pytest
 
-from server.dataset.release.landmarks.agreement import WITHIN, nearest
-from server.dataset.release.landmarks.called import called
-from server.dataset.release.landmarks.mentions import Event
-from server.dataset.release.landmarks.recovery import Landmark, Told, recover
-from server.sim.section import Prop
+from arramon_dataset.release.landmarks.agreement import WITHIN, nearest
+from arramon_dataset.release.landmarks.called import called
+from arramon_dataset.release.landmarks.mentions import Event
+from arramon_dataset.release.landmarks.recovery import Landmark, Told, recover
+from arramon_server.sim.section import Prop
 from tests.dataset.release.landmarks.walking import walk_along
 
 WALK = walk_along((0, 0), (0, 12))

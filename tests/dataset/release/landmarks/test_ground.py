@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from server.dataset.release.landmarks.ground import APART, FEW, apart_from
-from server.dataset.release.landmarks.kernels import ASIDE, BACK, FRONT, STEP, in_frames, kernel, likelihood
-from server.dataset.release.landmarks.mentions import Event
-from server.sim.assets.furniture import footprint_radius
+from arramon_dataset.release.landmarks.ground import APART, FEW, apart_from
+from arramon_dataset.release.landmarks.kernels import ASIDE, BACK, FRONT, STEP, in_frames, kernel, likelihood
+from arramon_dataset.release.landmarks.mentions import Event
+from arramon_server.sim.assets.furniture import footprint_radius
 
 STANDING = [(0.0, 0.0, "bench"), (4.0, -3.0, "cone"), (-2.5, 6.0, "dumpster")]
 

@@ -6,20 +6,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from server.dataset.layout.places import PATH_GAP
-from server.dataset.release.files import read_release
-from server.dataset.release.importer import add_objects, ground_of
-from server.dataset.release.landmarks.city import own_of, rebuild
-from server.dataset.release.landmarks.ground import Ground, Room
-from server.dataset.release.landmarks.mentions import Event
-from server.dataset.release.landmarks.recovery import Told, told_of
-from server.dataset.release.landmarks.strays import HEARD
-from server.dataset.release.reconstruction import reconstruct
-from server.episodes.episode import Episode, Instructions
-from server.episodes.provenance import DRAWN, TEXT, Provenance
-from server.sim.assets.furniture import footprint_radius
-from server.sim.own_furniture import furnished
-from server.sim.section import ON_WALLS, Prop, Section
+from arramon_dataset.layout.places import PATH_GAP
+from arramon_dataset.release.files import read_release
+from arramon_dataset.release.importer import add_objects, ground_of
+from arramon_dataset.release.landmarks.city import own_of, rebuild
+from arramon_dataset.release.landmarks.ground import Ground, Room
+from arramon_dataset.release.landmarks.mentions import Event
+from arramon_dataset.release.landmarks.recovery import Told, told_of
+from arramon_dataset.release.landmarks.strays import HEARD
+from arramon_dataset.release.reconstruction import reconstruct
+from arramon_server.episodes.episode import Episode, Instructions
+from arramon_server.episodes.provenance import DRAWN, TEXT, Provenance
+from arramon_server.sim.assets.furniture import footprint_radius
+from arramon_server.sim.own_furniture import furnished
+from arramon_server.sim.section import ON_WALLS, Prop, Section
 
 SAMPLE = Path(__file__).parents[4] / "examples" / "sample" / "sample.json"
 

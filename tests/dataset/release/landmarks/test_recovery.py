@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from server.dataset.release.landmarks.mentions import Event
-from server.dataset.release.landmarks.mixture import Ballot, peaks_of
-from server.dataset.release.landmarks.recovery import Told, recover
+from arramon_dataset.release.landmarks.mentions import Event
+from arramon_dataset.release.landmarks.mixture import Ballot, peaks_of
+from arramon_dataset.release.landmarks.recovery import Told, recover
 from tests.dataset.release.landmarks.walking import walk_along
 
 PLACE = (6.0, 11.7)

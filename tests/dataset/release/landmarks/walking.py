@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from server.dataset.release.landmarks.walks import STRIDE, Numbers, Walk
+from arramon_dataset.release.landmarks.walks import STRIDE, Numbers, Walk
 
 
 def walk_along(*corners: tuple[float, float]) -> Walk:

@@ -1,0 +1,161 @@
+"""Word alignment model between instructions and route tokens, trained by expectation maximisation.
+
+Each word of a text comes from one of the route's tokens, preferably one at the same relative position, or from none:
+the model of Dyer, Chahuneau and Smith, "A Simple, Fast, and Effective
+Reparameterization of IBM Model 2" (2013). It knows no grammar, no phrase and no list of nouns.
+"""
+
+import gzip
+import json
+import re
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from arramon.strict_json import read_json
+from arramon_dataset.alignment.routes import Tokens, mirrored
+from arramon_server.episodes.files import read_bytes
+from arramon_server.errors import BadFile
+
+DATA = Path(__file__).parent / "data"
+
+ITERATIONS, SMOOTHING, FROM_NONE, TENSION = 8, 0.02, 0.15, 5.0
+"""Iterations of training; smoothing added to each expected count; prior probability of no token; preference for tokens
+at the same relative position: a factor of e for each 1 / TENSION of the whole way."""
+
+OTHERS, MOST_BETTER, MIRRORED_BETTER = 20, 5, 0.06
+"""Number of comparison routes; how many of them a text may fit better than its own; how much better, in nats a word, it
+may fit the mirrored route."""
+
+MIN_COUNT = 2
+"""Least number of occurrences of a word in training; rarer words are ignored."""
+
+DIGITS = 5
+
+_WORD = re.compile(r"[a-z]+|[\u0900-\u0963\u0966-\u097f]+")
+
+Floats = npt.NDArray[np.float64]
+
+
+def words_of(text: str) -> list[str]:
+    """Return the words of a text in Latin or Devanagari letters, in lower case."""
+    return _WORD.findall(text.lower())
+
+
+@dataclass(frozen=True, slots=True)
+class Alignment:
+    """A trained model.
+
+    Attributes:
+        words: index of each word.
+        tokens: index of each route token; row 0 of `table` is for no token.
+        table: probability of each word given each token, of shape (1 + tokens, words).
+        others: routes of other texts, for comparison.
+    """
+
+    words: dict[str, int]
+    tokens: dict[str, int]
+    table: Floats
+    others: tuple[Tokens, ...]
+
+    def score(self, text: str, route: Sequence[str]) -> float:
+        """Return the mean natural logarithm of the probability of the text's words given a route; 0 without words."""
+        known, rows = self._indices(text, route)
+        if not known:
+            return 0.0
+        return float(np.log(_parts(self.table, known, rows).sum(axis=1)).mean())
+
+    def margin(self, text: str, route: Tokens) -> float:
+        """Return how much better a text fits a route than the mirrored route, in nats a word."""
+        return self.score(text, route) - self.score(text, mirrored(route))
+
+    def rank(self, text: str, route: Tokens) -> int:
+        """Return the number of `others` that the text fits better than the route."""
+        own = self.score(text, route)
+        return sum(self.score(text, other) > own for other in self.others)
+
+    def _indices(self, text: str, route: Sequence[str]) -> tuple[list[int], list[int]]:
+        known = [self.words[word] for word in words_of(text) if word in self.words]
+        return known, [self.tokens[token] for token in route if token in self.tokens]
+
+
+def learn(pairs: Iterable[tuple[str, Tokens]], others: int) -> Alignment:
+    """Train a model on texts with their routes; `others` of the routes are kept for comparison."""
+    listed = [(words_of(text), route) for text, route in pairs]
+    counts = Counter(word for words, _ in listed for word in words)
+    words = {word: n for n, word in enumerate(sorted(word for word in counts if counts[word] >= MIN_COUNT))}
+    tokens = {token: n for n, token in enumerate(sorted({token for _, route in listed for token in route}), start=1)}
+    table = np.full((len(tokens) + 1, len(words)), 1.0 / len(words))
+    indexed = [
+        ([words[word] for word in said if word in words], [tokens[token] for token in route]) for said, route in listed
+    ]
+    for _ in range(ITERATIONS):
+        expected = np.full_like(table, SMOOTHING)
+        for known, rows in indexed:
+            parts = _parts(table, known, rows)
+            parts /= parts.sum(axis=1, keepdims=True)
+            np.add.at(expected, (np.array([0, *rows])[None, :], np.array(known)[:, None]), parts)
+        table = expected / expected.sum(axis=1, keepdims=True)
+    step = max(1, len(listed) // others)
+    return Alignment(words, tokens, table, tuple(route for _, route in listed[::step])[:others])
+
+
+def _parts(table: Floats, words: Sequence[int], rows: Sequence[int]) -> Floats:
+    """Return the posterior probabilities of no token and of each token for each word, of shape (words, 1 + tokens)."""
+    at = (np.arange(len(words)) + 0.5) / max(len(words), 1)
+    along = (np.arange(len(rows)) + 0.5) / max(len(rows), 1)
+    near = np.exp(-TENSION * np.abs(at[:, None] - along[None, :]))
+    near *= (1.0 - FROM_NONE) / np.maximum(near.sum(axis=1, keepdims=True), 1e-12)
+    weights = np.concatenate([np.full((len(words), 1), FROM_NONE), near], axis=1)
+    return weights * table[[0, *rows]][:, list(words)].T
+
+
+def save(model: Alignment, path: Path) -> None:
+    """Write a model, the same bytes for the same model."""
+    rows = [{str(n): round(float(p), DIGITS) for n, p in enumerate(row) if p >= 10.0**-DIGITS} for row in model.table]
+    document = {"words": list(model.words), "tokens": list(model.tokens), "table": rows, "others": model.others}
+    path.write_bytes(gzip.compress(json.dumps(document, ensure_ascii=False).encode(), mtime=0))
+
+
+def read(path: Path) -> Alignment:
+    """Return the model that `save` wrote.
+
+    Raises:
+        BadFile: if the file is missing or broken.
+    """
+    try:
+        document: dict[str, Any] = read_json(read_bytes(path))
+        table = np.full((len(document["tokens"]) + 1, len(document["words"])), 10.0**-DIGITS / 2)
+        for row, listed in enumerate(document["table"]):
+            for word, probability in listed.items():
+                table[row, int(word)] = probability
+        others = tuple(map(tuple, document["others"]))
+    except (OSError, EOFError, ValueError, KeyError, IndexError, TypeError, AttributeError) as error:
+        raise BadFile(path, f"expected a model as the training of the alignment writes it ({error!r})") from error
+    words = {word: n for n, word in enumerate(document["words"])}
+    return Alignment(words, {token: n for n, token in enumerate(document["tokens"], start=1)}, table, others)
+
+
+@cache
+def load(language: str) -> Alignment | None:
+    """Return the model of a language, or None if it has none."""
+    path = DATA / f"{language}.json.gz"
+    return read(path) if path.exists() else None
+
+
+def contradicts(text: str, language: str, route: Tokens) -> bool:
+    """Return whether a navigation text fits its route too badly to be used.
+
+    It does if it fits more than MOST_BETTER of OTHERS routes better, or the mirrored one by more than MIRRORED_BETTER.
+    The bounds reject few of the texts that lead the follower, and most texts of other routes; a text that only confuses
+    left and right now and then passes (`benchmarks/instructions/alignment.py`).
+    A language without a model has no such check.
+    """
+    model = load(language)
+    return model is not None and (model.margin(text, route) < -MIRRORED_BETTER or model.rank(text, route) > MOST_BETTER)

@@ -1,0 +1,70 @@
+"""A route as a sequence of tokens, with which the words of a text are aligned.
+
+The tokens follow from the path and from what the camera shows along it, not from a plan of an instruction: directions
+of turns, kinds and colours of what is passed, its side, and the target with what stands around it.
+"""
+
+import re
+from collections.abc import Iterator, Sequence
+
+from arramon_dataset.paraphrases.route import Passed, RouteFacts
+from arramon_server.sim.catalogue import ObjectType
+
+Tokens = tuple[str, ...]
+
+STRAIGHT, SLIGHT, AROUND = 15.0, 52.0, 140.0
+"""Angles in degrees: a smaller bend is straight; a smaller bend is slight; a larger bend is a turn around."""
+
+ON_THE_WAY = 1.0
+"""Largest distance to the side, in units, of a thing on the way itself."""
+
+_MIRRORED = {"left": "right", "right": "left"}
+
+_WORD = re.compile(r"[a-z_]+")
+
+
+def tokens_of(facts: RouteFacts, target: ObjectType) -> Tokens:
+    """Return the tokens of a route, in order."""
+    return tuple(_tokens(facts, target))
+
+
+def mirrored(tokens: Sequence[str]) -> Tokens:
+    """Return the tokens of the same route with left and right exchanged."""
+    return tuple(_mirrored(token) for token in tokens)
+
+
+def _mirrored(token: str) -> str:
+    sort, _, value = token.partition(":")
+    return f"{sort}:{_MIRRORED[value]}" if value in _MIRRORED else token
+
+
+def _tokens(facts: RouteFacts, target: ObjectType) -> Iterator[str]:
+    for leg in facts.legs:
+        yield from _turn(leg.turn)
+        for passed in leg.passed:
+            yield from _thing("pass", passed.name)
+            yield from _side(passed)
+        yield from _thing("ahead", leg.ahead[0].partition(" (")[0]) if leg.ahead else ()
+    yield from _turn(facts.last_turn, "last")
+    yield from (f"target:{word}" for word in (target.pattern, target.colour, target.kind))
+    for around in facts.around:
+        yield from _thing("around", around.partition(":")[0])
+
+
+def _turn(degrees: float, sort: str = "turn") -> Iterator[str]:
+    if abs(degrees) >= AROUND:
+        yield f"{sort}:around"
+    elif abs(degrees) >= STRAIGHT:
+        if abs(degrees) < SLIGHT:
+            yield f"{sort}:slight"
+        yield f"{sort}:{'right' if degrees > 0 else 'left'}"
+
+
+def _thing(sort: str, name: str) -> Iterator[str]:
+    for word in _WORD.findall(name.lower()):
+        yield f"{sort}:{word}" if sort == "around" else f"thing:{word}"
+
+
+def _side(passed: Passed) -> Iterator[str]:
+    if abs(passed.aside) >= ON_THE_WAY:
+        yield f"side:{'right' if passed.aside > 0 else 'left'}"

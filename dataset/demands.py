@@ -1,0 +1,94 @@
+"""Demands of episodes, see `arramon_server.episodes.demands`, from the meaning of their instructions.
+
+A generated text is accepted only if it is read as it was meant, so that reading it gives back its meaning, and the same
+one in every language. Of texts that people wrote a reader skips what it does not know: their demands are not counted.
+"""
+
+from pathlib import Path
+
+import arramon_lang as lang
+from arramon_dataset.generation.split_maker import SOURCE
+from arramon_lang.meaning import PLACES, Assembly, Face, Navigation, Rotate, Step, Thing, Where
+from arramon_lang.reference import co_reference, mentions, things_of
+from arramon_server.episodes.demands import Demands, TurnDemands, write_demands
+from arramon_server.episodes.episode import Episode
+from arramon_server.episodes.splits import Split, folder_of, read_split
+from arramon_server.errors import BadInput, StorageError
+
+WRITTEN = f"{SOURCE}, scale "
+"""Beginning of the `source` of splits whose texts the grammar wrote: not those of paraphrases."""
+
+
+def add_demands(data: Path, split: Split) -> Split:
+    """Write the demands of a generated split beside its episodes, and return the split with them.
+
+    Raises:
+        BadInput: if the split was not generated: people's texts are not read in full.
+        StorageError: if the file cannot be written.
+    """
+    if not split.source.startswith(WRITTEN):
+        raise BadInput(
+            f"split {split.name!r} is {split.source}; what instructions ask for can be counted only where they were "
+            "generated, as others are not read in full"
+        )
+    folder = folder_of(data, split.name)
+    try:
+        write_demands(folder, split.data_hash, demands_of(split))
+    except OSError as error:
+        raise StorageError(f"cannot write to {folder}: {error.strerror}") from error
+    return read_split(folder)
+
+
+def demands_of(split: Split) -> Demands:
+    """Return the demands of every episode of a generated split, read in the first language that it has."""
+    return {name: episode_demands(episode, min(episode.instructions)) for name, episode in split.episodes.items()}
+
+
+def episode_demands(episode: Episode, language: str) -> tuple[TurnDemands, TurnDemands]:
+    """Return the demands of a generated episode, read in one of its languages.
+
+    Raises:
+        CannotRead: if nothing of a text is understood.
+    """
+    return _turn_demands(episode, language, 1), _turn_demands(episode, language, 2)
+
+
+def _turn_demands(episode: Episode, code: str, turn: int) -> TurnDemands:
+    language = lang.load(code)
+    way = language.read(episode.instruction(code, turn, "navigation"), "navigation")
+    place = language.read(episode.instruction(code, turn, "assembly"), "assembly")
+    assert isinstance(way, Navigation)
+    assert isinstance(place, Assembly)
+    stated = [where for step in way.steps for thing in things_of(step) for where in _relations(thing)]
+    stated += _relations(way.target)
+    return TurnDemands(
+        steps=tuple(map(_kind, way.steps)),
+        landmarks=_landmarks(way),
+        relations=tuple(where.relation for where in stated),
+        placements=tuple(where.relation for where in place.where),
+    )
+
+
+def _kind(step: Step) -> str:
+    if isinstance(step, Rotate):
+        return f"turn_{step.at}" if step.at else "turn"
+    return "face" if isinstance(step, Face) else step.way
+
+
+def _relations(thing: Thing) -> list[Where]:
+    """Return the relations of a thing, and those of the things that they name."""
+    return [found for where in thing.where for found in (where, *(w for t in where.things for w in _relations(t)))]
+
+
+def _landmarks(way: Navigation) -> tuple[str, ...]:
+    """Return the sorts of the different things named besides the target; several mentions of one thing count once."""
+    named = list(zip(co_reference(way), mentions(way), strict=True))
+    of_target = next(first for first, thing in named if thing is way.target)
+    firsts = {first: thing for number, (first, thing) in enumerate(named) if first == number and first != of_target}
+    return tuple(_sort(thing.kind) for thing in firsts.values() if thing.kind != "you")
+
+
+def _sort(kind: str) -> str:
+    if kind in PLACES:
+        return "place"
+    return kind if kind in ("building", "banner") else "object"

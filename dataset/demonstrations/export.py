@@ -1,0 +1,209 @@
+"""Export of demonstrations, for `arramon-server export-demos`: part by part, on all cores, resumable."""
+
+import errno
+import os
+import shutil
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+
+from arramon_dataset.demonstrations.description import record_of
+from arramon_dataset.demonstrations.folder import Folder
+from arramon_dataset.demonstrations.formats import load_format
+from arramon_dataset.demonstrations.parts import Part, episodes_by_language, make_parts
+from arramon_dataset.demonstrations.processes import run_all
+from arramon_dataset.demonstrations.request import Export, Request, check_request
+from arramon_dataset.demonstrations.sources import Sources
+from arramon_server.episodes.splits import Split, folder_of, folders_of, no_splits, read_split
+from arramon_server.errors import BadInput, Conflict, NotFound, StorageError
+from arramon_server.parallel import processes_of
+from arramon_server.sim.cameras import CAMERAS
+from arramon_server.sim.physics import problem_of_camera
+from arramon_server.sim.raster.camera import compile_kernels
+
+CAMERA = "ARRAMON_CAMERA"
+"""Environment variable that names the camera, as for the environments."""
+
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+"""Error numbers of a full disk."""
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """The progress of an export.
+
+    Attributes:
+        export: the export.
+        parts, episodes, steps, size: finished so far, those of an earlier attempt included; size in bytes.
+        fresh: steps finished in this attempt.
+        seconds: since this attempt began.
+    """
+
+    export: Export
+    parts: int
+    episodes: int
+    steps: int
+    size: int
+    fresh: int
+    seconds: float
+
+    def __str__(self) -> str:
+        export = self.export
+        left = self.seconds / self.fresh * (export.steps - self.steps) if self.fresh else 0.0
+        return (
+            f"{export.request.split}: {self.episodes} of {export.episodes} episodes, {self.steps} steps, "
+            f"{self.size / 1e6:.1f} of about {self.size / max(self.steps, 1) * export.steps / 1e6:.1f} MB "
+            f"in {_clock(self.seconds)}, {_clock(left)} left"
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """A part to export, as sent to another process."""
+
+    export: Export
+    folder: Path
+    part: Part
+
+
+def find_split(data: Path, name: str) -> Split:
+    """Return a split of the data folder.
+
+    Raises:
+        NotFound: if there is none of that name; the message says which there are.
+        BadFile: if a file of the split is invalid.
+    """
+    names = [folder.name for folder in folders_of(data)]
+    if not names:
+        raise no_splits(data)
+    if name not in names:
+        raise NotFound(f"there is no split {name!r} in {data}; there are {', '.join(names)}")
+    return read_split(folder_of(data, name))
+
+
+def with_languages(request: Request, split: Split) -> Request:
+    """Return the settings with the languages spelled out, checked against the split.
+
+    Raises:
+        Forbidden: if the split is hidden.
+        BadInput: if it does not have a language or a sensor.
+    """
+    filled = request if request.languages else replace(request, languages=tuple(sorted(split.languages)))
+    check_request(filled, split)
+    return filled
+
+
+def export_demonstrations(
+    request: Request,
+    split: Split,
+    sources: Sources,
+    output: Path,
+    *,
+    jobs: int = 0,
+    tell: Callable[[Progress], None],
+) -> Export:
+    """Export demonstrations to a folder; go on where an earlier attempt with the same settings ended.
+
+    The same settings and data give the same files, whatever the number of processes or attempts.
+
+    Args:
+        request: the settings, with languages.
+        split: that is exported.
+        sources: the actions to export.
+        output: the folder.
+        jobs: number of processes; 0 for one per core.
+        tell: receives the progress, in this thread.
+
+    Raises:
+        BadInput: if libraries of the format are not installed, there is nothing to export, or the folder holds
+            something else.
+        Conflict: if the folder holds an export with other settings, or another export is writing to it.
+        StorageError: if the folder cannot be written; what is finished stays.
+        ArraMonError: if a demonstration does not fit its episode.
+    """
+    processes = processes_of(jobs)
+    format_ = load_format(request.format)
+    parts = make_parts(split, request, sources.chosen)
+    if not parts:
+        raise BadInput(f"there is nothing to export: the split {split.name!r} has no episode to demonstrate")
+    camera = os.environ.get(CAMERA) or CAMERAS[0]
+    problem = problem_of_camera(camera)
+    if problem:
+        raise BadInput(f"{CAMERA} is {camera!r}, {problem}")
+    last = parts[-1]
+    export = Export(
+        request, split.data_hash, split.source, camera, sources.steps_per_phase, len(parts),
+        last.episodes_before + last.episodes, last.steps_before + last.steps,
+    )  # fmt: skip
+    folder = Folder(output)
+    try:
+        if folder.begin(export.settings()):
+            return export
+        with folder.alone():
+            _work(export, folder, parts, processes, tell)
+            done = folder.finished_parts()
+            format_.finish(export, split, folder, [done[part.number]["content"] for part in parts])
+            folder.write_record(record_of(export, episodes_by_language(parts)))
+            folder.end()
+    except OSError as error:
+        raise _unwritable(folder, export, error) from error
+    return export
+
+
+def _work(export: Export, folder: Folder, parts: list[Part], processes: int, tell: Callable[[Progress], None]) -> None:
+    """Write all parts that are not finished yet."""
+    begun = time.monotonic()
+    finished = {number: int(record["size"]) for number, record in folder.finished_parts().items()}
+    left = [part for part in parts if part.number not in finished]
+    first = sum(part.steps for part in parts if part.number in finished)
+    if left and export.request.size and export.camera == CAMERAS[0]:
+        compile_kernels()  # Once, before each process would do so.
+    jobs = [Job(export, folder.path, part) for part in left]
+    for number, size in run_all(write_part, jobs, min(processes, max(1, len(jobs)))):
+        finished[number] = size
+        done = [part for part in parts if part.number in finished]
+        steps = sum(part.steps for part in done)
+        tell(
+            Progress(
+                export, len(done), sum(part.episodes for part in done), steps, sum(finished.values()), steps - first,
+                time.monotonic() - begun,
+            )
+        )  # fmt: skip
+
+
+def write_part(job: Job) -> tuple[int, int]:
+    """Write one part; return its number and the size of its files in bytes."""
+    folder = Folder(job.folder)
+    made = folder.scratch(f"{job.part.number:05d}")
+    try:
+        content = load_format(job.export.request.format).write_part(job.export, _split(job.export), job.part, made)
+        size = sum(path.stat().st_size for path in made.rglob("*") if path.is_file())
+        folder.finish_part(job.part.number, made, {"size": size, "content": content})
+    finally:
+        shutil.rmtree(made, ignore_errors=True)
+    return job.part.number, size
+
+
+@lru_cache(maxsize=2)
+def _split(export: Export) -> Split:
+    split = find_split(export.request.data, export.request.split)
+    if split.data_hash != export.data_hash:
+        raise Conflict(f"the data of split {split.name!r} has changed while it was exported; begin again")
+    return split
+
+
+def _unwritable(folder: Folder, export: Export, error: OSError) -> StorageError:
+    kept = f"{len(folder.finished_parts())} of {export.parts} parts are finished and stay"
+    if error.errno in FULL:
+        return StorageError(
+            f"there is no room left in {folder.path} ({os.strerror(error.errno)}): {kept}. Make room there, or move "
+            "the folder to a larger disk and name it with --output; the same command then goes on where this one ended"
+        )
+    why = (error.strerror or str(error)) + (f": {error.filename}" if error.filename else "")
+    return StorageError(f"cannot write to {folder.path}: {why}; {kept}; the same command goes on with them")
+
+
+def _clock(seconds: float) -> str:
+    return f"{int(seconds) // 60}:{int(seconds) % 60:02}"

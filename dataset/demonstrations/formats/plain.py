@@ -1,0 +1,68 @@
+"""The plain format: actions, poses and texts as JSON Lines, without frames; `arramon_client.demonstrations` reads it.
+
+For training within this project: drawing a frame costs less than reading one.
+"""
+
+import json
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from arramon_dataset.demonstrations.croissant import Field, Records, write_croissant
+from arramon_dataset.demonstrations.folder import Folder
+from arramon_dataset.demonstrations.parts import Part
+from arramon_dataset.demonstrations.request import Export
+from arramon_dataset.demonstrations.sources import Source
+from arramon_dataset.demonstrations.trajectory import follow
+from arramon_server.episodes.splits import Split
+from arramon_server.runs.play.worlds import Worlds
+
+FILES = "demonstrations-*.jsonl"
+
+FIELDS = (
+    Field("episode_id", "sc:Text", "id of the episode in its split"),
+    Field("section", "sc:Text", "section of the city"),
+    Field("cause", "sc:Text", "why the episode ended"),
+    Field("finished", "sc:Boolean", "whether the actions end the episode"),
+)
+
+
+def write_part(export: Export, split: Split, part: Part, made: Path) -> Mapping[str, Any]:
+    """Write one line for each episode; all languages share it."""
+    worlds = _worlds(split)
+    with (made / f"demonstrations-{part.number:05d}-of-{export.parts:05d}.jsonl").open("w", encoding="utf-8") as file:
+        for source in part.sources:
+            file.write(json.dumps(_line(export, split, source, worlds), ensure_ascii=False) + "\n")
+    return {}
+
+
+def finish(export: Export, split: Split, folder: Folder, parts: Sequence[Mapping[str, Any]]) -> None:  # noqa: ARG001
+    """Write the Croissant file."""
+    write_croissant(export, folder, (Records("demonstrations", FILES, "application/jsonlines", FIELDS),))
+
+
+def _line(export: Export, split: Split, source: Source, worlds: Worlds) -> dict[str, Any]:
+    episode = split.episodes[source.episode_id]
+    ground = worlds.ground(split.name, episode)
+    trajectory = follow(source, episode, ground, export.steps_per_phase)
+    return {
+        "episode_id": episode.episode_id,
+        "section": episode.section,
+        "instructions": {
+            language: [[turn.navigation, turn.assembly] for turn in episode.instructions[language]]
+            for language in source.languages
+        },
+        "actions": list(source.actions),
+        "turns": trajectory.turns,
+        "phases": trajectory.phases,
+        "poses": trajectory.poses,
+        "cause": source.cause,
+        "finished": trajectory.finished,
+        "scores": trajectory.scores,
+    }
+
+
+@lru_cache(maxsize=1)
+def _worlds(split: Split) -> Worlds:
+    return Worlds({split.name: split})

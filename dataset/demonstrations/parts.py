@@ -1,0 +1,80 @@
+"""Parts of an export: the units that processes work on and that a killed export keeps."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from arramon_dataset.demonstrations.request import Request
+from arramon_dataset.demonstrations.sources import Source
+from arramon_server.episodes.splits import Split
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """Some episodes of an export, with the counts of all earlier parts; each language of an episode is a demonstration.
+
+    Attributes:
+        number: from 0.
+        sources: the episodes.
+        before: by language, demonstrations in all earlier parts.
+        steps_before: steps of all demonstrations in all earlier parts.
+        tasks: number of each instruction text of the part; equal texts have one number in all parts.
+    """
+
+    number: int
+    sources: tuple[Source, ...]
+    before: Mapping[str, int]
+    steps_before: int
+    tasks: Mapping[str, int]
+
+    @property
+    def episodes_before(self) -> int:
+        """Demonstrations in all earlier parts, in all languages."""
+        return sum(self.before.values())
+
+    @property
+    def episodes(self) -> int:
+        """Demonstrations in this part."""
+        return sum(len(source.languages) for source in self.sources)
+
+    @property
+    def steps(self) -> int:
+        """Steps of all demonstrations in this part."""
+        return sum(len(source.languages) * len(source.actions) for source in self.sources)
+
+
+def make_parts(split: Split, request: Request, sources: Sequence[Source]) -> list[Part]:
+    """Return the parts of an export, which depend on nothing but its settings and the split."""
+    parts: list[Part] = []
+    before = dict.fromkeys(request.languages, 0)
+    steps = 0
+    numbers: dict[str, int] = {}
+    for first in range(0, len(sources), request.part_size):
+        some = tuple(sources[first : first + request.part_size])
+        tasks = {
+            text: numbers.setdefault(text, len(numbers))
+            for source in some
+            for language in source.languages
+            for text in texts_of(split, source, language)
+        }
+        part = Part(len(parts), some, dict(before), steps, tasks)
+        parts.append(part)
+        steps += part.steps
+        for source in some:
+            for language in source.languages:
+                before[language] += 1
+    return parts
+
+
+def texts_of(split: Split, source: Source, language: str) -> list[str]:
+    """Return the instructions of an episode in the order of its phases."""
+    turns = split.episodes[source.episode_id].instructions[language]
+    return [text for turn in turns for text in (turn.navigation, turn.assembly)]
+
+
+def episodes_by_language(parts: Sequence[Part]) -> dict[str, int]:
+    """Return the number of demonstrations in each language."""
+    counts = dict(parts[-1].before)
+    for source in parts[-1].sources:
+        for language in source.languages:
+            counts[language] += 1
+    return counts

@@ -1,0 +1,37 @@
+"""Parallel export: results arrive as they are ready, and no part is left half-written."""
+
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import as_completed
+from typing import TypeVar
+
+from arramon_server.errors import ArraMonError
+from arramon_server.parallel import process_pool
+
+_Job = TypeVar("_Job")
+_Result = TypeVar("_Result")
+
+
+def run_all(work: Callable[[_Job], _Result], jobs: Sequence[_Job], processes: int) -> Iterator[_Result]:
+    """Yield the results of all jobs as they are ready; in order and in this process if `processes` is 1.
+
+    Where one fails, those that are being worked on are finished first.
+
+    Args:
+        work: a function of a module, so that it can be named to other processes.
+        jobs: what it is called with.
+        processes: their number.
+
+    Raises:
+        ArraMonError: if a process died, or `work` raised it.
+        OSError: if `work` raised it.
+    """
+    if processes == 1:
+        yield from map(work, jobs)
+        return
+    with process_pool(processes, "renders demonstrations") as pool:
+        try:
+            for future in as_completed([pool.submit(work, job) for job in jobs]):
+                yield future.result()
+        except (ArraMonError, OSError):
+            pool.shutdown(wait=True, cancel_futures=True)
+            raise

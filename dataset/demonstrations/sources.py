@@ -1,0 +1,98 @@
+"""Actions to export for each episode: the ground truth, or a recorded run."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from arramon_dataset.demonstrations.request import Request
+from arramon_server.episodes.episode import Episode
+from arramon_server.episodes.splits import Split
+from arramon_server.errors import BadInput, Conflict
+from arramon_server.runs.results.reports import split_of
+from arramon_server.runs.storage.causes import AGENT_FINISHED
+from arramon_server.runs.storage.journal import Journal
+from arramon_server.runs.storage.records import RUNNING, Ending, Run
+from arramon_server.sim.rules import STEPS_PER_PHASE
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """The exported actions of one episode.
+
+    Attributes:
+        episode_id: the episode.
+        languages: in which it is exported.
+        actions: in order, at least one.
+        cause: of the episode's end; AGENT_FINISHED for the ground truth.
+    """
+
+    episode_id: str
+    languages: tuple[str, ...]
+    actions: tuple[int, ...]
+    cause: str = AGENT_FINISHED
+
+
+@dataclass(frozen=True, slots=True)
+class Sources:
+    """The exported actions of all episodes.
+
+    Attributes:
+        chosen: in the split's playing order.
+        left_out: ids of the episodes that cannot be exported, with the reason.
+        steps_per_phase: the step limit of a phase.
+    """
+
+    chosen: tuple[Source, ...]
+    left_out: Mapping[str, str]
+    steps_per_phase: int
+
+
+def ground_truth(split: Split, request: Request) -> Sources:
+    """Return the ground truth of a split. An episode with a phase longer than a run's limit cannot be exported."""
+    chosen, left_out = [], {}
+    for episode in _first(split.in_playing_order(*request.languages), request):
+        phases = [phase for turn in episode.turns for phase in (turn.actions, turn.room_actions)]
+        if max(map(len, phases)) > STEPS_PER_PHASE:
+            left_out[episode.episode_id] = f"its ground truth has a phase of more than {STEPS_PER_PHASE} steps"
+            continue
+        actions = tuple(int(action) for phase in phases for action in phase)
+        chosen.append(Source(episode.episode_id, _languages(episode, request), actions))
+    return Sources(tuple(chosen), left_out, STEPS_PER_PHASE)
+
+
+def recorded_run(journal: Journal, run: Run, split: Split, request: Request) -> Sources:
+    """Return an agent's actions in a finished run.
+
+    Raises:
+        Conflict: if the run is still being played, or the split's data has changed since.
+        BadInput: if the run was played in another language.
+    """
+    split_of(run, {split.name: split})
+    if run.state == RUNNING:
+        raise Conflict(f"run {run.run_id!r} is still being played; export it when it is over")
+    if request.languages != (run.language,):
+        raise BadInput(
+            f"run {run.run_id!r} was played in {run.language!r}, not in {', '.join(request.languages)}: "
+            f"expected that language, or none"
+        )
+    endings = {ending.episode_id: ending for ending in journal.endings(run.run_id)}
+    chosen, left_out = [], {}
+    for episode in _first([one for one in split.in_playing_order(run.language) if one.episode_id in endings], request):
+        ending = endings[episode.episode_id]
+        actions = _recorded(journal, ending)
+        if actions:
+            chosen.append(Source(episode.episode_id, (run.language,), tuple(actions), ending.cause))
+        else:
+            left_out[episode.episode_id] = f"nothing was played: it ended by {ending.cause}"
+    return Sources(tuple(chosen), left_out, run.steps_per_phase)
+
+
+def _recorded(journal: Journal, ending: Ending) -> Sequence[int]:
+    return journal.actions(ending.run_id, ending.episode_id)[: ending.steps] if ending.has_played else ()
+
+
+def _first(episodes: Sequence[Episode], request: Request) -> Sequence[Episode]:
+    return episodes if request.episodes is None else episodes[: request.episodes]
+
+
+def _languages(episode: Episode, request: Request) -> tuple[str, ...]:
+    return tuple(language for language in request.languages if language in episode.instructions)

@@ -1,0 +1,76 @@
+"""The trajectory of a demonstration, without frames: turn, phase and pose at each step, and the scores."""
+
+from dataclasses import dataclass
+
+from arramon_dataset.demonstrations.sources import Source
+from arramon_server.episodes.episode import Episode
+from arramon_server.errors import ArraMonError
+from arramon_server.runs.play.session import Session
+from arramon_server.runs.storage.causes import AGENT_FINISHED, TIME_LIMIT
+from arramon_server.sim.rules import Ground, Limits, Phase
+from arramon_server.sim.view import visible_pose
+
+PHASES = (Phase.NAVIGATION, Phase.ASSEMBLY)
+
+Scores = dict[str, dict[str, float]]
+"""Value by metric, for "turn 1" and "turn 2"."""
+
+
+@dataclass(frozen=True, slots=True)
+class Trajectory:
+    """Turn, phase and pose of a demonstration's steps, one entry for each action, and the scores.
+
+    Attributes:
+        turns: 1 or 2, before the action.
+        phases: index in `PHASES`, before the action.
+        poses: (x, z, heading) before the action: units and degrees; in the room column and row.
+        finished: whether the actions end the episode.
+        scores: of the whole.
+    """
+
+    turns: list[int]
+    phases: list[int]
+    poses: list[tuple[float, float, float]]
+    finished: bool
+    scores: Scores
+
+
+def follow(source: Source, episode: Episode, ground: Ground, steps_per_phase: int) -> Trajectory:
+    """Play the actions of a demonstration by the rules, and return the trajectory.
+
+    Raises:
+        ArraMonError: if they do not fit the episode.
+    """
+    session = Session(episode, ground, Limits(steps_per_phase))
+    turns, phases, poses = [], [], []
+    try:
+        for state, _ in session.replay(source.actions):
+            pose = visible_pose(state)
+            turns.append(state.turn)
+            phases.append(PHASES.index(state.phase))
+            poses.append((pose.x, pose.z, pose.heading))
+    except ValueError as error:
+        raise misfit(source, f"after {len(turns)} of {len(source.actions)} actions: {error}") from error
+    finished = session.state.finished
+    return Trajectory(turns, phases, poses, finished, scores_of(source, session))
+
+
+def scores_of(source: Source, session: Session) -> Scores:
+    """Return the scores of a session that has played all actions, and check its end.
+
+    Raises:
+        ArraMonError: if the actions were to end the episode, and do not.
+    """
+    if session.state.finished and session.cause != source.cause:
+        raise misfit(source, f"it ends by {session.cause}, expected {source.cause}")
+    if not session.state.finished:
+        if source.cause == AGENT_FINISHED:
+            raise misfit(source, f"its {len(source.actions)} actions do not end the episode")
+        if source.cause == TIME_LIMIT:
+            session.run_out()
+    return {f"turn {number}": dict(turn) for number, turn in enumerate(session.scores().turns, start=1)}
+
+
+def misfit(source: Source, why: str) -> ArraMonError:
+    """Return the error for actions that do not fit their episode."""
+    return ArraMonError(f"the actions for episode {source.episode_id!r} do not fit its data: {why}")

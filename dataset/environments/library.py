@@ -1,0 +1,58 @@
+"""Splits and worlds that the players of one process share: read and built once for each thread."""
+
+import threading
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+from arramon_server.episodes.splits import Split, folder_of, folders_of, no_splits, read_split
+from arramon_server.errors import NotFound
+from arramon_server.runs.play.worlds import Worlds
+from arramon_server.sim.footprints import Footprints
+
+CACHED_SPLITS = 16
+"""Splits that are kept for all threads together."""
+
+
+DRAWN = "drawn_rooms"
+"""Name of the split that holds the tasks in the room that are drawn as they are played."""
+
+
+@dataclass(frozen=True, eq=False)
+class Library:
+    """A split, and the worlds in which it is played. For use from one thread."""
+
+    split: Split
+    worlds: Worlds
+
+
+def library_of(split: Split, camera: str) -> Library:
+    """Return a split with its worlds; collisions are checked on the plane, which starts faster than pybullet."""
+    return Library(split, Worlds({split.name: split}, camera, Footprints))
+
+
+def open_library(data: Path, name: str, camera: str) -> Library:
+    """Return a split of a data folder with its worlds, shared by all callers in this thread.
+
+    Args:
+        data: the data folder.
+        name: of the split.
+        camera: what draws, one of `arramon_server.sim.cameras.CAMERAS`.
+
+    Raises:
+        NotFound: if there is no such split; the message says which there are, or how to make one.
+        BadFile: if a file of the split is invalid.
+    """
+    folders = {folder.name: folder for folder in folders_of(data)}
+    if not folders:
+        raise no_splits(data)
+    if name not in folders:
+        raise NotFound(f"there is no split {name!r} in {data}; there are {', '.join(folders)}")
+    folder = folder_of(data, name)
+    changed = (folder / "episodes.jsonl").stat().st_mtime_ns
+    return _open(folder.absolute(), changed, camera, threading.get_ident())
+
+
+@lru_cache(CACHED_SPLITS)
+def _open(folder: Path, changed: int, camera: str, thread: int) -> Library:  # noqa: ARG001 - parts of the key
+    return library_of(read_split(folder), camera)

@@ -1,0 +1,293 @@
+"""An episode in this process: its session, scene and camera behind one interface, by the rules of every run.
+
+What `Delivery` and `PlayHandler` do for a stream, this does for a caller: no journal, no clocks, no messages.
+"""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from arramon.v1.chain import episode_head
+from arramon_client.agent import Label, Observation
+from arramon_client.environments.backend import NAVIGATION, Ending, Images, Scores, Settings, SplitInfo, Step
+from arramon_client.errors import UsageError
+from arramon_dataset.environments.library import Library
+from arramon_dataset.environments.rewards import NoReward, Reward, reward_of
+from arramon_server.episodes.episode import Episode
+from arramon_server.runs.play.session import Session
+from arramon_server.scoring.episode import EpisodeScores
+from arramon_server.sim.cameras import Frame
+from arramon_server.sim.labels import LABELS
+from arramon_server.sim.own_furniture import furnished
+from arramon_server.sim.rules import Action, Limits, Phase, PhaseEnded, State
+from arramon_server.sim.view import visible_pose
+
+if TYPE_CHECKING:
+    from arramon_dataset.environments.experts import Expert
+
+IMAGES = ("rgb", "depth", "segmentation")
+"""Sensors for which a frame is drawn."""
+
+UNLIMITED = Limits(steps_per_phase=1_000_000)
+"""Limits of phases that the ground truth plays."""
+
+FindEpisode = Callable[[str | None, int], Episode]
+"""Returns the episode of an id, or a drawn one for a seed. Raises UsageError if there is none."""
+
+LABEL_TABLE = tuple(Label(label.kind, label.colour, label.look) for label in LABELS)
+
+
+class LocalPlayer:
+    """Plays one episode at a time in this process (`arramon_client.environments.backend.Player`).
+
+    Args:
+        library: the split and its worlds.
+        info: the split as environments see it.
+        settings: what is played, and how.
+        find: returns episodes.
+    """
+
+    def __init__(self, library: Library, info: SplitInfo, settings: Settings, find: FindEpisode) -> None:
+        self._worlds, self._name = library.worlds, library.split.name
+        self._sections = library.split.sections
+        self._info, self._settings, self._find = info, settings, find
+        self._limits = Limits(info.steps_per_phase)
+        self._images = tuple(name for name in IMAGES if name in settings.sensors)
+        self._session: Session | None = None
+        self._seen: State  # The latest state that takes an action.
+        self._canvas = new_canvas(settings.image_size)
+        """What is drawn though it is not wanted, and labels before they are the environment's."""
+        self._reward: Reward = NoReward()
+        self._expert: Expert | None = None
+
+    @property
+    def split(self) -> SplitInfo:
+        """The split that is played."""
+        return self._info
+
+    @property
+    def labels(self) -> tuple[Label, ...]:
+        """Meaning of a segmentation's values, by index; empty without that sensor."""
+        return LABEL_TABLE if "segmentation" in self._settings.sensors else ()
+
+    @property
+    def episode_id(self) -> str:
+        """Id of the present episode."""
+        return self._played.episode.episode_id
+
+    @property
+    def place(self) -> str:
+        """Where the agent is: the id of a section, or "" for the room."""
+        return "" if self._seen.phase is Phase.ASSEMBLY else self._played.episode.section
+
+    @property
+    def session(self) -> Session:
+        """The present episode as the rules see it: state, trajectory, scores.
+
+        Raises:
+            UsageError: if none has begun, or the split is hidden.
+        """
+        if self._info.hidden:
+            raise UsageError(f"the split {self._info.name!r} is hidden: the state of its episodes is not shown")
+        return self._played
+
+    def begin(
+        self, episode_id: str | None, seed: int, into: Images | None = None, *, draws: bool = True
+    ) -> Observation:
+        """Begin an episode; the ground truth plays what the settings leave out before the agent's first phase.
+
+        Args:
+            episode_id: the episode; None for a drawn one.
+            seed: of a drawn one.
+            into: arrays to write the images to.
+            draws: whether the observation has its images; `draw` draws them later.
+
+        Raises:
+            UsageError: if there is no such episode.
+        """
+        episode = self._find(episode_id, seed)
+        if self._settings.language not in episode.instructions:
+            raise UsageError(f"the episode {episode_id!r} has no instructions in {self._settings.language!r}")
+        self._session = Session(episode, self._worlds.ground(self._name, episode), self._limits)
+        self._reward = reward_of(self._settings.reward, episode)
+        self._expert = None
+        if self._settings.expert is not None:
+            scene = self._worlds.scene(self._name, episode)
+            ground = self._worlds.ground(self._name, episode)
+            # Imported here, as few learners ask an expert: a tenth of a second of imports.
+            from arramon_dataset.environments.experts import expert_of
+
+            self._expert = expert_of(self._settings.expert, episode, scene, ground)
+        self._skip(self._session, (self._settings.turn, self._settings.start))
+        self._seen = self._session.state
+        return self.again(into) if draws else self.facts()
+
+    def step(self, action: int) -> Step:
+        """Apply an action from 0 to 3, and return what it led to, with an observation.
+
+        Raises:
+            ValueError: if the episode is finished, or the action is out of range.
+        """
+        step = self.advance(action)
+        if step.ending is not None:
+            return step
+        return Step(self.again(), step.steps_left, step.reward, step.phases_ended)
+
+    def advance(self, action: int) -> Step:
+        """Apply an action from 0 to 3, and return what it led to, without an observation.
+
+        Raises:
+            ValueError: if the episode is finished, or the action is out of range.
+        """
+        session, before = self._played, self._played.state
+        ended = session.apply(Action(action))
+        reward = self._reward.of(before, session, ended)
+        over: tuple[tuple[int, str], ...] = ()
+        if ended:
+            over = tuple((end.turn, end.phase.value) for end in ended)
+            self._skip(session)
+        if session.state.finished:
+            scores = None if self._info.hidden else scores_of(session.scores())
+            return Step(None, 0, reward, over, Ending(session.cause, scores))
+        self._seen = session.state
+        return Step(None, session.steps_left(self._seen), reward, over)
+
+    def again(self, into: Images | None = None) -> Observation:
+        """Return the latest observation again, also after the end of the episode.
+
+        Args:
+            into: arrays to write the images to.
+
+        Raises:
+            UsageError: if no episode has begun.
+        """
+        images = self._drawn(self._played, into or {}) if self._images else {}
+        return self._observation(self._played, self._seen, images)
+
+    def facts(self) -> Observation:
+        """Return the latest observation without its images.
+
+        Raises:
+            UsageError: if no episode has begun.
+        """
+        return self._observation(self._played, self._seen, {})
+
+    def draw(self, into: Images) -> None:
+        """Write the images of the latest observation to arrays.
+
+        Raises:
+            UsageError: if no episode has begun.
+        """
+        session = self._played
+        if into:
+            self._drawn(session, into)
+
+    def expert_action(self) -> int:
+        """Return the expert's action in the present state.
+
+        Raises:
+            UsageError: if the settings ask for no expert.
+        """
+        if self._expert is None:
+            raise UsageError("there is no expert: none was asked for")
+        return int(self._expert.action(self._played))
+
+    def map(self, size: int) -> npt.NDArray[np.uint8] | None:
+        """Return a picture of the present phase from above, (size, size, 3); without targets on a hidden split."""
+        # Imported here, as learners draw no maps.
+        from arramon_dataset.environments.maps import phase_map
+
+        session = self._played
+        section = furnished(self._sections[session.episode.section], session.episode.furniture)
+        return phase_map(session, section, size, shows_targets=not self._info.hidden)
+
+    def chain_head(self, run_id: str) -> bytes:
+        """Return the head of the hash chain over the actions of the present episode, 32 bytes."""
+        session = self._played
+        return episode_head(run_id, session.episode.episode_id, self._info.data_hash, session.actions)
+
+    def close(self) -> None:
+        """Forget the episode. The worlds stay with the library."""
+        self._session = None
+
+    @property
+    def _played(self) -> Session:
+        if self._session is None:
+            raise UsageError("no episode has begun")
+        return self._session
+
+    def _skip(self, session: Session, until: tuple[int, str] = (1, NAVIGATION)) -> None:
+        """Play the ground truth up to a phase, and on to the next phase that is the agent's, or the end."""
+        while not session.state.finished:
+            state = session.state
+            here = state.turn, state.phase.value
+            if _order(*here) >= _order(*until) and state.phase.value in self._settings.phases:
+                return
+            turn = session.episode.turns[state.turn - 1]
+            session.limits = UNLIMITED
+            ended: list[PhaseEnded] = []
+            for action in turn.actions if state.phase is Phase.NAVIGATION else turn.room_actions:
+                ended = session.apply(action)
+            session.limits = self._limits
+            if not ended:
+                raise UsageError(
+                    f"the ground truth of episode {session.episode.episode_id!r} does not end the {state.phase.value} "
+                    f"phase of turn {state.turn} from where the agent is; play that phase too"
+                )
+
+    def _drawn(self, session: Session, into: Images) -> Images:
+        """Return the images of the latest state, in new arrays or in those of `into`."""
+        canvas = self._canvas
+        images = {name: into[name] if name in into else np.empty_like(canvas[name]) for name in self._images}
+        # The camera draws colours and depth always; labels are first the section's own.
+        labels = canvas["segmentation"] if "segmentation" in images else None
+        frame = self._worlds.render(
+            self._name,
+            session.episode,
+            self._seen,
+            self._settings.image_size,
+            segmentation=labels is not None,
+            into=Frame(images.get("rgb", canvas["rgb"]), images.get("depth", canvas["depth"]), labels),
+        )
+        if frame.segmentation is not None:
+            images["segmentation"][...] = frame.segmentation
+        return images
+
+    def _observation(self, session: Session, state: State, images: Images) -> Observation:
+        """Return the observation of a state with its images."""
+        sensors, language = self._settings.sensors, self._settings.language
+        pose = visible_pose(state) if "pose" in sensors else None
+        return Observation(
+            episode_id=session.episode.episode_id,
+            turn=state.turn,
+            phase=state.phase.value,
+            step=state.step,
+            instruction=session.episode.instruction(language, state.turn, state.phase.value),
+            phase_step=state.phase_step,
+            steps_left=session.steps_left(state),
+            rgb=images.get("rgb"),
+            depth=images.get("depth"),
+            pose=None if pose is None else (pose.x, pose.z, pose.heading),
+            segmentation=images.get("segmentation"),
+        )
+
+
+def scores_of(scores: EpisodeScores) -> Scores:
+    """Return the scores of an episode by turn, and their means as "total"."""
+    first, second = (dict(turn) for turn in scores.turns)
+    return {"turn 1": first, "turn 2": second, "total": {name: (first[name] + second[name]) / 2 for name in first}}
+
+
+def _order(turn: int, phase: str) -> tuple[int, bool]:
+    return turn, phase != NAVIGATION
+
+
+def new_canvas(size: int) -> dict[str, npt.NDArray[Any]]:
+    """Return arrays like those of an observation's images: (size, size, 3) uint8, (size, size) float32 and uint16."""
+    return {
+        "rgb": np.empty((size, size, 3), np.uint8),
+        "depth": np.empty((size, size), np.float32),
+        "segmentation": np.empty((size, size), np.uint16),
+    }

@@ -1,0 +1,138 @@
+"""Episodes of a split that is being generated, kept on disk: after a kill, generation goes on where it stopped."""
+
+import contextlib
+import fcntl
+import hashlib
+import os
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+
+from pydantic import TypeAdapter
+
+from arramon_dataset.generation.work import GeneratedEpisode
+from arramon_server.episodes.files import parse, read_bytes
+from arramon_server.errors import BadFile, Conflict, StorageError
+
+FOLDER = "unfinished"
+"""Folder of the data folder with one file for each split that is being generated."""
+
+SOURCES = ("arramon_server", "arramon_dataset", "arramon_lang", "arramon_agents", "arramon_client")
+"""Packages whose code and data an episode depends on."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Origin:
+    """The first line of the file: a digest of everything that the episodes depend on besides their ids."""
+
+    origin: str
+
+
+_ORIGIN, _MADE = TypeAdapter(_Origin), TypeAdapter(GeneratedEpisode)
+
+
+class Checkpoint:
+    """The finished episodes of an unfinished split. The file is locked as long as this is open.
+
+    Args:
+        path: of the file, which need not exist.
+        origin: digest of everything that the episodes depend on besides their ids (see `origin_of`). Episodes of
+            another origin are dropped.
+
+    Raises:
+        Conflict: if another process generates this split in this data folder.
+        StorageError: if the file cannot be read or written.
+    """
+
+    def __init__(self, path: Path, origin: str) -> None:
+        self._path, self._origin = path, origin
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+            self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o600)
+        except OSError as error:
+            raise StorageError(f"cannot write {path}: {error.strerror}") from error
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            os.close(self._file)
+            raise Conflict(f"another process is generating the split {path.stem} in {path.parent.parent}") from error
+        self.episodes, size = _read(path, origin)
+        with self._errors():
+            os.ftruncate(self._file, size)
+
+    episodes: dict[str, GeneratedEpisode]
+    """The episodes that were found, by id."""
+
+    def add(self, made: Iterable[GeneratedEpisode]) -> None:
+        """Append episodes. Those of one call are kept together or, if the process is killed meanwhile, in part.
+
+        Raises:
+            StorageError: if the file cannot be written.
+        """
+        lines = b"".join(_MADE.dump_json(one) + b"\n" for one in made)
+        with self._errors():
+            if not os.fstat(self._file).st_size:
+                lines = _ORIGIN.dump_json(_Origin(self._origin)) + b"\n" + lines
+            while lines:
+                lines = lines[os.write(self._file, lines) :]
+
+    def remove(self) -> None:
+        """Delete the file, as once the split is written."""
+        with self._errors():
+            self._path.unlink(missing_ok=True)
+            with contextlib.suppress(OSError):  # Other splits may be unfinished.
+                self._path.parent.rmdir()
+
+    def close(self) -> None:
+        """Unlock the file, and delete it if nothing is in it."""
+        if not os.fstat(self._file).st_size:
+            self.remove()
+        os.close(self._file)
+
+    @contextlib.contextmanager
+    def _errors(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:
+            raise StorageError(f"cannot write {self._path}: {error.strerror}") from error
+
+
+def origin_of(*parts: object) -> str:
+    """Return a digest of the parts, and of the code and data of this release of the project."""
+    return hashlib.sha256("\n".join((digest_of_sources(), *map(str, parts))).encode()).hexdigest()
+
+
+@cache
+def digest_of_sources() -> str:
+    """Return a digest of the code and data of this release of the project, in hexadecimal."""
+    digest = hashlib.sha256()
+    for package in SOURCES:
+        spec = find_spec(package)
+        for folder in spec.submodule_search_locations or () if spec else ():
+            for path in sorted(Path(folder).rglob("*")):
+                if path.suffix in (".py", ".toml"):
+                    content = read_bytes(path)
+                    digest.update(f"{package}/{path.relative_to(folder).as_posix()} {len(content)}\n".encode())
+                    digest.update(content)
+    return digest.hexdigest()
+
+
+def _read(path: Path, origin: str) -> tuple[dict[str, GeneratedEpisode], int]:
+    """Return the episodes of a file, and the length of it that is whole, in bytes; 0 if it is of another origin."""
+    *lines, _ = read_bytes(path).split(b"\n")
+    try:
+        if not lines or parse(_ORIGIN, lines[0], path, line=1).origin != origin:
+            return {}, 0
+    except BadFile:
+        return {}, 0
+    found, size = {}, len(lines[0]) + 1
+    for number, line in enumerate(lines[1:], start=2):
+        try:
+            made = parse(_MADE, line, path, line=number)
+        except BadFile:  # A machine that lost its power may leave anything at the end.
+            break
+        found[made.episode.episode_id] = made
+        size += len(line) + 1
+    return found, size

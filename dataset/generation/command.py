@@ -1,0 +1,151 @@
+"""Generation of splits in the data folder, for `arramon-server generate`."""
+
+from collections.abc import Callable, Sequence
+from functools import lru_cache
+from pathlib import Path
+
+from arramon_dataset.generation.extra import extra_sections
+from arramon_dataset.generation.room_tasks import ROOM_SECTION, room_batches, room_ids
+from arramon_dataset.generation.sizes import EXTRA, SplitPlan
+from arramon_dataset.generation.split_maker import Progress, SplitOrder, make_split
+from arramon_dataset.generation.work import EpisodeBatch, MakeWriter, batch_runner, make_batches
+from arramon_dataset.plans import Plan, build_section, read_plan
+from arramon_server.episodes.epochs import epoch_of
+from arramon_server.episodes.secret import host_secret
+from arramon_server.episodes.splits import ROOMS, Split
+from arramon_server.errors import BadInput
+from arramon_server.parallel import processes_of
+from arramon_server.sim.section import Section
+
+NO_TRIAL = "not tried by the follower"
+"""Mark in the `source` of a split whose instructions no agent has tried."""
+
+
+Tell = Callable[[Progress], None]
+"""Receives the progress of a split, in the thread that generates."""
+
+
+def generate(
+    data: Path,
+    plans: Sequence[SplitPlan],
+    *,
+    scale: float = 1.0,
+    seed: int = 0,
+    jobs: int = 0,
+    make_writer: MakeWriter,
+    tell: Tell,
+    tried: bool = True,
+    secret: str = "",
+) -> list[Split]:
+    """Generate splits. Each is written when it is complete, and replaces an existing split of that name only then.
+
+    Episodes of an incomplete split are kept in the data folder (see `checkpoint`), and not made again by the next call.
+    The same seed, scale and version of the project give the same bytes on any machine. A hidden split is seeded by the
+    host's secret instead of `seed` (see `secret`).
+
+    Args:
+        data: the data folder.
+        plans: specifications of the splits.
+        scale: share of each split's size, in (0, 1].
+        seed: seeds furniture, facades and episodes, and the street plans of `train_extra`.
+        jobs: number of processes; 0 for one per core.
+        make_writer: returns the instruction writer of a process.
+        tell: receives the progress.
+        tried: whether an agent tries what the writer writes; the header of a split says if not.
+        secret: seeds hidden splits in place of the host's secret; empty for that.
+
+    Returns:
+        The splits that were written.
+
+    Raises:
+        BadInput: if the scale or the number of jobs is out of range, a secret is given but no split is hidden, or none
+            is given for an epoch.
+        BadFile: if the host's secret is malformed, or others can read it.
+        StorageError: if the data folder cannot be written.
+        Conflict: if another process generates one of the splits in this data folder.
+        ArraMonError: if an episode cannot be made.
+    """
+    number = processes_of(jobs)
+    for plan in plans:
+        plan.count(scale)  # Checks the scale before anything is made.
+    _check_secret(plans, secret)
+    with batch_runner(number) as run:
+        orders = (_order(data, plan, scale, seed, make_writer, tried, secret) for plan in plans)
+        return [make_split(data, order, run, tell) for order in orders]
+
+
+def generate_rooms(data: Path, count: int, *, seed: int = 0, jobs: int = 0, tell: Tell) -> Split:
+    """Generate the split `rooms`: tasks in the room alone, without a city, in every language; for training alone.
+
+    Args:
+        data: the data folder.
+        count: number of tasks.
+        seed: seeds all of them. A smaller count gives a prefix of a larger one.
+        jobs: number of processes; 0 for one per core.
+        tell: receives the progress.
+
+    Raises:
+        BadInput: if the number of tasks or of jobs is out of range.
+        StorageError: if the data folder cannot be written.
+        Conflict: if another process generates this split in this data folder.
+    """
+    if count < 1:
+        raise BadInput(f"the number of room tasks is {count}; expected at least 1")
+    order = SplitOrder(
+        name=ROOMS,
+        source=f"room tasks alone, seed {seed}, {NO_TRIAL}",
+        key=(ROOMS, seed),
+        episode_ids=room_ids(count),
+        sections=[ROOM_SECTION],
+        batches=lambda missing: room_batches(seed, missing),
+        training=True,
+    )
+    with batch_runner(processes_of(jobs)) as run:
+        return make_split(data, order, run, tell)
+
+
+def _check_secret(plans: Sequence[SplitPlan], secret: str) -> None:
+    if secret and not any(plan.hidden for plan in plans):
+        names = ", ".join(plan.name for plan in plans)
+        raise BadInput(f"a secret was given, but it seeds hidden splits only, and {names} is none")
+    for plan in plans:
+        if not secret and epoch_of(plan.name):
+            raise BadInput(
+                f"the epoch {plan.name!r} has a secret of its own, which is missing: give it with --secret once it is "
+                "revealed, or open an epoch with `arramon-server epoch open`"
+            )
+
+
+def _order(
+    data: Path, plan: SplitPlan, scale: float, seed: int, make_writer: MakeWriter, tried: bool, secret: str
+) -> SplitOrder:
+    key = (secret or host_secret(data)) if plan.hidden else str(seed)
+    built = extra_sections(key, plan.sections) if plan.name == EXTRA else _own_sections(key, plan.sections)
+    episodes = dict(plan.episodes(scale))
+
+    def batches(missing: Sequence[str]) -> list[EpisodeBatch]:
+        wanted = set(missing)
+        left = [(name, section) for name, section in episodes.items() if name in wanted]
+        return make_batches(key, plan.name, left, built, make_writer)
+
+    source = f"scale {scale:g}, " + ("from the host's secret" if plan.hidden else f"seed {seed}")
+    return SplitOrder(
+        name=plan.name,
+        source=source if tried else f"{source}, {NO_TRIAL}",
+        key=(key, make_writer.__module__, make_writer.__qualname__),
+        episode_ids=sorted(episodes, key=int),
+        sections=[section for _, section in built.values()],
+        batches=batches,
+        hidden=plan.hidden,
+        training=plan.training,
+    )
+
+
+def _own_sections(key: str, names: Sequence[str]) -> dict[str, tuple[Plan, Section]]:
+    return {name: (plan := read_plan(name), _section(key, plan)) for name in names}
+
+
+@lru_cache(maxsize=16)
+def _section(key: str, plan: Plan) -> Section:
+    """Return a section; cached, since splits share sections and building one takes a second or two."""
+    return build_section(plan, key)

@@ -1,0 +1,88 @@
+"""A section with everything that generating episodes in it needs, each part built on first use."""
+
+from collections.abc import Mapping
+from functools import cached_property
+from typing import Protocol
+
+from arramon_dataset.generation.draft import Draft
+from arramon_dataset.generation.drawing import DraftSampler
+from arramon_dataset.instructions.sight import identified
+from arramon_dataset.layout.solids import Solids
+from arramon_dataset.plans.graph import StreetGraph
+from arramon_dataset.plans.plan import Plan
+from arramon_dataset.plans.street_graph import street_graph
+from arramon_server.episodes.episode import Instructions, Turn
+from arramon_server.sim.cameras import Camera
+from arramon_server.sim.city import city_scene
+from arramon_server.sim.geometry import Pose
+from arramon_server.sim.physics import Physics, physics_of
+from arramon_server.sim.raster.camera import RasterCamera
+from arramon_server.sim.scene import Scene
+from arramon_server.sim.section import Section
+
+
+class Site:
+    """A section with its geometry, physics, camera and sampler. Not thread-safe.
+
+    Attributes:
+        section: the section itself.
+        plan: the street plan that it was built from; None for a section reconstructed from paths.
+    """
+
+    def __init__(self, section: Section, plan: Plan | None = None) -> None:
+        self.section, self.plan = section, plan
+
+    @cached_property
+    def graph(self) -> StreetGraph | None:
+        """The section's street graph; None without a plan."""
+        return None if self.plan is None else street_graph(self.plan, self.section)
+
+    @cached_property
+    def scene(self) -> Scene:
+        """The section's scene."""
+        return city_scene(self.section)
+
+    @cached_property
+    def solids(self) -> Solids:
+        """The section's solids."""
+        return Solids.of(self.section)
+
+    @cached_property
+    def world(self) -> Physics:
+        """The section's physics, the authoritative collision check."""
+        return physics_of(self.scene)
+
+    @cached_property
+    def camera(self) -> Camera:
+        """The section's fast camera."""
+        return RasterCamera(self.scene)
+
+    @cached_property
+    def sight(self) -> Camera:
+        """The section's camera whose labels are the names of bodies, for `sight.find_landmarks`."""
+        return RasterCamera(identified(self.scene))
+
+    @cached_property
+    def sampler(self) -> DraftSampler:
+        """The sampler of drafts in this section."""
+        return DraftSampler(self.section)
+
+
+class Writer(Protocol):
+    """Writes the instructions of drafts. All of its random choices are seeded by names, for `randomness.seeded`."""
+
+    def tells(self, start: Pose, turn: Turn, number: int, site: Site, names: tuple[object, ...]) -> bool:
+        """Return whether the way of a turn can be told, as far as that is known before its episode is complete.
+
+        Args:
+            start: pose at the beginning of the turn.
+            turn: of an episode.
+            number: 1 or 2.
+            site: where it takes place.
+            names: those that the episode's instructions will be seeded by.
+        """
+
+    def __call__(
+        self, draft: Draft, site: Site, names: tuple[object, ...]
+    ) -> Mapping[str, tuple[Instructions, Instructions]] | None:
+        """Return both turns' instructions in every language; None if no good ones are found: another draft is drawn."""

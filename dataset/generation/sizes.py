@@ -1,0 +1,131 @@
+"""The splits of the data set: their sections, sizes and episode ids."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+from arramon_server.episodes.epochs import epoch_of, name_of
+from arramon_server.errors import BadInput, quoted
+
+IDS_PER_SECTION, FIRST_ID = 10_000, 5_000
+"""Ids of section 1 start at 5000, those of section 2 at 15000, and so on: ranges like the original's."""
+
+
+@dataclass(frozen=True, slots=True)
+class SplitPlan:
+    """The specification of a split to generate.
+
+    Attributes:
+        name: such as "val_seen".
+        sections: ids; episodes are assigned to them in turn.
+        size: number of episodes at full scale (paper, section 4).
+        hidden: whether targets, goals and paths must never leave the server. A hidden split is seeded by the host's
+            secret.
+        slots: which of every `period` ids of a section belong to this split, so that splits in the same sections share
+            none.
+        period: see `slots`.
+        training: whether the split is for training alone, and runs on it are not ranked.
+    """
+
+    name: str
+    sections: tuple[str, ...]
+    size: int
+    hidden: bool
+    slots: tuple[int, ...] = (0,)
+    period: int = 1
+    training: bool = False
+
+    def count(self, scale: float) -> int:
+        """Return the number of episodes at a scale, at least one.
+
+        Raises:
+            BadInput: unless 0 < scale <= 1.
+        """
+        if not 0.0 < scale <= 1.0:
+            raise BadInput(f"the scale is {scale}; expected more than 0 and at most 1")
+        return max(1, round(self.size * scale))
+
+    def episodes(self, scale: float = 1.0) -> Iterator[tuple[str, str]]:
+        """Yield (episode id, section) of each episode. A smaller scale yields a prefix of a larger one."""
+        for i in range(self.count(scale)):
+            section = self.sections[i % len(self.sections)]
+            turn = i // len(self.sections)
+            slot = self.period * (turn // len(self.slots)) + self.slots[turn % len(self.slots)]
+            yield str(FIRST_ID + IDS_PER_SECTION * (int(section) - 1) + _ID_STEP * slot), section
+
+
+_ID_STEP = 8
+
+_SEEN = ("1", "2", "3", "4", "5")
+
+SPLITS = {
+    plan.name: plan
+    for plan in (
+        SplitPlan("train", _SEEN, 4267, hidden=False, slots=(0, 1, 3, 4), period=5),
+        SplitPlan("val_seen", _SEEN, 1065, hidden=False, slots=(2,), period=5),
+        SplitPlan("val_unseen", ("6",), 1155, hidden=False),
+        SplitPlan("test_unseen", ("7",), 1205, hidden=True),
+    )
+}
+"""Specifications by split name; the sizes are the paper's."""
+
+
+EXTRA = "train_extra"
+"""The split in sections whose plans are drawn by program, for training alone."""
+
+FIRST_EXTRA, MAX_EXTRA = 101, 1000
+"""Id of its first section, and the maximum number of its sections."""
+
+EXTRA_PER_SECTION = 853
+"""Its episodes in each section at full scale, as many as `train` has."""
+
+
+def extra_split(sections: int) -> SplitPlan:
+    """Return the specification of `train_extra` with a number of sections.
+
+    Raises:
+        BadInput: if the number is out of range.
+    """
+    if not 1 <= sections <= MAX_EXTRA:
+        raise BadInput(f"the number of sections is {sections}; expected 1 to {MAX_EXTRA}")
+    ids = tuple(str(FIRST_EXTRA + number) for number in range(sections))
+    return SplitPlan(EXTRA, ids, EXTRA_PER_SECTION * sections, hidden=False, training=True)
+
+
+def epoch_plan(base: str, number: int) -> SplitPlan:
+    """Return the specification of an epoch of a hidden split.
+
+    Args:
+        base: name of the hidden split.
+        number: of the epoch, from 1.
+
+    Raises:
+        BadInput: if there is no hidden split of that name.
+    """
+    hidden = [name for name, plan in SPLITS.items() if plan.hidden]
+    if base not in hidden:
+        raise BadInput(f"there are no epochs of {quoted(base)}: expected a hidden split, {', '.join(hidden)}")
+    return replace(SPLITS[base], name=name_of(base, number))
+
+
+def select_plans(names: list[str] | None, sections: int | None = None) -> list[SplitPlan]:
+    """Return the specifications of the named splits, or of the paper's four for None.
+
+    Args:
+        names: of splits, and of epochs of hidden ones.
+        sections: number of sections of `train_extra`.
+
+    Raises:
+        BadInput: if a name is unknown, or the number of sections is missing, out of range or meant for nothing.
+    """
+    epochs = {name: epoch_plan(*found) for name in names or () if (found := epoch_of(name))}
+    for name in names or ():
+        if name not in (*SPLITS, EXTRA, *epochs):
+            raise BadInput(f"there is no split {name!r}; there are {', '.join((*SPLITS, EXTRA))}")
+    wants_extra = EXTRA in (names or ())
+    if wants_extra and sections is None:
+        raise BadInput(f"the split {EXTRA!r} has as many sections as are asked for: give their number with --sections")
+    if sections is not None and not wants_extra:
+        raise BadInput(f"only the split {EXTRA!r} has a number of sections; name it with --split {EXTRA}")
+    extra = [] if sections is None else [extra_split(sections)]
+    own = [plan for name, plan in SPLITS.items() if not names or name in names]
+    return [*own, *epochs.values(), *extra]

@@ -1,0 +1,126 @@
+"""Generation of one split: batches of episodes on all cores, kept as they are made, and its folder at the end."""
+
+import time
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+
+from arramon_dataset.generation.checkpoint import FOLDER, Checkpoint, origin_of
+from arramon_dataset.generation.work import Batch, GeneratedEpisode, RunBatches
+from arramon_server.episodes.splits import Split, write_split
+from arramon_server.sim.section import Section
+
+SOURCE = "generated"
+"""Prefix of the `source` of generated splits."""
+
+
+@dataclass(frozen=True, slots=True)
+class SplitOrder:
+    """A split to generate.
+
+    Attributes:
+        name: of the split.
+        source: its origin, as free text, without `SOURCE`.
+        key: seed or host's secret, and whatever else the episodes depend on besides their ids.
+        episode_ids: in the split's order.
+        sections: of the episodes.
+        batches: returns batches that generate the episodes with these ids.
+        hidden, training: see `arramon_server.episodes.splits.Split`.
+    """
+
+    name: str
+    source: str
+    key: tuple[object, ...]
+    episode_ids: Sequence[str]
+    sections: Iterable[Section]
+    batches: Callable[[Sequence[str]], Sequence[Batch]]
+    hidden: bool = False
+    training: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """The progress of a split.
+
+    Attributes:
+        split: name of the split.
+        done, total: numbers of episodes.
+        drafts: number of drafts tried so far, rejected ones included.
+        seconds: since the split was started, or gone on with.
+        kept: how many of the episodes an earlier call made that was killed.
+    """
+
+    split: str
+    done: int
+    total: int
+    drafts: int
+    seconds: float
+    kept: int = 0
+
+    def __str__(self) -> str:
+        if self.done == self.kept:
+            return f"{self.split}: going on after {self.done} of {self.total} episodes"
+        left = self.seconds / (self.done - self.kept) * (self.total - self.done)
+        return (
+            f"{self.split}: {self.done} of {self.total} episodes from {self.drafts} drafts "
+            f"in {_clock(self.seconds)}, {_clock(left)} left"
+        )
+
+
+def _clock(seconds: float) -> str:
+    return f"{int(seconds) // 60}:{int(seconds) % 60:02}"
+
+
+def make_split(data: Path, order: SplitOrder, run: RunBatches, tell: Callable[[Progress], None]) -> Split:
+    """Generate a split and write it. Episodes that an earlier call made, which was killed, are not made again.
+
+    Args:
+        data: the data folder.
+        order: the split.
+        run: generates batches, in order.
+        tell: receives the progress, in this thread.
+
+    Raises:
+        StorageError: if the data folder cannot be written.
+        Conflict: if another process generates the split in this data folder.
+        ArraMonError: if an episode cannot be made.
+    """
+    with closing(Checkpoint(data / FOLDER / f"{order.name}.jsonl", origin_of(*order.key))) as checkpoint:
+        kept = [checkpoint.episodes[name] for name in order.episode_ids if name in checkpoint.episodes]
+        missing = [name for name in order.episode_ids if name not in checkpoint.episodes]
+        made = {one.episode.episode_id: one.episode for one in kept}
+        for one in _generate(order, missing, kept, run, checkpoint, tell):
+            made[one.episode.episode_id] = one.episode
+        split = write_split(
+            data,
+            order.name,
+            hidden=order.hidden,
+            training=order.training,
+            source=f"{SOURCE}, {order.source}",
+            episodes=(made[name] for name in order.episode_ids),
+            sections=order.sections,
+        )
+        checkpoint.remove()
+    return split
+
+
+def _generate(
+    order: SplitOrder,
+    missing: Sequence[str],
+    kept: Sequence[GeneratedEpisode],
+    run: RunBatches,
+    checkpoint: Checkpoint,
+    tell: Callable[[Progress], None],
+) -> list[GeneratedEpisode]:
+    """Return the missing episodes. Each batch is written down before the next one is waited for."""
+    begun, made, drafts = time.monotonic(), [], sum(one.attempts for one in kept)
+    total = len(kept) + len(missing)
+    if kept:
+        tell(Progress(order.name, len(kept), total, drafts, 0.0, len(kept)))
+    for generated in run(order.batches(missing)):
+        checkpoint.add(generated)
+        made += generated
+        drafts += sum(one.attempts for one in generated)
+        tell(Progress(order.name, len(kept) + len(made), total, drafts, time.monotonic() - begun, len(kept)))
+    return made

@@ -1,0 +1,212 @@
+"""How people walk a way: beside the straight line here and there, with single turns of 30 degrees off it and back.
+
+A ground truth of few turns becomes one that a person could have walked. Where it leads straight on, the walker
+sometimes steps to one side and goes on beside the line, within `ASIDE` of it. The way as a whole, its corners and its
+end stay the same.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from random import Random
+
+import numpy as np
+import numpy.typing as npt
+
+from arramon_dataset.generation.ground import CELL, Ground, Numbers
+from arramon_dataset.generation.motion import HEADINGS, NEED, REACH_ASIDE, REACH_FROM, REACH_TO, SIGHT
+from arramon_server.sim.geometry import STEP, TURN, Pose
+from arramon_server.sim.rules import Action
+
+OFF, BACK = 0.45, 0.5
+"""Probabilities of a sidestep off the way and of one back to it, before each forward move that has room for one."""
+
+LENGTHS = (1, 2), (40, 60)
+"""Forward moves of a sidestep off the way, and their percentages."""
+
+ASIDE = 1.0
+"""Maximum distance to either side of the straight way, in units."""
+
+LEAST_AFTER = 3
+"""Forward moves between a turn of the way and a sidestep, and between two sidesteps: with fewer, one to the left after
+one to the right is a bend that has to be told."""
+
+ROOM = 2.0
+"""Straight way that is left after a sidestep, in units."""
+
+COMFORT = 700
+"""Clearance at the end of each move of a sidestep, in thousandths of a unit."""
+
+TRIES, PART_TRIES = 3, 6
+"""Draws of a walk before the way is left as it was, and of each of its straight parts."""
+
+SAMPLES, SIGHT_SAMPLES = 8, 16
+"""Segments of a step, and of the line of sight to the target, at whose ends clearance is sampled; as in the search."""
+
+
+Step = tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """A straight part of a way: the turns before it, where it ends, and its heading's number."""
+
+    turns: tuple[Action, ...]
+    heading: int
+    end: tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class _Walk:
+    """A walk in the making: its actions, and where it has come to."""
+
+    actions: tuple[Action, ...]
+    x: float
+    z: float
+
+
+def steered(
+    ground: Ground, start: Pose, actions: Sequence[Action], target: tuple[float, float], random: Random
+) -> list[Action]:
+    """Return the actions of a walk along a way as a person steers; those of the way itself if none is found.
+
+    Args:
+        ground: of the section.
+        start: pose before the first action.
+        actions: a way to the target with few turns, from `motion.Walker.actions`.
+        target: (x, z), in units.
+        random: draws the sidesteps.
+    """
+    walker = _Steering(ground, start, target, random)
+    parts, last = walker.parts(actions)
+    for _ in range(TRIES):
+        walk: _Walk | None = _Walk((), start.x, start.z)
+        for number, part in enumerate(parts):
+            if walk is not None:
+                walk = walker.part(walk, part, last if number == len(parts) - 1 else None)
+        if walk is not None:
+            return [*walk.actions, *last]
+    return list(actions)
+
+
+class _Steering:
+    """Draws walks along one way."""
+
+    def __init__(self, ground: Ground, start: Pose, target: tuple[float, float], random: Random) -> None:
+        self._ground, self._start, self._target, self._random = ground, start, target, random
+        angles = np.radians(start.heading + TURN * np.arange(HEADINGS))
+        steps = np.round(STEP * np.stack([np.sin(angles), np.cos(angles)], axis=1), 9)
+        self._steps: list[Step] = [(x, z) for x, z in steps.tolist()]
+
+    def parts(self, actions: Sequence[Action]) -> tuple[list[_Part], tuple[Action, ...]]:
+        """Return the straight parts of a way, and the turns at its end."""
+        parts: list[_Part] = []
+        turns: list[Action] = []
+        x, z, heading = self._start.x, self._start.z, 0
+        for number, action in enumerate(actions):
+            if action is not Action.FORWARD:
+                turns.append(action)
+                heading = _turned(heading, action)
+                continue
+            x, z = x + self._steps[heading][0], z + self._steps[heading][1]
+            if number + 1 == len(actions) or actions[number + 1] is not Action.FORWARD:
+                parts.append(_Part(tuple(turns), heading, (x, z)))
+                turns = []
+        return parts, tuple(turns)
+
+    def part(self, walk: _Walk, part: _Part, last: Sequence[Action] | None) -> _Walk | None:
+        """Return a walk that has gone on beside a straight part of the way, or None if none is free.
+
+        Args:
+            walk: so far.
+            part: the next one of the way.
+            last: the turns after it from which the target is to be in reach and in view; None if more parts follow.
+        """
+        facing = part.heading
+        for action in last or ():
+            facing = _turned(facing, action)
+        for _ in range(PART_TRIES):
+            for more in (0, 1) if last is not None else (0,):
+                drawn = self._draw(walk, part, more)
+                if drawn is not None and (last is None or self._is_at(drawn, facing)):
+                    return drawn
+        return None
+
+    def _draw(self, walk: _Walk, part: _Part, more: int) -> _Walk | None:
+        """Return a walk that has gone on with sidesteps until beside a part's end; None if it touches something.
+
+        Args:
+            walk: so far.
+            part: the next one of the way.
+            more: forward moves beyond its end.
+        """
+        along_x, along_z = self._steps[part.heading]
+        actions, places = [*walk.actions, *part.turns], [(walk.x, walk.z)]
+        aside: list[int] = []
+        straight = 0
+        while True:
+            x, z = places[-1]
+            left = (part.end[0] - x) * along_x + (part.end[1] - z) * along_z + more * STEP
+            if left <= STEP / 2:
+                break
+            right = (x - part.end[0]) * along_z - (z - part.end[1]) * along_x
+            length, side = self._sidestep(right) if straight >= LEAST_AFTER else (0, 1)
+            is_room = left - length * STEP * math.sqrt(0.75) >= ROOM
+            if not length or not is_room or abs(right + side * length * STEP / 2) > ASIDE:
+                places.append((x + along_x, z + along_z))
+                actions.append(Action.FORWARD)
+                straight += 1
+                continue
+            off, back = (Action.RIGHT, Action.LEFT) if side > 0 else (Action.LEFT, Action.RIGHT)
+            off_x, off_z = self._steps[_turned(part.heading, off)]
+            actions += [off, *[Action.FORWARD] * length, back]
+            aside += range(len(places), len(places) + length)
+            places += [(x + off_x * n, z + off_z * n) for n in range(1, length + 1)]
+            straight = 0
+        return _Walk(tuple(actions), *places[-1]) if self._is_free(places, aside) else None
+
+    def _sidestep(self, right: float) -> tuple[int, int]:
+        """Return a sidestep's forward moves, 0 for none, and its side: 1 to the right, -1 to the left.
+
+        Args:
+            right: how far to the right of the way one is, in units.
+        """
+        is_off = abs(right) >= STEP / 2 - 0.1
+        if self._random.random() >= (BACK if is_off else OFF):
+            return 0, 1
+        if is_off:
+            return max(round(abs(right) / (STEP / 2)), 1), -1 if right > 0.0 else 1
+        return self._random.choices(*LENGTHS)[0], self._random.choice((-1, 1))
+
+    def _is_free(self, places: Sequence[tuple[float, float]], aside: Sequence[int]) -> bool:
+        """Return whether moves keep the clearance that they need, sampled as the search does."""
+        if len(places) == 1:
+            return True
+        at = np.array(places)
+        shares = np.arange(1, SAMPLES + 1)[:, None, None] / SAMPLES
+        clear = self._clearance(at[:-1] + np.diff(at, axis=0) * shares)
+        return bool((clear >= NEED).all() and (clear[-1, [number - 1 for number in aside]] >= COMFORT).all())
+
+    def _is_at(self, walk: _Walk, facing: int) -> bool:
+        """Return whether the target is in reach and in view at the end of a walk."""
+        to_x, to_z = self._target[0] - walk.x, self._target[1] - walk.z
+        sin, cos = self._steps[facing]
+        ahead, aside = to_x * sin + to_z * cos, abs(to_x * cos - to_z * sin)
+        if ahead < REACH_FROM or ahead > REACH_TO or aside > REACH_ASIDE:
+            return False
+        shares = np.arange(1, SIGHT_SAMPLES + 1)[:, None] / SIGHT_SAMPLES
+        places = np.array((walk.x, walk.z)) + np.array((to_x, to_z)) * shares
+        return bool((self._clearance(places) >= SIGHT).all())
+
+    def _clearance(self, places: npt.NDArray[np.float64]) -> Numbers:
+        """Return the clearance at places, (..., 2), in thousandths of a unit; -1 outside the raster."""
+        columns, rows = self._ground.clearance.shape
+        cells = np.floor((places - (self._ground.left, self._ground.bottom)) / CELL).astype(np.int64)
+        a, b = cells[..., 0], cells[..., 1]
+        inside = (a >= 0) & (b >= 0) & (a < columns) & (b < rows)
+        held = self._ground.clearance[a.clip(0, columns - 1), b.clip(0, rows - 1)]
+        return np.where(inside, held, -1).astype(np.int32)
+
+
+def _turned(heading: int, action: Action) -> int:
+    return (heading + (1 if action is Action.RIGHT else HEADINGS - 1)) % HEADINGS

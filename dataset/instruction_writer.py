@@ -1,0 +1,286 @@
+"""Writer of instructions for generated episodes: plans, phrases them in all languages, and tests them with an agent."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cache
+from pathlib import Path
+from random import Random
+
+import arramon_lang as lang
+from arramon_client.agent import Agent
+from arramon_client.plugin.loader import load_agent
+from arramon_dataset.alignment.model import contradicts
+from arramon_dataset.alignment.routes import Tokens
+from arramon_dataset.demands import add_demands
+from arramon_dataset.generation import Draft, Site
+from arramon_dataset.generation.command import generate
+from arramon_dataset.generation.sizes import select_plans
+from arramon_dataset.generation.split_maker import Progress
+from arramon_dataset.instructions.assembly.plan import plan_assembly
+from arramon_dataset.instructions.assembly.sight import whole_room
+from arramon_dataset.instructions.gate.assembly import faults_of_assembly
+from arramon_dataset.instructions.gate.texts import faults_of_text
+from arramon_dataset.instructions.sight import poses_along
+from arramon_dataset.instructions.told_turn import ToldTurn
+from arramon_dataset.randomness import seeded
+from arramon_dataset.trial import Hope, TrialWorld, leads
+from arramon_lang.meaning import Assembly, Meaning, Navigation, Rotate, Thing, Where
+from arramon_lang.quality import check, is_blocked
+from arramon_lang.writing.voice import Voice
+from arramon_server.episodes.episode import Episode, Instructions, Turn
+from arramon_server.episodes.splits import Split
+from arramon_server.scoring.episode import EpisodeScores
+from arramon_server.sim.cameras import Camera
+from arramon_server.sim.geometry import TURN, Pose
+from arramon_server.sim.raster.camera import RasterCamera
+from arramon_server.sim.room_scene import room_scene
+from arramon_server.sim.rules import Action, PlacedObject
+
+FOLLOWER = "agents.follower"
+"""The agent that tests instructions, loaded by name because the server does not import agents."""
+
+PLANS = 3
+"""Plans tried for one draft before the draft is discarded."""
+
+DRAWS = 8
+"""Meanings drawn for one assembly instruction of a plan until the gate finds no fault with one."""
+
+MIN_NDTW = 0.2
+"""The follower's nDTW must exceed this in both turns (paper, section 4)."""
+
+MUST_BE_ONE = ("CTC-3", "PTC")
+"""Metrics that must be 1 in both turns: the follower reaches the target and places it correctly."""
+
+REPORT_SECONDS = 5.0
+"""Minimum seconds between two progress lines of one split."""
+
+Plan = tuple[tuple[Navigation, Assembly], tuple[Navigation, Assembly]]
+Texts = Mapping[str, tuple[Instructions, Instructions]]
+
+
+class InstructionWriter:
+    """Writes a draft's instructions in every language; accepts only those that lead the follower to the goal in all.
+
+    Args:
+        languages: codes of the languages to write in.
+        make_follower: returns a new agent that plays from text, depth and segmentation; called once per trial.
+        trial: whether the follower tries the texts. Without it, the first that pass the checks are taken.
+
+    Attributes:
+        make_follower: as it was given.
+    """
+
+    def __init__(self, languages: tuple[str, ...], make_follower: Callable[[], Agent], trial: bool = True) -> None:
+        self._languages, self._trial = languages, trial
+        self.make_follower = make_follower
+        self._turns: dict[int, ToldTurn] = {}
+
+    def tells(self, start: Pose, turn: Turn, number: int, site: Site, names: tuple[object, ...]) -> bool:
+        """Return whether the way of a turn can be told; see `arramon_dataset.generation.Writer`."""
+        return self._told(start, turn, number, site).navigation((*names, 0, number)) is not None
+
+    def __call__(self, draft: Draft, site: Site, names: tuple[object, ...]) -> Texts | None:
+        """Return instructions for a draft, or None if no plan passes; see `arramon_dataset.generation.Writer`."""
+        candidates = self.candidates(draft, site, names)
+        return next((texts for texts in candidates if not self._trial or self._leads(draft, site, texts)), None)
+
+    def candidates(self, draft: Draft, site: Site, names: tuple[object, ...]) -> Iterator[Texts]:
+        """Yield candidate instructions, one plan after another: they pass the quality checks and are untested."""
+        first, second = draft.turns
+        end = poses_along(draft.start, first.path, first.actions)[-1]
+        told = self._told(draft.start, first, 1, site), self._told(end, second, 2, site)
+        routes: list[Tokens] = []
+        for number in range(PLANS):
+            plan = _plan(draft, told, (*names, number))
+            if plan is None:
+                return  # All of its draws failed; further ones would do so too.
+            routes = routes or [turn.tokens() for turn in told]
+            texts = self._write(draft, plan, routes, (*names, number))
+            if texts is not None:
+                yield texts
+
+    def _told(self, start: Pose, turn: Turn, number: int, site: Site) -> ToldTurn:
+        """Return a turn with what is seen along it; the last ones are kept."""
+        kept = self._turns.get(number)
+        if kept is None or kept.site is not site or kept.turn != turn:
+            kept = self._turns[number] = ToldTurn(start, turn, site)
+        return kept
+
+    def _write(self, draft: Draft, plan: Plan, routes: Sequence[Tokens], names: tuple[object, ...]) -> Texts | None:
+        """Return the plan's texts in every language, or None if a text fails a check."""
+        texts = {}
+        for code in self._languages:
+            voice = lang.load(code).draw_voice(seeded(*names, code, "voice"))
+            turns = []
+            for number, (turn, meanings, route) in enumerate(zip(draft.turns, plan, routes, strict=True), start=1):
+                navigation = _phrase(code, "navigation", turn, meanings[0], voice, (*names, code, number))
+                if navigation is None or contradicts(navigation, code, route):
+                    return None
+                assembly = _phrase(code, "assembly", turn, meanings[1], voice, (*names, code, number))
+                if assembly is None:
+                    return None
+                turns.append(Instructions(navigation, assembly))
+            texts[code] = (turns[0], turns[1])
+        return texts
+
+    def _leads(self, draft: Draft, site: Site, texts: Texts) -> bool:
+        """Return whether the follower passes in every language.
+
+        The follower acts on its reading of a text alone, so languages whose texts it reads alike are tested once.
+        """
+        episode = draft.with_instructions(texts)
+        world = TrialWorld(site.world, site.camera, room_camera())
+        first_of = {_readings(texts[code], code): code for code in reversed(self._languages)}
+        return all(self._passes(episode, code, world) for code in first_of.values())
+
+    def _passes(self, episode: Episode, code: str, world: TrialWorld) -> bool:
+        scores = leads(self.make_follower(), episode, code, world, Hope(episode.turns, MIN_NDTW))
+        return scores is not None and passes(scores)
+
+
+def make_instruction_writer() -> InstructionWriter:
+    """Return an instruction writer for all languages; a `MakeWriter`.
+
+    Raises:
+        ValueError: if a language's data cannot express even the simplest meaning.
+    """
+    return InstructionWriter(_languages(), type(load_agent(FOLLOWER)))
+
+
+def make_untried_writer() -> InstructionWriter:
+    """Return an instruction writer for all languages whose texts no agent tries; a `MakeWriter`.
+
+    Raises:
+        ValueError: if a language's data cannot express even the simplest meaning.
+    """
+    return InstructionWriter(_languages(), type(load_agent(FOLLOWER)), trial=False)
+
+
+def _languages() -> tuple[str, ...]:
+    """Return the codes of all languages, each of which can express the simplest meanings."""
+    thing = Thing("mug", "red", "dotted")
+    for code in lang.available():
+        for meaning in (
+            Navigation((Rotate("right"),), thing),
+            Assembly((), thing, (Where("behind", (Thing("ball"),)),)),
+        ):
+            lang.load(code).write(meaning, seeded(code))
+    return lang.available()
+
+
+def generate_splits(
+    data: Path,
+    names: list[str] | None,
+    *,
+    scale: float,
+    seed: int,
+    jobs: int,
+    tell: Callable[[str], None],
+    trial: bool = True,
+    sections: int | None = None,
+    secret: str = "",
+) -> list[Split]:
+    """Generate the named splits (None: the paper's) for `arramon-server generate`; see `generation.command.generate`.
+
+    Without the trial, an episode is kept once its texts have passed the gate. `sections` is the number of those of
+    `train_extra`. `secret` seeds hidden splits in place of the host's; empty for that. What the instructions ask for is
+    written beside splits that are not for training alone.
+    """
+    made = generate(
+        data,
+        select_plans(names, sections),
+        scale=scale,
+        seed=seed,
+        jobs=jobs,
+        make_writer=make_instruction_writer if trial else make_untried_writer,
+        tell=seldom(tell),
+        tried=trial,
+        secret=secret,
+    )
+    return [split if split.training else add_demands(data, split) for split in made]
+
+
+def seldom(tell: Callable[[str], None]) -> Callable[[Progress], None]:
+    """Return what tells of a split's progress in lines: the first, the last, and one in REPORT_SECONDS between."""
+    told: dict[str, float] = {}
+
+    def tell_of(progress: Progress) -> None:
+        since = progress.seconds - told.get(progress.split, 0.0)
+        if since >= REPORT_SECONDS or progress.done in (progress.kept, progress.total):
+            told[progress.split] = progress.seconds
+            tell(str(progress))
+
+    return tell_of
+
+
+def passes(scores: EpisodeScores) -> bool:
+    """Return whether a follower met the paper's second validation stage and picked up the right objects."""
+    return all(turn["nDTW"] > MIN_NDTW and all(turn[name] == 1.0 for name in MUST_BE_ONE) for turn in scores.turns)
+
+
+def _plan(draft: Draft, told: tuple[ToldTurn, ToldTurn], names: tuple[object, ...]) -> Plan | None:
+    """Return the meanings of both turns' instructions, or None if a planner fails."""
+    room, planned = draft.decoys, []
+    for number, turn in enumerate(draft.turns, start=1):
+        navigation = told[number - 1].navigation((*names, number))
+        if navigation is None:
+            return None
+        randoms = (seeded(*names, number, "assembly", draw) for draw in range(DRAWS))
+        assembly = next(filter(None, (_assembly(turn, room, random) for random in randoms)), None)
+        if assembly is None:
+            return None
+        planned.append((navigation, assembly))
+        room = (*room, PlacedObject(turn.target.type, turn.target_cell))
+    return planned[0], planned[1]
+
+
+def _assembly(turn: Turn, room: tuple[PlacedObject, ...], random: Random) -> Assembly | None:
+    """Return a meaning of an assembly instruction, or None if the gate finds a fault with the one that was drawn."""
+    meaning = plan_assembly(turn.target.type, turn.target_cell, room, random)
+    cell = turn.target_cell.column, turn.target_cell.row
+    return None if meaning is None or faults_of_assembly(meaning, cell, whole_room(room)) else meaning
+
+
+def _phrase(code: str, phase: str, turn: Turn, meaning: Meaning, voice: Voice, names: tuple[object, ...]) -> str | None:
+    """Return one instruction, or None if it cannot be expressed or fails a blocking check."""
+    try:
+        text = lang.load(code).write(meaning, seeded(*names, phase), voice)
+    except ValueError:
+        return None  # The language cannot express part of it, such as a number of paces; another plan may not need it.
+    target = turn.target.type
+    failures = check(
+        text,
+        code,
+        phase,
+        target=Thing(target.kind, target.colour, target.pattern),
+        first_turn=first_turn(turn.actions),
+    )
+    return None if is_blocked(failures) or faults_of_text(text, code, meaning) else text
+
+
+def first_turn(actions: tuple[Action, ...]) -> float:
+    """Return the absolute angle in degrees by which a ground truth turns before its first step forward."""
+    turned = 0.0
+    for action in actions:
+        if action not in (Action.LEFT, Action.RIGHT):
+            break
+        turned += TURN if action is Action.RIGHT else -TURN
+    return abs(turned)
+
+
+def _readings(texts: tuple[Instructions, Instructions], code: str) -> tuple[Meaning | str, ...]:
+    """Return the readings of a language's texts; the text itself where it cannot be read."""
+    speech = lang.load(code)
+    read: list[Meaning | str] = []
+    for turn in texts:
+        for phase, text in (("navigation", turn.navigation), ("assembly", turn.assembly)):
+            try:
+                read.append(speech.read(text, phase))
+            except lang.CannotRead:
+                read.append(text)
+    return tuple(read)
+
+
+@cache
+def room_camera() -> Camera:
+    """Return the room's camera, shared by all trials of a process."""
+    return RasterCamera(room_scene())

@@ -1,0 +1,231 @@
+"""Planning of assembly instructions: turns and relations that identify the target's cell and no other.
+
+The semantics of relations is that of `arramon_lang.room`, shared with followers. Only objects that the camera sees from
+the start tile are mentioned; the plan must hold with and without the hidden ones.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from random import Random
+
+from arramon_dataset.instructions.assembly.cells import fitting_cells
+from arramon_dataset.instructions.assembly.names import Names
+from arramon_dataset.instructions.assembly.sight import seen_room, whole_room
+from arramon_lang.meaning import Assembly, Thing, Where
+from arramon_lang.room import COLUMNS, ROWS, Standing, find_cell, quarter_after, relative
+from arramon_server.sim.catalogue import ObjectType
+from arramon_server.sim.room import START, Placement
+from arramon_server.sim.rules import PlacedObject
+
+TRIES = 60
+"""Plans drawn before planning fails."""
+
+MIN_LEAD = 1.5
+"""Minimum factor by which the target's cell must fit better than any other."""
+
+MAX_RELATIONS = 3
+"""Maximum number of relations in one instruction."""
+
+EXTRA_RELATION = 0.2
+"""Probability of adding a relation that is not needed."""
+
+EXTRA_RELATION_ON_TOP = 0.12
+"""The same where the object goes on top of another."""
+
+EXACTLY, EXACTLY_ASIDE, EXACTLY_YOU = 0.15, 0.35, 0.6
+"""Probabilities of "directly" with a relation to an adjacent cell; for "left of" and "right of", which fit farther
+cells without it; and if the landmark is the agent."""
+
+WEIGHTS = {
+    "left_of": 12.0, "right_of": 7.5, "in_front_of": 7.0, "behind": 26.0, "between": 9.0, "near": 3.0,
+    "diagonal_to": 0.25, "against wall": 9.0, "near wall": 3.5, "in_front_of you": 11.0, "left_of you": 2.0,
+    "right_of you": 2.0, "far": 0.6, "your side": 0.6,
+}  # fmt: skip
+"""Relative frequency with which people choose each relation where it holds. "far" is one of the first four across free
+cells: with a wall it may identify a cell that no adjacent relation does. "your side" is "on your left" for any cell
+there."""
+
+TURN_FIRST = ((0.92, 0.9), (0.85, 0.8), (0.25, 0.12), (0.04, 0.01))
+"""Probability that an instruction starts with a turn, for a target on the floor and one on top, by the cell's
+direction: beside the start tile, beyond 60 degrees, about 45, less. As measured in the release."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Option:
+    """Relations that hold for the target's cell, before their landmarks are named."""
+
+    name: str
+    relations: tuple[str, ...]
+    landmarks: tuple[Standing | Thing, ...]
+
+
+def plan_assembly(
+    target_type: ObjectType, target_cell: Placement, room: tuple[PlacedObject, ...], random: Random
+) -> Assembly | None:
+    """Return a meaning that identifies the target's cell and clearly no other, or None if none was found.
+
+    Args:
+        target_type: type of the object to place.
+        target_cell: where it is to be placed: [column, level, row].
+        room: objects in the room when the phase begins; in turn 2 including the object placed in turn 1.
+        random: draws all choices.
+
+    Raises:
+        ValueError: if the target's level is not one above the highest object in its cell.
+    """
+    whole = whole_room(room)
+    cell = (target_cell.column, target_cell.row)
+    if whole.height(cell) + 1 != target_cell.level:
+        raise ValueError(
+            f"the target's level is {target_cell.level} in column {cell[0]}, row {cell[1]}; "
+            f"expected one above the {whole.height(cell)} objects there"
+        )
+    seen = seen_room(room)
+    for _ in range(TRIES):
+        turns = _draw_turns(target_cell, random)
+        names = Names(seen, whole, target_type, quarter_after(turns))
+        meaning = _draw(turns, target_cell, names, random)
+        if meaning is not None:
+            return meaning
+    return None
+
+
+def _draw_turns(cell: Placement, random: Random) -> tuple[str, ...]:
+    across, ahead = cell.column - START.column, cell.row - START.row
+    aside = 0 if ahead == 0 else 1 if abs(across) > 1.5 * ahead else 2 if abs(across) >= ahead else 3
+    share = TURN_FIRST[aside][0 if cell.level == 1 else 1]
+    if across == 0 or random.random() >= share:
+        return ()
+    return ("right",) if across > 0 else ("left",)
+
+
+def _draw(turns: tuple[str, ...], cell: Placement, names: Names, random: Random) -> Assembly | None:
+    """Return one random plan, or None if it does not identify the cell."""
+    thing = names.name_target(random)
+    where: tuple[Where, ...] = ()
+    options = list(_options(cell, names))
+    more = EXTRA_RELATION
+    if cell.level > 1:
+        base = next(
+            (i for i in names.seen.things if (i.column, i.level, i.row) == (cell[0], cell[1] - 1, cell[2])), None
+        )
+        name = base and names.name(base, random)
+        if not name:
+            return None
+        where, more = (Where("on_top_of", (name,)),), EXTRA_RELATION_ON_TOP
+    is_enough = bool(where) and _leads(Assembly(turns, thing, where), cell, names)
+    while not is_enough or random.random() < more:
+        if is_enough:  # Rare relations are not added without need.
+            options = [option for option in options if WEIGHTS[option.name] >= 1.0]
+        option = _choose(options, random)
+        if option is None or len(where) >= MAX_RELATIONS:
+            break
+        added = _name_landmarks(option, names, random)
+        if added is None or len(where) + len(added) > MAX_RELATIONS:
+            continue
+        where += added
+        is_enough, more = _leads(Assembly(turns, thing, where), cell, names), more / 2
+    if not where or not _leads(Assembly(turns, thing, where), cell, names):
+        return None
+    return Assembly(turns, thing, where)
+
+
+def _leads(meaning: Assembly, cell: Placement, names: Names) -> bool:
+    """Return whether the target's cell fits clearly best and alone, in the whole room and in its visible part."""
+    if len(meaning.where) == 1 and meaning.where[0].things[0].kind == "wall":
+        return False  # A wall has several cells along it, even if the others are occupied.
+    for room in (names.seen, names.whole):
+        found, lead = find_cell(meaning, room)
+        target = cell.column, cell.row
+        if found != target or lead < MIN_LEAD or len(fitting_cells(meaning, target, room)) > 1:
+            return False
+    return True
+
+
+def _choose(options: list[_Option], random: Random) -> _Option | None:
+    """Draw an option, and remove it and all others with the same landmarks from the list; None if it is empty."""
+    if not options:
+        return None
+    # Several objects may be in the same relation, such as "near", so the relation is drawn first.
+    kinds = sorted({option.name for option in options})
+    kind = random.choices(kinds, [WEIGHTS[name] for name in kinds])[0]
+    chosen = random.choice([option for option in options if option.name == kind])
+    options[:] = [option for option in options if not set(option.landmarks) & set(chosen.landmarks)]
+    return chosen
+
+
+def _name_landmarks(option: _Option, names: Names, random: Random) -> tuple[Where, ...] | None:
+    """Return the option's relations with their landmarks named, or None if one has no unique name."""
+    things = [mark if isinstance(mark, Thing) else names.name(mark, random) for mark in option.landmarks]
+    named = tuple(thing for thing in things if thing is not None)
+    if len(named) < len(things):
+        return None
+    is_you = any(thing.kind == "you" for thing in named)
+    is_next = option.name.removesuffix(" you") in ("left_of", "right_of", "in_front_of", "behind")
+    is_aside = option.name in ("left_of", "right_of")
+    exactly = is_next and random.random() < (EXACTLY_YOU if is_you else EXACTLY_ASIDE if is_aside else EXACTLY)
+    return tuple(Where(relation, named, exactly) for relation in option.relations)
+
+
+def _options(cell: Placement, names: Names) -> Iterator[_Option]:
+    """Yield all relations that hold for the cell, as seen in the agent's viewing direction."""
+    here = (cell.column, cell.row)
+    before = [item for item in names.seen.things if _is_before(item, names.quarter) and item.cell != here]
+    for item in before:
+        offset = relative(here, item.cell, names.quarter)
+        yield from _beside(offset, item) if max(map(abs, offset)) == 1 else _far(offset, item)
+    marks: list[tuple[tuple[int, int], Standing | Thing]] = [(relative(here, i.cell, names.quarter), i) for i in before]
+    for wall, offset in _walls_beside(here, names):
+        yield _Option("against wall", ("against",), (wall,))
+        yield _Option("near wall", ("near",), (wall,))
+        marks.append((offset, wall))
+    for index, (offset, mark) in enumerate(marks):
+        for other_offset, other in marks[index + 1 :]:
+            is_opposite = max(map(abs, offset)) == 1 and (-offset[0], -offset[1]) == other_offset
+            if is_opposite and (isinstance(mark, Standing) or isinstance(other, Standing)):
+                yield _Option("between", ("between",), (mark, other))
+    across, ahead = relative(here, (START.column, START.row), names.quarter)
+    relation = {(0, 1): "in_front_of", (-1, 0): "left_of", (1, 0): "right_of"}.get((across, ahead))
+    if relation:
+        yield _Option(f"{relation} you", (relation,), (Thing("you"),))
+    elif across == 0 and ahead > 1:
+        yield _Option("far", ("in_front_of",), (Thing("you"),))
+    elif ahead > 0:
+        yield _Option("your side", ("left_of" if across < 0 else "right_of",), (Thing("you"),))
+
+
+def _beside(offset: tuple[int, int], item: Standing) -> Iterator[_Option]:
+    """Yield the relations of a cell to an adjacent item, given the cell's offset to the right of it and ahead of it."""
+    across, ahead = offset
+    side = {-1: "left_of", 1: "right_of"}.get(across, "")
+    depth = {-1: "in_front_of", 1: "behind"}.get(ahead, "")
+    if (side and ahead == 0) or (depth and across == 0):
+        relation = side or depth
+        yield _Option(relation, (relation,), (item,))
+        yield _Option("near", ("near",), (item,))
+    elif side and depth:
+        yield _Option("diagonal_to", ("diagonal_to",), (item,))
+
+
+def _far(offset: tuple[int, int], item: Standing) -> Iterator[_Option]:
+    """Yield the relations of a cell to an item in line with it, farther away."""
+    across, ahead = offset
+    if not across or not ahead:
+        depth = "in_front_of" if ahead < 0 else "behind"
+        yield _Option("far", (depth if ahead else "left_of" if across < 0 else "right_of",), (item,))
+
+
+def _walls_beside(cell: tuple[int, int], names: Names) -> Iterator[tuple[Thing, tuple[int, int]]]:
+    """Yield the walls adjacent to a cell, with the cell's offset to the right of and ahead of each."""
+    column, row = cell
+    beyond = ((column, row + 1), (column + 1, row), (column, row - 1), (column - 1, row))
+    for look, quarter in names.seen.walls.items():
+        place = beyond[quarter]
+        if not (0 <= place[0] < COLUMNS and 0 <= place[1] < ROWS):
+            yield Thing("wall", look=look, identity=f"wall/{look}"), relative(cell, place, names.quarter)
+
+
+def _is_before(item: Standing, quarter: int) -> bool:
+    """Return whether an item is in front of an agent on the start tile that looks in that quarter."""
+    across, ahead = relative(item.cell, (START.column, START.row), quarter)
+    return abs(across) <= 2 * ahead

@@ -1,0 +1,95 @@
+"""How far the steps of an instruction have come along a path, as the gate follows them."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from arramon_dataset.instructions.gate.world import GateWorld, Place
+from arramon_lang.meaning import Thing
+
+HINDSIGHT = 5
+"""Places of the path before one is told of a thing, or comes to a bend, from which what is meant may have been
+recognised."""
+
+AT, BY = 4.5, 7.0
+"""Maximum distances of the path from what one turns at or walks to, and from what one passes, in units."""
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """Where on the path some steps have come to.
+
+    Attributes:
+        at: index of the path's place that they have come to.
+        turned: indices of the places where a turn has been said.
+        faced: indices of those where one has been told what to face.
+        named: identities of the things that have been named.
+        since: index of the place where the last step began.
+        earlier: indices of the places where a turn was said before the last step.
+    """
+
+    at: int = 0
+    turned: tuple[int, ...] = ()
+    faced: tuple[int, ...] = ()
+    named: frozenset[str] = frozenset()
+    since: int = 0
+    earlier: frozenset[int] = frozenset()
+
+    @property
+    def told(self) -> Iterator[int]:
+        """Indices of the places where a turn of any sort has been said."""
+        yield from self.turned
+        yield from self.faced
+
+    @property
+    def last_turn(self) -> int:
+        """Index of the place of the last turn that has been said; 0 before any."""
+        return max((*self.told, 0))
+
+    @property
+    def last_choice(self) -> int:
+        """Index of the place after which streets open that one could take: a thing may stand at one."""
+        return self.at if self.at and self.at in self.turned else self.at - 2
+
+
+def places_ahead(world: GateWorld, at: int, count: int) -> range:
+    """Return the indices of the next places of a path."""
+    return range(at, min(at + count, len(world.path)))
+
+
+def nearest(world: GateWorld, things: Sequence[Thing], at: int, limit: float) -> int | None:
+    """Return the index where the path comes closest to things from a place on; None if it does not come near.
+
+    Args:
+        world: of its turn.
+        things: with identities.
+        at: index of the place to begin with.
+        limit: maximum distance, in units.
+    """
+    if things[0].kind in ("street", "alley"):
+        road = world.road(things[0].identity)
+        far = range(at, len(world.path))
+        entered = (i for i in far if road is not None and road.distance(*world.path[i]) <= road.width / 2)
+        return next(entered, None)
+    marks = [mark for thing in things for mark in world.landmarks(thing.identity)]
+    if len(things) == 1 and marks and marks[0].label.kind != "building":
+        near = [world.closest(mark.x, mark.z, max(at - 2, 0), limit) for mark in marks]
+        return None if any(index is None for index in near) else max(index for index in near if index is not None)
+    x, z = middle(world, things, at)
+    junction = world.junction(things[0].identity)
+    return world.closest(x, z, max(at - 2, 0), limit + (junction.radius if junction is not None else 0.0))
+
+
+def middle(world: GateWorld, things: Sequence[Thing], at: int) -> Place:
+    """Return the middle of things or places; where the path has come to if none of them exists."""
+    places: list[Place] = []
+    for thing in things:
+        junction, corner = world.junction(thing.identity), world.corner(thing.identity)
+        if junction is not None:
+            places.append((junction.x, junction.z))
+        elif corner is not None:
+            places.append((corner.x, corner.z))
+        else:
+            places += [(mark.x, mark.z) for mark in world.landmarks(thing.identity)]
+    if not places:
+        return world.path[at]
+    return sum(x for x, _ in places) / len(places), sum(z for _, z in places) / len(places)

@@ -1,0 +1,80 @@
+"""The gate of generation: no text passes that refers to another thing than was meant, or says of it what is not so.
+
+A text is read back in its language; every phrase that refers to something is then held against the object that it
+stands for (see `navigation` and `assembly` beside this file). It shares no code with the planners, except what a
+relation in the room means to a person (`arramon_dataset.instructions.assembly.cells`).
+"""
+
+from collections.abc import Iterator
+
+import arramon_lang as lang
+from arramon_lang.meaning import Meaning, Navigation, Thing
+from arramon_lang.reference import co_reference, mentions
+
+
+def faults_of_text(text: str, language: str, meaning: Meaning) -> tuple[str, ...]:
+    """Return what a reader of a text would take for something else than was meant; nothing if all is clear.
+
+    Args:
+        text: an instruction.
+        language: its code.
+        meaning: what it is to say, with identities.
+    """
+    phase = "navigation" if isinstance(meaning, Navigation) else "assembly"
+    try:
+        read = lang.load(language).read(text, phase)
+    except lang.CannotRead as error:
+        return (str(error),)
+    if read != meaning:
+        return (f"says {_difference(read, meaning)}",)
+    if co_reference(read) != co_reference(meaning):
+        return (f"takes one thing for another: {_mixed_up(read, meaning)}",)
+    return ()
+
+
+def faults_of_names(meaning: Meaning) -> Iterator[str]:
+    """Yield each mention whose name an earlier one of another thing has too, or that calls one thing another."""
+    earlier: list[Thing] = []
+    for thing in mentions(meaning):
+        if not thing.identity or not thing.kind:
+            continue
+        named = [other for other in earlier if other.kind == thing.kind]
+        is_new = all(other.identity != thing.identity for other in named)
+        if is_new and thing.which not in ("next", "another"):
+            for other in named:
+                if other.number == thing.number and _is_name_of(thing, other):
+                    yield f"{_called(thing)} is also called {_called(other)}"
+        if is_new and thing.which in ("next", "another") and not named:
+            yield f"{_called(thing)}, but none was named before"
+        earlier.append(thing)
+
+
+def _is_name_of(thing: Thing, other: Thing) -> bool:
+    """Return whether a name says nothing that is not said of an earlier thing."""
+    return (
+        thing.colour in ("", other.colour)
+        and thing.look in ("", other.look)
+        and thing.which in ("", other.which)
+        and thing.where in ((), other.where)
+    )
+
+
+def _called(thing: Thing) -> str:
+    words = (thing.number, thing.which, thing.look, thing.colour, thing.kind)
+    return f"the {' '.join(word for word in words if word)} {thing.identity}"
+
+
+def _difference(read: Meaning, meaning: Meaning) -> str:
+    if isinstance(read, Navigation) and isinstance(meaning, Navigation):
+        for one, other in zip(read.steps, meaning.steps, strict=False):
+            if one != other:
+                return f"{one}; expected {other}"
+        if len(read.steps) != len(meaning.steps):
+            return f"{len(read.steps)} steps; expected {len(meaning.steps)}"
+        return f"{read.target}; expected {meaning.target}"
+    return f"{read}; expected {meaning}"
+
+
+def _mixed_up(read: Meaning, meaning: Meaning) -> str:
+    pairs = zip(co_reference(read), co_reference(meaning), mentions(meaning), strict=True)
+    return next(f"{_called(thing)}" for one, other, thing in pairs if one != other)

@@ -1,0 +1,208 @@
+"""The ground truth's path as the planner sees it: where it is, where it leads on, what has been seen by then."""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from random import Random
+
+from arramon_dataset.instructions.navigation.legs import Place, bearing, legs_of, max_deviation, turn_between
+from arramon_dataset.instructions.sight import Landmark
+from arramon_dataset.plans.graph import StreetGraph
+from arramon_lang.meaning import Rotate, Step, Walk
+from arramon_lang.reference import things_of
+from arramon_lang.street import BESIDE, DEGREES
+from arramon_server.sim.geometry import Pose, wrap
+
+MAX_DEVIATION = 1.8
+"""Maximum distance of a step from the path, in units."""
+
+IN_VIEW = 40.0
+"""Maximum angle between the course and a landmark, with or without a turn before it, in degrees."""
+
+SLIGHT, AROUND = 45.0, 145.0
+"""Greatest turn that is slight, and least that is one around, in degrees."""
+
+SNAP = 40.0
+"""Maximum angle between a step's course and the path for the walker to go on in the path's direction, in degrees."""
+
+STRAIGHT = 15.0
+"""Maximum angle from the course, and from the path, of what one walks straight to, in degrees."""
+
+SEVERAL_SHARE = 0.9
+"""Probability that a way is told by things that stand together ("the cones"), where it can be."""
+
+MAX_STEP_LENGTH = 30
+"""Maximum distance that one step leads, in units."""
+
+
+@dataclass(frozen=True, slots=True)
+class Waypoint:
+    """Where the steps so far lead.
+
+    Attributes:
+        pose: position, with the course as heading.
+        number: index of the nearest place in the path.
+        turned: whether the last step was a turn: a second one at once means that the first was misplaced.
+        about: identity of the thing of the last step; "" if it had none.
+    """
+
+    pose: Pose
+    number: int
+    turned: bool = False
+    about: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Option:
+    """A candidate continuation; lower cost is better."""
+
+    cost: float
+    steps: tuple[Step, ...]
+    waypoint: Waypoint
+
+
+class Route:
+    """A path with the landmarks seen along it.
+
+    Args:
+        path: distinct positions (x, z) of the ground truth.
+        poses: along the path, from `sight.poses_along`.
+        marks: from `sight.find_landmarks`.
+        goal: (x, z) of the target.
+        graph: of the section's streets, or None.
+        random: draws all choices.
+
+    Attributes:
+        target: the target's label; None if it is not among the landmarks.
+        has_twin: whether another object looks like the target.
+        is_by_several: whether the way is told by things that stand together, where it can be.
+    """
+
+    def __init__(
+        self,
+        path: Sequence[Place],
+        poses: Sequence[Pose],
+        marks: Sequence[Landmark],
+        goal: Place,
+        graph: StreetGraph | None,
+        random: Random,
+    ) -> None:
+        self.path, self.marks, self.goal, self.graph, self.random = path, marks, goal, graph, random
+        self.start = poses[0]
+        # Index -1, a look around at the start, does not count: those landmarks are not seen while walking.
+        self._first = {id(mark): next((n for n in mark.seen if n >= 0), len(poses)) for mark in marks}
+        self.target = next((mark.label for mark in marks if (mark.x, mark.z) == goal), None)
+        self.has_twin = sum(mark.label == self.target for mark in marks) > 1
+        self.is_by_several = random.random() < SEVERAL_SHARE
+        self.corners = [leg.last for leg in legs_of(path)]
+        self._by_kind: dict[str, list[Landmark]] = {}
+        for mark in marks:
+            self._by_kind.setdefault(mark.label.kind, []).append(mark)
+        self.departures = [0] * len(path)
+        place = 0
+        for number, pose in enumerate(poses):
+            while place + 1 < len(path) and (pose.x, pose.z) != path[place]:
+                place += 1
+            self.departures[place] = number
+
+    @property
+    def last(self) -> int:
+        """Index of the path's last place."""
+        return len(self.path) - 1
+
+    def of_kind(self, kind: str) -> Sequence[Landmark]:
+        """Return the landmarks of a kind, in the order of `marks`: no others can be confused by name."""
+        return self._by_kind.get(kind, ())
+
+    def first_seen(self, mark: Landmark) -> int:
+        """Return the index of the first pose on the way from which a landmark is seen; that after the last if none."""
+        return self._first[id(mark)]
+
+    def is_seen(self, mark: Landmark, waypoint: Waypoint) -> bool:
+        """Return whether a landmark has been seen on the way to a waypoint."""
+        return self.first_seen(mark) <= self.departures[waypoint.number]
+
+    def option(
+        self, waypoint: Waypoint, turns: tuple[Step, ...], step: Step, end: Pose, cost: float
+    ) -> Iterator[Option]:
+        """Yield the continuation by these steps if they advance along the path."""
+        if isinstance(step, Walk) and step.things:
+            step = replace(step, straight=self._is_straight(waypoint, turns, end))
+        number = self.nearest(end, waypoint.number)
+        if number < waypoint.number + 2 and number < self.last:
+            return
+        here = waypoint.pose.x, waypoint.pose.z
+        off = math.dist((end.x, end.z), self.path[number])
+        strayed = max_deviation(self.path, waypoint.number, number, here, (end.x, end.z))
+        if off > MAX_DEVIATION or strayed > MAX_DEVIATION:
+            return
+        gain = min(number - waypoint.number, 14)
+        onward = self.onward_heading(number)
+        wrong = 0.0 if onward is None else max(abs(turn_between(end.heading, onward)) - 15.0, 0.0) / 25.0
+        total = cost + 0.8 * off + 0.5 * strayed - 0.4 * gain + 1.2 * len(turns) + wrong + 1.5 * self.random.random()
+        about = next((thing.identity for thing in things_of(step)), "")
+        pose = self._on_path(end, number, step)
+        yield Option(total, (*turns, step), Waypoint(pose, number, isinstance(step, Rotate), about))
+
+    def _on_path(self, end: Pose, number: int, step: Step) -> Pose:
+        """Return the pose after a step with the path's direction there as its course, unless it differs by far."""
+        before, here = self.path[max(number - 3, 0)], self.path[number]
+        is_turn = isinstance(step, Rotate) or before == here
+        course = self.onward_heading(number, 3) if is_turn else bearing(before, here)
+        if course is None or abs(turn_between(end.heading, course)) > SNAP:
+            return end
+        return Pose(end.x, end.z, course)
+
+    def _is_straight(self, waypoint: Waypoint, turns: tuple[Step, ...], end: Pose) -> bool:
+        """Return whether a step's end is straight ahead, by the course and by the path as it was or is turned to."""
+        here = waypoint.pose.x, waypoint.pose.z
+        towards = bearing(here, (end.x, end.z))
+        onward = self.onward_heading(waypoint.number, 3)
+        came = bearing(self.path[max(waypoint.number - 3, 0)], self.path[waypoint.number]) if waypoint.number else None
+        courses = [waypoint.pose.heading, onward, None if turns or waypoint.turned else came]
+        return all(course is None or abs(turn_between(course, towards)) <= STRAIGHT for course in courses)
+
+    def nearest(self, pose: Pose, since: int) -> int:
+        """Return the index of the place in the path nearest to a pose, from `since` on."""
+        until = min(since + MAX_STEP_LENGTH, len(self.path))
+        return min(range(since, until), key=lambda i: math.dist(self.path[i], (pose.x, pose.z)))
+
+    def onward_heading(self, number: int, far: int = 5) -> float | None:
+        """Return the direction of the path from a place over its next `far` places; None at its end."""
+        ahead = min(number + far, self.last)
+        if ahead <= number:
+            return None if self.path[number] == self.goal else bearing(self.path[number], self.goal)
+        return wrap(bearing(self.path[number], self.path[ahead]))
+
+
+def turns_on(route: Route, waypoint: Waypoint, words: tuple[str, ...]) -> bool:
+    """Return whether the path turns at a waypoint as these words say, or without words, not by more than slightly."""
+    onward = route.onward_heading(waypoint.number)
+    if onward is None:
+        return not words
+    turned = turn_between(waypoint.pose.heading, onward)
+    return turn_word(turned) == words[0] and abs(turned) >= 12.0 if words else abs(turned) <= SLIGHT
+
+
+def turn_word(degrees: float) -> str:
+    """Return which of `meaning.TURNS` a turn by so many degrees is, positive clockwise."""
+    side = "right" if degrees > 0.0 else "left"
+    if abs(degrees) >= AROUND:
+        return "around"
+    return f"slightly {side}" if abs(degrees) <= SLIGHT else side
+
+
+def pose_after_passing(pose: Pose, x: float, z: float, beyond: float) -> Pose:
+    """Return the pose after passing a place."""
+    right, ahead = pose.local(x, z)
+    aside = right - min(max(right, -BESIDE), BESIDE)
+    course = pose.turned(math.degrees(math.atan2(aside, max(ahead, 0.5))))
+    return course.ahead(course.local(x, z)[1] + beyond)
+
+
+def turn_towards(off: float) -> tuple[str, ...] | None:
+    """Return the turn that brings a landmark at this angle to the course into view, or None if there is none."""
+    if abs(off) <= IN_VIEW:
+        return ()
+    word = turn_word(off)
+    return (word,) if abs(turn_between(DEGREES[word], off)) <= IN_VIEW else None

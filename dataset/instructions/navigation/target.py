@@ -1,0 +1,167 @@
+"""Names for the target of a navigation instruction, and its relation to a nearby landmark."""
+
+import math
+from collections.abc import Sequence
+from random import Random
+
+from arramon_dataset.instructions.navigation.choice import full_name
+from arramon_dataset.instructions.navigation.groups import groups_around
+from arramon_dataset.instructions.sight import Landmark
+from arramon_lang.meaning import Thing, Where
+from arramon_server.sim.assets.roadside import ZEBRA_LENGTH, ZEBRA_WIDTH
+from arramon_server.sim.catalogue import KINDS
+from arramon_server.sim.geometry import Pose
+from arramon_server.sim.labels import Label
+from arramon_server.sim.rules import Collectible
+
+NEAR = 3.0
+"""Maximum distance of a landmark from the target, in units."""
+
+BUILDING_SHARE = 0.25
+"""Probability that a building may tell a target's place."""
+
+COLLECTIBLE_LIKING = 0.5
+"""How many units nearer than other landmarks another collectible seems."""
+
+UNSUITED = ("intersection", "junction", "corner")
+"""Kinds of landmarks that a target's place is not told by."""
+
+UNPLACED = 0.15
+"""Probability that the place is not told of a target that looks like no other object."""
+
+APART = 8.0
+"""Distance from another object that looks like the target within which nothing may be called as what tells the target's
+place, in units."""
+
+GROUP_SHARE = 0.8
+"""Probability that things that stand together by the target are named together."""
+
+LAST_VIEWS, OFF_SIDE = 6, 65.0
+"""Last poses from all of which the target is on the told side of a landmark, and maximum angle between that side and
+where it is, in degrees."""
+
+ON_ZEBRA = (ZEBRA_WIDTH / 2 + 0.4, ZEBRA_LENGTH / 2 + 0.4)
+"""Half the size of the ground that a zebra crossing covers, with half of an object at its edge, in units."""
+
+FULL = 0.85
+"""Probability that the name is complete though fewer words suffice."""
+
+
+def describe(
+    target: Collectible, street: Sequence[Collectible], marks: Sequence[Landmark], poses: Sequence[Pose], random: Random
+) -> Thing | None:
+    """Return a name that matches only the target among the turn's collectibles; None if it is not seen at the end.
+
+    Args:
+        target: the object to pick up.
+        street: all collectibles of the turn.
+        marks: landmarks along the path.
+        poses: along the path.
+        random: draws the words.
+    """
+    every = marks
+    marks = [mark for mark in marks if mark.seen]
+    own, at = Label.of(target.type), (target.position.x, target.position.z)
+    if not any(
+        mark.label == own
+        and math.dist((mark.x, mark.z), (target.position.x, target.position.z)) < 0.1
+        and mark.seen[-1] >= len(poses) - 6
+        for mark in marks
+    ):
+        return None
+    others = [item.type for item in street if item is not target and item != target]
+    kind, colour, pattern = target.type.kind, target.type.colour, target.type.pattern
+    short = [(colour, ""), ("", pattern)]
+    random.shuffle(short)
+    for said_colour, said_pattern in short if random.random() > FULL else []:
+        if not any(
+            other.kind == kind and said_colour in ("", other.colour) and said_pattern in ("", other.pattern)
+            for other in others
+        ):
+            colour, pattern = said_colour, said_pattern
+            break
+    identity = next((mark.identity for mark in marks if mark.label == own and (mark.x, mark.z) == at), "target")
+    twins = [mark for mark in every if mark.label == own and (mark.x, mark.z) != at]
+    where = _where(target, every, poses, random, [mark for mark in every if _is_by_any(mark, twins)] if twins else None)
+    return None if twins and not where else Thing(kind, colour, pattern, where=where, identity=identity)
+
+
+def _is_by_any(mark: Landmark, twins: Sequence[Landmark]) -> bool:
+    """Return whether a landmark could tell where one of the target's twins is."""
+    return any(math.dist((mark.x, mark.z), (twin.x, twin.z)) < APART for twin in twins)
+
+
+def _where(
+    target: Collectible,
+    every: Sequence[Landmark],
+    poses: Sequence[Pose],
+    random: Random,
+    elsewhere: Sequence[Landmark] | None,
+) -> tuple[Where, ...]:
+    """Return the target's relation to a landmark near it, as seen when arriving along the path.
+
+    `elsewhere` are the landmarks near others that look like the target: what is called the same is not used, and no
+    building. None if there are no others.
+    """
+    view = poses[max(len(poses) - 6, 0)]
+    x, z = target.position.x, target.position.z
+    heading = math.degrees(math.atan2(x - view.x, z - view.z))
+    came = Pose(x, z, heading % 360.0)
+    is_alone = elsewhere is None
+    unsuited = UNSUITED if random.random() < BUILDING_SHARE and is_alone else (*UNSUITED, "building")
+    near = []
+    marks = [mark for mark in every if mark.seen]
+    for mark in marks:
+        right, ahead = came.local(mark.x, mark.z)
+        distance = math.hypot(right, ahead)
+        if (
+            mark.label.kind in unsuited
+            or mark.label.look == "grey"
+            or distance > NEAR
+            or distance < 0.1
+            or mark.seen[-1] < len(poses) - 10
+            or _is_under(mark, x, z)
+            or any(mark.label == other.label for other in elsewhere or ())
+        ):
+            continue
+        liking = COLLECTIBLE_LIKING if mark.label.kind in KINDS else 0.0
+        near.append((distance + random.random() - liking, right, ahead, mark))
+    if not near or (random.random() < UNPLACED and is_alone):
+        return ()
+    _, right, ahead, mark = min(near, key=lambda item: (item[0], item[3].identity))
+    name = full_name(mark)
+    relation = "near"
+    if random.random() < 0.5:
+        if abs(right) > 1.5 * abs(ahead):
+            relation = "left_of" if right > 0.0 else "right_of"
+        elif abs(ahead) > 1.5 * abs(right):
+            relation = "in_front_of" if ahead > 0.0 else "behind"
+    if not all(_is_so_from(pose, relation, (x, z), mark) for pose in poses[-LAST_VIEWS:]):
+        relation = "near"
+    group = next(groups_around(mark, every, marks, len(poses)), None)
+    if group is not None and is_alone and random.random() < GROUP_SHARE:
+        return (Where("near", (group.name,)),)
+    return (Where(relation, (name,)),)
+
+
+def _is_under(mark: Landmark, x: float, z: float) -> bool:
+    """Return whether a landmark is what a place is on, a zebra crossing, and so not next to it."""
+    across, along = Pose(mark.x, mark.z, mark.heading).local(x, z)
+    return mark.label.kind == "zebra_crossing" and abs(across) <= ON_ZEBRA[0] and abs(along) <= ON_ZEBRA[1]
+
+
+def _is_so_from(view: Pose, relation: str, place: tuple[float, float], mark: Landmark) -> bool:
+    """Return whether a place is clearly on the told side of a landmark, for who looks at the place from a pose."""
+    x, z = place
+    towards = math.degrees(math.atan2(x - view.x, z - view.z))
+    right, ahead = Pose(x, z, towards % 360.0).local(mark.x, mark.z)
+    sides = {
+        "left_of": (right, ahead),
+        "right_of": (-right, ahead),
+        "in_front_of": (ahead, right),
+        "behind": (-ahead, right),
+    }
+    if relation not in sides:
+        return True
+    along, across = sides[relation]
+    return along > 0.0 and abs(across) <= math.tan(math.radians(OFF_SIDE)) * along

@@ -1,0 +1,52 @@
+"""A turn of a draft whose way is to be told: what is seen along it, and meanings of its navigation without a fault."""
+
+from arramon_dataset.alignment.routes import Tokens, tokens_of
+from arramon_dataset.generation.site import Site
+from arramon_dataset.instructions.gate.navigation import NavigationCheck, faults_of_navigation
+from arramon_dataset.instructions.gate.world import GateWorld
+from arramon_dataset.instructions.navigation.plan import plan_navigation
+from arramon_dataset.instructions.sight import find_landmarks, poses_along
+from arramon_dataset.paraphrases.route import facts_along
+from arramon_dataset.randomness import seeded
+from arramon_lang.meaning import Navigation
+from arramon_server.episodes.episode import Turn
+from arramon_server.sim.geometry import Pose
+
+
+class ToldTurn:
+    """A turn, with what is seen along its ground truth.
+
+    Args:
+        start: pose at its beginning.
+        turn: of a draft.
+        site: where it takes place.
+
+    Attributes:
+        turn, site: as they were given.
+    """
+
+    def __init__(self, start: Pose, turn: Turn, site: Site) -> None:
+        self.turn, self.site = turn, site
+        self._poses = poses_along(start, turn.path, turn.actions)
+        self._marks = find_landmarks(self._poses, turn.street, site.section, site.sight, site.graph)
+        goal = turn.target.position.x, turn.target.position.z
+        self._world = GateWorld(turn.path, self._poses[0], self._marks, goal, site.graph, self._poses)
+        self._drawn: dict[tuple[object, ...], Navigation | None] = {}
+
+    def navigation(self, names: tuple[object, ...]) -> Navigation | None:
+        """Return a meaning of its navigation that the gate finds no fault with, or None; `names` seed all choices."""
+        if names not in self._drawn:
+            self._drawn[names] = self._draw(names)
+        return self._drawn[names]
+
+    def tokens(self) -> Tokens:
+        """Return what happens along its ground truth, for the check that shares nothing with the grammar."""
+        return tokens_of(facts_along(self.turn, self._poses, self._marks), self.turn.target.type)
+
+    def _draw(self, names: tuple[object, ...]) -> Navigation | None:
+        turn, check = self.turn, NavigationCheck(self._world)
+        random = seeded(*names)
+        meaning = plan_navigation(
+            turn.path, self._poses, turn.target, turn.street, self._marks, random, self.site.graph, check
+        )
+        return None if meaning is None or faults_of_navigation(meaning, self._world) else meaning

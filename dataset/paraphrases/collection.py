@@ -1,0 +1,145 @@
+"""The split `val_unseen_paraphrased`: generated episodes of section 6 with texts that no grammar wrote.
+
+Its episodes are kept in the package, as the generator may change: the texts are about these very episodes. How they
+were written and checked is said in `data/README.md`.
+"""
+
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from pydantic import TypeAdapter
+
+from arramon_server.episodes.episode import Episode, Instructions
+from arramon_server.episodes.files import read_episodes, read_section
+from arramon_server.episodes.splits import Split, write_split
+from arramon_server.sim.section import Section
+
+NAME = "val_unseen_paraphrased"
+
+SOURCE = "generated, with machine-written paraphrases that no native speaker has reviewed"
+
+HALVES = ("development", "test")
+"""Readers are improved on the first half's texts. The second half is for final figures alone."""
+
+DATA = Path(__file__).parent / "data"
+
+
+@dataclass(frozen=True, slots=True)
+class Paraphrase:
+    """The texts of one turn in one language, and what a reader made of them who saw neither way nor goal.
+
+    Attributes:
+        episode: id of the episode.
+        turn: 1 or 2.
+        language: code.
+        writer: which writer wrote it; each has a manner of their own.
+        manner: of the writer.
+        half: one of HALVES; all texts of an episode are in one half.
+        navigation, assembly: the texts.
+        navigation_led, assembly_led: whether the reader was led to the target, and to its cell; None if nobody has
+            read the text yet.
+        meaning: what another reader says that the texts ask for: "steps", "target" and "room", see `data/README.md`;
+            None for most episodes.
+    """
+
+    episode: str
+    turn: int
+    language: str
+    writer: str
+    manner: str
+    half: str
+    navigation: str
+    assembly: str
+    navigation_led: bool | None
+    assembly_led: bool | None
+    meaning: Mapping[str, Any] | None
+
+    @property
+    def key(self) -> tuple[str, int, str]:
+        """Episode, turn and language, which no other text has."""
+        return self.episode, self.turn, self.language
+
+
+@dataclass(frozen=True, slots=True)
+class Written:
+    """A meaning of a text of the development half that was written down later, from the text alone.
+
+    Attributes:
+        text: what was read.
+        batch: from 1; its texts were drawn at random, and their meanings written before the reader read them.
+        doubtful: phases of whose text two careful readers would say different things.
+        meaning: as `Paraphrase.meaning`, but without "room" where the navigation alone was written down.
+    """
+
+    text: Paraphrase
+    batch: int
+    doubtful: tuple[str, ...]
+    meaning: Mapping[str, Any]
+
+
+_PARAPHRASE = TypeAdapter(Paraphrase)
+
+
+@cache
+def paraphrases() -> tuple[Paraphrase, ...]:
+    """Return all texts, by episode, turn and language."""
+    lines = (DATA / "texts.jsonl").read_text(encoding="utf-8").splitlines()
+    return tuple(_PARAPHRASE.validate_json(line) for line in lines)
+
+
+def second_meanings() -> dict[tuple[str, int, str], Mapping[str, Any]]:
+    """Return the meanings that another reader wrote down for some texts, by the texts' keys."""
+    lines = (DATA / "second_meanings.jsonl").read_text(encoding="utf-8").splitlines()
+    read = map(json.loads, lines)
+    return {(each["episode"], each["turn"], each["language"]): each["meaning"] for each in read}
+
+
+def development_meanings(language: str) -> tuple[Written, ...]:
+    """Return the meanings of further texts of the development half in one language, by batch."""
+    texts = {text.key: text for text in paraphrases()}
+    path = DATA / f"development_meanings_{language}.jsonl"
+    lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
+    read = map(json.loads, lines)
+    return tuple(
+        Written(texts[each["episode"], each["turn"], language], each["batch"], (*each["doubtful"],), each["meaning"])
+        for each in read
+    )
+
+
+def paraphrased_episodes() -> list[Episode]:
+    """Return the episodes with the paraphrases as their instructions."""
+    texts = {(text.episode, text.turn, text.language): text for text in paraphrases()}
+    languages = sorted({text.language for text in paraphrases()})
+
+    def spoken(episode: str) -> Iterator[tuple[str, tuple[Instructions, Instructions]]]:
+        for language in languages:
+            turns = [texts[episode, turn, language] for turn in (1, 2)]
+            first, second = (Instructions(text.navigation, text.assembly) for text in turns)
+            yield language, (first, second)
+
+    return [replace(episode, instructions=dict(spoken(episode.episode_id))) for episode in generated_episodes()]
+
+
+def generated_episodes() -> list[Episode]:
+    """Return the same episodes with the instructions that the grammar wrote for them."""
+    return read_episodes(DATA / "episodes.jsonl.gz")[1]
+
+
+def paraphrased_section() -> Section:
+    """Return the section that the episodes take place in."""
+    return read_section(DATA / "section.json")
+
+
+def install(data: Path) -> Split:
+    """Write the split into a data folder, replacing an earlier one, and return it.
+
+    Raises:
+        StorageError: if the folder cannot be written.
+    """
+    return write_split(
+        data, NAME, hidden=False, source=SOURCE, episodes=paraphrased_episodes(), sections=[paraphrased_section()]
+    )

@@ -1,0 +1,159 @@
+"""Faults of sections whose plans are drawn by program, by what holds of the seven whose plans are made by hand."""
+
+from collections.abc import Iterator
+from itertools import combinations
+
+import numpy as np
+from scipy import ndimage
+
+from arramon_dataset.layout.grid import Points, sample_points
+from arramon_dataset.layout.solids import Solids
+from arramon_dataset.plans.blocks import bounds_of
+from arramon_dataset.plans.graph import StreetGraph
+from arramon_dataset.plans.landmarks import crossings, distances
+from arramon_dataset.plans.plan import Plan
+from arramon_dataset.plans.street_graph import street_graph
+from arramon_dataset.plans.strips import surface
+from arramon_server.sim.city import label_of_prop
+from arramon_server.sim.geometry import AGENT_RADIUS
+from arramon_server.sim.section import FACADES, Section
+
+EXTENT = (30.5, 49.5)
+"""Range of a section's extent along x and z, in units."""
+
+GROUND = (620, 1080)
+"""Range of its free ground, in square units."""
+
+JUNCTIONS = 11
+"""Minimum number of junctions."""
+
+SPACING, MARGIN, NEAR_FREE = 0.2, 0.1, 0.3
+"""Of the places that connected ground is told by; what they have around them besides the agent's radius; maximum
+distance of every street's middle line from free ground, but for its ends. In units."""
+
+AROUND, BESIDE = 3.0, 1.5
+"""How far around its bounds a section is looked at, and maximum distance of reachable ground from streets, in units."""
+
+AT_END = 0.75
+"""How far from the end of a street its middle line need not be free, in units."""
+
+PROPS, BANNERS, LABELS = range(125, 151), range(12, 21), 35
+"""Number of props, of banners, and minimum number of labels that differ."""
+
+FARTHEST_LANDMARK, AT_CROSSING = 4.95, 3
+"""Maximum distance of every place on a street from a landmark, in units, and number of those so near to a crossing."""
+
+TWINS, NEAR_TWINS, NEAR_SHARE = 7.05, 12.0, 0.1
+"""Minimum distance of two props that look the same; below the second, in units, at most this share of them is."""
+
+ZEBRAS = 4
+"""Minimum number of zebra crossings."""
+
+
+def faults_of_plan(plan: Plan) -> tuple[str, ...]:
+    """Return what can be said without building a section: whether it is too small or too large."""
+    x0, z0, x1, z1 = bounds_of(plan)
+    if not all(EXTENT[0] < length < EXTENT[1] for length in (x1 - x0, z1 - z0)):
+        return (f"it extends over {x1 - x0:.1f} by {z1 - z0:.1f} units",)
+    return ()
+
+
+def faults_of_section(plan: Plan, section: Section) -> tuple[str, ...]:
+    """Return descriptions of everything else in which a section falls behind the seven; empty for a good one.
+
+    Args:
+        plan: that it was built from.
+        section: as built.
+    """
+    return (*_ground_faults(plan, section), *_landmark_faults(plan, section), *_graph_faults(plan, section))
+
+
+def _ground_faults(plan: Plan, section: Section) -> Iterator[str]:
+    free = _connected(section)
+    ground = len(free) * SPACING**2
+    if not GROUND[0] < ground < GROUND[1]:
+        yield f"it has {ground:.0f} square units of free ground"
+    middles = sample_points(plan.lines(), 0.5)
+    ends = np.concatenate([line[[0, -1]] for line in plan.lines()])
+    inner = middles[distances(middles, ends).min(axis=1) > AT_END]
+    streets = surface(plan)
+    beside = free[~streets.covers(free)]
+    if len(beside) and np.min([strip.distance(beside) for strip in streets.strips], axis=0).max() > BESIDE:
+        yield "it is open to the outside"
+    if not len(free) or max(_nearest(inner, free)) > NEAR_FREE:
+        yield "a street is not free, or leads nowhere"
+
+
+def _connected(section: Section) -> Points:
+    """Return the places of a lattice that the agent can reach from one another, (n, 2) of (x, z)."""
+    x0, z0, x1, z1 = section.bounds
+    xs, zs = (np.arange(low - AROUND, high + AROUND, SPACING) for low, high in ((x0, x1), (z0, z1)))
+    places = np.stack(np.meshgrid(xs, zs, indexing="ij"), axis=-1)
+    clear = Solids.of(section).distance(places.reshape(-1, 2)).reshape(places.shape[:2]) > AGENT_RADIUS + MARGIN
+    parts, _ = ndimage.label(clear)
+    sizes = np.bincount(parts.ravel())
+    sizes[0] = 0
+    found: Points = places[(parts == sizes.argmax()) & clear]
+    return found
+
+
+def _nearest(places: Points, others: Points) -> list[float]:
+    return [float(np.hypot(*(others - place).T).min()) for place in places]
+
+
+def _landmark_faults(plan: Plan, section: Section) -> Iterator[str]:
+    labels = [label_of_prop(prop) for prop in section.props]
+    places = np.array([(prop.x, prop.z) for prop in section.props])
+    kinds = [label.kind for label in labels]
+    if len(labels) not in PROPS or kinds.count("banner") not in BANNERS or len(set(labels)) < LABELS:
+        yield f"it has {len(labels)} props, {kinds.count('banner')} banners, {len(set(labels))} labels"
+    if kinds.count("zebra_crossing") < ZEBRAS:
+        yield f"it has {kinds.count('zebra_crossing')} zebra crossings"
+    if distances(sample_points(plan.lines(), 1.0), places).min(axis=1).max() > FARTHEST_LANDMARK:
+        yield "a place on a street has no landmark near it"
+    if (np.sort(distances(crossings(plan), places), axis=1)[:, AT_CROSSING - 1] > FARTHEST_LANDMARK).any():
+        yield "a crossing has too few landmarks"
+    twins = np.array([
+        np.hypot(*(places[i] - places[j]))
+        for i, j in combinations(range(len(labels)), 2)
+        if labels[i] == labels[j] and kinds[i] != "zebra_crossing"
+    ])  # fmt: skip
+    if (twins < TWINS).any() or (twins < NEAR_TWINS).mean() >= NEAR_SHARE:
+        yield "props that look the same are too near to each other"
+    houses = np.array([(building.x, building.z) for building in section.buildings])
+    apart = distances(houses, houses) + 1e9 * np.eye(len(houses))
+    facades = [building.facade for building in section.buildings]
+    if set(facades) != set(FACADES) or any(facades[i] == facades[int(j)] for i, j in enumerate(apart.argmin(axis=1))):
+        yield "a facade is missing, or neighbours share one"
+
+
+def _graph_faults(plan: Plan, section: Section) -> Iterator[str]:
+    graph = street_graph(plan, section)
+    kinds = [junction.kind for junction in graph.junctions]
+    if len(kinds) < JUNCTIONS or kinds.count("square") != 1 or "t_junction" not in kinds or "bend" not in kinds:
+        yield f"its junctions are {', '.join(sorted(kinds))}"
+    if {road.kind for road in graph.roads} != {"street", "alley"}:
+        yield "it has no alley, or nothing else"
+    if not _leads_back(graph):
+        yield "a street leaves a junction and does not come back to it"
+    middles = np.array([(junction.x, junction.z) for junction in graph.junctions])
+    if not surface(plan).covers(middles).all():
+        yield "a junction lies beside the streets"
+    for junction in graph.junctions:
+        headings = [arm.heading for arm in junction.arms]
+        if graph.junction_at(junction.x, junction.z) != junction or len(set(headings)) < len(headings):
+            yield f"{junction.identity} is not clearly apart"
+        for arm in junction.arms:
+            if arm.road not in [road.identity for road in graph.roads_at(arm.x, arm.z)]:
+                yield f"an arm of {junction.identity} does not lie on its road"
+
+
+def _leads_back(graph: StreetGraph) -> bool:
+    named = {junction.identity: junction for junction in graph.junctions}
+    return all(
+        arm.leads_to in named
+        and junction.identity in [back.leads_to for back in named[arm.leads_to].arms]
+        and junction.identity in graph.road(arm.road).junctions
+        for junction in graph.junctions
+        for arm in junction.arms
+    )

@@ -1,0 +1,51 @@
+"""Landmarks by the colour that an episode's own text gives them.
+
+People differ in what they call one colour: of the same barrel some say gold, some orange, some yellow.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from arramon_dataset.release.landmarks.agreement import WITHIN, by_kind, mentions_of, nearest, standing_of
+from arramon_dataset.release.landmarks.alignment import align
+from arramon_dataset.release.landmarks.mentions import SCENERY
+from arramon_dataset.release.landmarks.recovery import Landmark, Map, Told
+from arramon_dataset.release.landmarks.scenery import look_of
+from arramon_server.sim.section import Prop
+
+
+def called(
+    told: Sequence[Told], standing: Sequence[Prop], landmarks: Sequence[Landmark], strength: float
+) -> dict[int, Prop]:
+    """Return the landmarks that an episode's texts call otherwise than most people do, in the colour that they say.
+
+    Only where others give the landmark this colour too; a banner has the shape that the text says with it.
+
+    Args:
+        told: by the episode's texts.
+        standing: the scenery as it is in the episode.
+        landmarks: from which it was made, in the same order.
+        strength: of each thing in the alignment of the texts.
+
+    Returns:
+        Props by their index in `standing`.
+    """
+    changed: dict[int, Prop] = {}
+    things = standing_of(standing)
+    known = Map.of(by_kind(things, strength))
+    for each in told:
+        if not each.events:
+            continue
+        aligned = align(each.events, each.walk, known.fit)
+        for event, place, thing in mentions_of(each.events, aligned, each.walk, things, SCENERY):
+            if thing >= 0 or not event.colour:
+                continue
+            same = [number for number, landmark in enumerate(landmarks) if event.colour in landmark.names]
+            plain = replace(event, colour="", look="")
+            number, apart = nearest(plain, place, each.walk, [things[number] for number in same])
+            if apart <= WITHIN:
+                at = same[number]
+                landmark = landmarks[at]
+                colour, shape, drawn = look_of(replace(landmark, colour=event.colour, look=event.look or landmark.look))
+                changed.setdefault(at, replace(standing[at], colour=colour, shape=shape, shape_colour=drawn))
+    return changed

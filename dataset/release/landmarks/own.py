@@ -1,0 +1,166 @@
+"""An episode's own furniture: where its own texts put the things that are drawn anew for each episode.
+
+A thing stands where the mentions of both turns overlap; mentions that fit nowhere together are of different things.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from random import Random
+
+import numpy as np
+
+from arramon_dataset.layout.places import PATH_GAP, TARGET_GAP
+from arramon_dataset.randomness import seeded
+from arramon_dataset.release.landmarks.alignment import align
+from arramon_dataset.release.landmarks.ground import Ground, Room, apart_from
+from arramon_dataset.release.landmarks.mentions import DRAWN, METAL_BENCH, Event
+from arramon_dataset.release.landmarks.recovery import Map, Told, vote
+from arramon_dataset.release.landmarks.walks import Indices, Numbers
+from arramon_server.sim.assets import furniture
+from arramon_server.sim.assets.furniture import footprint_radius
+from arramon_server.sim.geometry import wrap
+from arramon_server.sim.own_furniture import Moved
+from arramon_server.sim.section import ON_WALLS, Prop
+
+EXPLAINED = 0.3
+"""A thing explains the mentions that are at least so likely at its place, relative to their best place."""
+
+UNLIKELY = 0.02
+"""Likelihood of a mention at a place where its kernel does not reach, relative to its best place."""
+
+TRIED = 80
+"""Number of likeliest places of which the one seen by most of its mentions is taken."""
+
+
+@dataclass(frozen=True, eq=False)
+class Wanted:
+    """A mention that asks for a thing.
+
+    Attributes:
+        event: the mention.
+        turn: of its text.
+        likely: (g,) at each place of the ground, relative to the best one.
+        eye: (2,) of (x, z), where the walker is when it is spoken of.
+    """
+
+    event: Event
+    turn: int
+    likely: Numbers
+    eye: Numbers
+
+
+def wanted(told: Sequence[Told], known: Map, ground: Ground) -> list[Wanted]:
+    """Return the mentions in an episode's texts of things that are drawn anew for each episode."""
+    found = []
+    for each in told:
+        if not each.events:
+            continue
+        aligned = align(each.events, each.walk, known.fit)
+        for event, posterior, place in zip(each.events, aligned.posterior, aligned.best, strict=True):
+            if event.kind in DRAWN and event.sort != METAL_BENCH:
+                likely = vote(event, each.walk, posterior, ground.places)
+                top = float(likely.max())
+                if top > 0.0:
+                    found.append(Wanted(event, each.turn, likely / top, each.walk.places[place]))
+    return found
+
+
+def own_furniture(episode: str, asked: Sequence[Wanted], room: Room, standing: Sequence[Prop]) -> list[Prop]:
+    """Return the things that an episode's own texts ask for, clear of its paths and of what stands there already.
+
+    Args:
+        episode: its id.
+        asked: by its texts.
+        room: what the episode leaves free.
+        standing: furniture that is there already.
+    """
+    random = seeded(episode, "own furniture")
+    taken = [(prop.x, prop.z, prop.kind) for prop in standing if prop.kind not in ON_WALLS]
+    placed: list[Prop] = []
+    for kind in DRAWN:
+        left = [each for each in asked if each.event.kind == kind]
+        indices, news = np.flatnonzero(room.free_for(kind)) if left else np.zeros(0, dtype=np.intp), taken
+        while left:
+            group = _same_colour(left)
+            indices, news = indices[apart_from(room.ground.places[indices], kind, news)], []
+            if not len(indices):
+                break
+            at = _best(group, indices, room.ground)
+            explained = [each for each in group if each.likely[at] >= EXPLAINED] or group[:1]
+            prop = make(kind, room.ground.places[at], explained, room, random)
+            placed.append(prop)
+            news.append((prop.x, prop.z, kind))
+            taken.append(news[0])
+            left = [each for each in left if not any(each is other for other in explained)]
+    return placed
+
+
+def _same_colour(left: Sequence[Wanted]) -> list[Wanted]:
+    """Return the mentions that can be of the thing first mentioned: of its colour or of none, one name a text."""
+    first = left[0]
+    colour = next((each.event.colour for each in left if each.event.identity == first.event.identity), "")
+    colour = first.event.colour or colour
+    names = {first.turn: first.event.identity}
+    group = []
+    for each in left:
+        if each.event.colour not in ("", colour) and colour:
+            continue
+        colour = colour or each.event.colour
+        if names.setdefault(each.turn, each.event.identity) == each.event.identity:
+            group.append(each)
+    return group
+
+
+def _best(group: Sequence[Wanted], indices: Indices, ground: Ground) -> int:
+    """Return the index of the place where a thing explains most, and is seen by those who speak of it."""
+    scores = np.sum([np.log(UNLIKELY + each.likely[indices]) for each in group], axis=0)
+    tops = indices[np.argsort(-scores, kind="stable")[:TRIED]]
+    best = np.sort(-scores, kind="stable")[:TRIED]
+    seen = np.sum([ground.sees(each.eye, ground.places[tops]) for each in group], axis=0)
+    return int(tops[int((-best + 2.0 * seen).argmax())])
+
+
+def make(kind: str, place: Numbers, mentions: Sequence[Wanted], room: Room, random: Random) -> Prop:
+    """Return a prop of a kind at a place, in the colour that is said, with its front to the nearest path."""
+    possible = (*furniture.COLOURS.get(kind, ()), *furniture.SPOKEN_COLOURS.get(kind, ()))
+    said = next((each.event.colour for each in mentions if each.event.colour in possible), "")
+    drawn = random.choice(furniture.COLOURS.get(kind, ("",)))
+    return Prop(kind, *_rounded(place), front(place, room.ground.heading, room.walked), said or drawn)
+
+
+def front(place: Numbers, heading: float, walked: Numbers) -> float:
+    """Return the heading along one of the streets' axes that is nearest to the direction of the nearest path."""
+    x, z = walked[int(((walked - place) ** 2).sum(axis=1).argmin())] - place
+    turns = round((float(np.degrees(np.arctan2(x, z))) - heading) / 90.0)
+    return round(wrap(heading + 90.0 * turns), 3)
+
+
+def moved_off(props: Sequence[Prop], room: Room) -> tuple[list[Moved], list[int]]:
+    """Return which of a section's props an episode moves off its own paths and objects, and which it leaves out.
+
+    A prop stands as near to its place as it can, and is left out if that is nowhere.
+    """
+    moved, left_out = [], []
+    standing = [(prop.x, prop.z, prop.kind) for prop in props if prop.kind not in ON_WALLS]
+    for index, prop in enumerate(props):
+        radius = footprint_radius(prop.kind)
+        if prop.kind in ON_WALLS or not radius:
+            continue
+        place = np.array([prop.x, prop.z])
+        near_path = np.hypot(*(room.walked - place).T).min() < PATH_GAP + radius
+        if not near_path and np.hypot(*(room.objects - place).T).min() >= TARGET_GAP + radius:
+            continue
+        others = [each for each in standing if each[:2] != (prop.x, prop.z)]
+        free = np.flatnonzero(room.free_for(prop.kind))
+        free = free[apart_from(room.ground.places[free], prop.kind, others)]
+        if not len(free):
+            left_out.append(index)
+            continue
+        to = room.ground.places[free[int(np.hypot(*(room.ground.places[free] - place).T).argmin())]]
+        moved.append(Moved(index, *_rounded(to), prop.heading))
+        standing = [*others, (float(to[0]), float(to[1]), prop.kind)]
+    return moved, left_out
+
+
+def _rounded(place: Numbers) -> tuple[float, float]:
+    return round(float(place[0]), 3), round(float(place[1]), 3)

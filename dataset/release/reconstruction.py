@@ -1,0 +1,198 @@
+"""Reconstruction of a section's geometry from its episodes' paths: ground near paths is free, the rest is built up."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from random import Random
+
+import numpy as np
+from scipy import ndimage
+from scipy.spatial import cKDTree
+
+from arramon_dataset.layout.furnishing import furnish
+from arramon_dataset.layout.grid import CELL, Grid, Mask, Points, sample_points
+from arramon_dataset.layout.lots import Rectangle, cover, split
+from arramon_dataset.randomness import seeded
+from arramon_server.sim.section import FACADES, Building, Section
+
+CARVE = 0.75
+"""Ground closer than this to a path or a target is free, in units: no corner of a cell beyond it is within 0.57."""
+
+RING = 8.0
+"""Width of the built-up ground around the free ground, in units, so that every street ends at a facade."""
+
+THINNEST = 2.5
+"""Built-up ground thinner than this becomes street, in units."""
+
+SHORTEST, LONGEST = 4.5, 9.0
+"""Range of a lot's side lengths, in units, where the ground is wide enough."""
+
+NARROWEST = 2.0
+"""Ground that no square of this side length fits into stays empty, unless it would open to the outside, in units."""
+
+SETBACKS = (0.0, 0.0, 0.0, 0.75, 1.0, 1.5)
+"""Possible distances of a facade from the edge of the street, in units: room for street furniture."""
+
+LOWEST, HIGHEST = 2.5, 9.0
+"""Range of building heights, in units."""
+
+
+def reconstruct(section_id: str, paths: Sequence[Points], targets: Points) -> Section:
+    """Return the section of `build_up` with drawn furniture, none of which blocks a path.
+
+    Args, Raises: as for `build_up`; the id seeds the furniture, too.
+    """
+    built = build_up(section_id, paths, targets)
+    return replace(built, props=furnish(section_id, built.heading, built.buildings, sample_points(paths), targets))
+
+
+def build_up(section_id: str, paths: Sequence[Points], targets: Points) -> Section:
+    """Return a section without furniture whose episodes follow these paths; the same input gives the same section.
+
+    No building is closer than 0.5 units to a segment of a path or to a target.
+
+    Args:
+        section_id: such as "1"; seeds heights and facades.
+        paths: each (n, 2) of (x, z) in units, n at least 1.
+        targets: (m, 2) of (x, z), positions of the objects to pick up, m may be 0.
+
+    Raises:
+        ValueError: if there is no path.
+    """
+    if not paths:
+        raise ValueError(f"section {section_id}: no paths to reconstruct it from")
+    heading = street_heading(paths)
+    trodden = sample_points([*paths, *(target[None, :] for target in targets)])
+    grid = Grid.around(trodden, heading, CARVE + RING + CELL)
+    street, built = survey(grid, trodden)
+    buildings = tuple(raise_buildings(section_id, grid, lay_out(section_id, built, street)))
+    return Section(section_id, heading, bounds_of(trodden), buildings, ())
+
+
+def street_heading(paths: Sequence[Points]) -> float:
+    """Return the main direction of the paths, in [0, 180) degrees clockwise from +z.
+
+    Streets cross at right angles, so directions are compared modulo 90 degrees: the result is the weighted mean around
+    the histogram's peak, to a tenth of a degree. Of the two perpendicular directions, the one walked more is returned.
+    """
+    steps = np.concatenate([np.diff(path, axis=0) for path in paths])
+    lengths = np.linalg.norm(steps, axis=1)
+    if not lengths.sum() > 0.0:
+        return 0.0
+    directions = np.degrees(np.arctan2(steps[:, 0], steps[:, 1]))
+    histogram = np.bincount((directions % 90.0).astype(int) % 90, weights=lengths, minlength=90)
+    peak = int(ndimage.uniform_filter1d(histogram, 5, mode="wrap").argmax()) + 0.5
+    apart = (directions - peak + 45.0) % 90.0 - 45.0
+    near = np.abs(apart) < 5.0
+    heading = (peak + float(np.average(apart[near], weights=lengths[near]))) % 90.0
+    along = np.abs((directions - heading + 90.0) % 180.0 - 90.0) < 45.0
+    if lengths[along].sum() < lengths[~along].sum():
+        heading += 90.0
+    return round(heading, 1)
+
+
+def survey(grid: Grid, trodden: Points) -> tuple[Mask, Mask]:
+    """Return the cells of the street, and those to build on: all within RING of the street. Thin cells are street."""
+    distance, _ = cKDTree(trodden).query(grid.centres(), distance_upper_bound=2 * CARVE)
+    free = (distance <= CARVE).reshape(grid.shape)
+    thick = remove_thin(~free, THINNEST)
+    return ~thick, thick & dilate(~thick, RING)
+
+
+def dilate(mask: Mask, units: float) -> Mask:
+    """Return the mask of cells at most `units` from a cell in `mask`, along either axis."""
+    size = 2 * round(units / CELL) + 1
+    near: Mask = ndimage.maximum_filter(mask, size=size, mode="constant", cval=False)
+    return near
+
+
+def remove_thin(mask: Mask, units: float) -> Mask:
+    """Return `mask` without cells that no square of `units` inside it covers. Cells beyond the raster count as set."""
+    size = round(units / CELL)
+    wide = np.pad(mask, size, constant_values=True)
+    kept = ndimage.binary_opening(wide, np.ones((size, size), dtype=bool))
+    inside: Mask = kept[size:-size, size:-size]
+    return inside
+
+
+def lay_out(section_id: str, built: Mask, street: Mask) -> list[Rectangle]:
+    """Return the lots with a view of the street, and those that close the gaps between them."""
+    rectangles = cover(built, round(NARROWEST / CELL))
+    gaps = built & ~rectangle_mask(built.shape, rectangles) & ~dilate(street, NARROWEST)
+    rectangles += cover(gaps, 1)
+    lots = []
+    for number, rectangle in enumerate(rectangles):
+        random = seeded(section_id, "lots", number)
+        lots += split(rectangle, round(SHORTEST / CELL), round(LONGEST / CELL), random)
+    seen = connected_to(~rectangle_mask(built.shape, lots), street)
+    lots = [lot for lot in lots if seen[with_neighbours(lot)].any()]
+    unseen = ~rectangle_mask(built.shape, lots) & ~seen
+    return [set_back(lot, seen, unseen, seeded(section_id, "setback", number)) for number, lot in enumerate(lots)]
+
+
+def rectangle_mask(shape: tuple[int, ...], rectangles: Sequence[Rectangle]) -> Mask:
+    """Return the mask of all cells in any of `rectangles`."""
+    mask = np.zeros(shape, dtype=bool)
+    for top, left, bottom, right in rectangles:
+        mask[top:bottom, left:right] = True
+    return mask
+
+
+def connected_to(empty: Mask, street: Mask) -> Mask:
+    """Return the part of `empty` that is connected to the street."""
+    labels, _ = ndimage.label(empty)
+    found: Mask = np.isin(labels, np.unique(labels[street & empty]))
+    return found
+
+
+def with_neighbours(lot: Rectangle) -> tuple[slice, slice]:
+    """Return the slices of a lot and the cells adjacent to it."""
+    top, left, bottom, right = lot
+    return slice(max(top - 1, 0), bottom + 1), slice(max(left - 1, 0), right + 1)
+
+
+def set_back(lot: Rectangle, seen: Mask, unseen: Mask, random: Random, depths: Sequence[float] = SETBACKS) -> Rectangle:
+    """Return the lot without a strip along some of the sides that face a street over their whole length.
+
+    No strip is removed that would expose `unseen` cells behind the lots. `depths` of strips are in units.
+    """
+    smaller, seen = lot, np.pad(seen, 1)  # A lot may lie at the raster's edge.
+    for side in range(4):
+        depth = round(random.choice(depths) / CELL)
+        top, left, bottom, right = smaller
+        strip, edge, rest = (
+            (Rectangle(top, left, top + depth, right), seen[top, left + 1 : right + 1], top + depth),
+            (Rectangle(top, left, bottom, left + depth), seen[top + 1 : bottom + 1, left], left + depth),
+            (Rectangle(bottom - depth, left, bottom, right), seen[bottom + 1, left + 1 : right + 1], bottom - depth),
+            (Rectangle(top, right - depth, bottom, right), seen[top + 1 : bottom + 1, right + 1], right - depth),
+        )[side]
+        wide_enough = smaller.shape[side % 2] - depth >= round(SHORTEST / 2 / CELL)
+        if edge.all() and wide_enough and not unseen[with_neighbours(strip)].any():
+            smaller = smaller._replace(**{Rectangle._fields[side]: rest})
+    return smaller
+
+
+def raise_buildings(section_id: str, grid: Grid, lots: Sequence[Rectangle]) -> list[Building]:
+    """Return a building for each lot, with another facade than the one before."""
+    buildings: list[Building] = []
+    for number, lot in enumerate(lots):
+        random = seeded(section_id, "building", number)
+        others = [facade for facade in FACADES if not buildings or facade != buildings[-1].facade]
+        x, z = grid.world((lot.top + lot.bottom) / 2, (lot.left + lot.right) / 2)
+        buildings.append(
+            Building(
+                x=round(x, 3),
+                z=round(z, 3),
+                half_width=lot.shape[0] * CELL / 2,
+                half_length=lot.shape[1] * CELL / 2,
+                heading=grid.heading,
+                height=round(random.uniform(LOWEST, HIGHEST), 2),
+                facade=random.choice(others),
+            )
+        )
+    return buildings
+
+
+def bounds_of(trodden: Points) -> tuple[float, float, float, float]:
+    """Return the bounds of the ground that agents can reach, with a margin: (x from, z from, x to, z to)."""
+    low, high = trodden.min(axis=0) - CARVE, trodden.max(axis=0) + CARVE
+    return float(low[0]), float(low[1]), float(high[0]), float(high[1])

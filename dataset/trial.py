@@ -1,0 +1,147 @@
+"""In-process trial of an agent with the server's own rules and camera, to test instructions."""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from arramon_client import agent as client
+from arramon_client.transport.images import THOUSANDTHS
+from arramon_server.episodes.episode import Episode, Turn
+from arramon_server.runs.play.session import Session
+from arramon_server.scoring.episode import CTC_DISTANCES, EpisodeScores
+from arramon_server.scoring.metrics import NDTW_THRESHOLD
+from arramon_server.sim.cameras import Camera, colourless
+from arramon_server.sim.geometry import STEP
+from arramon_server.sim.labels import LABELS, places_of
+from arramon_server.sim.rules import Action, Ground, Limits, Phase, State
+from arramon_server.sim.view import view
+
+SIZE = 224
+"""Pixels along each side of a frame: the server's default."""
+
+AGENT_LABELS = tuple(client.Label(label.kind, label.colour, label.look) for label in LABELS)
+"""The segmentation labels as agents receive them."""
+
+
+@dataclass(frozen=True, slots=True)
+class TrialWorld:
+    """The physics and cameras in which an episode is played.
+
+    Attributes:
+        ground: of the episode's section.
+        street: camera of the section.
+        room: camera of the room.
+    """
+
+    ground: Ground
+    street: Camera
+    room: Camera
+
+
+class Hope:
+    """Whether an agent can still reach nDTW above a minimum, and CTC-3 of 1, in every turn that it plays.
+
+    Each place that it comes to adds at least its distance from the ground truth's path to the cost of aligning the two,
+    of which nDTW is a function.
+
+    Args:
+        turns: of the episode.
+        min_ndtw: nDTW that must be exceeded.
+    """
+
+    def __init__(self, turns: tuple[Turn, Turn], min_ndtw: float) -> None:
+        self._turns = turns
+        self._paths = [np.array(turn.path) for turn in turns]
+        self._left = [-math.log(min_ndtw) * NDTW_THRESHOLD * len(turn.path) for turn in turns]
+        self._before: State | None = None
+
+    def holds(self, state: State) -> bool:
+        """Return whether there is hope after the next state of the episode."""
+        before, self._before = self._before, state
+        if before is None or before.phase is not Phase.NAVIGATION:
+            return True
+        number = before.turn - 1
+        if (state.turn, state.phase) != (before.turn, before.phase):
+            return self._may_be_at_target(number, before)
+        if (state.pose.x, state.pose.z) != (before.pose.x, before.pose.z):
+            apart = np.hypot(*(self._paths[number] - (state.pose.x, state.pose.z)).T)
+            self._left[number] -= float(apart.min())
+        return self._left[number] > 0.0
+
+    def _may_be_at_target(self, number: int, state: State) -> bool:
+        """Return whether CTC-3 may be 1 from the last state but one of a navigation; a step may have followed it."""
+        target = self._turns[number].target.position
+        far = math.hypot(target.x - state.pose.x, target.z - state.pose.z)
+        return far < CTC_DISTANCES["CTC-3"] + STEP
+
+
+def play(
+    agent: client.Agent, episode: Episode, language: str, world: TrialWorld, *, size: int = SIZE, split: str = "trial"
+) -> EpisodeScores:
+    """Play an episode to its end with an agent that needs at most depth and segmentation, and return its scores.
+
+    Args:
+        agent: its `begin` is called first.
+        episode: with instructions in `language`.
+        language: code of the language.
+        world: physics and cameras of the episode's section.
+        size: side length of the frames, in pixels.
+        split: name of the split as given to the agent.
+
+    Raises:
+        KeyError: if the episode has no instructions in the language.
+    """
+    session = Session(episode, world.ground, Limits())
+    for _ in _steps(session, agent, language, world, size, split):
+        pass
+    return session.scores()
+
+
+def leads(agent: client.Agent, episode: Episode, language: str, world: TrialWorld, hope: Hope) -> EpisodeScores | None:
+    """Play an episode as `play` does; return None as soon as there is no hope left."""
+    session = Session(episode, world.ground, Limits())
+    for _ in _steps(session, agent, language, world, SIZE, "trial"):
+        if not hope.holds(session.state):
+            return None
+    return session.scores()
+
+
+def _steps(
+    session: Session, agent: client.Agent, language: str, world: TrialWorld, size: int, split: str
+) -> Iterator[None]:
+    """Play an episode to its end, and yield before each action."""
+    episode = session.episode
+    places = {False: places_of(world.street.labels), True: places_of(world.room.labels)}
+    agent.begin(client.Episode(episode.episode_id, language, split, labels=AGENT_LABELS))
+    while not session.state.finished:
+        yield
+        (action,) = agent.act([_observe(session, language, world, places, size)])
+        session.apply(Action(action))
+
+
+def _observe(
+    session: Session,
+    language: str,
+    world: TrialWorld,
+    places: Mapping[bool, np.ndarray[tuple[int], np.dtype[np.uint16]]],
+    size: int,
+) -> client.Observation:
+    """Return the observation of the session's current state."""
+    state, episode = session.state, session.episode
+    seen = view(state, episode.layout)
+    camera = world.room if seen.indoors else world.street
+    frame = camera.render(seen.viewpoint, seen.actors, size, segmentation=True, into=colourless(size))
+    assert frame.segmentation is not None
+    return client.Observation(
+        episode_id=episode.episode_id,
+        turn=state.turn,
+        phase=state.phase.value,
+        step=state.step,
+        instruction=episode.instruction(language, state.turn, state.phase.value),
+        phase_step=state.phase_step,
+        steps_left=session.steps_left(state),
+        depth=frame.depth.astype(np.float32) * THOUSANDTHS,
+        segmentation=places[seen.indoors][frame.segmentation],
+    )

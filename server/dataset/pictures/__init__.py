@@ -1,5 +1,0 @@
-"""Pictures for people: maps of an episode, and the agent's views along its ground truth."""
-
-from server.dataset.pictures.episode import show, show_section
-
-__all__ = ["show", "show_section"]

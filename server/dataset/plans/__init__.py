@@ -1,6 +1,0 @@
-"""The project's own seven sections: street plans as data files, and the generation of sections from them."""
-
-from server.dataset.plans.build import build_section
-from server.dataset.plans.plan import Plan, Square, Street, plan_ids, read_plan
-
-__all__ = ["Plan", "Square", "Street", "build_section", "plan_ids", "read_plan"]

@@ -1,0 +1,89 @@
+"""Exports of the tiny split, and what the simulator itself says of it."""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from arramon_dataset.demonstrations.export import Progress, export_demonstrations, find_split, with_languages
+from arramon_dataset.demonstrations.request import Export, make_request
+from arramon_dataset.demonstrations.sources import ground_truth
+from arramon_server.runs.play.session import Session
+from arramon_server.runs.play.worlds import Worlds
+from arramon_server.sim.rules import Limits
+from arramon_server.sim.view import visible_pose
+from tests import tiny
+
+SIZE = 32
+
+SENSORS = ("rgb", "depth", "segmentation", "pose")
+
+
+def export(
+    data: Path,
+    output: Path,
+    format_: str,
+    *,
+    split: str = "tiny",
+    jobs: int = 1,
+    tell: Callable[[Progress], None] = lambda _: None,
+    **more: Any,
+) -> Export:
+    """An export of ground truth; with all sensors and in parts of two episodes, unless other settings are given."""
+    frames = {} if format_ == "plain" else {"sensors": SENSORS, "size": SIZE}
+    found = find_split(data, split)
+    request = with_languages(make_request(data, split, format_, **{"part_size": 2, **frames, **more}), found)
+    return export_demonstrations(request, found, ground_truth(found, request), output, jobs=jobs, tell=tell)
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What the simulator shows before an action."""
+
+    turn: int
+    phase: str
+    steps_left: int
+    rgb: npt.NDArray[np.uint8]
+    depth: npt.NDArray[np.float32]
+    segmentation: npt.NDArray[np.uint16]
+    pose: tuple[float, float, float]
+    instruction: str
+
+
+def simulated(
+    data: Path, episode_id: str, language: str, actions: Sequence[int] = tiny.ACTIONS, size: int = SIZE
+) -> Iterator[Seen]:
+    """What the rules and the camera show before each action, without the environments."""
+    split = find_split(data, "tiny")
+    episode = split.episodes[episode_id]
+    with closing(Worlds({"tiny": split})) as worlds:
+        session = Session(episode, worlds.ground("tiny", episode), Limits())
+        for state, _ in session.replay(actions):
+            frame = worlds.render("tiny", episode, state, size, segmentation=True)
+            assert frame.segmentation is not None
+            pose = visible_pose(state)
+            yield Seen(
+                state.turn,
+                state.phase.value,
+                session.steps_left(state),
+                frame.rgb.copy(),
+                frame.depth.astype(np.float32) * np.float32(0.001),
+                frame.segmentation.copy(),
+                (pose.x, pose.z, pose.heading),
+                episode.instruction(language, state.turn, state.phase.value),
+            )
+
+
+def playing_order(data: Path, language: str) -> list[str]:
+    """Ids of the episodes in a language, as they are exported."""
+    return [episode.episode_id for episode in find_split(data, "tiny").in_playing_order(language)]
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """All files of a folder, by path."""
+    files = sorted(path for path in folder.rglob("*") if path.is_file())
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in files}

@@ -1,0 +1,13 @@
+"""Players in this process, for tests."""
+
+from pathlib import Path
+from typing import Any
+
+from arramon_client.environments.backend import Settings
+from arramon_dataset.environments import LocalBackend
+from arramon_dataset.environments.player import LocalPlayer
+
+
+def player(data: Path, split: str = "tiny", **more: Any) -> LocalPlayer:
+    settings = {"language": "en", "split": split, "sensors": (), "image_size": 32, **more}
+    return LocalBackend(data).player(Settings(**settings))
