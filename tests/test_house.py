@@ -63,7 +63,7 @@ ALLOWED: dict[str, set[str]] = {
         "arramon_client",  # The follower, which is an agent, tries every instruction.
     },
     "arramon_dataset.commands": {
-        *SHARED, *server("__version__", "commands", "configuration", "episodes", "runs.storage", "runs.cancellation"),
+        *SHARED, *server("__version__", "commands", "configuration", "episodes", "runs", "board"),
         "arramon_dataset",
         "arramon_lang",
     },

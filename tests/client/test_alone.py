@@ -18,8 +18,9 @@ def python(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (packages,) = (folder / "lib").glob("python*/site-packages")
     (packages / "client.pth").write_text(f"{ROOT / 'clients' / 'python'}\n")
     for installed in Path(sysconfig.get_path("purelib")).iterdir():
-        # What is installed in place, as the server and the agents, stays behind, with its .pth file and its entry points.
-        if not installed.name.startswith(("arramon_", "__editable__")) and installed.suffix != ".pth":
+        # The server and the agents, which are installed in place, stay behind with their entry points.
+        is_theirs = installed.name.startswith(("arramon_server", "arramon_agents", "arramon_lang"))
+        if not is_theirs and installed.suffix != ".pth":
             (packages / installed.name).symlink_to(installed)
     python = folder / "bin" / "python"
     if subprocess.run([python, "-P", "-c", "import arramon_server"], capture_output=True, check=False).returncode == 0:
