@@ -8,9 +8,9 @@ from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
-from arramon_agents.learning.extra import PLAYING, require
 from arramon_agents.learning.training.recipe import RECIPES, Place, Recipe, smoke
-from arramon_agents.learning.vision.encoder import FOLDER
+from arramon_agents.perception.encoder import FOLDER
+from arramon_agents.requirements import PLAYING, require
 from arramon_client.errors import ArramonClientError
 
 MAP = "vl_map"
@@ -63,9 +63,9 @@ def main(arguments: list[str] | None = None) -> int:
 def _train(recipe: Recipe, place: Place, *, ship: bool) -> None:
     import torch
 
-    from arramon_agents.learning.process import prepare_process
     from arramon_agents.learning.training.imitation import Imitation
     from arramon_agents.learning.training.sources import demonstrations_of, train_data_hash
+    from arramon_agents.process_settings import prepare_process
 
     prepare_process()
     if place.device == "auto":
@@ -82,13 +82,13 @@ def _train(recipe: Recipe, place: Place, *, ship: bool) -> None:
 
 
 def _train_reader(given: argparse.Namespace) -> None:
-    from arramon_agents.learning.checkpoint import WEIGHTS
     from arramon_agents.learning.train_reader import main as train_reader
+    from arramon_agents.reading.reader.reader import WEIGHTS
 
     few = ("--texts", "60", "--rounds", "1") if given.smoke else ()
     train_reader(["--data", str(given.data), "--out", str(given.output), *few])
     if given.ship:
-        shutil.copyfile(given.output / "reader.safetensors", WEIGHTS / "reader.safetensors")
+        shutil.copyfile(given.output / "reader.safetensors", WEIGHTS)
 
 
 def _train_map(given: argparse.Namespace) -> None:
@@ -146,10 +146,11 @@ def _own(agent: str, recipe: Any, chosen: Mapping[str, Any], given: argparse.Nam
 
 def _ship(weights: Path) -> None:
     """Copy weights and model card to the shipped ones."""
-    from arramon_agents.learning.checkpoint import WEIGHTS
+    from arramon_agents.weights import CARD, SHIPPED, WEIGHTS
 
-    for path in (weights, weights.with_suffix(".md")):
-        shutil.copyfile(path, WEIGHTS / path.name)
+    folder = SHIPPED / weights.stem
+    shutil.copyfile(weights, folder / WEIGHTS)
+    shutil.copyfile(weights.with_suffix(".md"), folder / CARD)
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -80,9 +80,10 @@ ALLOWED: dict[str, set[str]] = {
         "arramon_client",  # What is exported are the observations of the client's environments.
     },
     "arramon_agents": {"arramon_client", "arramon", "arramon_lang"},
-    "arramon_agents.learning.simulated": {  # For training alone: no agent imports it at play.
-        *WORLD, *server("episodes", "errors", "scoring"), "arramon_dataset", "arramon_agents.follower",
-        "arramon_agents.learning", "arramon_agents.vl_map", "arramon_client", "arramon_lang",
+    "arramon_agents.simulated": {  # For training alone: no agent imports it at play.
+        *WORLD, *server("episodes", "errors", "scoring"), "arramon_dataset", "arramon_agents.mapping",
+        "arramon_agents.perception", "arramon_agents.reading", "arramon_agents.vl_map", "arramon_client",
+        "arramon_lang",
     },
     "arramon_client": {"arramon"},
     "arramon_lang": set(),
@@ -155,7 +156,7 @@ def test_agents_at_play_import_nothing_of_the_server() -> None:
     """Nor what trains them."""
     code = (
         "import sys, arramon_agents.seeing_follower, arramon_agents.vl_map.agent, arramon_agents.vl_grounded.agent; "
-        "import arramon_agents.learning.vision.eyes; "
+        "import arramon_agents.perception.eyes.encoder; "
         "print([name for name in sys.modules "
         "if name.startswith(('arramon_server', 'arramon_dataset')) or 'simulated' in name])"
     )

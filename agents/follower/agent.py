@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 
 import arramon_lang as lang
 from arramon_agents.follower.navigation import Navigator
-from arramon_agents.follower.navigation_body import Body
 from arramon_agents.follower.room import RoomFollower, find_by_rules
+from arramon_agents.mapping.body import Body
 from arramon_client.agent import Action, Episode, Observation
 from arramon_lang.meaning import Assembly, Navigation, Thing
 from arramon_lang.room import Cell, Room

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from arramon_agents.follower.map import Map
+from arramon_agents.mapping.ground_map import Map
 from arramon_lang.street import DEEP, DEEPER, IN, SAME_OPENING
 
 OFFSETS = np.arange(-3.0, 14.0, 0.5)

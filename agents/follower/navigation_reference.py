@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 
-from arramon_agents.follower.map_landmarks import Landmark, Landmarks, landmarks_ahead
+from arramon_agents.mapping.landmarks import Landmark, Landmarks, landmarks_ahead
 from arramon_lang.meaning import Thing
 from arramon_lang.street import COUNTED_ASIDE, GROUP
 

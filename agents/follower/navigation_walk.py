@@ -3,8 +3,8 @@
 import math
 from collections.abc import Callable
 
-from arramon_agents.follower.navigation_body import Body
-from arramon_agents.follower.navigation_motion import can_step, find_path
+from arramon_agents.mapping.body import Body
+from arramon_agents.mapping.motion import can_step, find_path
 from arramon_client.agent import Action
 
 

@@ -3,8 +3,8 @@
 from collections import deque
 from collections.abc import Callable, Sequence
 
-from arramon_agents.follower.room_sight import RoomSight
-from arramon_agents.shortest_path.room import RoomPose, plan, quarter_of
+from arramon_agents.mapping.room import RoomSight
+from arramon_agents.mapping.room_path import RoomPose, plan, quarter_of
 from arramon_client.agent import Action, Label, Observation
 from arramon_lang.meaning import Assembly
 from arramon_lang.room import START, Cell, Room, find_cell, is_all_there, quarter_after

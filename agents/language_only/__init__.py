@@ -1,6 +1,6 @@
 """Agent that reads but does not see. It needs the extra `agents`."""
 
-from arramon_agents.learning.extra import open_agent
+from arramon_agents.requirements import open_agent
 from arramon_client.agent import Agent
 
 __all__ = ["make_agent"]

@@ -12,14 +12,14 @@ from pathlib import Path
 
 import torch
 
-from arramon_agents.learning.eyes.naming import NamingNetwork
-from arramon_agents.learning.eyes.network import EyesNetwork, Sizes
 from arramon_agents.learning.eyes.targets import LabelTable
 from arramon_agents.learning.eyes.tasks import BlocksTask, NamingTask
-from arramon_agents.learning.eyes.weights import write_weights
-from arramon_agents.learning.simulated.frames import FrameSource, label_names
 from arramon_agents.learning.training.run import train
 from arramon_agents.learning.training.trainer import Plan, Task, Trainer
+from arramon_agents.perception.eyes.naming import NamingNetwork
+from arramon_agents.perception.eyes.network import EyesNetwork, Sizes
+from arramon_agents.perception.eyes.weights import write_weights
+from arramon_agents.simulated.frames import FrameSource, label_names
 
 SECTIONS = ("1", "2", "3", "4", "5")
 """Sections of the training splits."""

@@ -16,14 +16,14 @@ from pathlib import Path
 import torch
 
 import arramon_lang as lang
-from arramon_agents.learning.reader.network import ReaderNetwork, Sizes
-from arramon_agents.learning.reader.slots import rows_of
 from arramon_agents.learning.reader.task import Examples, ReadingTask, score
-from arramon_agents.learning.reader.weights import write_reader
-from arramon_agents.learning.reader.words import Vocabulary
-from arramon_agents.learning.simulated.meanings import Sample, draw_samples, read_samples, write_plans
 from arramon_agents.learning.training.run import train
 from arramon_agents.learning.training.trainer import Plan, Trainer
+from arramon_agents.reading.reader.network import ReaderNetwork, Sizes
+from arramon_agents.reading.reader.slots import rows_of
+from arramon_agents.reading.reader.weights import write_reader
+from arramon_agents.reading.reader.words import Vocabulary
+from arramon_agents.simulated.meanings import Sample, draw_samples, read_samples, write_plans
 
 LOG = logging.getLogger("train_reader")
 

@@ -6,8 +6,8 @@ One unigram model for all languages, on a split's instructions. It takes seconds
 import argparse
 from pathlib import Path
 
-from arramon_agents.learning.simulated.meanings import read_samples
-from arramon_agents.learning.text.tokenizers import PIECES, SHIPPED, SentencePieces
+from arramon_agents.reading.tokenizers import PIECES, SHIPPED, SentencePieces
+from arramon_agents.simulated.meanings import read_samples
 
 
 def main() -> None:

@@ -9,17 +9,17 @@ import numpy as np
 import numpy.typing as npt
 
 from arramon_agents.follower.agent import Agent as Follower
-from arramon_agents.follower.navigation_body import Body
 from arramon_agents.follower.room import Find, RoomFollower
-from arramon_agents.learning.frames import SeenFrames
-from arramon_agents.learning.memory.landmarks import SeenLandmarks
-from arramon_agents.learning.memory.room import SeenRoom
-from arramon_agents.learning.memory.sight import LABELS, Sight, see
-from arramon_agents.learning.reader.reader import LearnedReader
-from arramon_agents.learning.reader.reader import load as load_reader
-from arramon_agents.learning.vision.encoder import resize
-from arramon_agents.learning.vision.eyes import Eyes
-from arramon_agents.learning.vision.eyes import load as load_eyes
+from arramon_agents.mapping.body import Body
+from arramon_agents.mapping.landmark_beliefs import SeenLandmarks
+from arramon_agents.mapping.room_beliefs import SeenRoom
+from arramon_agents.perception.encoder import resize
+from arramon_agents.perception.eyes.encoder import Eyes
+from arramon_agents.perception.eyes.encoder import load as load_eyes
+from arramon_agents.perception.eyes.sight import LABELS, Sight, see
+from arramon_agents.perception.frame_memory import SeenFrames
+from arramon_agents.reading.reader.reader import LearnedReader
+from arramon_agents.reading.reader.reader import load as load_reader
 from arramon_client.agent import Action, Episode, Observation
 from arramon_lang.meaning import Assembly, Navigation
 

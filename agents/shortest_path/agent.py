@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from arramon.v1.evaluation_pb2 import Oracle, Target
-from arramon_agents.shortest_path import room
+from arramon_agents.mapping import room_path as room
 from arramon_agents.shortest_path.ground import Ground
 from arramon_agents.shortest_path.motion import TURN, Walk, plan
 from arramon_agents.shortest_path.route import Router

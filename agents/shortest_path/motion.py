@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from itertools import pairwise
 from typing import NamedTuple
 
-from arramon_agents.search import a_star
+from arramon_agents.mapping.search import a_star
 from arramon_agents.shortest_path.ground import Ground, Place
 from arramon_agents.shortest_path.route import Route, Router
 from arramon_client.agent import Action

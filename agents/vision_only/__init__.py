@@ -1,6 +1,6 @@
 """Agent that sees but does not read. It needs the extra `agents`."""
 
-from arramon_agents.learning.extra import open_agent
+from arramon_agents.requirements import open_agent
 from arramon_client.agent import Agent
 
 __all__ = ["make_agent"]

@@ -1,6 +1,6 @@
 """Agent that reads and sees, by the paper's model (section 5) in its own sizes. It needs the extra `agents`."""
 
-from arramon_agents.learning.extra import open_agent
+from arramon_agents.requirements import open_agent
 from arramon_client.agent import Agent
 
 __all__ = ["make_agent"]

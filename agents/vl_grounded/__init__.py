@@ -1,6 +1,6 @@
 """Agent that reads along as it walks and grounds each word in what it sees. It needs the extra `agents`."""
 
-from arramon_agents.learning.extra import PLAYING, require
+from arramon_agents.requirements import PLAYING, require
 from arramon_client.agent import Agent
 from arramon_client.errors import AgentLoadError
 
@@ -22,12 +22,12 @@ def make_agent(weights: str | None = None, sensor: str = SENSORS[0]) -> Agent:
     if sensor not in SENSORS:
         raise AgentLoadError(f"agents.vl_grounded has no sensor {sensor!r}; expected one of {', '.join(SENSORS)}")
     require(PLAYING, "agents.vl_grounded")
-    from arramon_agents.learning.checkpoint import find_weights
-    from arramon_agents.learning.process import prepare_process
-    from arramon_agents.learning.vision.eyes import load as load_eyes
+    from arramon_agents.perception.eyes.encoder import load as load_eyes
+    from arramon_agents.process_settings import prepare_process
     from arramon_agents.vl_grounded.agent import GroundedAgent
     from arramon_agents.vl_grounded.sight import EncodedSight, LabelledSight
     from arramon_agents.vl_grounded.weights import read_weights
+    from arramon_agents.weights import find_weights
 
     prepare_process()
     eyes = load_eyes()

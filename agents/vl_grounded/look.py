@@ -7,9 +7,9 @@ import numpy as np
 import numpy.typing as npt
 import torch
 
-from arramon_agents.follower.room_sight import RoomSight
-from arramon_agents.learning.eyes.vocabulary import COLLECTIBLES, COLOURS
-from arramon_agents.shortest_path.room import COLUMNS
+from arramon_agents.mapping.room import RoomSight
+from arramon_agents.mapping.room_path import COLUMNS
+from arramon_agents.perception.eyes.vocabulary import COLLECTIBLES, COLOURS
 from arramon_agents.vl_grounded.naming import KINDS, LOOKS, Named
 from arramon_agents.vl_grounded.room import CELLS, LEVELS
 from arramon_client.agent import Action

@@ -6,8 +6,8 @@ from typing import NamedTuple
 import torch
 from torch import Tensor
 
-from arramon_agents.learning.eyes.grid import CHANNEL_NAMES
-from arramon_agents.learning.eyes.vocabulary import COLLECTIBLES, COLOURS, FURNITURE, LOOK_GROUPS
+from arramon_agents.perception.eyes.grid import CHANNEL_NAMES
+from arramon_agents.perception.eyes.vocabulary import COLLECTIBLES, COLOURS, FURNITURE, LOOK_GROUPS
 
 FACADES = next(group.looks for group in LOOK_GROUPS if group.name == "facade")
 

@@ -5,7 +5,7 @@ from collections import deque
 import torch
 from torch import Tensor
 
-from arramon_agents.shortest_path.room import COLUMNS, RoomPose, plan, quarter_of
+from arramon_agents.mapping.room_path import COLUMNS, RoomPose, plan, quarter_of
 from arramon_agents.vl_grounded.look import Look, as_named
 from arramon_agents.vl_grounded.network import Grounded
 from arramon_client.agent import Action

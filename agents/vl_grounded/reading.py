@@ -8,7 +8,7 @@ from typing import NamedTuple
 import torch
 from torch import Tensor, nn
 
-from arramon_agents.learning.eyes.vocabulary import COLOURS
+from arramon_agents.perception.eyes.vocabulary import COLOURS
 from arramon_agents.vl_grounded.naming import KINDS, LOOKS, Named
 
 EMBEDDING, HALF = 64, 96

@@ -9,7 +9,7 @@ In the comments B is the batch, T words, H = 192 numbers of a word, N = 20 cells
 import torch
 from torch import Tensor, nn
 
-from arramon_agents.shortest_path.room import COLUMNS, ROWS
+from arramon_agents.mapping.room_path import COLUMNS, ROWS
 from arramon_agents.vl_grounded.naming import Named
 from arramon_agents.vl_grounded.reading import DROPOUT, WORD, Attention, Reading, match
 

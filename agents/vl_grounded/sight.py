@@ -6,14 +6,14 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from arramon_agents.follower.room_sight import RoomSight
-from arramon_agents.learning.eyes.grid import CHANNEL_NAMES
-from arramon_agents.learning.eyes.scores import LEAST_PIXELS, cells_showing, channels_of
-from arramon_agents.learning.eyes.vocabulary import COLLECTIBLES
-from arramon_agents.learning.memory.room import SeenRoom
-from arramon_agents.learning.memory.sight import LABELS
-from arramon_agents.learning.vision.encoder import GRID, FrameMemory, quantise, resize
-from arramon_agents.learning.vision.eyes import Eyes
+from arramon_agents.mapping.room import RoomSight
+from arramon_agents.mapping.room_beliefs import SeenRoom
+from arramon_agents.perception.encoder import GRID, FrameMemory, quantise, resize
+from arramon_agents.perception.eyes.encoder import Eyes
+from arramon_agents.perception.eyes.grid import CHANNEL_NAMES
+from arramon_agents.perception.eyes.scores import LEAST_PIXELS, cells_showing, channels_of
+from arramon_agents.perception.eyes.sight import LABELS
+from arramon_agents.perception.eyes.vocabulary import COLLECTIBLES
 from arramon_agents.vl_grounded.look import Look
 from arramon_client.agent import Episode, Label, Observation
 from arramon_lang.room import START

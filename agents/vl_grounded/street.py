@@ -9,9 +9,9 @@ from typing import NamedTuple
 import torch
 from torch import Tensor, nn
 
-from arramon_agents.learning.eyes.grid import CHANNEL_NAMES
-from arramon_agents.learning.paper import ACTIONS
-from arramon_agents.learning.vision.encoder import GRID
+from arramon_agents.perception.encoder import GRID
+from arramon_agents.perception.eyes.grid import CHANNEL_NAMES
+from arramon_agents.vl.model import ACTIONS
 from arramon_agents.vl_grounded.naming import Named, named
 from arramon_agents.vl_grounded.odometry import NUMBERS
 from arramon_agents.vl_grounded.reading import DROPOUT, WORD, Attention, Reading, match

@@ -7,9 +7,9 @@ from typing import Any
 
 import torch
 
-from arramon_agents.learning.checkpoint import BadWeights, read_tensors, write_tensors
-from arramon_agents.learning.text.tokenizers import Tokenizer, restore_tokenizer
+from arramon_agents.reading.tokenizers import Tokenizer, restore_tokenizer
 from arramon_agents.vl_grounded.network import Grounded
+from arramon_agents.weights import BadWeights, read_tensors, write_tensors
 
 FORMAT = "vl_grounded 1"
 

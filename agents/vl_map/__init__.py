@@ -1,7 +1,7 @@
 """Agent that remembers landmarks and free ground, and chooses waypoints on what it remembers by a learned policy: all
 that it sees and reads is learned as well. It needs the extra `agents`."""
 
-from arramon_agents.learning.extra import PLAYING, require
+from arramon_agents.requirements import PLAYING, require
 from arramon_client.agent import Agent
 from arramon_client.errors import AgentLoadError
 
@@ -36,13 +36,13 @@ def make_agent(
     require(PLAYING, "agents.vl_map")
     from pathlib import Path
 
-    from arramon_agents.learning.checkpoint import find_weights
-    from arramon_agents.learning.process import prepare_process
-    from arramon_agents.learning.reader.reader import load as load_reader
+    from arramon_agents.process_settings import prepare_process
+    from arramon_agents.reading.reader.reader import load as load_reader
     from arramon_agents.vl_map.agent import SeeingAgent, SegmentationAgent
     from arramon_agents.vl_map.policy import Policy
     from arramon_agents.vl_map.room import Placement
     from arramon_agents.vl_map.weights import read_policy
+    from arramon_agents.weights import find_weights
 
     prepare_process()
     try:

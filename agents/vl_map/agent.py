@@ -2,12 +2,12 @@
 
 from arramon_agents.follower.agent import Agent as Follower
 from arramon_agents.follower.agent import Walk
-from arramon_agents.follower.navigation_body import Body
-from arramon_agents.learning.memory.landmarks import SeenLandmarks
-from arramon_agents.learning.memory.sight import LABELS
-from arramon_agents.learning.reader.reader import LearnedReader
-from arramon_agents.learning.reader.slots import rows_of
-from arramon_agents.learning.vision.eyes import Eyes
+from arramon_agents.mapping.body import Body
+from arramon_agents.mapping.landmark_beliefs import SeenLandmarks
+from arramon_agents.perception.eyes.encoder import Eyes
+from arramon_agents.perception.eyes.sight import LABELS
+from arramon_agents.reading.reader.reader import LearnedReader
+from arramon_agents.reading.reader.slots import rows_of
 from arramon_agents.seeing_follower.agent import Agent as SeeingFollower
 from arramon_agents.vl_map.navigator import MapNavigator
 from arramon_agents.vl_map.policy import Policy

@@ -8,8 +8,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from arramon_agents.follower.map import CELL, SIDE, Map
-from arramon_agents.learning.eyes.vocabulary import (
+from arramon_agents.mapping.ground_map import CELL, SIDE, Map
+from arramon_agents.mapping.landmark_beliefs import Belief
+from arramon_agents.perception.eyes.vocabulary import (
     COLLECTIBLES,
     COLOURED,
     COLOURS,
@@ -19,8 +20,7 @@ from arramon_agents.learning.eyes.vocabulary import (
     LOOKS,
     look_slices,
 )
-from arramon_agents.learning.memory.landmarks import Belief
-from arramon_agents.learning.reader.slots import EMPTY, SLOTS, Row
+from arramon_agents.reading.reader.slots import EMPTY, SLOTS, Row
 from arramon_lang.meaning import OTHER_SIDE
 
 ROWS, THINGS, TRACE = 16, 24, 12

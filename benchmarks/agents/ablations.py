@@ -21,8 +21,8 @@ from typing import Any
 
 import torch
 
-from arramon_agents.learning.checkpoint import find_weights
 from arramon_agents.learning.training.demonstrations import Source, episodes_of
+from arramon_agents.weights import find_weights
 from arramon_client import load_agent
 from benchmarks.agents.ablations_tables import BASE, Measured, tables
 from benchmarks.agents.study import BRIEF, METRICS, Lessons, Study, study_options, write_page

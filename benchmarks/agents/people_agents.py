@@ -23,10 +23,10 @@ from pathlib import Path
 
 import numpy as np
 
-from arramon_agents.learning.checkpoint import SUFFIX, WEIGHTS
-from arramon_agents.learning.reader.reader import WEIGHTS as READER
-from arramon_agents.learning.simulated.people import halves
 from arramon_agents.learning.training.rollouts import Plan, play
+from arramon_agents.reading.reader.reader import WEIGHTS as READER
+from arramon_agents.simulated.people import halves
+from arramon_agents.weights import SHIPPED, SUFFIX, file_of
 from arramon_client import load_agent
 from arramon_client.environments.backend import PHASES
 from arramon_server.episodes.splits import folder_of, read_split
@@ -71,7 +71,7 @@ class Player:
     @property
     def mark(self) -> str:
         """Name of its runs: other weights or another reader have other ones."""
-        shipped = WEIGHTS / f"{self.agent}{SUFFIX}"
+        shipped = file_of(SHIPPED, self.agent)
         files = [self.weights or shipped, *([self.reader or READER] if self.agent in READING else [])]
         known = b"".join(path.read_bytes() for path in files if path.exists())
         return f"{self.agent}-{hashlib.sha256(known).hexdigest()[:8]}" if known else self.agent

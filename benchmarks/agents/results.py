@@ -24,8 +24,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from arramon_agents.learning.checkpoint import SUFFIX, WEIGHTS
 from arramon_agents.learning.training.rollouts import Plan, play
+from arramon_agents.weights import SHIPPED, file_of
 from arramon_client import load_agent
 from benchmarks.agents.results_tables import HiddenRun, Run, hidden_section, section
 
@@ -95,7 +95,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--data", type=Path, default=Path("arramon-data"))
     parser.add_argument("--runs", type=Path, default=Path("arramon-results/table"))
-    parser.add_argument("--weights", type=Path, nargs="+", default=[WEIGHTS], help="a folder for each seed, in order")
+    parser.add_argument("--weights", type=Path, nargs="+", default=[SHIPPED], help="a folder for each seed, in order")
     parser.add_argument("--episodes", type=int, default=0, help="the first ones of each split; 0 for all")
     parser.add_argument("--agents", default=",".join(AGENTS))
     parser.add_argument("--splits", default=",".join(SPLITS))
@@ -138,7 +138,7 @@ def players_of(agent: str, folders: Sequence[Path]) -> list[Player]:
     agent, _, sensor = agent.partition("+")
     if agent not in LEARNED:
         return [Player(agent, seed, None) for seed in (CHANCE_SEEDS if agent == CHANCE else (0,))]
-    files = [folder / f"{agent}{SUFFIX}" for folder in folders]
+    files = [file_of(folder, agent) for folder in folders]
     found = [Player(agent, seed, file, sensor) for seed, file in enumerate(files, 1) if file.exists()]
     if not found:
         sys.exit(f"there are no weights of {agent} in {', '.join(map(str, folders))}")

@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 
 import torch
 
-from arramon_agents.learning.vision.encoder import DEFAULT
+from arramon_agents.perception.encoder import DEFAULT
 from benchmarks.agents.study import BRIEF, LANGUAGES, METRICS, Lessons, Study, study_options, write_page
 from benchmarks.agents.transfer_tables import ENCODERS, Result, tables
 

@@ -9,8 +9,8 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
-from arramon_agents.learning.eyes.network import BLOCKS, Predictions
-from arramon_agents.learning.eyes.vocabulary import (
+from arramon_agents.perception.eyes.network import BLOCKS, Predictions
+from arramon_agents.perception.eyes.vocabulary import (
     COLLECTIBLES,
     FURNITURE,
     KINDS,

@@ -9,11 +9,11 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
-from arramon_agents.learning.eyes.naming import NamingNetwork, to_network
-from arramon_agents.learning.eyes.network import EyesNetwork, Sizes, prepare
-from arramon_agents.learning.eyes.objects import Thing, crop, find_things
 from arramon_agents.learning.eyes.targets import LabelTable, among, loss_of
-from arramon_agents.learning.eyes.vocabulary import COLLECTIBLES, KINDS, NONE, look_slices
+from arramon_agents.perception.eyes.naming import NamingNetwork, to_network
+from arramon_agents.perception.eyes.network import EyesNetwork, Sizes, prepare
+from arramon_agents.perception.eyes.objects import Thing, crop, find_things
+from arramon_agents.perception.eyes.vocabulary import COLLECTIBLES, KINDS, NONE, look_slices
 
 PUREST = 0.6
 """Least share of a thing's pixels with the same label for the thing to be trained on."""

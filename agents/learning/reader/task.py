@@ -9,9 +9,9 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
-from arramon_agents.learning.reader.network import ReaderNetwork
-from arramon_agents.learning.reader.slots import EMPTY, SLOTS, Row
-from arramon_agents.learning.reader.words import UNKNOWN
+from arramon_agents.reading.reader.network import ReaderNetwork
+from arramon_agents.reading.reader.slots import EMPTY, SLOTS, Row
+from arramon_agents.reading.reader.words import UNKNOWN
 
 UNKNOWN_SHARE = 0.02
 """Share of words that are replaced by the unknown word in training."""

@@ -7,8 +7,8 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
-from arramon_agents.learning.paper import Text
 from arramon_agents.learning.training.demonstrations import Demonstration
+from arramon_agents.vl.model import Text
 
 TEMPERATURE = 0.1
 """Temperature of the contrastive softmax: the smaller, the more the nearest wrong texts count."""

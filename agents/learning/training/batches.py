@@ -9,10 +9,10 @@ import numpy.typing as npt
 import torch
 from torch import Tensor
 
-from arramon_agents.learning.checkpoint import as_input
-from arramon_agents.learning.paper import START
-from arramon_agents.learning.text.tokenizers import Tokenizer
 from arramon_agents.learning.training.demonstrations import Demonstration
+from arramon_agents.reading.tokenizers import Tokenizer
+from arramon_agents.vl.model import START
+from arramon_agents.weights import as_input
 from arramon_client.agent import Action
 from arramon_client.environments.backend import NAVIGATION
 

@@ -3,10 +3,10 @@
 from collections.abc import Mapping
 from typing import Any
 
-from arramon_agents.learning.checkpoint import Policy
-from arramon_agents.learning.pretrained.encoders import INSTALL, PACKAGE
-from arramon_agents.learning.text.tokenizers import PRETRAINED
 from arramon_agents.learning.training.recipe import RECIPES, Recipe
+from arramon_agents.pretrained.encoders import INSTALL, PACKAGE
+from arramon_agents.reading.tokenizers import PRETRAINED
+from arramon_agents.weights import Policy
 
 GENERATED = (
     "- It is trained by imitation on generated episodes alone. On people's instructions such agents reach less "
@@ -50,7 +50,7 @@ def card(policy: Policy, recipe: Recipe) -> str:
     digest = about.get("data_hash", "unknown")[:12]
     rows = {
         "agent": f"`agents.{recipe.agent}`. {WHAT[recipe.sees, recipe.reads]}",
-        "model": f"the paper's (`agents/learning/paper.py`), {size:,} parameters, reader `{recipe.reader}`",
+        "model": f"the paper's (`agents/vl/model.py`), {size:,} parameters, reader `{recipe.reader}`",
         "tokenizer": f"`{policy.tokenizer.name}`, {policy.tokenizer.size} pieces, for {' and '.join(recipe.languages)}",
         "text encoder": _text_encoder(recipe),
         "visual encoder": encoder,

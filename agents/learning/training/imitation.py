@@ -9,9 +9,6 @@ from pathlib import Path
 import torch
 from tensorboardX import SummaryWriter
 
-from arramon_agents.learning.agent import LearnedAgent
-from arramon_agents.learning.checkpoint import SUFFIX, Policy, read_tensors, save_policy, write_tensors
-from arramon_agents.learning.paper import PHASES, Model
 from arramon_agents.learning.training.alignment import alignment_loss, other_texts
 from arramon_agents.learning.training.batches import as_tokens, draw_text, epoch, loss_of, make_batch
 from arramon_agents.learning.training.card import card
@@ -22,6 +19,9 @@ from arramon_agents.learning.training.rollouts import Plan, mean, play
 from arramon_agents.learning.training.sources import Tell, data_of, digest_of, splits_of
 from arramon_agents.learning.training.start import initial_policy
 from arramon_agents.learning.training.variants import Variants
+from arramon_agents.vl.agent import LearnedAgent
+from arramon_agents.vl.model import PHASES, Model
+from arramon_agents.weights import SUFFIX, Policy, read_tensors, save_policy, write_tensors
 
 JUDGED = {"navigation": "nDTW", "assembly": "PTC"}
 """Metric of each phase for choosing the best weights; the ground truth plays the other phase in validation."""

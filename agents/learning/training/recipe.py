@@ -4,8 +4,8 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from arramon_agents.learning.text.tokenizers import PRETRAINED
-from arramon_agents.learning.vision.encoder import DEFAULT
+from arramon_agents.perception.encoder import DEFAULT
+from arramon_agents.reading.tokenizers import PRETRAINED
 
 PRECISIONS = ("float32", "bfloat16")
 
@@ -19,8 +19,8 @@ class Recipe:
         languages: in which one model is trained.
         sees, reads: what the model uses.
         encoder: name of the visual encoder; `folder=PATH` for a model of transformers.
-        tokenizer: name of the tokenizer, see `arramon_agents.learning.text.tokenizers`.
-        reader: name of the reader, see `arramon_agents.learning.text.readers`.
+        tokenizer: name of the tokenizer, see `arramon_agents.reading.tokenizers`.
+        reader: name of the reader, see `arramon_agents.reading.text_encoders`.
         align: weight of the alignment loss, which pulls together the encodings of two texts of one path; 0 for none.
         aligned: languages of these texts; they may be others than those in which actions are learned.
         split: from which it learns.
@@ -42,7 +42,7 @@ class Recipe:
             costs a step, one that is missed the turn.
         average: share of the averaged weights that an update keeps; validated and shipped are these. 0 for those of the
             last update. The average changes no update.
-        temperature: of the actions at play and in validation, see `arramon_agents.learning.agent.LearnedAgent`.
+        temperature: of the actions at play and in validation, see `arramon_agents.vl.agent.LearnedAgent`.
         seed: of weights, order and dropout.
         validate: split on which the best weights are chosen.
         validate_episodes: of it, the first ones.

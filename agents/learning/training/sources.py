@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from arramon_agents.learning.simulated.courses import training_splits
 from arramon_agents.learning.training.demonstrations import (
     ROOM_PREFIX,
     ROOMS,
@@ -17,6 +16,7 @@ from arramon_agents.learning.training.demonstrations import (
     unseen,
 )
 from arramon_agents.learning.training.recipe import Place, Recipe
+from arramon_agents.simulated.courses import training_splits
 
 Tell = Callable[[str], None]
 

@@ -5,13 +5,13 @@ from dataclasses import replace
 
 import torch
 
-from arramon_agents.learning.checkpoint import Policy, find_initial, load_policy
-from arramon_agents.learning.paper import PHASES, Config, Model
-from arramon_agents.learning.pretrained.states import open_states
-from arramon_agents.learning.text.readers import PretrainedReader, own_pieces
-from arramon_agents.learning.text.tokenizers import PRETRAINED, UNKNOWN, Words, train_tokenizer
 from arramon_agents.learning.training.recipe import Place, Recipe
-from arramon_agents.learning.vision.encoder import VisualEncoder, open_encoder
+from arramon_agents.perception.encoder import VisualEncoder, open_encoder
+from arramon_agents.pretrained.states import open_states
+from arramon_agents.reading.text_encoders import PretrainedReader, own_pieces
+from arramon_agents.reading.tokenizers import PRETRAINED, UNKNOWN, Words, train_tokenizer
+from arramon_agents.vl.model import PHASES, Config, Model
+from arramon_agents.weights import Policy, find_initial, load_policy
 
 
 def initial_policy(recipe: Recipe, texts: Sequence[str], place: Place, tell: Callable[[str], None]) -> Policy:

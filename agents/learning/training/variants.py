@@ -10,9 +10,9 @@ from random import Random
 import numpy as np
 
 import arramon_lang as lang
-from arramon_agents.learning.eyes.grid import CHANNEL_NAMES
 from arramon_agents.learning.training.demonstrations import Demonstration
 from arramon_agents.learning.training.vl_grounded.exchange import Exchange, read_meaning
+from arramon_agents.perception.eyes.grid import CHANNEL_NAMES
 from arramon_client.agent import Action
 from arramon_client.environments.backend import NAVIGATION
 from arramon_lang.meaning import OTHER_SIDE, Face, Meaning, Navigation, Rotate, Step, Thing, Walk, Where

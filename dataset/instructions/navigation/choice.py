@@ -1,6 +1,6 @@
 """Choice of landmark names that a follower on the path cannot confuse.
 
-The ranking is that of the follower (agents/follower/map_landmarks.py), duplicated as neither may import the other.
+The ranking is that of the follower (agents/mapping/landmarks.py), duplicated as neither may import the other.
 """
 
 import math

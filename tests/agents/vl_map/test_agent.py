@@ -6,11 +6,11 @@ import pytest
 
 torch = pytest.importorskip("torch", reason="the extra `agents` is not installed: scripts/setup")
 
-from arramon_agents.learning.checkpoint import BadWeights, find_weights, write_tensors  # noqa: E402
 from arramon_agents.vl_map.network import NEVER, PolicyNetwork, Sizes, batch_of  # noqa: E402
 from arramon_agents.vl_map.options import WAYPOINTS  # noqa: E402
 from arramon_agents.vl_map.room import Placer  # noqa: E402
 from arramon_agents.vl_map.weights import Networks, read_policy, write_policy  # noqa: E402
+from arramon_agents.weights import CARD, BadWeights, find_weights, write_tensors  # noqa: E402
 from arramon_client import load_agent  # noqa: E402
 from arramon_client.agent import Episode, Observation  # noqa: E402
 from arramon_client.environments.backend import Settings  # noqa: E402
@@ -92,7 +92,7 @@ def test_weights_come_along() -> None:
     given, beliefs = sample()
     values = networks.policy(batch_of([given]))[0]
     assert values[WAYPOINTS + [each.mark.label.kind for each in beliefs].index("mug")] > NEVER
-    card = find_weights("vl_map").with_suffix(".md").read_text(encoding="utf-8")
+    card = find_weights("vl_map").with_name(CARD).read_text(encoding="utf-8")
     assert f"{about['parameters']:,} parameters" in card
     assert about["data_hash"][:12] in card
 

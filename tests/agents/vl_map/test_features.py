@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from arramon_agents.follower.map import Map
-from arramon_agents.follower.map_landmarks import Landmark
-from arramon_agents.follower.perceive import Scan
-from arramon_agents.learning.eyes.vocabulary import COLOURS, KINDS
-from arramon_agents.learning.memory.landmarks import Belief, certain
-from arramon_agents.learning.reader.slots import SLOTS, Row, rows_of
+from arramon_agents.mapping.ground_map import Map
+from arramon_agents.mapping.landmark_beliefs import Belief, certain
+from arramon_agents.mapping.landmarks import Landmark
+from arramon_agents.perception.eyes.vocabulary import COLOURS, KINDS
+from arramon_agents.perception.scan import Scan
+from arramon_agents.reading.reader.slots import SLOTS, Row, rows_of
 from arramon_agents.vl_map.features import (
     DIRECTIONS,
     GROUND_CHANNELS,

@@ -7,12 +7,12 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from arramon_agents.follower.map_landmarks import Landmark
-from arramon_agents.follower.navigation_body import Body
-from arramon_agents.follower.perceive import Scan
-from arramon_agents.learning.memory.landmarks import Belief
-from arramon_agents.learning.memory.sight import LABELS
-from arramon_agents.learning.reader.slots import rows_of
+from arramon_agents.mapping.body import Body
+from arramon_agents.mapping.landmark_beliefs import Belief
+from arramon_agents.mapping.landmarks import Landmark
+from arramon_agents.perception.eyes.sight import LABELS
+from arramon_agents.perception.scan import Scan
+from arramon_agents.reading.reader.slots import rows_of
 from arramon_agents.vl_map.features import Sample
 from arramon_agents.vl_map.navigator import LOOK, MOVES, RESERVE, MapNavigator
 from arramon_agents.vl_map.options import DISTANCES, OPTIONS, WAYPOINTS

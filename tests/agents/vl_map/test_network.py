@@ -7,8 +7,8 @@ import pytest
 
 torch = pytest.importorskip("torch", reason="the extra `agents` is not installed: scripts/setup")
 
-from arramon_agents.learning.simulated.walks import Label  # noqa: E402
 from arramon_agents.learning.training.vl_map.task import targets_of  # noqa: E402
+from arramon_agents.simulated.walks import Label  # noqa: E402
 from arramon_agents.vl_map.features import DIRECTIONS, mirror  # noqa: E402
 from arramon_agents.vl_map.network import NEVER, PolicyNetwork, Sizes, batch_of, directions_of, shares_of  # noqa: E402
 from arramon_agents.vl_map.options import DISTANCES, OPTIONS, WAYPOINTS  # noqa: E402

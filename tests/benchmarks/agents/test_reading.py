@@ -7,7 +7,7 @@ import pytest
 
 torch = pytest.importorskip("torch", reason="the extra `agents` is not installed: scripts/setup")
 
-from arramon_agents.learning.reader.reader import WEIGHTS  # noqa: E402
+from arramon_agents.reading.reader.reader import WEIGHTS  # noqa: E402
 from arramon_server.episodes.episode import Instructions  # noqa: E402
 from arramon_server.episodes.splits import write_split  # noqa: E402
 from benchmarks.agents.reading import table  # noqa: E402

@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 import arramon_lang as lang
-from arramon_agents.learning.eyes.grid import CHANNEL_NAMES
-from arramon_agents.learning.eyes.vocabulary import (
+from arramon_agents.perception.eyes.grid import CHANNEL_NAMES
+from arramon_agents.perception.eyes.vocabulary import (
     BANNER_COLOURS,
     COLLECTIBLE_COLOURS,
     COLLECTIBLES,

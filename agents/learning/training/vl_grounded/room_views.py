@@ -6,12 +6,12 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from arramon_agents.learning.memory.room import SeenRoom
-from arramon_agents.learning.memory.sight import LABELS
 from arramon_agents.learning.training.demonstrations import Source, backend_of, episodes_of, settings_of
-from arramon_agents.learning.vision.eyes import Eyes
-from arramon_agents.learning.vision.eyes import load as load_eyes
-from arramon_agents.shortest_path.room import COLUMNS, ROWS, RoomPose
+from arramon_agents.mapping.room_beliefs import SeenRoom
+from arramon_agents.mapping.room_path import COLUMNS, ROWS, RoomPose
+from arramon_agents.perception.eyes.encoder import Eyes
+from arramon_agents.perception.eyes.encoder import load as load_eyes
+from arramon_agents.perception.eyes.sight import LABELS
 from arramon_agents.vl_grounded.look import TURN, Look
 from arramon_client.agent import Action, Observation
 from arramon_client.environments.backend import ASSEMBLY, Player

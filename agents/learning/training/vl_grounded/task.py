@@ -11,21 +11,21 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
-from arramon_agents.learning.checkpoint import as_input
-from arramon_agents.learning.eyes.grid import CHANNEL_NAMES
-from arramon_agents.learning.eyes.vocabulary import COLLECTIBLE_COLOURS, COLLECTIBLES, COLOURS, LOOK_GROUPS
-from arramon_agents.learning.paper import START
-from arramon_agents.learning.text.tokenizers import Tokenizer
 from arramon_agents.learning.training.batches import NO_ACTION, epoch
 from arramon_agents.learning.training.demonstrations import Demonstration
 from arramon_agents.learning.training.vl_grounded.exchange import Version
 from arramon_agents.learning.training.vl_grounded.room_views import RoomView
-from arramon_agents.learning.vision.encoder import GRID
-from arramon_agents.shortest_path.room import COLUMNS
+from arramon_agents.mapping.room_path import COLUMNS
+from arramon_agents.perception.encoder import GRID
+from arramon_agents.perception.eyes.grid import CHANNEL_NAMES
+from arramon_agents.perception.eyes.vocabulary import COLLECTIBLE_COLOURS, COLLECTIBLES, COLOURS, LOOK_GROUPS
+from arramon_agents.reading.tokenizers import Tokenizer
+from arramon_agents.vl.model import START
 from arramon_agents.vl_grounded.look import as_named
 from arramon_agents.vl_grounded.naming import KINDS, LOOKS
 from arramon_agents.vl_grounded.network import Grounded
 from arramon_agents.vl_grounded.odometry import odometry
+from arramon_agents.weights import as_input
 from arramon_client.environments.backend import NAVIGATION
 from arramon_lang.room import Standing
 

@@ -6,11 +6,6 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from arramon_agents.learning.checkpoint import SUFFIX, find_initial
-from arramon_agents.learning.process import prepare_process
-from arramon_agents.learning.reader.reader import WEIGHTS as READER
-from arramon_agents.learning.reader.weights import read_reader
-from arramon_agents.learning.text.tokenizers import Words
 from arramon_agents.learning.training.batches import epoch
 from arramon_agents.learning.training.card import command_with, learned_from, page
 from arramon_agents.learning.training.demonstrations import (
@@ -31,12 +26,17 @@ from arramon_agents.learning.training.vl_grounded.exchange import Version, versi
 from arramon_agents.learning.training.vl_grounded.room_views import RoomView, collect_views
 from arramon_agents.learning.training.vl_grounded.task import GroundedTask, Placing, Walk
 from arramon_agents.learning.training.vl_grounded.words import begin, known_words, widened
-from arramon_agents.learning.vision.encoder import DEFAULT
-from arramon_agents.learning.vision.eyes import load as load_eyes
+from arramon_agents.perception.encoder import DEFAULT
+from arramon_agents.perception.eyes.encoder import load as load_eyes
+from arramon_agents.process_settings import prepare_process
+from arramon_agents.reading.reader.reader import WEIGHTS as READER
+from arramon_agents.reading.reader.weights import read_reader
+from arramon_agents.reading.tokenizers import Words
 from arramon_agents.vl_grounded.agent import NAME, GroundedAgent
 from arramon_agents.vl_grounded.network import Grounded
 from arramon_agents.vl_grounded.sight import EncodedSight
 from arramon_agents.vl_grounded.weights import Weights, read_weights, write_weights
+from arramon_agents.weights import SUFFIX, find_initial
 from arramon_client.environments.backend import ASSEMBLY, NAVIGATION
 
 Tell = Callable[[str], None]

@@ -5,9 +5,9 @@ from collections.abc import Iterable, Mapping
 import torch
 from torch import Tensor
 
-from arramon_agents.learning.reader.network import ReaderNetwork
-from arramon_agents.learning.reader.words import Vocabulary
-from arramon_agents.learning.text.tokenizers import SPECIAL, UNKNOWN, Words
+from arramon_agents.reading.reader.network import ReaderNetwork
+from arramon_agents.reading.reader.words import Vocabulary
+from arramon_agents.reading.tokenizers import SPECIAL, UNKNOWN, Words
 from arramon_agents.vl_grounded.network import Grounded
 from arramon_agents.vl_grounded.reading import Reading
 from arramon_agents.vl_grounded.weights import Weights

@@ -11,13 +11,13 @@ from pathlib import Path
 
 import numpy as np
 
-from arramon_agents.learning.reader.reader import load as load_reader
-from arramon_agents.learning.simulated.body import Faults
-from arramon_agents.learning.simulated.courses import Course, training_courses
-from arramon_agents.learning.simulated.walks import Decided, walk
 from arramon_agents.learning.training.precision import usable
 from arramon_agents.learning.training.trainer import Plan, Trainer
 from arramon_agents.learning.training.vl_map.task import Arrays, ChoosingTask, arrays_of, load_arrays, save_arrays
+from arramon_agents.reading.reader.reader import load as load_reader
+from arramon_agents.simulated.body import Faults
+from arramon_agents.simulated.courses import Course, training_courses
+from arramon_agents.simulated.walks import Decided, walk
 from arramon_agents.vl_map.network import PolicyNetwork, Sizes
 from arramon_agents.vl_map.policy import Policy
 

@@ -8,7 +8,7 @@ import numpy as np
 import torch
 from torch.nn import functional
 
-from arramon_agents.learning.simulated.rooms import Task, misnamed
+from arramon_agents.simulated.rooms import Task, misnamed
 from arramon_agents.vl_map.room import CELLS, Placer, given_of, several
 
 PASSES, BATCH, RATE, DECAY = 30, 64, 0.03, 1e-4

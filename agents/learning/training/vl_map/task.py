@@ -13,7 +13,7 @@ from safetensors.numpy import save_file
 from torch import Tensor
 from torch.nn import functional
 
-from arramon_agents.learning.simulated.walks import Decided
+from arramon_agents.simulated.walks import Decided
 from arramon_agents.vl_map.features import Sample, mirror
 from arramon_agents.vl_map.network import PolicyNetwork, directions_of, shares_of, tensors_of
 from arramon_agents.vl_map.options import DISTANCES, OPTIONS, WAYPOINTS

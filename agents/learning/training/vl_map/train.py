@@ -6,19 +6,19 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from arramon_agents.learning.checkpoint import SUFFIX
-from arramon_agents.learning.process import prepare_process
-from arramon_agents.learning.reader.reader import load as load_reader
-from arramon_agents.learning.simulated.courses import training_episodes
-from arramon_agents.learning.simulated.rooms import tasks_of
 from arramon_agents.learning.training.card import command_with, page
 from arramon_agents.learning.training.rollouts import Plan, mean, play
 from arramon_agents.learning.training.vl_map.policy import MapRecipe, MapTraining, Tell
 from arramon_agents.learning.training.vl_map.rooms import train_rooms
+from arramon_agents.process_settings import prepare_process
+from arramon_agents.reading.reader.reader import load as load_reader
+from arramon_agents.simulated.courses import training_episodes
+from arramon_agents.simulated.rooms import tasks_of
 from arramon_agents.vl_map.agent import SeeingAgent
 from arramon_agents.vl_map.policy import Policy
 from arramon_agents.vl_map.room import Placement
 from arramon_agents.vl_map.weights import Networks, write_policy
+from arramon_agents.weights import SUFFIX
 
 NAME = "vl_map"
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import torch
 
-from arramon_agents.learning.eyes.network import EyesNetwork, Sizes
 from arramon_agents.learning.eyes.targets import LabelTable, loss_of
-from arramon_agents.learning.eyes.vocabulary import NONE, codes_of
+from arramon_agents.perception.eyes.network import EyesNetwork, Sizes
+from arramon_agents.perception.eyes.vocabulary import NONE, codes_of
 
 LABELS = [("road", "", ""), ("cone", "red", ""), ("mug", "blue", "dotted"), ("building", "", "glass")]
 

@@ -5,13 +5,13 @@ from pathlib import Path
 import pytest
 import torch
 
-from arramon_agents.learning.reader.network import ReaderNetwork, Sizes
-from arramon_agents.learning.reader.reader import load
-from arramon_agents.learning.reader.slots import rows_of
 from arramon_agents.learning.reader.task import Examples, ReadingTask, score
-from arramon_agents.learning.reader.weights import write_reader
-from arramon_agents.learning.reader.words import Vocabulary
 from arramon_agents.learning.training.trainer import Plan, Trainer
+from arramon_agents.reading.reader.network import ReaderNetwork, Sizes
+from arramon_agents.reading.reader.reader import load
+from arramon_agents.reading.reader.slots import rows_of
+from arramon_agents.reading.reader.weights import write_reader
+from arramon_agents.reading.reader.words import Vocabulary
 from arramon_lang.meaning import Meaning, Navigation, Rotate, Thing, Walk
 
 MUG, BALL = Thing("mug", "red", "dotted"), Thing("ball", "blue", "striped")

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import torch
 
-from arramon_agents.learning.paper import START, Text
 from arramon_agents.learning.training.alignment import alignment_loss, other_texts
 from arramon_agents.learning.training.batches import as_tokens
 from arramon_agents.learning.training.imitation import Imitation
-from tests.agents.learning.made import demonstrations, place, recipe
+from arramon_agents.vl.model import START, Text
+from tests.agents.made import demonstrations, place, recipe
 
 
 def text(*rows: list[list[float]]) -> Text:

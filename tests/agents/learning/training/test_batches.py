@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 import torch
 
-from arramon_agents.learning.paper import START
-from arramon_agents.learning.text.tokenizers import Words
 from arramon_agents.learning.training.batches import NO_ACTION, learned_steps, loss_of, make_batch
 from arramon_agents.learning.training.demonstrations import Demonstration
+from arramon_agents.reading.tokenizers import Words
+from arramon_agents.vl.model import START
 
 WALK = [0, 0, 0, 1, 1, 0, 0, 0, 0, 3]
 """Changes at steps 0, 3, 5 and 9."""

@@ -7,13 +7,13 @@ from pathlib import Path
 import pytest
 import torch
 
-from arramon_agents.learning.agent import LearnedAgent
-from arramon_agents.learning.checkpoint import load_policy
 from arramon_agents.learning.training import imitation, precision
 from arramon_agents.learning.training.imitation import Imitation, OtherRecipe
 from arramon_agents.learning.training.precision import has_bfloat16
 from arramon_agents.learning.training.rollouts import Plan
-from tests.agents.learning.made import demonstrations, place, recipe
+from arramon_agents.vl.agent import LearnedAgent
+from arramon_agents.weights import load_policy
+from tests.agents.made import demonstrations, place, recipe
 
 
 @pytest.mark.parametrize(("sees", "reads"), [(True, True), (True, False), (False, True)])

@@ -6,7 +6,7 @@ from pathlib import Path
 from arramon_agents.learning.training.demonstrations import ROOMS, Source
 from arramon_agents.learning.training.sources import demonstrations_of, sources_of, splits_of
 from tests import tiny
-from tests.agents.learning.made import place, recipe
+from tests.agents.made import place, recipe
 
 
 def test_streets_drawn_for_training_are_learned_from_if_they_are_there(tmp_path: Path) -> None:

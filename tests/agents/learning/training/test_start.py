@@ -6,12 +6,12 @@ from pathlib import Path
 import pytest
 import torch
 
-from arramon_agents.learning.checkpoint import load_policy, save_policy
-from arramon_agents.learning.paper import PHASES
-from arramon_agents.learning.text.tokenizers import SPECIAL, UNKNOWN, Words
 from arramon_agents.learning.training.imitation import Imitation
 from arramon_agents.learning.training.start import initial_policy
-from tests.agents.learning.made import demonstrations, place, recipe
+from arramon_agents.reading.tokenizers import SPECIAL, UNKNOWN, Words
+from arramon_agents.vl.model import PHASES
+from arramon_agents.weights import load_policy, save_policy
+from tests.agents.made import demonstrations, place, recipe
 
 NEW = ["veer left", "veer right", "once"]
 """Texts with one word that is new and occurs twice; "once" is not added."""

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import arramon_lang as lang
-from arramon_agents.learning.eyes.grid import CHANNEL_NAMES
 from arramon_agents.learning.training.demonstrations import Demonstration
 from arramon_agents.learning.training.variants import Variants, mirrored
 from arramon_agents.learning.training.vl_grounded.exchange import read_meaning
+from arramon_agents.perception.eyes.grid import CHANNEL_NAMES
 from arramon_client.agent import Action
 from arramon_lang.meaning import Face, Navigation, Rotate, Thing, Walk, Where
 

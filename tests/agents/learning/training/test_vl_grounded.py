@@ -8,16 +8,16 @@ import pytest
 import torch
 
 import arramon_lang as lang
-from arramon_agents.learning.eyes.grid import CHANNEL_NAMES
-from arramon_agents.learning.eyes.vocabulary import COLOURS
-from arramon_agents.learning.reader.network import ReaderNetwork
-from arramon_agents.learning.reader.network import Sizes as ReaderSizes
-from arramon_agents.learning.reader.words import Vocabulary
 from arramon_agents.learning.training.demonstrations import Source
 from arramon_agents.learning.training.vl_grounded.exchange import Exchange, versions
 from arramon_agents.learning.training.vl_grounded.room_views import collect_views
 from arramon_agents.learning.training.vl_grounded.task import names_ahead
 from arramon_agents.learning.training.vl_grounded.words import begin, known_words
+from arramon_agents.perception.eyes.grid import CHANNEL_NAMES
+from arramon_agents.perception.eyes.vocabulary import COLOURS
+from arramon_agents.reading.reader.network import ReaderNetwork
+from arramon_agents.reading.reader.network import Sizes as ReaderSizes
+from arramon_agents.reading.reader.words import Vocabulary
 from arramon_agents.vl_grounded.naming import KINDS, LOOKS
 from arramon_agents.vl_grounded.reading import Reading
 from arramon_lang.meaning import Navigation, Thing, Walk

@@ -1,1 +1,0 @@
-"""Text input of trained agents: tokenizers, and text encoders (readers) that give one vector for each token."""

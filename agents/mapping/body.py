@@ -1,0 +1,101 @@
+"""The agent's odometry, map and landmarks, from its actions and frames alone."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from arramon_agents.mapping.ground_map import Map
+from arramon_agents.mapping.landmarks import Landmarks
+from arramon_agents.mapping.motion import HEADINGS, STEPS, TURN, step_key
+from arramon_agents.perception.scan import Eye
+from arramon_client.agent import Action, Label, Observation
+
+
+class Body:
+    """Odometry, map and landmarks in the agent's own frame, in which it starts at (0, 0) with heading 0.
+
+    A blocked step is detected by an unchanged depth image.
+
+    Args:
+        labels: meaning of a segmentation's values, by index.
+
+    Attributes:
+        x, z: the agent's position in units.
+        heading: the agent's heading in multiples of 30 degrees clockwise.
+        travelled: number of steps that were not blocked.
+        ground: the map of the ground.
+        landmarks: the landmarks seen.
+        closed_steps: `step_key`s of steps that turned out to be blocked.
+    """
+
+    def __init__(self, labels: Sequence[Label]) -> None:
+        self.x = self.z = 0.0
+        self.heading = 0
+        self.travelled = 0
+        self.ground = Map()
+        self.landmarks = Landmarks(labels)
+        self.closed_steps: frozenset[tuple[int, int, int]] = frozenset()
+        self._eye = Eye(labels)
+        self._last: Action | None = None
+        self._before: npt.NDArray[np.float32] | None = None
+
+    @property
+    def angle(self) -> float:
+        """The heading in radians."""
+        return self.heading * TURN
+
+    @property
+    def pose(self) -> tuple[float, float, int]:
+        """The pose (x, z, heading in multiples of 30 degrees)."""
+        return self.x, self.z, self.heading
+
+    def perceive(self, observation: Observation) -> None:
+        """Update pose, map and landmarks with the frame after the last action.
+
+        Raises:
+            ValueError: if the observation has no depth or no segmentation.
+        """
+        depth, segmentation = observation.depth, observation.segmentation
+        if depth is None or segmentation is None:
+            raise ValueError("follower requires the sensors depth and segmentation, which this run does not have")
+        coarse = depth[::4, ::4].copy()
+        self._move(self._before is not None and np.array_equal(coarse, self._before))
+        self._before = coarse
+        pose = self.x, self.z, self.angle
+        self.ground.add(self._eye.scan(depth, segmentation, pose))
+        self.landmarks.add(self._eye.sightings(depth, segmentation, pose))
+
+    def record_action(self, action: Action | None) -> None:
+        """Record the action that the agent takes now; None when it leaves the street."""
+        self._last = action
+
+    def local(self, x: float, z: float) -> tuple[float, float]:
+        """Return a place relative to the agent: units to the right, units ahead."""
+        return rotated(x - self.x, z - self.z, self.angle)
+
+    def distance(self, x: float, z: float) -> float:
+        """Return the distance to a place, in units."""
+        return math.hypot(x - self.x, z - self.z)
+
+    def _move(self, same: bool) -> None:
+        if self._last is Action.FORWARD:
+            if same:
+                sin, cos = STEPS[self.heading]
+                self.closed_steps |= {step_key(*self.pose)}
+                self.ground.block(self.x + 0.75 * sin, self.z + 0.75 * cos)
+            else:
+                self.x, self.z = self.x + STEPS[self.heading][0], self.z + STEPS[self.heading][1]
+                self.travelled += 1
+        elif self._last is Action.LEFT:
+            self.heading = (self.heading - 1) % HEADINGS
+        elif self._last is Action.RIGHT:
+            self.heading = (self.heading + 1) % HEADINGS
+        self._last = None
+
+
+def rotated(dx: float, dz: float, angle: float) -> tuple[float, float]:
+    """Return a vector relative to the direction `angle` (radians): units to the right, units ahead."""
+    sin, cos = math.sin(angle), math.cos(angle)
+    return dx * cos - dz * sin, dx * sin + dz * cos

@@ -1,0 +1,190 @@
+"""Memory of landmarks on a map: the probabilities of each one's kind, colour and look, summed over all views of it."""
+
+import math
+from collections.abc import Iterable, Sequence
+from functools import lru_cache
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from arramon_agents.mapping.landmarks import Landmark, Landmarks, fits
+from arramon_agents.perception.eyes.names import NamedThing
+from arramon_agents.perception.eyes.sight import label_of
+from arramon_agents.perception.eyes.vocabulary import (
+    COLLECTIBLES,
+    COLOURS,
+    KINDS,
+    LOOKS,
+    NONE,
+    SURFACES,
+    codes_of,
+    look_slices,
+)
+from arramon_agents.perception.scan import Sighting
+from arramon_client.agent import Label
+from arramon_lang.meaning import Thing
+
+APART, LARGE_APART = 0.75, 2.0
+"""Distances in units below which two views count as the same thing: for small things, and for LARGE ones."""
+
+LARGE = ("car", "kiosk", "awning", "dumpster", "tree", "shop_sign")
+
+SURE = 0.02
+"""Added to each probability before its logarithm is taken, so that no single view rules anything out."""
+
+FULL, MOST = 150.0, 4.0
+"""Number of pixels at which a view has weight 1, and the largest weight of a view."""
+
+_NAMED = np.array([kind not in SURFACES for kind in KINDS])
+
+_SIZES = np.array([len(KINDS), len(COLOURS), *(places.stop - places.start for places in look_slices().values())])
+"""Sizes of the groups of mutually exclusive names: kinds, colours, and each group of looks."""
+
+_STARTS = np.concatenate([[0], np.cumsum(_SIZES)])
+
+Floats = npt.NDArray[np.float32]
+
+_Number = TypeVar("_Number", np.float32, np.float64)
+
+
+class Belief(NamedTuple):
+    """A landmark with the probabilities of its names.
+
+    Attributes:
+        mark: its place and most likely names; always the same object for the same landmark.
+        kinds, colours: probabilities, indexed as `vocabulary.KINDS` and `COLOURS`.
+        looks: probabilities, indexed as `vocabulary.LOOKS`; they add up to 1 in each group.
+    """
+
+    mark: Landmark
+    kinds: Floats
+    colours: Floats
+    looks: Floats
+
+
+@lru_cache(maxsize=512)
+def certain(label: Label) -> tuple[Floats, Floats, Floats]:
+    """Return kinds, colours and looks of a known label as probabilities of 0 and 1."""
+    codes = codes_of(label.kind, label.colour, label.look)
+    rows = []
+    for code, names in zip(codes, (KINDS, COLOURS, LOOKS), strict=True):
+        row = np.zeros(len(names), np.float32)
+        if code != NONE:
+            row[code] = 1.0
+        rows.append(row)
+    return rows[0], rows[1], rows[2]
+
+
+class _Place:
+    """A thing at a place, with the summed log probabilities of its names.
+
+    Args:
+        x, z: the place.
+        sums: whether the views of it are summed; if not, only the largest counts.
+
+    Attributes:
+        mark: the thing by its most likely names; always the same object.
+    """
+
+    def __init__(self, x: float, z: float, *, sums: bool) -> None:
+        self.mark = Landmark(Label(""), x, z, math.inf)
+        self._sums = np.zeros(_STARTS[-1])
+        self._is_summed, self._largest = sums, 0.0
+        self._belief: Belief | None = None
+
+    def add(self, named: NamedThing, x: float, z: float, distance: float) -> None:
+        """Add a view of the thing."""
+        weight = min(MOST, float(named.thing.mask.sum()) / FULL)  # Larger views count for more.
+        if self._is_summed or weight >= self._largest:
+            chances = np.concatenate((named.kinds, named.colours, named.looks)).astype(np.float64)
+            own = weight * np.log(chances + SURE)
+            self._sums = self._sums + own if self._is_summed else own
+            self._largest, self._belief = weight, None
+            self.mark.label = label_of(*self._parts(self._sums))
+        if distance < 0.9 * self.mark.nearest:
+            self.mark.x, self.mark.z, self.mark.nearest = x, z, distance
+
+    def belief(self) -> Belief:
+        """Return the thing with the probabilities of its names."""
+        if self._belief is None:
+            first = _STARTS[:-1]
+            raised = np.exp(self._sums - np.repeat(np.maximum.reduceat(self._sums, first), _SIZES))
+            shares = (raised / np.repeat(np.add.reduceat(raised, first), _SIZES)).astype(np.float32)
+            self._belief = Belief(self.mark, *self._parts(shares))
+        return self._belief
+
+    @staticmethod
+    def _parts(values: npt.NDArray[_Number]) -> tuple[npt.NDArray[_Number], ...]:
+        """Return the values of kinds, of colours and of looks."""
+        return values[: _STARTS[1]], values[_STARTS[1] : _STARTS[2]], values[_STARTS[2] :]
+
+
+class SeenLandmarks(Landmarks):
+    """All landmarks seen so far: things by place, and buildings and crossings as labels of pixels.
+
+    Args:
+        labels: the label of each value of the label images.
+        sums: whether the views of a thing are summed; if not, the largest one names it.
+    """
+
+    def __init__(self, labels: Sequence[Label], *, sums: bool = True) -> None:
+        super().__init__(labels)
+        self._is_summed = sums
+        self._flat = {number for number, label in enumerate(labels) if label.kind in ("building", "zebra_crossing")}
+        self._places: list[_Place] = []
+
+    def add(self, sightings: Iterable[Sighting]) -> None:
+        """Add a frame's buildings and crossings; things are added by `add_things`."""
+        super().add(sighting for sighting in sightings if sighting.label in self._flat)
+
+    def add_things(self, things: Iterable[NamedThing], pose: tuple[float, float, float]) -> None:
+        """Add a frame's things.
+
+        Args:
+            things: with their names.
+            pose: (x, z, radians clockwise) of the camera in the agent's own frame.
+        """
+        x, z, heading = pose
+        sin, cos = math.sin(heading), math.cos(heading)
+        for named in things:
+            if not _NAMED[int(named.kinds.argmax())]:
+                continue
+            right, ahead = named.thing.right, named.thing.ahead
+            self._add(named, x + right * cos + ahead * sin, z - right * sin + ahead * cos, math.hypot(right, ahead))
+
+    def fitting(self, thing: Thing) -> list[Landmark]:
+        """Return the landmarks whose most likely names match those attributes of a thing that are given."""
+        return super().fitting(thing) + [place.mark for place in self._places if fits(thing, place.mark.label)]
+
+    def beliefs(self) -> list[Belief]:
+        """Return every landmark with the probabilities of its names."""
+        return [*certain_beliefs(self), *(place.belief() for place in self._places)]
+
+    def forget(self) -> None:
+        """Remove all landmarks."""
+        super().forget()
+        self._places.clear()
+
+    def forget_collectibles(self) -> None:
+        """Remove all collectibles: each turn has its own."""
+        super().forget_collectibles()
+        self._places = [place for place in self._places if place.mark.label.kind not in COLLECTIBLES]
+
+    def _add(self, named: NamedThing, x: float, z: float, distance: float) -> None:
+        kind = KINDS[int(named.kinds.argmax())]
+        for place in self._places:
+            mark = place.mark
+            apart = LARGE_APART if kind in LARGE and mark.label.kind == kind else APART
+            is_like = (kind in COLLECTIBLES) == (mark.label.kind in COLLECTIBLES)
+            if is_like and math.hypot(mark.x - x, mark.z - z) < apart:
+                place.add(named, x, z, distance)
+                return
+        place = _Place(x, z, sums=self._is_summed)
+        place.add(named, x, z, distance)
+        self._places.append(place)
+
+
+def certain_beliefs(landmarks: Landmarks) -> list[Belief]:
+    """Return every labelled landmark, with its label as certain."""
+    return [Belief(mark, *certain(mark.label)) for mark in landmarks.marks()]

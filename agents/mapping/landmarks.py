@@ -1,0 +1,108 @@
+"""Map of the landmarks that the agent has seen, without duplicates."""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from arramon_agents.perception.scan import COLLECTIBLES, Sighting
+from arramon_client.agent import Label
+from arramon_lang.meaning import Thing
+from arramon_lang.street import OFF_AXIS, is_of_colour
+
+APART, BUILDINGS_APART = 1.2, 3.0
+"""Distance in units below which two sightings of one label are the same landmark, of small things and LARGE ones."""
+
+LARGE = ("building", "car", "zebra_crossing", "awning")
+
+MIN_SAMPLES, MIN_SAMPLES_OF_COLLECTIBLE = 6, 2
+"""Minimum number of samples of a sighting: of a landmark, and of a collectible."""
+
+BEHIND = -1.0
+"""Distance behind the agent, in units, beyond which a landmark is ignored."""
+
+ASIDE, BESIDE = math.radians(65.0), 3.0
+"""Angle off the course in radians beyond which a landmark is ignored, unless it is nearer than BESIDE units."""
+
+
+@dataclass(slots=True)
+class Landmark:
+    """A landmark at a place in the agent's own frame; `nearest` is the smallest distance it was seen from, in units."""
+
+    label: Label
+    x: float
+    z: float
+    nearest: float
+
+
+class Landmarks:
+    """All landmarks seen so far.
+
+    Args:
+        labels: meaning of a segmentation's values, by index.
+    """
+
+    def __init__(self, labels: Sequence[Label]) -> None:
+        self._labels = labels
+        self._by_label: dict[int, list[Landmark]] = {}
+
+    def add(self, sightings: Iterable[Sighting]) -> None:
+        """Add a frame's sightings."""
+        for seen in sightings:
+            label = self._labels[seen.label]
+            if seen.pixels < (MIN_SAMPLES_OF_COLLECTIBLE if label.kind in COLLECTIBLES else MIN_SAMPLES):
+                continue
+            known = self._by_label.setdefault(seen.label, [])
+            apart = BUILDINGS_APART if label.kind in LARGE else APART
+            for landmark in known:
+                if abs(landmark.x - seen.x) < apart and abs(landmark.z - seen.z) < apart:
+                    if seen.distance < 0.8 * landmark.nearest:
+                        landmark.x, landmark.z, landmark.nearest = seen.x, seen.z, seen.distance
+                    break
+            else:
+                known.append(Landmark(label, seen.x, seen.z, seen.distance))
+
+    def fitting(self, thing: Thing) -> list[Landmark]:
+        """Return the landmarks that match a thing's attributes, as far as they are given."""
+        return [
+            landmark
+            for number, known in self._by_label.items()
+            if fits(thing, self._labels[number])
+            for landmark in known
+        ]
+
+    def marks(self) -> list[Landmark]:
+        """Return the landmarks that are told by their labels."""
+        return [landmark for known in self._by_label.values() for landmark in known]
+
+    def forget(self) -> None:
+        """Remove all landmarks."""
+        self._by_label.clear()
+
+    def forget_collectibles(self) -> None:
+        """Remove all collectibles: each turn has its own."""
+        for number in [number for number in self._by_label if self._labels[number].kind in COLLECTIBLES]:
+            del self._by_label[number]
+
+
+def fits(thing: Thing, label: Label) -> bool:
+    """Return whether a label matches a thing's attributes, as far as they are given."""
+    if thing.kind:
+        if thing.kind != label.kind:
+            return False
+    elif label.kind not in COLLECTIBLES:
+        return False
+    return thing.look in ("", label.look) and is_of_colour(thing.colour, label.kind, label.colour)
+
+
+def landmarks_ahead(landmarks: Iterable[Landmark], x: float, z: float, angle: float) -> list[Landmark]:
+    """Return the landmarks ahead of (x, z) in the direction `angle` (radians), the most likely to be meant first."""
+    sin, cos = math.sin(angle), math.cos(angle)
+    scored = []
+    for landmark in landmarks:
+        dx, dz = landmark.x - x, landmark.z - z
+        if dx * sin + dz * cos < BEHIND:
+            continue
+        off, distance = math.atan2(dx * cos - dz * sin, dx * sin + dz * cos), math.hypot(dx, dz)
+        if abs(off) < ASIDE or distance < BESIDE:
+            scored.append((distance * (1.0 + OFF_AXIS * off * off), landmark.x, landmark))
+    return [landmark for _, _, landmark in sorted(scored, key=lambda item: item[:2])]

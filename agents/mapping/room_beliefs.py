@@ -1,0 +1,69 @@
+"""Memory of the assembly room: what the visual encoder saw in each cell, summed over all views."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from arramon_agents.mapping.landmark_beliefs import FULL, MOST, SURE
+from arramon_agents.mapping.room import CELL, RoomSight
+from arramon_agents.perception.eyes.names import NamedThing
+from arramon_agents.perception.eyes.sight import label_of
+from arramon_agents.perception.eyes.vocabulary import COLLECTIBLES, KINDS
+from arramon_client.agent import Label
+from arramon_lang.room import COLUMNS, ROWS, Cell, Room, Standing
+
+RADIUS = 0.2
+"""Distance from the middle of a thing's visible side to its own middle, in units."""
+
+BASE = 0.12
+"""Least height of a thing's lower end, in units, at which it counts as standing on another."""
+
+
+class SeenRoom(RoomSight):
+    """Accumulates frames of the room, with named things.
+
+    Args:
+        labels: the label of each value of the label images.
+    """
+
+    def __init__(self, labels: Sequence[Label]) -> None:
+        super().__init__(labels)
+        self._chances: dict[tuple[Cell, int], list[npt.NDArray[np.float64]]] = {}
+
+    def add_things(self, things: Sequence[NamedThing], cell: Cell, heading: float) -> None:
+        """Add a frame's things.
+
+        Args:
+            things: with their names.
+            cell: (column, row) of the camera.
+            heading: of the camera, in degrees clockwise from +row.
+        """
+        sin, cos = math.sin(math.radians(heading)), math.cos(math.radians(heading))
+        for named in things:
+            if KINDS[int(named.kinds.argmax())] not in COLLECTIBLES:
+                continue
+            right, ahead = named.thing.right, named.thing.ahead + RADIUS
+            column = round(cell[0] + (right * cos + ahead * sin) / CELL)
+            row = round(cell[1] + (ahead * cos - right * sin) / CELL)
+            if not (0 <= column < COLUMNS and 0 <= row < ROWS):
+                continue
+            # The lower end of a thing that is cut off at the frame's edge, or hidden, says nothing.
+            level = 2 if named.thing.low > BASE and ((column, row), 1) in self._chances else 1
+            weight = min(MOST, float(named.thing.mask.sum()) / FULL)
+            logs = [
+                weight * np.log(part.astype(np.float64) + SURE) for part in (named.kinds, named.colours, named.looks)
+            ]
+            known = self._chances.setdefault(((column, row), level), [np.zeros_like(log) for log in logs])
+            for total, log in zip(known, logs, strict=True):
+                total += log
+
+    def room(self) -> Room:
+        """Return the room as seen so far."""
+        things = []
+        for (cell, level), chances in sorted(self._chances.items(), key=lambda item: item[0]):
+            label = label_of(*chances)
+            if label.kind in COLLECTIBLES:
+                things.append(Standing(label.kind, label.colour, label.look, *cell, level))
+        return Room(tuple(things), super().room().walls)

@@ -1,0 +1,63 @@
+"""The object that an instruction tells to pick up: which one it is, and from where it can be picked up."""
+
+import math
+
+from arramon_agents.mapping.body import Body, rotated
+from arramon_agents.mapping.landmarks import Landmark
+from arramon_agents.mapping.motion import TURN
+from arramon_lang.meaning import Thing
+
+REACH_SIDE, REACH_FROM, REACH_TO = 0.42, 0.8, 1.9
+"""Range of the target for the pick-up, in units to the side and ahead; the rules' box is 0.5 and 3."""
+
+BY, BY_BUILDING = 4.5, 9.0
+"""Maximum distance of the target from what tells its place, in units: a thing, or a building."""
+
+
+def find_target(body: Body, wanted: Thing, missed: set[tuple[float, float]]) -> Landmark | None:
+    """Return the likeliest landmark that fits a target, except those at `missed` places; None if there is none."""
+    fitting = [mark for mark in body.landmarks.fitting(wanted) if (mark.x, mark.z) not in missed]
+    if not fitting:
+        return None
+    near = [thing for where in wanted.where for thing in where.things]
+
+    def cost(mark: Landmark) -> tuple[bool, float, float]:
+        cost = body.distance(mark.x, mark.z)
+        for thing in near:
+            others = body.landmarks.fitting(thing)
+            cost += min([20.0, *(2.0 * math.hypot(o.x - mark.x, o.z - mark.z) for o in others)])
+        return not is_in_place(body, wanted, mark), cost, mark.x
+
+    return min(fitting, key=cost)
+
+
+def is_in_place(body: Body, wanted: Thing, mark: Landmark) -> bool:
+    """Return whether a landmark is near what tells the target's place, as far as is known; true if nothing tells it."""
+    if not wanted.where:
+        return True
+    things = [thing for where in wanted.where for thing in where.things]
+    return any(
+        math.hypot(other.x - mark.x, other.z - mark.z) <= (BY_BUILDING if thing.kind == "building" else BY)
+        for thing in things
+        for other in body.landmarks.fitting(thing)
+        if other is not mark
+    )
+
+
+def knows_place(body: Body, wanted: Thing) -> bool:
+    """Return whether anything has been seen that may tell the target's place."""
+    return any(body.landmarks.fitting(thing) for where in wanted.where for thing in where.things)
+
+
+def is_reached(body: Body, target: Landmark, x: float, z: float, heading: int) -> bool:
+    """Return whether a target can be picked up, and nothing else first, from a pose; heading in turns of 30 degrees."""
+    right, ahead = rotated(target.x - x, target.z - z, heading * TURN)
+    if abs(right) > REACH_SIDE or not REACH_FROM <= ahead <= REACH_TO:
+        return False
+    # The nearest object in the box is picked up.
+    for other in body.landmarks.fitting(Thing("")):
+        if other is not target:
+            aside, far = rotated(other.x - x, other.z - z, heading * TURN)
+            if abs(aside) < 0.6 and far > -0.1 and math.hypot(aside, far) < math.hypot(right, ahead) + 0.1:
+                return False
+    return True

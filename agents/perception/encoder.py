@@ -1,0 +1,120 @@
+"""Visual encoders behind one interface: from RGB and depth to a 7-by-7 grid of features."""
+
+import importlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Protocol, cast
+
+import numpy as np
+import numpy.typing as npt
+
+from arramon_agents.perception.frame_memory import SeenFrames
+
+GRID = 7
+"""Number of rows, and of columns, of cells into which an image is divided."""
+
+DEFAULT = "eyes"
+"""Name of the default encoder."""
+
+ENCODERS = {"eyes": "arramon_agents.perception.eyes.encoder", "pooled": "arramon_agents.perception.pooled"}
+"""Modules of the encoders, by name."""
+
+FOLDER = "folder="
+"""Prefix of encoder names that give the folder of a vision model of transformers."""
+
+
+class VisualEncoder(Protocol):
+    """Turns images into features, without gradients; the features of an image do not depend on its batch.
+
+    Attributes:
+        name: as given to `open_encoder`.
+        channels: number of features of a cell, C.
+        image_size: side length of its input images, in pixels.
+        channel_names: the meaning of each feature, such as "kind:mug"; empty if they have none.
+        fingerprint: a short hash of code version and weights; cached features are stored under it.
+    """
+
+    name: str
+    channels: int
+    image_size: int
+    channel_names: tuple[str, ...]
+    fingerprint: str
+
+    def encode(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+        """Return the features of a batch of images.
+
+        Args:
+            rgb: (B, size, size, 3) uint8.
+            depth: (B, size, size) float32, in metres; 0 where there is nothing.
+
+        Returns:
+            (B, 7, 7, C) float32 in [0, 1]; the first row is the top of the image, the first column its left.
+        """
+
+
+def open_encoder(name: str) -> VisualEncoder:
+    """Return the encoder of this name, or of a folder: `folder=PATH`.
+
+    Raises:
+        ValueError: if there is no such encoder, or the folder holds no vision model.
+    """
+    if name.startswith(FOLDER):
+        from arramon_agents.perception.folder import FolderEyes
+
+        return FolderEyes(Path(name.removeprefix(FOLDER)))
+    if name not in encoder_names():
+        raise ValueError(f"there is no visual encoder {name!r}; there are {', '.join(encoder_names())}")
+    load = cast(Callable[[], VisualEncoder], importlib.import_module(ENCODERS[name]).load)
+    return load()
+
+
+def encoder_names() -> list[str]:
+    """Return the names of all encoders, sorted."""
+    return sorted(ENCODERS)
+
+
+def quantise(features: npt.NDArray[np.float32]) -> npt.NDArray[np.uint8]:
+    """Return features in [0, 1] quantised to 0..255, of the same shape, as in training and at play."""
+    whole: npt.NDArray[np.uint8] = np.rint(np.clip(features, 0.0, 1.0) * 255.0).astype(np.uint8)
+    return whole
+
+
+def resize(
+    rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32], size: int
+) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.float32]]:
+    """Return images resized by nearest neighbour; the same arrays if they have this size already.
+
+    Args:
+        rgb: (B, H, H, 3) uint8.
+        depth: (B, H, H) float32.
+        size: the new side length.
+    """
+    given = rgb.shape[1]
+    if given == size:
+        return rgb, depth
+    nearest = (np.arange(size) * 2 + 1) * given // (2 * size)
+    return rgb[:, nearest][:, :, nearest], depth[:, nearest][:, :, nearest]
+
+
+class FrameMemory:
+    """A cache of image features: an agent that is stuck sees the same image again.
+
+    Args:
+        encoder: computes them.
+        frames: number of recent images whose features are kept; 4 kB each with the encoder "eyes".
+    """
+
+    def __init__(self, encoder: VisualEncoder, frames: int = 1024) -> None:
+        self._image_size = encoder.image_size
+        self._seen: SeenFrames[npt.NDArray[np.uint8]] = SeenFrames(
+            lambda rgb, depth: quantise(encoder.encode(rgb, depth)), frames
+        )
+
+    def features(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> npt.NDArray[np.uint8]:
+        """Return the quantised features of a batch of images, (B, 7, 7, C).
+
+        Args:
+            rgb: (B, H, H, 3) uint8, of any side length.
+            depth: (B, H, H) float32, in metres; 0 where there is nothing.
+        """
+        return np.stack(self._seen.find(*resize(rgb, depth, self._image_size)))

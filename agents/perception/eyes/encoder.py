@@ -1,0 +1,94 @@
+"""The visual encoder "eyes": two networks trained on the simulator's labels, which say what is where in a frame."""
+
+import hashlib
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import torch
+
+from arramon_agents.perception.eyes.grid import CHANNEL_NAMES, add_things, grid_of_blocks
+from arramon_agents.perception.eyes.names import NamedThing, name_things
+from arramon_agents.perception.eyes.naming import NamingNetwork
+from arramon_agents.perception.eyes.network import EyesNetwork, Probabilities, prepare, probabilities
+from arramon_agents.perception.eyes.weights import read_weights
+
+WEIGHTS = Path(__file__).with_name("weights.safetensors")
+
+VERSION = "3"
+"""Increased whenever the same weights give other features."""
+
+BATCH = 8
+"""Number of frames computed at once: more do not fit into the processor's caches."""
+
+
+class Eyes:
+    """A `VisualEncoder` that names what is in each cell and block of a frame, and each thing on the ground.
+
+    Args:
+        blocks, naming: trained networks, in evaluation mode.
+        fingerprint: hash of their weights.
+    """
+
+    name = "eyes"
+    channels = len(CHANNEL_NAMES)
+    channel_names = CHANNEL_NAMES
+
+    def __init__(self, blocks: EyesNetwork, naming: NamingNetwork, fingerprint: str) -> None:
+        self._blocks, self._naming = blocks, naming
+        self.image_size = blocks.sizes.image
+        self.fingerprint = fingerprint
+
+    def encode(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+        """Return (B, 7, 7, C) float32 in [0, 1]: what is anywhere in each cell.
+
+        Args:
+            rgb: (B, size, size, 3) uint8.
+            depth: (B, size, size) float32 in units, 0 where there is nothing.
+
+        Raises:
+            ValueError: if the images are not `image_size` pixels wide and high.
+        """
+        self._check(rgb, depth)
+        parts = []
+        for first in range(0, len(rgb), BATCH):
+            some = rgb[first : first + BATCH], depth[first : first + BATCH]
+            cells = grid_of_blocks(self._look(*some), torch.from_numpy(np.ascontiguousarray(some[1])))
+            for each, things in zip(cells, name_things(self._naming, *some), strict=True):
+                add_things(each, things, self.image_size)
+            parts.append(cells)
+        return np.concatenate(parts)
+
+    def blocks(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> Probabilities:
+        """Return the probabilities of kinds, colours and looks of each block, for a batch; arguments as of `encode`."""
+        self._check(rgb, depth)
+        return self._look(rgb, depth)
+
+    def things(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> list[list[NamedThing]]:
+        """Return the things on the ground in each frame, the nearest first; arguments as of `encode`."""
+        self._check(rgb, depth)
+        return name_things(self._naming, rgb, depth)
+
+    def _look(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> Probabilities:
+        with torch.inference_mode():
+            return probabilities(self._blocks(prepare(rgb, depth)))
+
+    def _check(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> None:
+        wanted = (self.image_size, self.image_size)
+        if rgb.shape[1:] != (*wanted, 3) or depth.shape != (len(rgb), *wanted):
+            raise ValueError(
+                f"images of shapes {rgb.shape} and {depth.shape}; expected (B, {wanted[0]}, {wanted[1]}, 3) and "
+                f"(B, {wanted[0]}, {wanted[1]})"
+            )
+
+
+def load(source: Path | None = None) -> Eyes:
+    """Return the encoder, with the shipped weights or those of a file.
+
+    Raises:
+        FileNotFoundError: if there is no such file.
+        ValueError: if the file holds something else.
+    """
+    path = source or WEIGHTS
+    blocks, naming = read_weights(path)
+    return Eyes(blocks, naming, f"eyes-{VERSION}-{hashlib.sha256(path.read_bytes()).hexdigest()[:12]}")

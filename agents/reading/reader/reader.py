@@ -1,0 +1,55 @@
+"""Reads instructions by a trained network, as meanings."""
+
+from functools import lru_cache
+from pathlib import Path
+
+import torch
+
+from arramon_agents.reading.reader.network import ReaderNetwork
+from arramon_agents.reading.reader.slots import END, SLOTS, TYPES, Row, meaning_of
+from arramon_agents.reading.reader.weights import read_reader
+from arramon_agents.reading.reader.words import Vocabulary
+from arramon_lang.meaning import Meaning
+
+WEIGHTS = Path(__file__).with_name("weights.safetensors")
+
+CACHED = 512
+"""Number of texts whose rows are cached."""
+
+
+class LearnedReader:
+    """Reads instructions as meanings, in any language of its training, without being given the language.
+
+    Args:
+        network: trained, in evaluation mode.
+        vocabulary: the one of its training.
+    """
+
+    def __init__(self, network: ReaderNetwork, vocabulary: Vocabulary) -> None:
+        self._network, self._vocabulary = network, vocabulary
+        self._rows = lru_cache(CACHED)(self._read)
+
+    def read(self, text: str, phase: str) -> Meaning:
+        """Return the meaning of an instruction, as far as it was understood.
+
+        Args:
+            text: the instruction.
+            phase: "navigation" for a `arramon_lang.meaning.Navigation`, "assembly" for an `Assembly`.
+        """
+        return meaning_of(self._rows(text), phase)
+
+    def _read(self, text: str) -> tuple[Row, ...]:
+        rows = self._network.read(torch.tensor([self._vocabulary.numbers(text)]))[0].tolist()
+        end, place = TYPES.index(END), list(SLOTS).index("type")
+        ends = [number for number, row in enumerate(rows) if row[place] == end]
+        return tuple(tuple(row) for row in rows[: ends[0] if ends else len(rows)])
+
+
+def load(source: Path | None = None) -> LearnedReader:
+    """Return the reader with the shipped weights, or those of a file.
+
+    Raises:
+        FileNotFoundError: if there is no such file.
+        ValueError: if it holds no reader.
+    """
+    return LearnedReader(*read_reader(source or WEIGHTS))

@@ -1,0 +1,149 @@
+"""Courses for simulated walks, one for each turn of an episode: the world, the path, the instruction as read."""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+import arramon_lang as lang
+from arramon_agents.reading.reader.reader import LearnedReader
+from arramon_agents.reading.reader.slots import Row, rows_of
+from arramon_agents.simulated.world import Things, World
+from arramon_lang.meaning import Navigation
+from arramon_server.episodes.episode import Episode
+from arramon_server.episodes.splits import Split, folder_of, folders_of, read_split
+from arramon_server.errors import ArraMonError
+from arramon_server.sim.own_furniture import furnished
+from arramon_server.sim.rules import Action, Collectible
+
+EXTRA = "train_extra"
+"""Split in generated sections, used for training too if the data folder has it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """The course of one turn.
+
+    Attributes:
+        world, things: the section and what stands in it.
+        start: (x, z, heading in radians) in the world.
+        path: (n, 2) of (x, z).
+        items: the collectibles; the first is the target.
+        turn: 1 or 2.
+        readings: rows of the instruction: the true meaning, and the reader's result in each language.
+    """
+
+    world: World
+    things: Things
+    start: tuple[float, float, float]
+    path: npt.NDArray[np.float64]
+    items: Sequence[Collectible]
+    turn: int
+    readings: Sequence[Sequence[Row]]
+    arcs: npt.NDArray[np.float64] = field(init=False)
+
+    def __post_init__(self) -> None:
+        steps = np.hypot(*np.diff(self.path, axis=0).T) if len(self.path) > 1 else np.zeros(0)
+        object.__setattr__(self, "arcs", np.concatenate([[0.0], np.cumsum(steps)]))
+
+    @property
+    def target(self) -> tuple[float, float]:
+        """The target's place (x, z)."""
+        at = self.items[0].position
+        return at.x, at.z
+
+
+def courses_of(
+    split: Split, episodes: Sequence[Episode], languages: Sequence[str], reader: LearnedReader, *, meant: bool = True
+) -> Iterator[Course]:
+    """Yield the turns of episodes.
+
+    Args:
+        split: of the episodes.
+        episodes: their ids.
+        languages: in which instructions are read.
+        reader: of instructions.
+        meant: whether the first reading is the true meaning, read by the first language's grammar.
+    """
+    worlds: dict[str, World] = {}
+    for episode in episodes:
+        section = furnished(split.sections[episode.section], episode.furniture)
+        if episode.furniture.is_empty:
+            if episode.section not in worlds:
+                worlds[episode.section] = World(section)
+            world = worlds[episode.section]
+        else:
+            world = World(section)
+        heading = episode.start.heading
+        for number, turn in enumerate(episode.turns, start=1):
+            texts = {language: episode.instruction(language, number, "navigation") for language in languages}
+            meanings = [reader.read(text, "navigation") for text in texts.values()]
+            if meant:
+                meanings.insert(0, lang.load(languages[0]).read(texts[languages[0]], "navigation"))
+            readings = [rows for rows in map(_rows, meanings) if rows]
+            things = Things(world.props, list(turn.street))
+            start = *turn.path[0], math.radians(heading)
+            yield Course(world, things, start, np.array(turn.path), turn.street, number, readings)
+            turned = sum({Action.LEFT: -30.0, Action.RIGHT: 30.0}.get(action, 0.0) for action in turn.actions)
+            heading += turned
+
+
+def _rows(meaning: object) -> list[Row]:
+    """Return a meaning's rows; empty if rows cannot express it."""
+    assert isinstance(meaning, Navigation)
+    try:
+        return rows_of(meaning)
+    except ValueError:
+        return []
+
+
+def training_splits(data: Path) -> list[str]:
+    """Return the names of the splits to learn from: `train`, and EXTRA if the data folder has it."""
+    return ["train", *(folder.name for folder in folders_of(data) if folder.name == EXTRA)]
+
+
+def training_episodes(data: Path, languages: Sequence[str], episodes: int) -> list[tuple[Split, list[Episode]]]:
+    """Return the training splits, `train` and EXTRA, each with the episodes that have all languages.
+
+    Args:
+        data: the data folder.
+        languages: in which instructions are read.
+        episodes: of each split, the first ones in playing order; 0 for all.
+
+    Raises:
+        ValueError: if there is no such split, or it does not have a language.
+    """
+    try:
+        splits = [read_split(folder_of(data, name)) for name in training_splits(data)]
+    except ArraMonError as error:
+        raise ValueError(str(error)) from error
+    found = []
+    for split in splits:
+        for language in languages:
+            if language not in split.languages:
+                raise ValueError(
+                    f"the split {split.name!r} has no language {language!r}; it has {', '.join(split.languages)}"
+                )
+        chosen = [
+            episode
+            for episode in split.in_playing_order(*languages)
+            if all(language in episode.instructions for language in languages)
+        ]
+        found.append((split, chosen[: episodes or None]))
+    return found
+
+
+def training_courses(
+    data: Path, languages: Sequence[str], episodes: int, reader: LearnedReader
+) -> tuple[list[Course], str]:
+    """Return the turns to learn from, and the hash of `train`; arguments as for `training_episodes`, and the reader.
+
+    Raises:
+        ValueError: if there is no such split, or it does not have a language.
+    """
+    found = training_episodes(data, languages, episodes)
+    courses = [course for split, chosen in found for course in courses_of(split, chosen, languages, reader)]
+    return courses, found[0][0].data_hash

@@ -1,0 +1,209 @@
+"""Pairs of text and meaning in every language, from the plans of a split's episodes: with things exchanged, and the
+steps of several plans put together, written anew by the languages' grammars."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from random import Random
+
+import arramon_lang as lang
+from arramon_agents.perception.eyes.vocabulary import (
+    BANNER_COLOURS,
+    COLLECTIBLE_COLOURS,
+    COLLECTIBLES,
+    FURNITURE,
+    LOOK_GROUPS,
+)
+from arramon_lang.meaning import TURNS, Assembly, Face, Meaning, Navigation, Rotate, Step, Thing, Walk, Where
+from arramon_server.episodes.splits import folder_of, read_split
+from arramon_server.sim.assets.furniture import COLOURS
+
+NAVIGATION = 0.7
+"""Share of texts for the street: they are longer than those for the room, and have more to be read."""
+
+MIXED = 0.4
+"""Share of navigation texts whose steps are put together from several plans."""
+
+EXCHANGED = 0.8
+"""Share of texts whose things are exchanged for others."""
+
+TURNED = 0.25
+"""Share of directions, sides and ordinals that are drawn anew where things are exchanged."""
+
+ARMS = (3, 4)
+"""Numbers of streets at an intersection, which a grammar that reads a text does not tell."""
+
+ORDINALS = ("first", "second", "third", "last")
+
+_LOOKS = {group.name: group.looks for group in LOOK_GROUPS}
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """A text and what it means.
+
+    Attributes:
+        text: the instruction.
+        language: its language's code.
+        meaning: what it says.
+    """
+
+    text: str
+    language: str
+    meaning: Meaning
+
+
+def read_samples(data: Path, split: str) -> list[Sample]:
+    """Return all instructions of a split as they are, with their meanings, read by the languages' grammars.
+
+    Args:
+        data: the data folder.
+        split: name of the split.
+
+    Raises:
+        NotFound: if there is no such split.
+    """
+    samples = []
+    for episode in read_split(folder_of(data, split)).episodes.values():
+        for language, turns in episode.instructions.items():
+            for turn in turns:
+                for phase, text in (("navigation", turn.navigation), ("assembly", turn.assembly)):
+                    samples.append(Sample(text, language, lang.load(language).read(text, phase)))
+    return samples
+
+
+def draw_samples(plans: Sequence[Meaning], languages: Sequence[str], count: int, seed: int) -> Iterator[Sample]:
+    """Yield new texts: each in one language, with its meaning.
+
+    Args:
+        plans: meanings to start from.
+        languages: codes, in which texts are written in turn.
+        count: how many texts.
+        seed: of all choices.
+    """
+    random = Random(seed)  # noqa: S311 - nothing here is a secret
+    walks = [plan for plan in plans if isinstance(plan, Navigation)]
+    rooms = [plan for plan in plans if isinstance(plan, Assembly)]
+    made = 0
+    while made < count:
+        in_street = not rooms or (walks and random.random() < NAVIGATION)
+        meaning: Meaning = random.choice(walks) if in_street else random.choice(rooms)
+        if isinstance(meaning, Navigation) and random.random() < MIXED:
+            meaning = _mixed(meaning, random.choice(walks), random)
+        if random.random() < EXCHANGED:
+            meaning = exchange(meaning, random)
+        language = languages[made % len(languages)]
+        try:
+            text = lang.load(language).write(meaning, random)
+        except ValueError:  # The language has no words for it.
+            continue
+        made += 1
+        yield Sample(text, language, meaning)
+
+
+def write_plans(plans: Sequence[Meaning], languages: Sequence[str], seed: int) -> Iterator[Sample]:
+    """Yield each plan as it is, written in each language that can express it.
+
+    Args:
+        plans: meanings.
+        languages: codes.
+        seed: of all choices.
+    """
+    for number, meaning in enumerate(plans):
+        for language in languages:
+            random = Random(f"{seed}/{number}/{language}")  # noqa: S311 - nothing here is a secret
+            try:
+                yield Sample(lang.load(language).write(meaning, random), language, meaning)
+            except ValueError:
+                continue
+
+
+def exchange(meaning: Meaning, random: Random) -> Meaning:
+    """Return a meaning with other things in the places of its own, and now and then another direction.
+
+    One thing remains one thing in all mentions.
+    """
+    others: dict[str, tuple[str, str, str]] = {}
+    arms: dict[str, int] = {}
+
+    def other(thing: Thing) -> Thing:
+        key = thing.identity or repr(thing)
+        if key not in others:
+            others[key] = _other(thing, random)
+            arms[key] = random.choice(ARMS) if thing.kind == "intersection" else 0
+        kind, colour, look = others[key]
+        # A thing is named as fully as it was: another's colour and look are said where its own were.
+        colour, look = colour if thing.colour else "", look if thing.look else ""
+        where = tuple(replace(each, things=tuple(map(other, each.things))) for each in thing.where)
+        which = drawn(thing.which, ORDINALS) if thing.which in ORDINALS else thing.which
+        kind = kind if thing.kind else ""
+        return replace(thing, kind=kind, colour=colour, look=look, which=which, where=where, arms=arms[key])
+
+    def drawn(said: str, values: Sequence[str]) -> str:
+        return random.choice(values) if said and random.random() < TURNED else said
+
+    def step_with(step: Step) -> Step:
+        if isinstance(step, Walk):
+            return replace(step, things=tuple(map(other, step.things)), side=drawn(step.side, ("left", "right")))
+        if isinstance(step, Face):
+            return Face(other(step.thing))
+        thing = other(step.thing) if step.thing is not None else None
+        return replace(step, direction=drawn(step.direction, TURNS), thing=thing)
+
+    if isinstance(meaning, Navigation):
+        return Navigation(tuple(map(step_with, meaning.steps)), other(meaning.target))
+    wheres = tuple(Where(each.relation, tuple(map(other, each.things)), each.exactly) for each in meaning.where)
+    return Assembly(meaning.turns, other(meaning.thing), wheres)
+
+
+def _mixed(meaning: Navigation, second: Navigation, random: Random) -> Navigation:
+    """Return the first steps of one plan and the last of another."""
+    renamed = _renamed(second)
+    steps = (
+        *meaning.steps[: random.randint(0, len(meaning.steps))],
+        *renamed.steps[random.randint(0, len(renamed.steps)) :],
+    )
+    return Navigation(steps or meaning.steps, renamed.target)
+
+
+def _renamed(meaning: Navigation) -> Navigation:
+    """Return a plan with other identities, so that its things are none of another plan's."""
+
+    def renamed(thing: Thing) -> Thing:
+        where = tuple(replace(each, things=tuple(map(renamed, each.things))) for each in thing.where)
+        return replace(thing, identity=f"{thing.identity}'" if thing.identity else "", where=where)
+
+    steps: list[Step] = []
+    for step in meaning.steps:
+        if isinstance(step, Walk):
+            steps.append(replace(step, things=tuple(map(renamed, step.things))))
+        elif isinstance(step, Face):
+            steps.append(Face(renamed(step.thing)))
+        else:
+            steps.append(Rotate(step.direction, step.at, renamed(step.thing)) if step.thing is not None else step)
+    return Navigation(tuple(steps), renamed(meaning.target))
+
+
+def _other(thing: Thing, random: Random) -> tuple[str, str, str]:
+    """Return kind, colour and look of a random thing that can stand where another is named."""
+    if thing.kind in COLLECTIBLES or not thing.kind:
+        return random.choice(COLLECTIBLES), random.choice(COLLECTIBLE_COLOURS), random.choice(_LOOKS["pattern"])
+    if thing.kind == "building":
+        return "building", thing.colour, random.choice(_LOOKS["facade"])
+    if thing.kind == "wall":
+        return "wall", "", random.choice(_LOOKS["wall"])
+    if thing.kind == "banner":
+        return "banner", random.choice(BANNER_COLOURS), random.choice(_LOOKS["shape"])
+    if thing.kind == "shop_sign":
+        return "shop_sign", "", random.choice(_LOOKS["shop"])
+    if thing.kind in FURNITURE:
+        kind = random.choice(_like(thing))
+        return kind, random.choice(COLOURS[kind]) if thing.colour else "", ""
+    return thing.kind, thing.colour, thing.look
+
+
+def _like(thing: Thing) -> Sequence[str]:
+    """Return the kinds of furniture that can be named as a thing is: by a colour, or without one."""
+    kinds: Mapping[str, tuple[str, ...]] = COLOURS
+    plain = [kind for kind in FURNITURE if kind not in ("banner", "shop_sign")]
+    return [kind for kind in kinds if kind in plain] if thing.colour else plain

@@ -1,0 +1,41 @@
+"""People's texts of an imported split: the half for training, and the meanings that the grammars read in it."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import arramon_lang as lang
+from arramon_agents.reading.reader.slots import rows_of
+from arramon_agents.simulated.meanings import Sample
+from arramon_server.episodes.episode import Episode
+from arramon_server.episodes.splits import Split, folder_of, read_split
+
+
+def halves(split: Split, language: str) -> tuple[list[Episode], list[Episode]]:
+    """Return every second episode in playing order for training, and the others for testing."""
+    episodes = split.in_playing_order(language)
+    return episodes[1::2], episodes[::2]
+
+
+def read_people(episodes: Sequence[Episode], language: str) -> list[Sample]:
+    """Return the texts of episodes that the language's grammar can read and rows can express."""
+    speech = lang.load(language)
+    samples = []
+    for episode in episodes:
+        for turn in episode.instructions[language]:
+            for phase, text in (("navigation", turn.navigation), ("assembly", turn.assembly)):
+                try:
+                    sample = Sample(text, language, speech.read(text, phase))
+                    rows_of(sample.meaning)
+                except (lang.CannotRead, ValueError):
+                    continue
+                samples.append(sample)
+    return samples
+
+
+def read_half(data: Path, split: str, language: str) -> list[Sample]:
+    """Return the training half of a split, with the meanings that the grammar reads.
+
+    Raises:
+        NotFound: if there is no such split.
+    """
+    return read_people(halves(read_split(folder_of(data, split)), language)[0], language)

@@ -1,0 +1,72 @@
+"""Placement tasks of episodes: the room before the placement, the instruction as read, and the right cell."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from random import Random
+
+import arramon_lang as lang
+from arramon_agents.perception.eyes.vocabulary import COLLECTIBLE_COLOURS, COLLECTIBLES, LOOK_GROUPS
+from arramon_agents.reading.reader.reader import LearnedReader
+from arramon_agents.reading.reader.slots import Row, rows_of
+from arramon_lang.room import Cell, Room, Standing
+from arramon_server.episodes.episode import Episode
+
+WALLS = {"brick": 0, "wood": 1, "striped": 2, "spotted": 3}
+"""Direction of each wall of the room, by its look."""
+
+MISNAMED = 0.05
+"""Share of things in the room that get a wrong name, like the visual encoder's errors."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """One placement task.
+
+    Attributes:
+        room: before the object is placed.
+        readings: rows of the instruction: the true meaning, and the reader's result in each language.
+        cell: in which the object belongs.
+    """
+
+    room: Room
+    readings: Sequence[Sequence[Row]]
+    cell: Cell
+
+
+def tasks_of(episodes: Sequence[Episode], languages: Sequence[str], reader: LearnedReader) -> Iterator[Task]:
+    """Yield both placement tasks of each episode.
+
+    Args:
+        episodes: whose rooms.
+        languages: in which instructions are read.
+        reader: of instructions.
+    """
+    for episode in episodes:
+        things = [
+            Standing(each.type.kind, each.type.colour, each.type.pattern, each.placement.column, each.placement.row,
+                     each.placement.level)
+            for each in episode.decoys
+        ]  # fmt: skip
+        for number, turn in enumerate(episode.turns, start=1):
+            texts = [episode.instruction(language, number, "assembly") for language in languages]
+            meanings = [lang.load(languages[0]).read(texts[0], "assembly")]
+            meanings += [reader.read(text, "assembly") for text in texts]
+            cell = turn.target_cell
+            yield Task(Room(tuple(things), WALLS), [rows_of(each) for each in meanings], (cell.column, cell.row))
+            target = turn.target.type
+            things.append(Standing(target.kind, target.colour, target.pattern, cell.column, cell.row, cell.level))
+
+
+def misnamed(room: Room, random: Random) -> Room:
+    """Return a room in which some things have another kind, colour or pattern."""
+    things = []
+    for thing in room.things:
+        kind, colour, look = thing.kind, thing.colour, thing.look
+        if random.random() < MISNAMED:
+            kind = random.choice(COLLECTIBLES)
+        if random.random() < MISNAMED:
+            colour = random.choice(COLLECTIBLE_COLOURS)
+        if random.random() < MISNAMED:
+            look = random.choice(LOOK_GROUPS[0].looks)
+        things.append(Standing(kind, colour, look, thing.column, thing.row, thing.level))
+    return Room(tuple(things), room.walls)

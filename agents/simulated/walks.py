@@ -1,0 +1,259 @@
+"""Simulated walks along episodes' paths, without images: the policy's decisions with labels, and scores of walks."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from arramon_agents.mapping.landmark_beliefs import Belief
+from arramon_agents.reading.reader.slots import Row
+from arramon_agents.simulated.alignment import current_row, places_of
+from arramon_agents.simulated.body import Faults, SimulatedBody
+from arramon_agents.simulated.courses import Course
+from arramon_agents.vl_map.features import DIRECTIONS, Sample
+from arramon_agents.vl_map.navigator import Choose, MapNavigator
+from arramon_agents.vl_map.options import DISTANCES, OPTIONS, WAYPOINTS
+from arramon_client.agent import Action
+from arramon_server.scoring.metrics import ndtw
+from arramon_server.sim.rules import REACH_AHEAD, REACH_MARGIN, REACH_SIDE, STEPS_PER_PHASE
+
+Choices = npt.NDArray[np.float32]
+
+IN_SIGHT, LONGER, SPARE = 10.0, 1.3, 2.0
+"""Largest distance of a label, in units; largest detour on the path to it, as a factor and in units besides."""
+
+WINDOW, BACK = 20, 0.15
+"""Number of path points ahead among which the nearest to the agent is searched; penalty of a later point, in units."""
+
+TAKING = 7.0
+"""Length of the remaining path, in units, below which a remembered target is the label."""
+
+SAME = 1.2
+"""Largest distance between a landmark and the target for it to be the target, in units."""
+
+
+class Label(NamedTuple):
+    """The right decision: a place, in units to the right and ahead, or the index of a landmark, else -1.
+
+    Attributes:
+        row: index of the row that is being carried out.
+    """
+
+    right: float
+    ahead: float
+    thing: int
+    row: int
+
+
+class Guide:
+    """Gives the right decision anywhere near a course.
+
+    Args:
+        course: the course.
+        rows: of the instruction.
+        body: of the agent that walks it.
+    """
+
+    def __init__(self, course: Course, rows: Sequence[Row], body: SimulatedBody) -> None:
+        self._course, self._rows, self._body = course, rows, body
+        self._places = places_of(course, rows)
+        self._at = 0
+        self._way: list[tuple[float, float]] = []
+
+    def label(self, beliefs: Sequence[Belief]) -> Label | None:
+        """Return the right decision: on along the path, or back to it the way the agent left it; None if neither.
+
+        Args:
+            beliefs: the landmarks of the sample.
+        """
+        onward = self._onward(beliefs)
+        x, z, _ = self._body.world_pose
+        if onward is not None:
+            self._way = [(x, z)]
+            return onward
+        seen = [place for place in self._way if self._course.world.is_free(x, z, *place)]
+        self._way.append((x, z))
+        near = [place for place in seen if 0.7 < math.hypot(place[0] - x, place[1] - z) <= IN_SIGHT]
+        return self._to(near[0], -1) if near else None
+
+    def _onward(self, beliefs: Sequence[Belief]) -> Label | None:
+        course, body = self._course, self._body
+        x, z, _ = body.world_pose
+        path, arcs = course.path, course.arcs
+        window = slice(self._at, min(self._at + WINDOW, len(path)))
+        away = np.hypot(path[window, 0] - x, path[window, 1] - z) + BACK * np.arange(window.stop - window.start)
+        self._at += int(away.argmin())
+        if arcs[-1] - arcs[self._at] <= TAKING:
+            thing = self._target(beliefs)
+            if thing is not None and course.world.is_free(x, z, *course.target, clearance=0.05):
+                return self._to(course.target, thing)
+        distances = np.hypot(path[:, 0] - x, path[:, 1] - z)
+        for number in range(len(path) - 1, self._at - 1, -1):
+            distance = float(distances[number])
+            along = float(arcs[number] - arcs[self._at])
+            if distance > IN_SIGHT or along > LONGER * distance + SPARE:
+                continue
+            if distance < 0.7 and number == len(path) - 1:
+                return self._to(course.target, -1)
+            if course.world.is_free(x, z, *path[number].tolist()):
+                return self._to(tuple(path[number].tolist()), -1)
+        return None
+
+    def back(self) -> Label:
+        """Return the way back to the nearest point of the path."""
+        return self._to(tuple(self._course.path[self._at].tolist()), -1)
+
+    def _target(self, beliefs: Sequence[Belief]) -> int | None:
+        body, course = self._body, self._course
+        near = []
+        for number, belief in enumerate(beliefs):
+            x, z = body.to_world(belief.mark.x, belief.mark.z)
+            far = math.hypot(x - course.target[0], z - course.target[1])
+            if far < SAME and belief.mark.label.kind == course.items[0].type.kind:
+                near.append((far, number))
+        return min(near)[1] if near else None
+
+    def _to(self, place: tuple[float, ...], thing: int) -> Label:
+        right, ahead = self._body.local(*self._body.to_own(place[0], place[1]))
+        return Label(right, ahead, thing, current_row(self._rows, self._places, self._at))
+
+
+class Decided(NamedTuple):
+    """A decision of the policy: its input, and the label."""
+
+    sample: Sample
+    label: Label
+
+
+@dataclass(frozen=True)
+class Walked:
+    """A finished walk.
+
+    Attributes:
+        path: (n, 2) of distinct positions (x, z) in the world.
+        picked: index of the collectible that was picked up; None if none was.
+        decisions: those with a label.
+        body: of the agent, at the end.
+    """
+
+    path: npt.NDArray[np.float64]
+    picked: int | None
+    decisions: Sequence[Decided]
+    body: SimulatedBody
+
+
+def walk(
+    course: Course,
+    rows: Sequence[Row],
+    faults: Faults,
+    random: np.random.Generator,
+    choose: Choose | None = None,
+    astray: float = 0.3,
+    body: SimulatedBody | None = None,
+) -> Walked:
+    """Walk a course, and return the walk with its decisions.
+
+    Args:
+        course: the course.
+        rows: of the instruction.
+        faults: error rates of what is seen.
+        random: source of errors and wrong turns.
+        choose: the policy; None to follow the labels.
+        astray: share of labels that are not followed exactly.
+        body: of the previous turn, to continue from its place; None to begin at the course's start.
+    """
+    if body is None:
+        body = SimulatedBody(course.world, course.things, course.start, faults, random)
+    else:
+        body.begin_turn(course.things)
+    guide = Guide(course, rows, body)
+    decisions: list[Decided] = []
+
+    def decide(sample: Sample, beliefs: Sequence[Belief]) -> Choices:
+        label = guide.label(beliefs)
+        if label is not None:
+            decisions.append(Decided(sample, label))
+        if choose is not None and random.random() >= astray:
+            return choose(sample, beliefs)
+        followed = label or guide.back()
+        if choose is None and random.random() < astray:
+            return _near(followed, random)
+        return _exactly(followed)
+
+    navigator = MapNavigator(body, rows, decide, course.turn)
+    path = [body.to_world(body.x, body.z)]
+    picked = None
+    for left in range(STEPS_PER_PHASE, 0, -1):
+        body.look()
+        action = navigator.act(left)
+        if action is Action.INTERACT:
+            picked = _reached(course, body)
+            if picked is not None:
+                break
+            body.record_action(None)
+            continue
+        body.do(action)
+        here = body.to_world(body.x, body.z)
+        if math.dist(here, path[-1]) > 1e-6:
+            path.append(here)
+    return Walked(np.array(path), picked, decisions, body)
+
+
+def _reached(course: Course, body: SimulatedBody) -> int | None:
+    """Return the index of the nearest collectible in the pick-up box before the agent."""
+    found = []
+    for number, item in enumerate(course.items):
+        right, ahead = body.local(*body.to_own(item.position.x, item.position.z))
+        if abs(right) <= REACH_SIDE + REACH_MARGIN and -REACH_MARGIN <= ahead <= REACH_AHEAD + REACH_MARGIN:
+            found.append((math.hypot(right, ahead), number))
+    return min(found)[1] if found else None
+
+
+def _exactly(label: Label) -> Choices:
+    """Return option values that follow a label."""
+    values = np.full(OPTIONS, -50.0, np.float32)
+    if label.thing >= 0:
+        values[WAYPOINTS + label.thing] = 50.0
+    direction = math.atan2(label.right, label.ahead) / (2.0 * math.pi / DIRECTIONS)
+    distance = math.hypot(label.right, label.ahead)
+    for number in range(WAYPOINTS):
+        there, far = divmod(number, len(DISTANCES))
+        apart = abs((there - direction + DIRECTIONS / 2) % DIRECTIONS - DIRECTIONS / 2)
+        values[number] = -apart - abs(math.log(DISTANCES[far] / max(distance, 0.8)))
+    return values
+
+
+def _near(label: Label, random: np.random.Generator) -> Choices:
+    """Return option values that follow a label roughly, and now and then not at all."""
+    angle = random.normal(0.0, 0.5) if random.random() < 0.75 else random.uniform(-math.pi, math.pi)
+    sin, cos = math.sin(angle), math.cos(angle)
+    far = random.uniform(0.3, 1.2)
+    right, ahead = label.right * cos + label.ahead * sin, label.ahead * cos - label.right * sin
+    return _exactly(label._replace(right=far * right, ahead=far * ahead, thing=-1))
+
+
+def score(courses: Sequence[Course], choose: Choose, reading: int, faults: Faults, seed: int = 0) -> dict[str, float]:
+    """Return a policy's scores: mean nDTW, shares of turns that pick up the target, and that end within 3 units of it.
+
+    Args:
+        courses: of episodes' turns, in order; a second turn begins where the first one ended.
+        choose: the policy.
+        reading: index of the reading to follow.
+        faults: error rates of what is seen.
+        seed: of the faults.
+    """
+    rows: list[tuple[float, float, float]] = []
+    body = None
+    for number, course in enumerate(courses):
+        draws = np.random.default_rng((seed, number))
+        rows_read = course.readings[min(reading, len(course.readings) - 1)]
+        walked = walk(course, rows_read, faults, draws, choose, 0.0, body if course.turn > 1 else None)
+        body = walked.body
+        far = float(np.hypot(*(walked.path[-1] - course.target)))
+        value = ndtw([tuple(p) for p in walked.path.tolist()], [tuple(p) for p in course.path.tolist()])
+        rows.append((value, float(walked.picked == 0), float(far < 3.0)))
+    means: npt.NDArray[np.float64] = np.array(rows).mean(0)
+    return dict(zip(("nDTW", "picked", "CTC-3"), means.round(3).tolist(), strict=True))

@@ -1,0 +1,231 @@
+"""The follower's navigation: perception of frames, paths, and execution of instructions."""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from arramon_agents.follower.navigation import Navigator
+from arramon_agents.follower.navigation_places import find_openings
+from arramon_agents.mapping.body import Body
+from arramon_agents.mapping.ground_map import Map, index
+from arramon_agents.mapping.landmarks import Landmark, fits, landmarks_ahead
+from arramon_agents.mapping.motion import can_step, find_path, turns
+from arramon_client.agent import Action, Label, Observation
+from arramon_dataset.trial import AGENT_LABELS
+from arramon_lang.meaning import Face, Navigation, Rotate, Step, Thing, Walk, Where
+from arramon_server.sim import rules
+from arramon_server.sim.city import city_scene
+from arramon_server.sim.geometry import Pose
+from arramon_server.sim.labels import places_of
+from arramon_server.sim.physics import physics_of
+from arramon_server.sim.raster.camera import RasterCamera
+from arramon_server.sim.rules import Collectible, Layout, Limits, Phase, State
+from arramon_server.sim.view import view
+from tests.dataset.instructions.town import START, STREET, crossing, thing
+
+MUG = Thing("mug", "red", "striped")
+BOOTH, HYDRANT, BENCH = Thing("phone_booth"), Thing("hydrant"), Thing("bench")
+
+
+class Street:
+    """A small crossing, simulated without a server."""
+
+    def __init__(self) -> None:
+        scene = city_scene(crossing())
+        self.world, self.camera = physics_of(scene), RasterCamera(scene)
+        self.places = places_of(self.camera.labels)
+
+    def observe(self, state: State, layout: Layout) -> Observation:
+        seen = view(state, layout)
+        frame = self.camera.render(seen.viewpoint, seen.actors, 128, segmentation=True)
+        depth = frame.depth.astype(np.float32) / np.float32(1000)
+        assert frame.segmentation is not None
+        segmentation = self.places[frame.segmentation]
+        return Observation("e", 1, "navigation", 0, "", 0, 150, depth=depth, segmentation=segmentation)
+
+    def play(
+        self, meaning: Navigation, start: Pose = START, street: tuple[Collectible, ...] = STREET
+    ) -> tuple[State, list[Action]]:
+        """The state when the navigation has ended, and what was done."""
+        layout = Layout(start, (street, street), ())
+        state, body, actions = rules.begin(layout), Body(AGENT_LABELS), []
+        navigator = Navigator(body, meaning)
+        while state.phase is Phase.NAVIGATION:
+            body.perceive(self.observe(state, layout))
+            actions.append(navigator.act())
+            body.record_action(actions[-1])
+            state, _ = rules.step(state, rules.Action(actions[-1]), layout, self.world, Limits())
+        return state, actions
+
+
+@pytest.fixture(scope="module")
+def street() -> Iterator[Street]:
+    made = Street()
+    yield made
+    made.world.close()
+
+
+@pytest.mark.parametrize(
+    "steps",
+    [
+        (Rotate("right", "after", BOOTH),),
+        (Rotate("right", "before", HYDRANT),),
+        (Rotate("right", "at", Thing("intersection")),),
+        (Walk("past", (BOOTH,), "right"), Rotate("right"), Walk("past", (BENCH,))),
+        (Walk("between", (BOOTH, HYDRANT)), Rotate("right")),
+        (Face(BOOTH), Walk("to", (BOOTH,)), Rotate("right"), Walk("towards", (BENCH,))),
+        (Walk("ahead", count=15), Rotate("right"), Walk("ahead")),
+    ],
+)
+def test_instructed_steps_lead_to_the_target(street: Street, steps: tuple[Step, ...]) -> None:
+    state, actions = street.play(Navigation(steps, MUG))
+    assert state.carried == STREET[0].type
+    assert len(actions) < 60  # the ground truth takes 31
+    assert math.dist((state.pose.x, state.pose.z), (12.0, 0.0)) < 2.0
+
+
+@pytest.mark.parametrize(
+    ("steps", "end"),
+    [
+        ((Rotate("left", "at", Thing("intersection")),), (-10.0, 0.0)),
+        ((Walk("past", (HYDRANT,)),), (0.0, 10.5)),
+        ((Rotate("around"),), (0.0, -18.5)),
+    ],
+)
+def test_instructed_steps_determine_the_direction(
+    street: Street, steps: tuple[Step, ...], end: tuple[float, float]
+) -> None:
+    """The same crossing with the target elsewhere."""
+    aim = (end[0] * 1.15, end[1] + math.copysign(1.5, end[1]) * (end[0] == 0.0))
+    state, actions = street.play(Navigation(steps, MUG), street=(thing("striped red mug", *aim),))
+    assert state.carried == STREET[0].type
+    assert len(actions) < 70
+    assert math.dist((state.pose.x, state.pose.z), end) < 2.5
+
+
+def test_target_is_found_without_any_instructed_steps(street: Street) -> None:
+    state, _ = street.play(Navigation((), MUG))
+    assert state.carried == STREET[0].type
+
+
+def test_matching_one_of_two_adjacent_objects_is_picked_up(street: Street) -> None:
+    both = (thing("striped red mug", 0.6, -8.0), thing("dotted red mug", 0.0, -9.0))
+    state, _ = street.play(Navigation((Walk("ahead"),), MUG), street=both)
+    assert state.carried == both[0].type
+
+
+def test_the_same_frames_give_the_same_actions(street: Street) -> None:
+    meaning = Navigation((Rotate("right", "after", BOOTH),), MUG)
+    assert street.play(meaning)[1] == street.play(meaning)[1]
+
+
+def test_a_blocked_step_is_detected_by_the_frame(street: Street) -> None:
+    layout = Layout(Pose(0.0, -22.0, 180.0), (STREET, STREET), ())
+    state, body = rules.begin(layout), Body(AGENT_LABELS)
+    for _ in range(3):  # the street ends at z = -23
+        body.perceive(street.observe(state, layout))
+        body.record_action(Action.FORWARD)
+        state, _ = rules.step(state, rules.Action.FORWARD, layout, street.world, Limits())
+    body.perceive(street.observe(state, layout))
+    assert (body.x, body.z, body.travelled) == (0.0, 0.0, 0)
+    assert body.closed_steps == {(0, 0, 0)}
+
+
+def test_landmarks_and_free_ground_are_located_in_a_frame(street: Street) -> None:
+    layout = Layout(START, (STREET, STREET), ())
+    body = Body(AGENT_LABELS)
+    body.perceive(street.observe(rules.begin(layout), layout))
+    (booth,) = body.landmarks.fitting(BOOTH)
+    assert math.dist((booth.x, booth.z), (2.4, 11.6)) < 0.5  # in the own frame, from where it begins
+    assert body.ground.blocked[index(2.4, 11.3)]
+    assert body.ground.free[index(0.0, 8.0)]
+    assert not body.ground.blocked[index(0.0, 8.0)]
+
+
+def test_depth_and_segmentation_are_required() -> None:
+    with pytest.raises(ValueError, match="depth and segmentation"):
+        Body(AGENT_LABELS).perceive(Observation("e", 1, "navigation", 0, "", 0, 150))
+
+
+@pytest.mark.parametrize(("heading", "to", "rotation"), [(0, 3, "RRR"), (0, 9, "LLL"), (11, 1, "RR"), (5, 5, "")])
+def test_turns_take_the_shorter_direction(heading: int, to: int, rotation: str) -> None:
+    assert "".join("FLR"[action] for action in turns(heading, to)) == rotation
+
+
+def test_a_path_goes_around_obstacles() -> None:
+    ground = Map()
+    for i in range(-8, 9):
+        ground.block(i * 0.25, 3.0)
+    assert not can_step(ground, 0.0, 2.0, 0)
+    actions = find_path(ground, (0.0, 0.0, 0), (0.0, 6.0), 0.6)
+    x, z, heading, farthest = 0.0, 0.0, 0, 0.0
+    for action in actions:
+        heading += {Action.LEFT: -1, Action.RIGHT: 1}.get(action, 0)
+        if action is Action.FORWARD:
+            x, z = x + math.sin(math.radians(30 * heading)), z + math.cos(math.radians(30 * heading))
+        farthest = max(farthest, abs(x))
+    assert math.hypot(x, z - 6.0) <= 0.6
+    assert farthest > 2.0
+
+
+def test_the_path_is_empty_at_the_goal() -> None:
+    assert find_path(Map(), (0.0, 0.0, 0), (0.3, 0.3), 0.6) == []
+
+
+@pytest.mark.parametrize(
+    ("runs", "walls", "opening"),
+    [
+        ([3.0] * 4 + [7.0] * 4, [True] * 4 + [False] * 4, 4),
+        ([3.0] * 4 + [7.0] * 2 + [3.0] * 4, [True] * 4 + [False] * 2 + [True] * 4, None),  # too narrow
+        ([3.0] * 4 + [1.0] * 3 + [4.5] * 4, [True] * 4 + [False] * 7, 4),  # its near part is not seen yet
+        ([7.0] * 8, [False] * 8, None),  # open all along: nothing opens
+        ([3.0] * 4 + [4.0] * 4, [True] * 8, None),  # a recess
+    ],
+)
+def test_openings_are_found_where_depth_exceeds_the_wall(
+    runs: list[float], walls: list[bool], opening: int | None
+) -> None:
+    assert find_openings(runs, walls) == ([] if opening is None else [opening])
+
+
+CONE = Label("cone", "red")
+
+
+def test_near_landmarks_ahead_come_first() -> None:
+    marks = [Landmark(CONE, x, z, 1.0) for x, z in ((0.0, 9.0), (6.0, 4.0), (0.0, 5.0), (0.0, -4.0), (6.0, 1.0))]
+    assert [(mark.x, mark.z) for mark in landmarks_ahead(marks, 0.0, 0.0, 0.0)] == [(0.0, 5.0), (0.0, 9.0), (6.0, 4.0)]
+
+
+@pytest.mark.parametrize(
+    ("name", "label", "fitting"),
+    [
+        (Thing("cone"), CONE, True),
+        (Thing("cone", "red"), CONE, True),
+        (Thing("cone", "blue"), CONE, False),
+        (Thing("bin", "green"), Label("bin"), True),
+        (Thing("bin", "green"), Label("bin", "black"), False),
+        (Thing("bin", "red"), Label("bin"), False),
+        (Thing("", "red"), CONE, False),  # only collectibles go without their kind
+        (Thing("", "red"), Label("mug", "red", "dotted"), True),
+        (Thing("mug", "", "striped"), Label("mug", "red", "dotted"), False),
+    ],
+)
+def test_a_thing_matches_by_its_given_attributes(name: Thing, label: Label, fitting: bool) -> None:
+    assert fits(name, label) is fitting
+
+
+TWIN = thing("striped red mug", 1.5, -7.0)
+"""In view from the start, and nearer than the target."""
+
+
+def test_another_object_like_the_target_is_passed_by_where_the_place_is_told(street: Street) -> None:
+    ball = thing("dotted blue ball", 12.0, 1.5)
+    listed = (*STREET, TWIN, ball)
+    named = Thing("mug", "red", "striped", where=(Where("near", (Thing("ball", "blue", "dotted"),)),))
+    steps = (Rotate("right", "at", Thing("intersection")),)
+    told, _ = street.play(Navigation(steps, named), street=listed)
+    by_name, _ = street.play(Navigation(steps, MUG), street=listed)
+    assert math.dist((told.pose.x, told.pose.z), (13.5, 0.0)) < 3.0
+    assert math.dist((by_name.pose.x, by_name.pose.z), (1.5, -7.0)) < 3.0
