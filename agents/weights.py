@@ -14,9 +14,11 @@ from safetensors.torch import save_file
 from torch import Tensor
 
 from arramon.strict_json import NotJsonError, read_json
-from arramon_agents.perception.encoder import VisualEncoder, open_encoder
+from arramon_agents.perception.encoder import VisualEncoder
+from arramon_agents.perception.registry import open_encoder
 from arramon_agents.reading.tokenizers import Tokenizer, restore_tokenizer
-from arramon_agents.vl.model import Config, Model
+from arramon_agents.vl.config import Config
+from arramon_agents.vl.model import Model
 
 SHIPPED = Path(__file__).parent
 """Folder of the agents; each one's folder holds its shipped weights and its model card."""

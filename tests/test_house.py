@@ -1,6 +1,7 @@
 """Architecture rules: allowed imports, dependencies, and names in CONTRIBUTING.md."""
 
 import ast
+import graphlib
 import re
 import subprocess
 import sys
@@ -80,6 +81,15 @@ ALLOWED: dict[str, set[str]] = {
         "arramon_client",  # What is exported are the observations of the client's environments.
     },
     "arramon_agents": {"arramon_client", "arramon", "arramon_lang"},
+    "arramon_agents.pretrained": set(),
+    "arramon_agents.perception": {
+        "arramon_agents.pretrained", "arramon_agents.weights", "arramon", "arramon_client", "arramon_lang",
+    },
+    "arramon_agents.mapping": {"arramon_agents.perception", "arramon_client", "arramon_lang"},
+    "arramon_agents.reading": {
+        "arramon_agents.pretrained", "arramon_agents.weights", "arramon", "arramon_lang",
+        "arramon_agents.perception.eyes.vocabulary",  # It reads the names of what can be seen.
+    },
     "arramon_agents.simulated": {  # For training alone: no agent imports it at play.
         *WORLD, *server("episodes", "errors", "scoring"), "arramon_dataset", "arramon_agents.mapping",
         "arramon_agents.perception", "arramon_agents.reading", "arramon_agents.vl_map", "arramon_client",
@@ -150,6 +160,29 @@ def test_serve_imports_no_dataset_language_or_agent_code() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True)
     assert done.stdout.strip() == "[]"
+
+
+TRAINING = [ROOT / "agents" / name for name in ("learning", "training", "simulated", "train.py")]
+TRAINS = re.compile(r"arramon_agents\.(learning|training|simulated)\b")
+
+
+def test_only_training_imports_training_worlds() -> None:
+    for path in (ROOT / "agents").rglob("*.py"):
+        if not any(path.is_relative_to(each) for each in TRAINING):
+            assert not [name for name in imports(path) if TRAINS.match(name)], path
+
+
+def test_modules_of_agents_import_each_other_in_one_direction() -> None:
+    """Neither at their top nor within functions are there cycles."""
+    modules = {}
+    for path in (ROOT / "agents").rglob("*.py"):
+        parts = path.relative_to(ROOT / "agents").with_suffix("").parts
+        modules[".".join(("arramon_agents", *(part for part in parts if part != "__init__")))] = path
+    uses: dict[str, set[str]] = {}
+    for module, path in modules.items():
+        named = {name if name in modules else name.rpartition(".")[0] for name in imports(path)}
+        uses[module] = named & modules.keys() - {module}
+    assert list(graphlib.TopologicalSorter(uses).static_order())
 
 
 def test_agents_at_play_import_nothing_of_the_server() -> None:

@@ -1,9 +1,6 @@
 """Visual encoders behind one interface: from RGB and depth to a 7-by-7 grid of features."""
 
-import importlib
-from collections.abc import Callable
-from pathlib import Path
-from typing import Protocol, cast
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -16,9 +13,6 @@ GRID = 7
 DEFAULT = "eyes"
 """Name of the default encoder."""
 
-ENCODERS = {"eyes": "arramon_agents.perception.eyes.encoder", "pooled": "arramon_agents.perception.pooled"}
-"""Modules of the encoders, by name."""
-
 FOLDER = "folder="
 """Prefix of encoder names that give the folder of a vision model of transformers."""
 
@@ -27,7 +21,7 @@ class VisualEncoder(Protocol):
     """Turns images into features, without gradients; the features of an image do not depend on its batch.
 
     Attributes:
-        name: as given to `open_encoder`.
+        name: as given to `registry.open_encoder`.
         channels: number of features of a cell, C.
         image_size: side length of its input images, in pixels.
         channel_names: the meaning of each feature, such as "kind:mug"; empty if they have none.
@@ -50,27 +44,6 @@ class VisualEncoder(Protocol):
         Returns:
             (B, 7, 7, C) float32 in [0, 1]; the first row is the top of the image, the first column its left.
         """
-
-
-def open_encoder(name: str) -> VisualEncoder:
-    """Return the encoder of this name, or of a folder: `folder=PATH`.
-
-    Raises:
-        ValueError: if there is no such encoder, or the folder holds no vision model.
-    """
-    if name.startswith(FOLDER):
-        from arramon_agents.perception.folder import FolderEyes
-
-        return FolderEyes(Path(name.removeprefix(FOLDER)))
-    if name not in encoder_names():
-        raise ValueError(f"there is no visual encoder {name!r}; there are {', '.join(encoder_names())}")
-    load = cast(Callable[[], VisualEncoder], importlib.import_module(ENCODERS[name]).load)
-    return load()
-
-
-def encoder_names() -> list[str]:
-    """Return the names of all encoders, sorted."""
-    return sorted(ENCODERS)
 
 
 def quantise(features: npt.NDArray[np.float32]) -> npt.NDArray[np.uint8]:

@@ -15,7 +15,7 @@ from torch import Tensor
 from torch.nn import functional
 
 from arramon_agents.perception.encoder import FOLDER, GRID
-from arramon_agents.pretrained.encoders import fingerprint_of
+from arramon_agents.pretrained.fingerprint import fingerprint_of
 from arramon_agents.pretrained.folder import files_of, load_from
 from arramon_agents.pretrained.packed import BadModel
 

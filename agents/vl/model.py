@@ -9,7 +9,6 @@ In the comments B is the batch, S steps, T words, K = 49 cells, C features of a 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import torch
@@ -18,40 +17,12 @@ from torch.nn import functional
 
 from arramon_agents.perception.encoder import GRID
 from arramon_agents.reading.text_encoders import make_reader
+from arramon_agents.vl.config import Config
 
 PHASES = ("navigation", "assembly")
 ACTIONS = 4
 START = 4
 """Stands for the action before the first; a fifth output that is never right belongs to it in the original."""
-
-
-@dataclass(frozen=True)
-class Config:
-    """Sizes of a model; the defaults are the original's.
-
-    Attributes:
-        vocabulary: numbers that a tokenizer gives, 0 for padding included.
-        channels: features of a cell, without its position.
-        sees: whether the image is used.
-        reads: whether the instruction is used.
-        positions: whether each cell's row and column are features too, as an encoder of single cells needs.
-        reader: of the words, a name in `arramon_agents.reading.text_encoders`.
-        word_size: numbers that stand for a word.
-        action_size: numbers that stand for an action.
-        hidden: size H of everything else.
-        dropout: share of the action embedding and of the output's input that is dropped in training.
-    """
-
-    vocabulary: int = 774
-    channels: int = 2048
-    sees: bool = True
-    reads: bool = True
-    positions: bool = False
-    reader: str = "lstm"
-    word_size: int = 300
-    action_size: int = 64
-    hidden: int = 128
-    dropout: float = 0.3
 
 
 class Text(NamedTuple):

@@ -17,8 +17,9 @@ from arramon_agents.learning.training.demonstrations import ROOMS, Demonstration
 from arramon_agents.learning.training.imitation import Imitation
 from arramon_agents.learning.training.recipe import RECIPES, Place, Recipe
 from arramon_agents.learning.training.rollouts import Plan, play
-from arramon_agents.perception.encoder import VisualEncoder, open_encoder
+from arramon_agents.perception.encoder import VisualEncoder
 from arramon_agents.perception.frame_memory import SeenFrames
+from arramon_agents.perception.registry import open_encoder
 from arramon_agents.vl.agent import LearnedAgent
 from arramon_agents.weights import SUFFIX, Policy, load_policy, save_policy
 from arramon_client.agent import Agent

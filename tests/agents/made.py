@@ -6,7 +6,7 @@ import numpy as np
 
 from arramon_agents.learning.training.demonstrations import Demonstration
 from arramon_agents.learning.training.recipe import Place, Recipe
-from arramon_agents.perception.encoder import open_encoder
+from arramon_agents.perception.registry import open_encoder
 from arramon_agents.vl.model import PHASES
 
 

@@ -18,7 +18,8 @@ import numpy as np
 import numpy.typing as npt
 import zstandard
 
-from arramon_agents.perception.encoder import GRID, VisualEncoder, open_encoder, quantise
+from arramon_agents.perception.encoder import GRID, VisualEncoder, quantise
+from arramon_agents.perception.registry import open_encoder
 from arramon_agents.vl.model import PHASES
 from arramon_client.agent import Observation
 from arramon_client.environments.backend import ASSEMBLY, NAVIGATION, Backend, Player, Settings

@@ -6,11 +6,13 @@ from dataclasses import replace
 import torch
 
 from arramon_agents.learning.training.recipe import Place, Recipe
-from arramon_agents.perception.encoder import VisualEncoder, open_encoder
+from arramon_agents.perception.encoder import VisualEncoder
+from arramon_agents.perception.registry import open_encoder
 from arramon_agents.pretrained.states import open_states
 from arramon_agents.reading.text_encoders import PretrainedReader, own_pieces
 from arramon_agents.reading.tokenizers import PRETRAINED, UNKNOWN, Words, train_tokenizer
-from arramon_agents.vl.model import PHASES, Config, Model
+from arramon_agents.vl.config import Config
+from arramon_agents.vl.model import PHASES, Model
 from arramon_agents.weights import Policy, find_initial, load_policy
 
 

@@ -4,8 +4,9 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from arramon_agents.perception.encoder import GRID, FrameMemory, encoder_names, open_encoder, quantise, resize
+from arramon_agents.perception.encoder import GRID, FrameMemory, quantise, resize
 from arramon_agents.perception.pooled import COLOURS, PooledEncoder
+from arramon_agents.perception.registry import encoder_names, open_encoder
 
 
 @pytest.mark.parametrize("name", encoder_names())

@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from arramon_agents.perception.encoder import GRID, open_encoder, quantise
+from arramon_agents.perception.encoder import GRID, quantise
+from arramon_agents.perception.registry import open_encoder
 from arramon_agents.pretrained.encoders import open_text_encoder
 from arramon_agents.pretrained.packed import BadModel
 

@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 import torch
 
-from arramon_agents import requirements as extra
+from arramon_agents import requirements
 from arramon_agents.learning.training.rollouts import Plan, play
-from arramon_agents.perception.encoder import open_encoder
+from arramon_agents.perception.registry import open_encoder
 from arramon_agents.reading.tokenizers import Words
+from arramon_agents.vl import make_agent
 from arramon_agents.vl.agent import LearnedAgent
-from arramon_agents.vl.model import Config, Model
+from arramon_agents.vl.config import Config
+from arramon_agents.vl.model import Model
 from arramon_agents.weights import BadWeights, Policy, find_weights, load_policy, save_policy, write_tensors
 from arramon_client import AgentLoadError, Episode, Observation, load_agent
 
@@ -99,7 +101,7 @@ def test_it_plays_at_the_temperature_of_its_recipe(tmp_path: Path, given: float 
     made.about["recipe"] = {"temperature": 5.0}
     save_policy(made, tmp_path / "w")
     agents = [
-        extra.open_agent("vl", str(tmp_path / "w"), temperature=given),
+        make_agent(str(tmp_path / "w"), temperature=given),
         LearnedAgent(made, "vl", temperature=expected),
         LearnedAgent(made, "vl", temperature=5.0 - expected),
     ]
@@ -129,7 +131,7 @@ def test_weights_of_another_encoder_are_refused(tmp_path: Path, monkeypatch: pyt
 
 
 def test_without_the_extra_the_command_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(extra, "find_spec", lambda name: None if name == "torch" else object())
+    monkeypatch.setattr(requirements, "find_spec", lambda name: None if name == "torch" else object())
     with pytest.raises(AgentLoadError, match=r"agents.vl needs torch: install the extra with `scripts/setup`"):
         load_agent("agents.vl")
 

@@ -5,7 +5,8 @@ import torch
 from torch import Tensor
 
 from arramon_agents.reading.text_encoders import READERS
-from arramon_agents.vl.model import START, Config, Model, Module, Text
+from arramon_agents.vl.config import Config
+from arramon_agents.vl.model import START, Model, Module, Text
 
 SMALL = Config(vocabulary=20, channels=6, positions=True, word_size=8, action_size=4, hidden=16)
 

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from arramon_agents.perception.encoder import open_encoder
 from arramon_agents.perception.eyes.encoder import WEIGHTS, Eyes, load
 from arramon_agents.perception.eyes.scores import GridScores, NameScores
+from arramon_agents.perception.registry import open_encoder
 from arramon_agents.simulated.frames import FrameSource, label_names
 
 FRAMES = 24
