@@ -87,7 +87,8 @@ ALLOWED: dict[str, set[str]] = {
     },
     "arramon_agents.mapping": {"arramon_agents.perception", "arramon_client", "arramon_lang"},
     "arramon_agents.reading": {
-        "arramon_agents.pretrained", "arramon_agents.weights", "arramon", "arramon_lang",
+        "arramon_agents.pretrained", "arramon_agents.weights", "arramon", "arramon_client",
+        "arramon_lang",
         "arramon_agents.perception.eyes.vocabulary",  # It reads the names of what can be seen.
     },
     "arramon_agents.simulated": {  # For training alone: no agent imports it at play.
