@@ -1,24 +1,22 @@
-"""Files of weights: safetensors with the configuration as JSON in their header, never pickle."""
+"""Files of weights: safetensors with a JSON header, never pickle; where they are, and what is checked in them.
+
+A header has the format's name and version, whatever builds the network (sizes, a vocabulary, the names of a tokenizer
+and of a visual encoder), and what is known of the training ("about"). Each network reads and writes its own fields.
+"""
 
 import json
 import os
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
-import numpy as np
 import safetensors
 import torch
 from safetensors.torch import save_file
-from torch import Tensor
+from torch import Tensor, nn
 
 from arramon.strict_json import NotJsonError, read_json
-from arramon_agents.perception.encoder import VisualEncoder
-from arramon_agents.perception.registry import open_encoder
-from arramon_agents.reading.tokenizers import Tokenizer, restore_tokenizer
-from arramon_agents.vl.config import Config
-from arramon_agents.vl.model import Model
 
 SHIPPED = Path(__file__).parent
 """Folder of the agents; each one's folder holds its shipped weights and its model card."""
@@ -26,34 +24,187 @@ SHIPPED = Path(__file__).parent
 WEIGHTS, CARD = "weights.safetensors", "card.md"
 """Names of the shipped files in an agent's folder."""
 
-FORMAT = 1
 SUFFIX = ".safetensors"
-_TOKENIZER = "tokenizer"
+
+HEADER = "arramon"
+"""Key of the metadata that holds the header."""
+
+LARGEST = 1 << 20
+"""Maximum of a size in a file: a network of any size would be allocated before its tensors are found to be missing."""
+
+Content = TypeVar("Content")
+Network = TypeVar("Network", bound=nn.Module)
 
 
 class BadWeights(ValueError):
     """A file of weights cannot be read, or does not fit this version."""
 
 
-@dataclass
-class Policy:
-    """A trained model with its tokenizer and visual encoder.
+@dataclass(frozen=True)
+class WeightsFile:
+    """A file of weights, as read.
 
     Attributes:
-        model: in evaluation or training mode.
-        tokenizer: of instructions.
-        encoder: of images; None for a model that uses none.
-        about: metadata: data, seeds, scores; JSON values.
+        path: of the file.
+        what: what it holds, for messages.
+        tensors: by name.
+        header: as JSON values.
     """
 
-    model: Model
-    tokenizer: Tokenizer
-    encoder: VisualEncoder | None
-    about: dict[str, Any] = field(default_factory=dict)
+    path: Path
+    what: str
+    tensors: Mapping[str, Tensor]
+    header: Mapping[str, Any]
+
+    def wrong(self, problem: object) -> BadWeights:
+        """Return the error for a file with a problem."""
+        return BadWeights(f"{self.path} does not hold the weights of {self.what}: {problem}")
+
+    def value(self, name: str, kind: type[Content]) -> Content:
+        """Return a field of the header.
+
+        Raises:
+            BadWeights: if it is missing or of another type.
+        """
+        value = self.header.get(name)
+        if not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
+            raise self.wrong(f"its header has no {name!r} that is a {kind.__name__}")
+        return value
+
+    def sizes(self, name: str, kind: type[Content]) -> Content:
+        """Return a field of the header as a dataclass of whole numbers, shares, switches and names.
+
+        Raises:
+            BadWeights: if it has other fields, or values of a wrong type or range.
+        """
+        given, known = self.value(name, dict), {each.name: each for each in fields(kind)}  # type: ignore[arg-type]
+        if not given.keys() <= known.keys():
+            raise self.wrong(f"its header has {name!r} with {', '.join(given)}; expected {', '.join(known)}")
+        for field, value in given.items():
+            if problem := _problem(value, known[field].type):
+                raise self.wrong(f"its header has the size {field} {value!r}, expected {problem}")
+        try:
+            return kind(**given)
+        except TypeError as error:
+            raise self.wrong(f"its header has {name!r} without a size: {error}") from error
+
+    def build(self, make: Callable[[], Network]) -> Network:
+        """Return a network of sizes that the header gives.
+
+        Raises:
+            BadWeights: if it cannot be built with them.
+        """
+        try:
+            return make()
+        except (RuntimeError, AssertionError, MemoryError) as error:
+            raise self.wrong(f"no network has the sizes in its header: {error}") from error
+
+    def blob(self, name: str) -> bytes:
+        """Return bytes that are kept among the tensors.
+
+        Raises:
+            BadWeights: if there are none.
+        """
+        if name not in self.tensors or self.tensors[name].dtype != torch.uint8:
+            raise self.wrong(f"it has no {name}")
+        return self.tensors[name].numpy().tobytes()
+
+    def fill(self, network: nn.Module, prefix: str = "") -> None:
+        """Fill a network with the tensors of its names after a prefix, in single precision; set evaluation mode.
+
+        Raises:
+            BadWeights: if a tensor is missing, of another shape, or not of the network.
+        """
+        filled = {}
+        for name, value in network.state_dict().items():
+            found = self.tensors.get(prefix + name)
+            if found is None:
+                raise self.wrong(f"it has no tensor {prefix + name}")
+            if found.shape != value.shape:
+                expected = tuple(value.shape)
+                raise self.wrong(f"its tensor {prefix + name} has the shape {tuple(found.shape)}, expected {expected}")
+            filled[name] = found.to(value.dtype)
+        for name, found in self.tensors.items():
+            if name.startswith(prefix) and name.removeprefix(prefix) not in filled and found.dtype != torch.uint8:
+                raise self.wrong(f"it has a tensor {name}, which the network does not have")
+        network.load_state_dict(filled)
+        network.eval()
+
+
+def read_weights_file(path: Path, what: str, *formats: str | int | None) -> WeightsFile:
+    """Return the content of a file of weights.
+
+    Args:
+        path: the file.
+        what: what it should hold, for messages.
+        formats: accepted names of its format; None for a file that names none, as the shipped reader and eyes.
+
+    Raises:
+        BadWeights: if there is no such file, it cannot be read, or has another format.
+    """
+    if not path.is_file():
+        raise BadWeights(f"there are no weights of {what} at {path}")
+    file = WeightsFile(path, what, *read_tensors(path))
+    if file.header.get("format") not in formats:
+        raise file.wrong(f"it has the format {file.header.get('format')!r}, expected {formats[0]!r}")
+    return file
+
+
+def write_weights_file(
+    path: Path,
+    networks: Mapping[str, nn.Module],
+    header: Mapping[str, Any],
+    blobs: Mapping[str, bytes] | None = None,
+    dtype: torch.dtype = torch.float16,
+) -> None:
+    """Write networks to a file, atomically.
+
+    Args:
+        path: the file.
+        networks: each with the prefix of its tensors' names.
+        header: JSON values, among them "format".
+        blobs: bytes to keep among the tensors, by name.
+        dtype: of floating-point tensors in the file.
+    """
+    tensors = {
+        prefix + name: (value.detach().to("cpu", dtype) if value.is_floating_point() else value.cpu()).contiguous()
+        for prefix, network in networks.items()
+        for name, value in network.state_dict().items()
+    }
+    kept = {name: torch.frombuffer(bytearray(data), dtype=torch.uint8) for name, data in (blobs or {}).items()}
+    write_tensors(path, tensors | kept, header)
+
+
+def write_tensors(path: Path, tensors: Mapping[str, Tensor], header: Mapping[str, Any]) -> None:
+    """Write tensors with a JSON header to a file, atomically."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_name(f".{path.name}.{os.getpid()}")
+    save_file(dict(tensors), part, {HEADER: json.dumps(header, ensure_ascii=False)})
+    part.chmod(0o644)  # safetensors makes files for the owner alone.
+    part.replace(path)
+
+
+def read_tensors(path: Path) -> tuple[dict[str, Tensor], dict[str, Any]]:
+    """Return tensors and JSON header of a file; without a header, each value of the metadata as JSON.
+
+    Raises:
+        BadWeights: if it cannot be read.
+    """
+    try:
+        with safetensors.safe_open(path, framework="pt") as file:
+            metadata = file.metadata() or {}
+            tensors = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118 - not a mapping
+        header = {name: read_json(text) for name, text in metadata.items()}
+    except (OSError, safetensors.SafetensorError, NotJsonError) as error:
+        raise BadWeights(f"{path} is no file of weights: {error}") from error
+    header = header.get(HEADER, header)
+    if not isinstance(header, dict):
+        raise BadWeights(f"{path} is no file of weights: its header is no JSON object")
+    return tensors, header
 
 
 def find_weights(name: str) -> Path:
-    """Return the path of shipped weights by their name, or of a file by its path.
+    """Return the path of shipped weights by their agent's name, or of a file by its path.
 
     Raises:
         BadWeights: if there is neither.
@@ -72,7 +223,7 @@ def file_of(folder: Path, agent: str) -> Path:
 
 
 def find_initial(init: str, agent: str) -> Path:
-    """Return the weights with which fine-tuning begins: a file, or of a folder the one named after the agent.
+    """Return the weights with which fine-tuning begins: a file, or of a folder the one of the agent.
 
     Raises:
         BadWeights: if there are none.
@@ -81,71 +232,14 @@ def find_initial(init: str, agent: str) -> Path:
     return find_weights(str(file_of(given, agent)) if given.is_dir() else init)
 
 
-def save_policy(policy: Policy, path: Path) -> None:
-    """Write a policy to a file, atomically."""
-    tensors = {f"model.{name}": value.detach().cpu().contiguous() for name, value in policy.model.state_dict().items()}
-    tensors[_TOKENIZER] = torch.frombuffer(bytearray(policy.tokenizer.dump()), dtype=torch.uint8)
-    header = {
-        "format": FORMAT,
-        "config": asdict(policy.model.config),
-        "tokenizer": policy.tokenizer.name,
-        "encoder": None if policy.encoder is None else [policy.encoder.name, policy.encoder.fingerprint],
-        "about": policy.about,
-    }
-    write_tensors(path, tensors, header)
-
-
-def load_policy(path: Path) -> Policy:
-    """Return the policy of a file, in evaluation mode, on the CPU.
-
-    Raises:
-        BadWeights: if the file is not readable, or was trained on another version of its visual encoder.
-        ValueError: if its tokenizer or encoder is not available.
-    """
-    tensors, header = read_tensors(path)
-    if header.get("format") != FORMAT or _TOKENIZER not in tensors:
-        raise BadWeights(f"{path} has the format {header.get('format')!r}, expected {FORMAT}")
-    try:
-        config = Config(**header["config"])
-        model = Model(config)
-        model.load_state_dict({name[6:]: value for name, value in tensors.items() if name.startswith("model.")})
-    except (KeyError, TypeError, RuntimeError) as error:
-        raise BadWeights(f"{path} does not hold the weights of a {Model.__name__}: {error}") from error
-    tokenizer = restore_tokenizer(header["tokenizer"], tensors[_TOKENIZER].numpy().tobytes())
-    encoder = None
-    if header["encoder"] is not None:
-        name, fingerprint = header["encoder"]
-        encoder = open_encoder(name)
-        if encoder.fingerprint != fingerprint:
-            raise BadWeights(
-                f"{path} was trained on the visual encoder {name} {fingerprint}, but {encoder.fingerprint} is installed"
-            )
-    return Policy(model.eval(), tokenizer, encoder, header["about"])
-
-
-def write_tensors(path: Path, tensors: Mapping[str, Tensor], header: Mapping[str, Any]) -> None:
-    """Write tensors with a JSON header to a file, atomically."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f".{path.name}.{os.getpid()}")
-    save_file(dict(tensors), part, {"arramon": json.dumps(header, ensure_ascii=False)})
-    part.chmod(0o644)  # safetensors makes files for the owner alone.
-    part.replace(path)
-
-
-def read_tensors(path: Path) -> tuple[dict[str, Tensor], dict[str, Any]]:
-    """Return tensors and JSON header of a file.
-
-    Raises:
-        BadWeights: if it cannot be read.
-    """
-    try:
-        with safetensors.safe_open(path, framework="pt") as file:
-            header = read_json((file.metadata() or {}).get("arramon", "{}"))
-            return {name: file.get_tensor(name) for name in file.keys()}, header  # noqa: SIM118 - not a mapping
-    except (OSError, safetensors.SafetensorError, NotJsonError) as error:
-        raise BadWeights(f"{path} is no file of weights: {error}") from error
-
-
-def as_input(features: np.ndarray[Any, np.dtype[np.uint8]]) -> Tensor:
-    """Return quantised features as model input, float32 in [0, 1]."""
-    return torch.from_numpy(features).float() / 255.0
+def _problem(value: object, kind: object) -> str:
+    """Return what was expected of a size, "" if it is right."""
+    if kind is int:
+        is_right = isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= LARGEST
+        return "" if is_right else f"a whole number from 0 to {LARGEST}"
+    if kind is float:
+        is_right = isinstance(value, int | float) and not isinstance(value, bool) and 0.0 <= value < 1.0
+        return "" if is_right else "a number from 0 to 1"
+    if kind is bool:
+        return "" if isinstance(value, bool) else "true or false"
+    return "" if isinstance(value, str) else "a name"

@@ -163,27 +163,40 @@ def test_serve_imports_no_dataset_language_or_agent_code() -> None:
     assert done.stdout.strip() == "[]"
 
 
-TRAINING = [ROOT / "agents" / name for name in ("learning", "training", "simulated", "train.py")]
-TRAINS = re.compile(r"arramon_agents\.(learning|training|simulated)\b")
-
-
-def test_only_training_imports_training_worlds() -> None:
+def agents_imports() -> dict[str, set[str]]:
+    """Return what each module of the agents imports of them, of the server and of the dataset, also in functions."""
+    paths = {}
     for path in (ROOT / "agents").rglob("*.py"):
-        if not any(path.is_relative_to(each) for each in TRAINING):
-            assert not [name for name in imports(path) if TRAINS.match(name)], path
+        parts = path.relative_to(ROOT / "agents").with_suffix("").parts
+        paths[".".join(("arramon_agents", *(part for part in parts if part != "__init__")))] = path
+    uses: dict[str, set[str]] = {}
+    for module, path in paths.items():
+        named = {name if name in paths else name.rpartition(".")[0] for name in imports(path)}
+        uses[module] = {
+            name for name in named if name in paths or name.startswith(("arramon_server", "arramon_dataset"))
+        }
+    return {module: names - {module} for module, names in uses.items()}
 
 
 def test_modules_of_agents_import_each_other_in_one_direction() -> None:
-    """Neither at their top nor within functions are there cycles."""
-    modules = {}
-    for path in (ROOT / "agents").rglob("*.py"):
-        parts = path.relative_to(ROOT / "agents").with_suffix("").parts
-        modules[".".join(("arramon_agents", *(part for part in parts if part != "__init__")))] = path
-    uses: dict[str, set[str]] = {}
-    for module, path in modules.items():
-        named = {name if name in modules else name.rpartition(".")[0] for name in imports(path)}
-        uses[module] = named & modules.keys() - {module}
-    assert list(graphlib.TopologicalSorter(uses).static_order())
+    assert list(graphlib.TopologicalSorter(agents_imports()).static_order())
+
+
+def test_no_agent_imports_what_trains_it() -> None:
+    """Neither the server nor simulated worlds nor training, by any way from the modules of the entry points."""
+    uses = agents_imports()
+    project = tomllib.loads((ROOT / "packages" / "agents" / "pyproject.toml").read_text())["project"]
+    open_ones = {entry.split(":")[0] for entry in project["entry-points"]["arramon.agents"].values()}
+    reached: set[str] = set()
+    while open_ones:
+        module = open_ones.pop()
+        reached.add(module)
+        open_ones |= uses.get(module, set()) - reached
+    assert "arramon_agents.vl_grounded.network" in reached
+    trains = re.compile(
+        r"arramon_server|arramon_dataset|arramon_agents\.(.*\.)?(learning|training|simulated|train|recipe)\b"
+    )
+    assert not [module for module in reached if trains.match(module)]
 
 
 def test_agents_at_play_import_nothing_of_the_server() -> None:

@@ -16,9 +16,9 @@ from arramon_agents.learning.eyes.targets import LabelTable
 from arramon_agents.learning.eyes.tasks import BlocksTask, NamingTask
 from arramon_agents.learning.training.run import train
 from arramon_agents.learning.training.trainer import Plan, Task, Trainer
+from arramon_agents.perception.eyes.encoder import write_weights
 from arramon_agents.perception.eyes.naming import NamingNetwork
 from arramon_agents.perception.eyes.network import EyesNetwork, Sizes
-from arramon_agents.perception.eyes.weights import write_weights
 from arramon_agents.simulated.frames import FrameSource, label_names
 
 SECTIONS = ("1", "2", "3", "4", "5")

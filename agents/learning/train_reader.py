@@ -20,8 +20,8 @@ from arramon_agents.learning.reader.task import Examples, ReadingTask, score
 from arramon_agents.learning.training.run import train
 from arramon_agents.learning.training.trainer import Plan, Trainer
 from arramon_agents.reading.reader.network import ReaderNetwork, Sizes
+from arramon_agents.reading.reader.reader import write_reader
 from arramon_agents.reading.reader.slots import rows_of
-from arramon_agents.reading.reader.weights import write_reader
 from arramon_agents.reading.reader.words import Vocabulary
 from arramon_agents.simulated.meanings import Sample, draw_samples, read_samples, write_plans
 

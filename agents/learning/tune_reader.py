@@ -18,8 +18,7 @@ from arramon_agents.learning.reader.task import ReadingTask
 from arramon_agents.learning.train_reader import examples_of
 from arramon_agents.learning.training.trainer import Plan, Trainer
 from arramon_agents.reading.reader.network import ReaderNetwork, Sizes
-from arramon_agents.reading.reader.reader import WEIGHTS
-from arramon_agents.reading.reader.weights import read_reader, write_reader
+from arramon_agents.reading.reader.reader import WEIGHTS, read_reader, write_reader
 from arramon_agents.reading.reader.words import UNKNOWN, Vocabulary
 from arramon_agents.simulated.meanings import Sample, draw_samples
 from arramon_agents.simulated.people import read_half

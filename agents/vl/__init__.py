@@ -36,7 +36,8 @@ def make_factory(name: str, needs: Sequence[str] = PLAYING) -> Callable[..., Age
         require(needs, f"agents.{name}")
         from arramon_agents.process_settings import prepare_process
         from arramon_agents.vl.agent import LearnedAgent
-        from arramon_agents.weights import find_weights, load_policy
+        from arramon_agents.vl.policy import load_policy
+        from arramon_agents.weights import find_weights
 
         prepare_process()
         try:

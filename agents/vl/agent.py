@@ -10,8 +10,8 @@ import torch
 from torch import Tensor
 
 from arramon_agents.perception.encoder import GRID, FrameMemory
-from arramon_agents.vl.model import ACTIONS, START, State, Text
-from arramon_agents.weights import Policy, as_input
+from arramon_agents.vl.model import ACTIONS, START, State, Text, as_input
+from arramon_agents.vl.policy import Policy
 from arramon_client.agent import Episode, Observation
 
 

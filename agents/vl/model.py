@@ -11,6 +11,8 @@ In the comments B is the batch, S steps, T words, K = 49 cells, C features of a 
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import numpy as np
+import numpy.typing as npt
 import torch
 from torch import Tensor, nn
 from torch.nn import functional
@@ -138,6 +140,11 @@ class Model(nn.Module):
         module = self.modules_by_phase[phase]
         assert isinstance(module, Module)
         return module
+
+
+def as_input(features: npt.NDArray[np.uint8]) -> Tensor:
+    """Return quantised features as input of the model, float32 in [0, 1]."""
+    return torch.from_numpy(features).float() / 255.0
 
 
 def _softmax(scores: Tensor, padding: Tensor) -> Tensor:

@@ -25,8 +25,8 @@ def make_agent(weights: str | None = None, sensor: str = SENSORS[0]) -> Agent:
     from arramon_agents.perception.eyes.encoder import load as load_eyes
     from arramon_agents.process_settings import prepare_process
     from arramon_agents.vl_grounded.agent import GroundedAgent
+    from arramon_agents.vl_grounded.network import read_weights
     from arramon_agents.vl_grounded.sight import EncodedSight, LabelledSight
-    from arramon_agents.vl_grounded.weights import read_weights
     from arramon_agents.weights import find_weights
 
     prepare_process()

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 
+from arramon_agents.vl_grounded.network import Weights
 from arramon_agents.vl_grounded.placer import Placer
 from arramon_agents.vl_grounded.sight import Sight
 from arramon_agents.vl_grounded.walker import Walker
-from arramon_agents.vl_grounded.weights import Weights
 from arramon_client.agent import Episode, Observation
 from arramon_client.environments.backend import NAVIGATION
 

@@ -1,10 +1,19 @@
-"""The networks of `vl_grounded` in one module: the shared text encoder, the walking network, the placing network."""
+"""The networks of `vl_grounded` in one module (shared text encoder, walking, placing), and their file."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 from torch import nn
 
+from arramon_agents.reading.tokenizers import Tokenizer, restore_tokenizer
 from arramon_agents.vl_grounded.reading import Reading
 from arramon_agents.vl_grounded.room import RoomReader
 from arramon_agents.vl_grounded.street import Street
+from arramon_agents.weights import LARGEST, read_weights_file, write_weights_file
+
+FORMAT = "vl_grounded 1"
 
 
 class Grounded(nn.Module):
@@ -20,3 +29,49 @@ class Grounded(nn.Module):
         self.reading = Reading(vocabulary)
         self.street = Street()
         self.room = RoomReader()
+
+
+@dataclass(frozen=True)
+class Weights:
+    """Content of a weight file.
+
+    Attributes:
+        network: the networks.
+        tokenizer: of instructions.
+        eyes: fingerprint of the visual encoder used in training.
+        about: metadata, as JSON values.
+    """
+
+    network: Grounded
+    tokenizer: Tokenizer
+    eyes: str
+    about: Mapping[str, Any]
+
+
+def write_weights(path: Path, weights: Weights) -> None:
+    """Write weights to a file, atomically."""
+    header = {
+        "format": FORMAT,
+        "vocabulary": weights.network.vocabulary,
+        "tokenizer": weights.tokenizer.name,
+        "eyes": weights.eyes,
+        "about": dict(weights.about),
+    }
+    write_weights_file(path, {"": weights.network}, header, {"tokenizer": weights.tokenizer.dump()})
+
+
+def read_weights(path: Path) -> Weights:
+    """Return the weights of a file, in evaluation mode.
+
+    Raises:
+        BadWeights: if the file is not readable.
+    """
+    file = read_weights_file(path, "agents.vl_grounded", FORMAT)
+    tokenizer = restore_tokenizer(file.value("tokenizer", str), file.blob("tokenizer"))
+    vocabulary = file.value("vocabulary", int)
+    if not 1 <= vocabulary <= LARGEST:
+        raise file.wrong(f"its header has the vocabulary {vocabulary}, expected 1 to {LARGEST}")
+    network = file.build(lambda: Grounded(vocabulary))
+    file.fill(network)
+    network.requires_grad_(requires_grad=False)
+    return Weights(network, tokenizer, file.value("eyes", str), file.value("about", dict))

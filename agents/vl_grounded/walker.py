@@ -7,11 +7,10 @@ from torch import Tensor
 
 from arramon_agents.perception.encoder import GRID
 from arramon_agents.perception.eyes.grid import CHANNEL_NAMES
-from arramon_agents.vl.model import ACTIONS, START
+from arramon_agents.vl.model import ACTIONS, START, as_input
 from arramon_agents.vl_grounded.network import Grounded
 from arramon_agents.vl_grounded.odometry import odometry
 from arramon_agents.vl_grounded.reading import best_match
-from arramon_agents.weights import as_input
 from arramon_client.agent import Action
 
 FITS = 0.4

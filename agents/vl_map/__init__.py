@@ -39,16 +39,15 @@ def make_agent(
     from arramon_agents.process_settings import prepare_process
     from arramon_agents.reading.reader.reader import load as load_reader
     from arramon_agents.vl_map.agent import SeeingAgent, SegmentationAgent
-    from arramon_agents.vl_map.policy import Policy
+    from arramon_agents.vl_map.policy import Policy, read_policy
     from arramon_agents.vl_map.room import Placement
-    from arramon_agents.vl_map.weights import read_policy
     from arramon_agents.weights import find_weights
 
     prepare_process()
     try:
         networks, _ = read_policy(find_weights(weights or "vl_map"))
         reads = load_reader(Path(reader) if reader else None)
-    except (ValueError, FileNotFoundError) as error:
+    except ValueError as error:
         raise AgentLoadError(f"agents.vl_map: {error}") from error
     parts = Policy(networks.policy, mirrored=mirror), Placement(networks.placer)
     if sensor == "rgb":

@@ -1,6 +1,9 @@
-"""The trained policy of an agent: the value of each option for an input."""
+"""The trained policy: the value of each option for an input; the file of its network and of the placer's."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -8,8 +11,12 @@ import torch
 
 from arramon_agents.mapping.landmark_beliefs import Belief
 from arramon_agents.vl_map.features import DIRECTIONS, Sample, mirror
-from arramon_agents.vl_map.network import PolicyNetwork, batch_of
+from arramon_agents.vl_map.network import PolicyNetwork, Sizes, batch_of
 from arramon_agents.vl_map.options import WAYPOINTS
+from arramon_agents.vl_map.room import Placer
+from arramon_agents.weights import read_weights_file, write_weights_file
+
+FORMAT = "vl_map 2"
 
 _MIRRORED = -np.arange(DIRECTIONS) % DIRECTIONS
 
@@ -35,3 +42,36 @@ class Policy:
         waypoints = other[:WAYPOINTS].reshape(DIRECTIONS, -1)[_MIRRORED].flatten()
         values: npt.NDArray[np.float32] = ((own + torch.cat([waypoints, other[WAYPOINTS:]])) / 2.0).numpy()
         return values
+
+
+class Networks(NamedTuple):
+    """The agent's own trained networks.
+
+    Attributes:
+        policy: chooses waypoints in the street.
+        placer: finds the target cell of the room.
+    """
+
+    policy: PolicyNetwork
+    placer: Placer
+
+
+def write_policy(path: Path, networks: Networks, about: Mapping[str, Any]) -> None:
+    """Write the networks to a file, atomically; `about` is metadata, as JSON values."""
+    header = {"format": FORMAT, "sizes": asdict(networks.policy.sizes), "about": dict(about)}
+    write_weights_file(path, {f"{name}.": network for name, network in networks._asdict().items()}, header)
+
+
+def read_policy(path: Path) -> tuple[Networks, dict[str, Any]]:
+    """Return the networks of a file, in evaluation mode, and their metadata.
+
+    Raises:
+        BadWeights: if the file is not readable.
+    """
+    file = read_weights_file(path, "agents.vl_map", FORMAT)
+    sizes = file.sizes("sizes", Sizes)
+    networks = Networks(file.build(lambda: PolicyNetwork(sizes)), Placer())
+    for name, network in networks._asdict().items():
+        file.fill(network, f"{name}.")
+        network.requires_grad_(requires_grad=False)
+    return networks, file.value("about", dict)

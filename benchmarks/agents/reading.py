@@ -14,8 +14,7 @@ import torch
 
 from arramon_agents.learning.reader.task import score
 from arramon_agents.learning.train_reader import examples_of
-from arramon_agents.reading.reader.reader import WEIGHTS
-from arramon_agents.reading.reader.weights import read_reader
+from arramon_agents.reading.reader.reader import WEIGHTS, read_reader
 from arramon_agents.simulated.meanings import read_samples
 from arramon_lang.meaning import Assembly, Navigation
 from benchmarks.agents.results_tables import markdown

@@ -21,7 +21,8 @@ from arramon_agents.perception.encoder import VisualEncoder
 from arramon_agents.perception.frame_memory import SeenFrames
 from arramon_agents.perception.registry import open_encoder
 from arramon_agents.vl.agent import LearnedAgent
-from arramon_agents.weights import SUFFIX, Policy, load_policy, save_policy
+from arramon_agents.vl.policy import Policy, load_policy, save_policy
+from arramon_agents.weights import SUFFIX
 from arramon_client.agent import Agent
 
 LANGUAGES = ("en", "hi")

@@ -11,8 +11,7 @@ from torch import Tensor
 
 from arramon_agents.learning.training.demonstrations import Demonstration
 from arramon_agents.reading.tokenizers import Tokenizer
-from arramon_agents.vl.model import START
-from arramon_agents.weights import as_input
+from arramon_agents.vl.model import START, as_input
 from arramon_client.agent import Action
 from arramon_client.environments.backend import NAVIGATION
 

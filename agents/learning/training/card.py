@@ -6,7 +6,7 @@ from typing import Any
 from arramon_agents.learning.training.recipe import RECIPES, Recipe
 from arramon_agents.pretrained.encoders import INSTALL, PACKAGE
 from arramon_agents.reading.tokenizers import PRETRAINED
-from arramon_agents.weights import Policy
+from arramon_agents.vl.policy import Policy
 
 GENERATED = (
     "- It is trained by imitation on generated episodes alone. On people's instructions such agents reach less "

@@ -21,7 +21,8 @@ from arramon_agents.learning.training.start import initial_policy
 from arramon_agents.learning.training.variants import Variants
 from arramon_agents.vl.agent import LearnedAgent
 from arramon_agents.vl.model import PHASES, Model
-from arramon_agents.weights import SUFFIX, Policy, read_tensors, save_policy, write_tensors
+from arramon_agents.vl.policy import Policy, save_policy
+from arramon_agents.weights import SUFFIX, read_tensors, write_tensors
 
 JUDGED = {"navigation": "nDTW", "assembly": "PTC"}
 """Metric of each phase for choosing the best weights; the ground truth plays the other phase in validation."""

@@ -13,7 +13,8 @@ from arramon_agents.reading.text_encoders import PretrainedReader, own_pieces
 from arramon_agents.reading.tokenizers import PRETRAINED, UNKNOWN, Words, train_tokenizer
 from arramon_agents.vl.config import Config
 from arramon_agents.vl.model import PHASES, Model
-from arramon_agents.weights import Policy, find_initial, load_policy
+from arramon_agents.vl.policy import Policy, load_policy
+from arramon_agents.weights import find_initial
 
 
 def initial_policy(recipe: Recipe, texts: Sequence[str], place: Place, tell: Callable[[str], None]) -> Policy:

@@ -1,19 +1,23 @@
 """The visual encoder "eyes": two networks trained on the simulator's labels, which say what is where in a frame."""
 
 import hashlib
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 import torch
+from torch import nn
 
 from arramon_agents.perception.eyes.grid import CHANNEL_NAMES, add_things, grid_of_blocks
 from arramon_agents.perception.eyes.names import NamedThing, name_things
 from arramon_agents.perception.eyes.naming import NamingNetwork
-from arramon_agents.perception.eyes.network import EyesNetwork, Probabilities, prepare, probabilities
-from arramon_agents.perception.eyes.weights import read_weights
+from arramon_agents.perception.eyes.network import EyesNetwork, Probabilities, Sizes, folded, prepare, probabilities
+from arramon_agents.weights import read_weights_file, write_weights_file
 
 WEIGHTS = Path(__file__).with_name("weights.safetensors")
+
+FORMAT = "eyes 1"
 
 VERSION = "3"
 """Increased whenever the same weights give other features."""
@@ -82,13 +86,26 @@ class Eyes:
             )
 
 
+def write_weights(path: Path, blocks: EyesNetwork, naming: NamingNetwork) -> None:
+    """Write both networks to a file, atomically."""
+    header = {"format": FORMAT, "sizes": asdict(blocks.sizes)}
+    write_weights_file(path, {"blocks.": blocks, "naming.": naming}, header)
+
+
 def load(source: Path | None = None) -> Eyes:
     """Return the encoder, with the shipped weights or those of a file.
 
     Raises:
-        FileNotFoundError: if there is no such file.
-        ValueError: if the file holds something else.
+        BadWeights: if there is no such file, or it holds something else.
     """
     path = source or WEIGHTS
-    blocks, naming = read_weights(path)
+    file = read_weights_file(path, "the visual encoder", FORMAT, None)
+    sizes = file.sizes("sizes", Sizes)
+    blocks, naming = file.build(lambda: EyesNetwork(sizes)), NamingNetwork()
+    networks: tuple[tuple[str, nn.Module], ...] = (("blocks.", blocks), ("naming.", naming))
+    for prefix, network in networks:
+        file.fill(network, prefix)
+        network.requires_grad_(requires_grad=False)
+        folded(network)
+        network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
     return Eyes(blocks, naming, f"eyes-{VERSION}-{hashlib.sha256(path.read_bytes()).hexdigest()[:12]}")

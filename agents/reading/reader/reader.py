@@ -1,17 +1,20 @@
-"""Reads instructions by a trained network, as meanings."""
+"""Reads instructions by a trained network, as meanings; the network's file."""
 
+from dataclasses import asdict
 from functools import lru_cache
 from pathlib import Path
 
 import torch
 
-from arramon_agents.reading.reader.network import ReaderNetwork
+from arramon_agents.reading.reader.network import ReaderNetwork, Sizes
 from arramon_agents.reading.reader.slots import END, SLOTS, TYPES, Row, meaning_of
-from arramon_agents.reading.reader.weights import read_reader
 from arramon_agents.reading.reader.words import Vocabulary
+from arramon_agents.weights import read_weights_file, write_weights_file
 from arramon_lang.meaning import Meaning
 
 WEIGHTS = Path(__file__).with_name("weights.safetensors")
+
+FORMAT = "reader 1"
 
 CACHED = 512
 """Number of texts whose rows are cached."""
@@ -45,11 +48,33 @@ class LearnedReader:
         return tuple(tuple(row) for row in rows[: ends[0] if ends else len(rows)])
 
 
+def write_reader(path: Path, network: ReaderNetwork, vocabulary: Vocabulary) -> None:
+    """Write a reader to a file, atomically."""
+    header = {"format": FORMAT, "sizes": asdict(network.sizes), "words": vocabulary.words}
+    write_weights_file(path, {"": network}, header)
+
+
+def read_reader(path: Path) -> tuple[ReaderNetwork, Vocabulary]:
+    """Return a reader's network, in evaluation mode, and its vocabulary.
+
+    Raises:
+        BadWeights: if there is no such file, or it holds no reader.
+    """
+    file = read_weights_file(path, "the learned reader", FORMAT, None)
+    words = file.value("words", list)
+    if not all(isinstance(word, str) for word in words):
+        raise file.wrong("its header has 'words' that are no texts")
+    sizes = file.sizes("sizes", Sizes)
+    network = file.build(lambda: ReaderNetwork(sizes))
+    file.fill(network)
+    network.requires_grad_(requires_grad=False)
+    return network, Vocabulary(words)
+
+
 def load(source: Path | None = None) -> LearnedReader:
     """Return the reader with the shipped weights, or those of a file.
 
     Raises:
-        FileNotFoundError: if there is no such file.
-        ValueError: if it holds no reader.
+        BadWeights: if there is no such file, or it holds no reader.
     """
     return LearnedReader(*read_reader(source or WEIGHTS))

@@ -13,10 +13,11 @@ from arramon_agents.learning.training.recipe import RECIPES
 from arramon_agents.learning.training.rollouts import Plan, play
 from arramon_agents.pretrained import encoders
 from arramon_agents.reading.reader.reader import load as load_reader
-from arramon_agents.reading.reader.weights import read_reader
-from arramon_agents.vl_grounded.weights import read_weights
-from arramon_agents.vl_map.weights import read_policy
-from arramon_agents.weights import SHIPPED, find_weights, load_policy
+from arramon_agents.reading.reader.reader import read_reader
+from arramon_agents.vl.policy import load_policy
+from arramon_agents.vl_grounded.network import read_weights
+from arramon_agents.vl_map.policy import read_policy
+from arramon_agents.weights import SHIPPED, find_weights
 from arramon_client import load_agent
 from arramon_lang.meaning import Assembly, Navigation, Rotate, Thing, Where
 from arramon_server.episodes.episode import Instructions

@@ -14,7 +14,8 @@ from arramon_agents.vl import make_agent
 from arramon_agents.vl.agent import LearnedAgent
 from arramon_agents.vl.config import Config
 from arramon_agents.vl.model import Model
-from arramon_agents.weights import BadWeights, Policy, find_weights, load_policy, save_policy, write_tensors
+from arramon_agents.vl.policy import Policy, load_policy, save_policy
+from arramon_agents.weights import BadWeights, find_weights, write_tensors
 from arramon_client import AgentLoadError, Episode, Observation, load_agent
 
 

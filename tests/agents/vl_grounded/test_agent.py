@@ -10,9 +10,13 @@ torch = pytest.importorskip("torch", reason="the extra `agents` is not installed
 from arramon_agents.perception.eyes.encoder import load as load_eyes  # noqa: E402
 from arramon_agents.perception.eyes.grid import CHANNEL_NAMES  # noqa: E402
 from arramon_agents.reading.tokenizers import Words  # noqa: E402
-from arramon_agents.vl_grounded.network import Grounded  # noqa: E402
+from arramon_agents.vl_grounded.network import (  # noqa: E402
+    Grounded,
+    Weights,
+    read_weights,
+    write_weights,
+)
 from arramon_agents.vl_grounded.sight import true_features  # noqa: E402
-from arramon_agents.vl_grounded.weights import Weights, read_weights, write_weights  # noqa: E402
 from arramon_agents.weights import BadWeights, find_weights, write_tensors  # noqa: E402
 from arramon_client import load_agent  # noqa: E402
 from arramon_client.agent import Episode, Label, Observation  # noqa: E402
@@ -65,7 +69,7 @@ def test_other_files_are_refused(tmp_path: Path) -> None:
     header = {"format": "vl_grounded 1", "tokenizer": "word", "vocabulary": 9, "eyes": "", "about": {}}
     for given, message in (
         ({"format": 1}, "has the format 1, expected 'vl_grounded 1'"),
-        (header, "does not hold the weights of a Grounded"),
+        (header, "does not hold the weights of agents.vl_grounded: it has no tensor reading"),
     ):
         write_tensors(tmp_path / "w.safetensors", tokenizer, given)
         with pytest.raises(BadWeights, match=message):

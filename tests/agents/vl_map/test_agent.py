@@ -8,8 +8,8 @@ torch = pytest.importorskip("torch", reason="the extra `agents` is not installed
 
 from arramon_agents.vl_map.network import NEVER, PolicyNetwork, Sizes, batch_of  # noqa: E402
 from arramon_agents.vl_map.options import WAYPOINTS  # noqa: E402
+from arramon_agents.vl_map.policy import Networks, read_policy, write_policy  # noqa: E402
 from arramon_agents.vl_map.room import Placer  # noqa: E402
-from arramon_agents.vl_map.weights import Networks, read_policy, write_policy  # noqa: E402
 from arramon_agents.weights import CARD, BadWeights, find_weights, write_tensors  # noqa: E402
 from arramon_client import load_agent  # noqa: E402
 from arramon_client.agent import Episode, Observation  # noqa: E402
@@ -57,7 +57,10 @@ def test_other_files_are_refused(tmp_path: Path) -> None:
     tensors = {"go.weight": torch.zeros(5, 64)}
     for header, message in (
         ({"format": 1}, "has the format 1, expected 'vl_map 2'"),
-        ({"format": "vl_map 2", "sizes": {}, "about": {}}, "does not hold the weights of a PolicyNetwork"),
+        (
+            {"format": "vl_map 2", "sizes": {}, "about": {}},
+            "the weights of agents.vl_map: it has no tensor policy",
+        ),
     ):
         write_tensors(tmp_path / "w.safetensors", tensors, header)
         with pytest.raises(BadWeights, match=message):

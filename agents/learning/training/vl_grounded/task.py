@@ -20,12 +20,11 @@ from arramon_agents.perception.encoder import GRID
 from arramon_agents.perception.eyes.grid import CHANNEL_NAMES
 from arramon_agents.perception.eyes.vocabulary import COLLECTIBLE_COLOURS, COLLECTIBLES, COLOURS, LOOK_GROUPS
 from arramon_agents.reading.tokenizers import Tokenizer
-from arramon_agents.vl.model import START
+from arramon_agents.vl.model import START, as_input
 from arramon_agents.vl_grounded.look import as_named
 from arramon_agents.vl_grounded.naming import KINDS, LOOKS
 from arramon_agents.vl_grounded.network import Grounded
 from arramon_agents.vl_grounded.odometry import odometry
-from arramon_agents.weights import as_input
 from arramon_client.environments.backend import NAVIGATION
 from arramon_lang.room import Standing
 

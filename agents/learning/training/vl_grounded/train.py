@@ -30,12 +30,11 @@ from arramon_agents.perception.encoder import DEFAULT
 from arramon_agents.perception.eyes.encoder import load as load_eyes
 from arramon_agents.process_settings import prepare_process
 from arramon_agents.reading.reader.reader import WEIGHTS as READER
-from arramon_agents.reading.reader.weights import read_reader
+from arramon_agents.reading.reader.reader import read_reader
 from arramon_agents.reading.tokenizers import Words
 from arramon_agents.vl_grounded.agent import NAME, GroundedAgent
-from arramon_agents.vl_grounded.network import Grounded
+from arramon_agents.vl_grounded.network import Grounded, Weights, read_weights, write_weights
 from arramon_agents.vl_grounded.sight import EncodedSight
-from arramon_agents.vl_grounded.weights import Weights, read_weights, write_weights
 from arramon_agents.weights import SUFFIX, find_initial
 from arramon_client.environments.backend import ASSEMBLY, NAVIGATION
 

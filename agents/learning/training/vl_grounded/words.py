@@ -8,9 +8,8 @@ from torch import Tensor
 from arramon_agents.reading.reader.network import ReaderNetwork
 from arramon_agents.reading.reader.words import Vocabulary
 from arramon_agents.reading.tokenizers import SPECIAL, UNKNOWN, Words
-from arramon_agents.vl_grounded.network import Grounded
+from arramon_agents.vl_grounded.network import Grounded, Weights
 from arramon_agents.vl_grounded.reading import Reading
-from arramon_agents.vl_grounded.weights import Weights
 
 EMBEDDING = "reading.words.weight"
 """Name of the words' vectors in a network's state."""

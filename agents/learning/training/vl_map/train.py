@@ -15,9 +15,8 @@ from arramon_agents.reading.reader.reader import load as load_reader
 from arramon_agents.simulated.courses import training_episodes
 from arramon_agents.simulated.rooms import tasks_of
 from arramon_agents.vl_map.agent import SeeingAgent
-from arramon_agents.vl_map.policy import Policy
+from arramon_agents.vl_map.policy import Networks, Policy, write_policy
 from arramon_agents.vl_map.room import Placement
-from arramon_agents.vl_map.weights import Networks, write_policy
 from arramon_agents.weights import SUFFIX
 
 NAME = "vl_map"

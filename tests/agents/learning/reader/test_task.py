@@ -8,10 +8,10 @@ import torch
 from arramon_agents.learning.reader.task import Examples, ReadingTask, score
 from arramon_agents.learning.training.trainer import Plan, Trainer
 from arramon_agents.reading.reader.network import ReaderNetwork, Sizes
-from arramon_agents.reading.reader.reader import load
+from arramon_agents.reading.reader.reader import load, write_reader
 from arramon_agents.reading.reader.slots import rows_of
-from arramon_agents.reading.reader.weights import write_reader
 from arramon_agents.reading.reader.words import Vocabulary
+from arramon_agents.weights import BadWeights
 from arramon_lang.meaning import Meaning, Navigation, Rotate, Thing, Walk
 
 MUG, BALL = Thing("mug", "red", "dotted"), Thing("ball", "blue", "striped")
@@ -54,5 +54,5 @@ def test_texts_are_learned_in_both_languages_and_read_from_a_file(tmp_path: Path
 
 
 def test_a_missing_reader_is_named(tmp_path: Path) -> None:
-    with pytest.raises(FileNotFoundError, match="train_reader"):
+    with pytest.raises(BadWeights, match="there are no weights of the learned reader"):
         load(tmp_path / "none.safetensors")

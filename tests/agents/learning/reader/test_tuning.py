@@ -6,9 +6,8 @@ import torch
 
 from arramon_agents.learning.tune_reader import tune, widen
 from arramon_agents.reading.reader.network import ReaderNetwork, Sizes
-from arramon_agents.reading.reader.reader import load
+from arramon_agents.reading.reader.reader import load, write_reader
 from arramon_agents.reading.reader.slots import rows_of
-from arramon_agents.reading.reader.weights import write_reader
 from arramon_agents.reading.reader.words import Vocabulary
 from arramon_agents.simulated.people import halves, read_half, read_people
 from tests import tiny

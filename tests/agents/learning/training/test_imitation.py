@@ -12,7 +12,7 @@ from arramon_agents.learning.training.imitation import Imitation, OtherRecipe
 from arramon_agents.learning.training.precision import has_bfloat16
 from arramon_agents.learning.training.rollouts import Plan
 from arramon_agents.vl.agent import LearnedAgent
-from arramon_agents.weights import load_policy
+from arramon_agents.vl.policy import load_policy
 from tests.agents.made import demonstrations, place, recipe
 
 

@@ -10,7 +10,7 @@ from arramon_agents.learning.training.imitation import Imitation
 from arramon_agents.learning.training.start import initial_policy
 from arramon_agents.reading.tokenizers import SPECIAL, UNKNOWN, Words
 from arramon_agents.vl.model import PHASES
-from arramon_agents.weights import load_policy, save_policy
+from arramon_agents.vl.policy import load_policy, save_policy
 from tests.agents.made import demonstrations, place, recipe
 
 NEW = ["veer left", "veer right", "once"]

@@ -9,6 +9,7 @@ from arramon_agents.perception.eyes.encoder import WEIGHTS, Eyes, load
 from arramon_agents.perception.eyes.scores import GridScores, NameScores
 from arramon_agents.perception.registry import open_encoder
 from arramon_agents.simulated.frames import FrameSource, label_names
+from arramon_agents.weights import BadWeights
 
 FRAMES = 24
 
@@ -63,7 +64,7 @@ def test_an_empty_frame_shows_nothing(eyes: Eyes) -> None:
 
 
 def test_missing_and_foreign_weights_are_named(tmp_path: Path) -> None:
-    with pytest.raises(FileNotFoundError, match="train_eyes"):
+    with pytest.raises(BadWeights, match="there are no weights of the visual encoder at"):
         load(tmp_path / "none.safetensors")
     assert WEIGHTS.stat().st_size < 2_000_000
 
@@ -71,5 +72,5 @@ def test_missing_and_foreign_weights_are_named(tmp_path: Path) -> None:
 def test_a_file_that_is_cut_off_is_named(tmp_path: Path) -> None:
     path = tmp_path / "eyes.safetensors"
     path.write_bytes(WEIGHTS.read_bytes()[:1000])
-    with pytest.raises(ValueError, match="holds no weights of the visual encoder: Error while deserializing"):
+    with pytest.raises(BadWeights, match="is no file of weights: Error while deserializing"):
         load(path)

@@ -1,0 +1,69 @@
+"""The trained policy of `vl` and its configurations: model, tokenizer and visual encoder, and their file."""
+
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import torch
+
+from arramon_agents.perception.encoder import VisualEncoder
+from arramon_agents.perception.registry import open_encoder
+from arramon_agents.reading.tokenizers import Tokenizer, restore_tokenizer
+from arramon_agents.vl.config import Config
+from arramon_agents.vl.model import Model
+from arramon_agents.weights import BadWeights, read_weights_file, write_weights_file
+
+FORMAT = 1
+
+
+@dataclass
+class Policy:
+    """A trained model with its tokenizer and visual encoder.
+
+    Attributes:
+        model: in evaluation or training mode.
+        tokenizer: of instructions.
+        encoder: of images; None for a model that uses none.
+        about: metadata: data, seeds, scores; JSON values.
+    """
+
+    model: Model
+    tokenizer: Tokenizer
+    encoder: VisualEncoder | None
+    about: dict[str, Any] = field(default_factory=dict)
+
+
+def save_policy(policy: Policy, path: Path) -> None:
+    """Write a policy to a file, atomically."""
+    header = {
+        "format": FORMAT,
+        "config": asdict(policy.model.config),
+        "tokenizer": policy.tokenizer.name,
+        "encoder": None if policy.encoder is None else [policy.encoder.name, policy.encoder.fingerprint],
+        "about": policy.about,
+    }
+    networks, blobs = {"model.": policy.model}, {"tokenizer": policy.tokenizer.dump()}
+    write_weights_file(path, networks, header, blobs, torch.float32)
+
+
+def load_policy(path: Path) -> Policy:
+    """Return the policy of a file, in evaluation mode, on the CPU.
+
+    Raises:
+        BadWeights: if the file is not readable, or was trained on another version of its visual encoder.
+        ValueError: if its tokenizer or encoder is not available.
+    """
+    file = read_weights_file(path, "the paper's model", FORMAT)
+    config = file.sizes("config", Config)
+    model = file.build(lambda: Model(config))
+    file.fill(model, "model.")
+    tokenizer = restore_tokenizer(file.value("tokenizer", str), file.blob("tokenizer"))
+    encoder = None
+    if file.header.get("encoder") is not None:
+        name, fingerprint = file.value("encoder", list)
+        encoder = open_encoder(name)
+        if encoder.fingerprint != fingerprint:
+            raise BadWeights(
+                f"{path} was trained on the visual encoder {name} {fingerprint}, but {encoder.fingerprint} is installed"
+            )
+    return Policy(model, tokenizer, encoder, file.value("about", dict))
