@@ -1,7 +1,8 @@
 """In-process trial of an agent with the server's own rules and camera, to test instructions."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Generator, Mapping
+from contextlib import closing
 from dataclasses import dataclass
 
 import numpy as np
@@ -83,7 +84,7 @@ def play(
     """Play an episode to its end with an agent that needs at most depth and segmentation, and return its scores.
 
     Args:
-        agent: its `begin` is called first.
+        agent: its `begin` is called first, and its `end` last if it has one.
         episode: with instructions in `language`.
         language: code of the language.
         world: physics and cameras of the episode's section.
@@ -102,23 +103,27 @@ def play(
 def leads(agent: client.Agent, episode: Episode, language: str, world: TrialWorld, hope: Hope) -> EpisodeScores | None:
     """Play an episode as `play` does; return None as soon as there is no hope left."""
     session = Session(episode, world.ground, Limits())
-    for _ in _steps(session, agent, language, world, SIZE, "trial"):
-        if not hope.holds(session.state):
-            return None
+    with closing(_steps(session, agent, language, world, SIZE, "trial")) as steps:
+        for _ in steps:
+            if not hope.holds(session.state):
+                return None
     return session.scores()
 
 
 def _steps(
     session: Session, agent: client.Agent, language: str, world: TrialWorld, size: int, split: str
-) -> Iterator[None]:
+) -> Generator[None, None, None]:
     """Play an episode to its end, and yield before each action."""
     episode = session.episode
     places = {False: places_of(world.street.labels), True: places_of(world.room.labels)}
     agent.begin(client.Episode(episode.episode_id, language, split, labels=AGENT_LABELS))
-    while not session.state.finished:
-        yield
-        (action,) = agent.act([_observe(session, language, world, places, size)])
-        session.apply(Action(action))
+    try:
+        while not session.state.finished:
+            yield
+            (action,) = agent.act([_observe(session, language, world, places, size)])
+            session.apply(Action(action))
+    finally:
+        client.end_episode(agent, episode.episode_id)
 
 
 def _observe(

@@ -23,6 +23,10 @@ class Agent:
         """Begin an episode; seeded by its id, so that a run can be resumed."""
         self._chance[episode.episode_id] = random.Random(episode.episode_id)  # noqa: S311
 
+    def end(self, episode_id: str) -> None:
+        """Discard what is kept of an episode; this method is optional."""
+        del self._chance[episode_id]
+
     def act(self, observations: Sequence[Observation]) -> list[Action]:
         """Return one action for each observation."""
         return [self._choose(observation) for observation in observations]

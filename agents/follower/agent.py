@@ -45,6 +45,10 @@ class Agent:
             raise ValueError("follower requires the sensor segmentation, which this run does not have")
         self._episodes[episode.episode_id] = _Memory(episode, self.make_body(episode))
 
+    def end(self, episode_id: str) -> None:
+        """Discard the memory of an episode: its map alone takes 1.6 MB."""
+        del self._episodes[episode_id]
+
     def act(self, observations: Sequence[Observation]) -> list[Action]:
         """Return one action for each observation."""
         return [self._act(observation, self._episodes[observation.episode_id]) for observation in observations]

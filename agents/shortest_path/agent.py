@@ -55,6 +55,10 @@ class Agent:
             raise ValueError("shortest_path requires the sensor oracle, which this run does not have")
         self._episodes[episode.episode_id] = _Memory(episode.oracle)
 
+    def end(self, episode_id: str) -> None:
+        """Discard an episode's ground truth and plan."""
+        del self._episodes[episode_id]
+
     def act(self, observations: Sequence[Observation]) -> list[Action]:
         """Return one action for each observation.
 

@@ -47,6 +47,10 @@ class LearnedAgent:
         """Start a new episode."""
         self._memories.pop(episode.episode_id, None)
 
+    def end(self, episode_id: str) -> None:
+        """Discard the state of an episode; there is none before its first step."""
+        self._memories.pop(episode_id, None)
+
     @torch.inference_mode()
     def act(self, observations: Sequence[Observation]) -> list[int]:
         """Return one action for each observation."""

@@ -45,6 +45,11 @@ class GroundedAgent:
         self._phases.pop(episode.episode_id, None)
         self._sight.begin(episode)
 
+    def end(self, episode_id: str) -> None:
+        """Discard the state of an episode; there is no phase before its first step."""
+        self._phases.pop(episode_id, None)
+        self._sight.end(episode_id)
+
     def act(self, observations: Sequence[Observation]) -> list[int]:
         """Return one action for each observation.
 

@@ -36,6 +36,9 @@ class Sight(Protocol):
     def begin(self, episode: Episode) -> None:
         """Start a new episode."""
 
+    def end(self, episode_id: str) -> None:
+        """Discard the state of an episode."""
+
     def features(self, observations: Sequence[Observation]) -> Features:
         """Return the features of the cells of each frame, (B, 7, 7, C).
 
@@ -67,6 +70,9 @@ class EncodedSight:
         self._eyes, self._frames = eyes, FrameMemory(eyes)
 
     def begin(self, episode: Episode) -> None:
+        """Do nothing: no state is kept by episode."""
+
+    def end(self, episode_id: str) -> None:
         """Do nothing."""
 
     def features(self, observations: Sequence[Observation]) -> Features:
@@ -98,6 +104,10 @@ class LabelledSight:
     def begin(self, episode: Episode) -> None:
         """Remember the labels of an episode."""
         self._labels[episode.episode_id] = tuple(episode.labels)
+
+    def end(self, episode_id: str) -> None:
+        """Discard the labels of an episode."""
+        del self._labels[episode_id]
 
     def features(self, observations: Sequence[Observation]) -> Features:
         """Return the features of the cells of each frame, (B, 7, 7, C)."""

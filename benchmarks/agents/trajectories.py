@@ -28,7 +28,7 @@ from PIL import Image
 
 from arramon_agents.learning.training.rollouts import PARALLEL, Plan, play
 from arramon_client import load_agent
-from arramon_client.agent import Action, Agent, Observation
+from arramon_client.agent import Action, Agent, Observation, end_episode
 from arramon_client.agent import Episode as Begun
 from arramon_client.plugin.arguments import parse_arguments, parse_value
 from arramon_dataset.pictures.canvas import BLACK, GREEN, PINK, SWATCHES, WHITE, add_title, wrap_text
@@ -82,6 +82,10 @@ class Watched:
     def begin(self, episode: Begun) -> None:
         """Start a new episode."""
         self._agent.begin(episode)
+
+    def end(self, episode_id: str) -> None:
+        """Let the agent discard its state of an episode."""
+        end_episode(self._agent, episode_id)
 
     def act(self, observations: Sequence[Observation]) -> Sequence[int]:
         """Return the agent's actions, and record where it is."""

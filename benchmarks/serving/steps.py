@@ -95,6 +95,11 @@ class Timed:
         """Begin an episode of the random walk."""
         self._agent.begin(episode)
 
+    def end(self, episode_id: str) -> None:
+        """Discard when the episode's last action was taken."""
+        with self._lock:
+            self._answered.pop(episode_id, None)
+
     def act(self, observations: Sequence[Observation]) -> Sequence[int]:
         """Return the random walk's actions, and record the waits."""
         now = time.perf_counter()

@@ -28,9 +28,13 @@ class Player:
 
     def __init__(self, failures: int) -> None:
         self.failures = failures
+        self.open: set[str] = set()
 
     def begin(self, episode: Episode) -> None:
-        pass
+        self.open.add(episode.episode_id)
+
+    def end(self, episode_id: str) -> None:
+        self.open.remove(episode_id)
 
     def act(self, observations: Sequence[Observation]) -> list[int]:
         if self.failures and any(seen.step == 2 for seen in observations):
@@ -50,6 +54,8 @@ def test_all_streams_stop_if_the_agent_fails_repeatedly(server: Server) -> None:
         assert left.state == pb.RUN_STATE_RUNNING
         assert set(left.causes) <= {"FORFEITED"}
         assert [notice for notice in notices if "connection" in notice] == []
-        outcome = play_streams(connected, run, Player(0), Settings(parallel=2, resume=True))
+        player = Player(0)
+        outcome = play_streams(connected, run, player, Settings(parallel=2, resume=True))
+    assert player.open == set()
     assert outcome.run.causes["AGENT_FINISHED"] >= 6
     assert set(outcome.run.causes) <= {"AGENT_FINISHED", "FORFEITED"}

@@ -38,6 +38,9 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     (GOOD + "ready = Agent()", "mine_a:ready"),
     (GOOD + "class Box:\n    Inner = Agent", "mine_a:Box.Inner"),
     ("from arramon_client import Agent\n" + GOOD.replace("Agent", "Other") + "make_agent = Other", "mine_a"),
+    (GOOD + "    end = None", "mine_a"),
+    (GOOD + "    def end(self, of, *more, cause=''): pass", "mine_a"),
+    (GOOD + "    end = print", "mine_a"),
 ])  # fmt: skip
 def test_agents_load_by_module_class_factory_or_instance(folder: Path, source: str, spec: str) -> None:
     (folder / "mine_a.py").write_text(source)
@@ -149,6 +152,12 @@ def test_agents_load_by_entry_point(folder: Path, monkeypatch: pytest.MonkeyPatc
     ("def make_agent(path, /): pass", "mine_c", "make_agent() requires 'path', which cannot be given by name", ""),
     ("class Agent:\n    def act(self, o): pass", "mine_c", "Agent has no method begin(episode)", ""),
     ("class Agent: pass", "mine_c", "no method begin(episode) and no method act(observations)", ""),
+    (GOOD + "    def end(self): pass", "mine_c",
+     "Agent has end(); expected a method that can be called as end(episode_id), or none", ""),
+    (GOOD + "    def end(self, one, cause): pass", "mine_c", "Agent has end(one, cause); expected a method", ""),
+    (GOOD + "    def end(self, *, episode_id): pass", "mine_c", "Agent has end(*, episode_id); expected a method", ""),
+    (GOOD + "    async def end(self, episode_id): pass", "mine_c", "Agent.end is a coroutine function (async def)", ""),
+    (GOOD + "    end = 3", "mine_c", "Agent.end is int 3; expected a method end(episode_id), or none", ""),
 ])  # fmt: skip
 def test_loading_errors_show_only_the_agents_own_frames(
     folder: Path, source: str, spec: str, said: str, details: str

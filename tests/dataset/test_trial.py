@@ -24,6 +24,10 @@ class Replaying:
         self.actions = list(actions)
         self.seen: list[Observation] = []
         self.episode: Episode | None = None
+        self.ended: list[str] = []
+
+    def end(self, episode_id: str) -> None:
+        self.ended.append(episode_id)
 
     def begin(self, episode: Episode) -> None:
         self.episode = episode
@@ -59,6 +63,7 @@ def test_trial_observations_follow_the_agent_contract(place: TrialWorld) -> None
     agent = Replaying([*ACTIONS, P, P, P])
     play(agent, episode(), "en", place, size=64)
     assert agent.episode == Episode("e", "en", "trial", labels=AGENT_LABELS)
+    assert agent.ended == ["e"]
     assert [o.instruction for o in agent.seen[-3:]] == ["put 1", "go 2", "put 2"]
     first = agent.seen[0]
     assert (first.step, first.phase, first.turn, first.steps_left) == (0, "navigation", 1, 150)
@@ -96,5 +101,6 @@ def test_a_trial_ends_when_there_is_no_hope(place: TrialWorld, actions: list[int
     agent = Replaying([*actions, *[Action.FORWARD] * 150])
     assert leads(agent, episode(), "en", place, Hope(episode().turns, 0.2)) is None
     assert len(agent.seen) < most
+    assert agent.ended == ["e"]
     scores = play(Replaying([*actions, *[Action.FORWARD] * 150]), episode(), "en", place, size=16)
     assert scores.turns[0]["CTC-3"] == 0.0 or scores.turns[0]["nDTW"] <= 0.2

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from arramon_client.agent import Agent, Episode, Observation
+from arramon_client.agent import Agent, Episode, Observation, end_episode
 from arramon_client.environments.backend import PHASES, Player, Settings
 from arramon_client.environments.options import Options
 from arramon_client.environments.players import open_backend
@@ -77,6 +77,7 @@ def play(agent: Agent, plan: Plan) -> dict[str, Mapping[str, float]]:
             scores[number] = step.ending.scores["total"]
             idle[languages[number]].append(player)
             del open_[number]
+            end_episode(agent, ids[number])
 
 
 def mean(scores: Mapping[str, Mapping[str, float]], metric: str) -> float:

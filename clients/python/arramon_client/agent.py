@@ -99,8 +99,8 @@ class Agent(Protocol):
     """An agent that plays many episodes at a time.
 
     An agent may have two attributes: `sensors`, the sensors that it needs (default: `("rgb", "depth")`), and `name`,
-    shown on the leaderboard. To be resumable, it must choose the same actions when it gets the same observations
-    again: seed random numbers by `Episode.episode_id`.
+    shown on the leaderboard; and a third method, `end`, see `EndingAgent`. To be resumable, it must choose the same
+    actions when it gets the same observations again: seed random numbers by `Episode.episode_id`.
     """
 
     def begin(self, episode: Episode) -> None:
@@ -110,3 +110,24 @@ class Agent(Protocol):
     def act(self, observations: Sequence[Observation]) -> Sequence[int]:
         """Return one action for each observation, in order; each observation belongs to a different open episode."""
         ...
+
+
+class EndingAgent(Agent, Protocol):
+    """An agent that discards its state of an episode when the episode has ended."""
+
+    def end(self, episode_id: str) -> None:
+        """Discard the state of an episode: no further observation of it follows, unless `begin` comes first.
+
+        It is called once after `begin`, when the episode has ended for whatever cause (finished, step limit, time
+        limit, forfeited, server fault), or when another player has taken it over. It is not called if `begin` raised,
+        nor for episodes that are open when the client stops. An episode that another player gives back, or that another
+        stream of the same client takes over, begins again, with its history.
+        """
+        ...
+
+
+def end_episode(agent: Agent, episode_id: str) -> None:
+    """Call the agent's `end`, if it has one."""
+    end = getattr(agent, "end", None)
+    if end is not None:
+        end(episode_id)

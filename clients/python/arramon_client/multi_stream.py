@@ -1,7 +1,7 @@
 """Multi-stream play: one stream to each of the server's processes, all served by the same agent."""
 
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from concurrent.futures import Future, as_completed
 from contextlib import ExitStack
 from dataclasses import replace
@@ -12,10 +12,11 @@ from typing import Any, cast
 import grpc
 
 from arramon.v1 import evaluation_pb2, evaluation_pb2_grpc
-from arramon_client.agent import Agent, Episode, Observation
+from arramon_client.agent import Agent
 from arramon_client.errors import ServerUnreachableError
 from arramon_client.play import Outcome, Progress, Settings, play
 from arramon_client.plugin.failures import FailureCounter
+from arramon_client.plugin.shared_agent import SharedAgent, StreamAgent
 from arramon_client.recording.recorder import Recording
 from arramon_client.transport.access import host_of, is_local
 from arramon_client.transport.channel import open_channel
@@ -58,7 +59,7 @@ def play_streams(
             revive=revive,
             recording=recording,
         )
-    shared, progress_sum = _SharedAgent(agent), _ProgressSum(progress)
+    shared, progress_sum = SharedAgent(agent), _ProgressSum(progress)
     failure_counter = FailureCounter(keep_going=settings.keep_going)
     # All processes have the certificate of the common address.
     access = replace(server.access, name=host_of(server.address))
@@ -83,7 +84,7 @@ def play_streams(
                     play,
                     stub,
                     run,
-                    shared,
+                    StreamAgent(shared),
                     own,
                     address=address,
                     notify=tell,
@@ -149,22 +150,6 @@ def own_addresses(server: Server) -> list[str]:
 def _share(settings: Settings, number: int, streams: int) -> Settings:
     """Return the settings of one stream, with its share of the parallel episodes."""
     return replace(settings, parallel=settings.parallel // streams + (number < settings.parallel % streams))
-
-
-class _SharedAgent:
-    """An agent whose methods are called by one stream at a time."""
-
-    def __init__(self, agent: Agent) -> None:
-        self._agent = agent
-        self._lock = threading.Lock()
-
-    def begin(self, episode: Episode) -> None:
-        with self._lock:
-            self._agent.begin(episode)
-
-    def act(self, observations: Sequence[Observation]) -> Sequence[int]:
-        with self._lock:
-            return self._agent.act(observations)
 
 
 class _FallbackStub:

@@ -8,7 +8,8 @@ import grpc
 
 from arramon.v1 import evaluation_pb2, evaluation_pb2_grpc, types_pb2
 from arramon_client.agent import Agent
-from arramon_client.errors import ProtocolError
+from arramon_client.errors import AgentError, ProtocolError
+from arramon_client.plugin import agent_calls
 from arramon_client.plugin.failures import FailureCounter
 from arramon_client.recording.recorder import Recorder
 from arramon_client.session import AgentFailure, Session
@@ -100,7 +101,8 @@ def play(
     Args:
         stub: stub of the server.
         run: the run as created.
-        agent: the agent. Between two `begin` calls for an episode, it gets each of its steps once and in order.
+        agent: the agent. Between two `begin` calls for an episode, it gets each of its steps once and in order. Its
+            `end`, if it has one, is called when an episode has ended; not for episodes that are open when this raises.
         settings: settings of the session.
         address: address of the server, for messages.
         notify: called with messages for the participant.
@@ -110,11 +112,15 @@ def play(
         failure_counter: counter of the agent's failures, shared with the run's other streams.
 
     Raises:
+        AgentError: if the agent has an `end` that cannot be called as `end(episode_id)`; nothing is played.
         AgentStoppedError: if the agent fails early or often enough to stop the run; the run can be resumed.
         ServerUnreachableError: if the server is away for longer than `settings.patience`; the run can be resumed.
         RefusedError, VersionMismatchError, MessageTooLargeError: if the server refuses the stream.
         ProtocolError: if client or server violates the protocol.
     """
+    fault = agent_calls.fault_of_end(agent)
+    if fault:
+        raise AgentError(f"the agent cannot play: {fault}")
     failure_counter = failure_counter or FailureCounter(keep_going=settings.keep_going)
     session = Session(run, agent, notify, failure_counter, recording)
     retry = Retry(run.run_id, settings.patience, notify)

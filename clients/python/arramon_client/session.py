@@ -1,19 +1,22 @@
 """State of a player's open episodes, and handling of the server's events, independent of the connection.
 
 Guarantee: between two `begin` calls for an episode, the agent gets each of its steps once and in order, however often
-the stream breaks. Actions are remembered, and sent again when the server repeats an observation.
+the stream breaks. Actions are remembered, and sent again when the server repeats an observation. Once this player has
+no more to do with an episode, which it ended or lost to another player, nothing but its actions is kept of it here, and
+the agent is told by `end`.
 """
 
-from collections import deque
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 
 from arramon.v1 import evaluation_pb2, types_pb2
-from arramon_client.agent import Agent, Episode, Label
+from arramon_client.agent import Agent, Label
 from arramon_client.errors import AgentError, ProtocolError
 from arramon_client.observations import episode_of, labels_of, observation_of
+from arramon_client.open_episode import OpenEpisode
 from arramon_client.plugin import agent_calls
 from arramon_client.plugin.failures import FailureCounter
+from arramon_client.plugin.shared_agent import EpisodesTakenOver, StreamAgent
 from arramon_client.recording.recorder import Recorder
 from arramon_client.transport.images import ImageDecoder
 from arramon_client.transport.incoming import check_message, check_observation, check_same_run
@@ -33,7 +36,7 @@ class AgentFailure:
     """One failure of the agent.
 
     Attributes:
-        episode_ids: the episodes that were given up because of it.
+        episode_ids: the episodes that were given up because of it; none if `end` failed, after an episode.
         message: description of the failure.
         details: the tail of the agent's traceback; empty if it raised no exception.
     """
@@ -41,19 +44,6 @@ class AgentFailure:
     episode_ids: tuple[str, ...]
     message: str
     details: str
-
-
-@dataclass
-class _Open:
-    """An open episode: acts sent by step, pending observations, and why it is given up (empty if it is not)."""
-
-    episode: Episode
-    answers: dict[int, evaluation_pb2.Act] = field(default_factory=dict)
-    inbox: deque[evaluation_pb2.Observation] = field(default_factory=deque)
-    failure: str = ""
-
-    def knows(self, step: int) -> bool:
-        return step in self.answers or any(queued.step == step for queued in self.inbox)
 
 
 class Session:
@@ -97,7 +87,7 @@ class Session:
         self._agent = agent
         self._notify = notify
         self._failure_counter = failure_counter
-        self._open: dict[str, _Open] = {}
+        self._open: dict[str, OpenEpisode] = {}
         self._resend: list[evaluation_pb2.Act] = []
         self._rebuilding: set[str] = set()  # Episodes whose history is being replayed to the agent.
         self._history = False  # Whether the current stream replays the history of its episodes.
@@ -105,6 +95,7 @@ class Session:
         self._shared = False  # Whether the current stream may pass images through shared memory.
         self._labels: tuple[Label, ...] = ()  # Labels of the current stream's segmentations.
         self._decoder = ImageDecoder()  # Of the current stream's images.
+        self._outdated = False  # Whether the current stream may be unaware of an episode that this player dropped.
         self._warned = False
 
     @property
@@ -119,8 +110,12 @@ class Session:
 
     @property
     def must_reopen(self) -> bool:
-        """Whether a new stream is needed: an episode arrived in mid-play on a stream that does not replay history."""
-        return self.needs_history and not self._history
+        """Whether a new stream is needed.
+
+        It is if an episode arrived in mid-play on a stream that does not replay history, or if this player dropped an
+        episode that the server may regard as its own.
+        """
+        return self._outdated or (self.needs_history and not self._history)
 
     def start_stream(self, *, history: bool, most: int = MOST_EPISODES, shared: bool = False) -> None:
         """Prepare for a new stream, on which the server repeats the observations that were not answered.
@@ -131,6 +126,7 @@ class Session:
             shared: whether shared memory was requested for its images.
         """
         self._history, self._most, self._shared = history, most, shared
+        self._outdated = False
         self._resend.clear()
         for episode in self._open.values():
             episode.inbox.clear()
@@ -159,6 +155,7 @@ class Session:
                 check_same_run(event.run_ended.run, self.run.run_id)
                 self.run, self.ended = event.run_ended.run, True
                 self.episodes_ended = self.run.episodes_ended
+                self._forget_all(self._open.keys())
             case "problem":
                 self._take_problem(event.problem)
             case _:  # The next observation shows the end of a phase; unknown events of newer servers are ignored.
@@ -172,7 +169,7 @@ class Session:
             ProtocolError: if an image cannot be decoded.
         """
         acts, self._resend = self._resend, []
-        batch: list[tuple[_Open, evaluation_pb2.Observation]] = []
+        batch: list[tuple[OpenEpisode, evaluation_pb2.Observation]] = []
         for episode in list(self._open.values()):
             if episode.failure:
                 acts.extend(
@@ -185,10 +182,15 @@ class Session:
             acts.extend(self._ask_agent(batch))
         return acts
 
-    def _ask_agent(self, batch: list[tuple[_Open, evaluation_pb2.Observation]]) -> list[evaluation_pb2.Act]:
+    def _ask_agent(self, batch: list[tuple[OpenEpisode, evaluation_pb2.Observation]]) -> list[evaluation_pb2.Act]:
         observations = [observation_of(message, self._decoder) for _, message in batch]
         try:
             actions = agent_calls.act(self._agent, observations)
+        except EpisodesTakenOver as error:
+            self._outdated = True
+            self._forget_all(error.episode_ids)
+            kept = [each for each in batch if each[1].episode_id not in error.episode_ids]
+            return self._ask_agent(kept) if kept else []
         except AgentError as error:
             if self._recording is not None:
                 for observation in observations:
@@ -221,21 +223,24 @@ class Session:
                 f"{message.taken} before, but now {action}; its state may differ from the original one"
             )
 
-    def _forfeit(self, episode: _Open, message: evaluation_pb2.Observation) -> evaluation_pb2.Act:
+    def _forfeit(self, episode: OpenEpisode, message: evaluation_pb2.Observation) -> evaluation_pb2.Act:
         self._rebuilding.discard(message.episode_id)
         forfeit = evaluation_pb2.Forfeit(reason=episode.failure[:500])
         act = evaluation_pb2.Act(episode_id=message.episode_id, step=message.step, forfeit=forfeit)
         episode.answers[message.step] = act
         return act
 
-    def _fail(self, episodes: list[_Open], error: AgentError) -> None:
+    def _fail(self, episodes: list[OpenEpisode], error: AgentError) -> None:
         self._failure_counter.record_failure(len(episodes), error)
-        if not self.failures:
-            self._notify(f"the agent failed, {len(episodes)} episode(s) are given up: {error}")
         for episode in episodes:
             episode.failure = str(error)
         ids = tuple(episode.episode.episode_id for episode in episodes)
-        self.failures.append(AgentFailure(ids, str(error), error.details))
+        self._report_failure(error, ids, f"{len(ids)} episode(s) are given up")
+
+    def _report_failure(self, error: AgentError, given_up: tuple[str, ...], consequence: str) -> None:
+        if not self.failures:
+            self._notify(f"the agent failed, {consequence}: {error}")
+        self.failures.append(AgentFailure(given_up, str(error), error.details))
 
     def _take_opened(self, opened: evaluation_pb2.Opened) -> None:
         check_same_run(opened.run, self.run.run_id)
@@ -245,15 +250,14 @@ class Session:
         self._labels = labels_of(opened)
         self._decoder = decoder_of(opened)
         self.episodes_ended = max(self.episodes_ended, opened.run.episodes_ended)
-        for episode_id in self._open.keys() - set(opened.episode_ids):
-            self._forget(episode_id)
+        self._forget_all(self._open.keys() - set(opened.episode_ids))
         self._rebuilding.intersection_update(opened.episode_ids)
 
     def _take_started(self, started: evaluation_pb2.EpisodeStarted) -> None:
         known = self._open.get(started.episode_id)
         rebuilding = started.episode_id in self._rebuilding
-        if known is not None and not rebuilding and started.step > max(known.answers, default=-1) + 1:
-            self._forget(started.episode_id)  # Another player has continued it in the meantime.
+        if known is not None and self._is_outdated(known, started, rebuilding=rebuilding):
+            self._forget(started.episode_id)
             known = None
         if known is not None:
             return
@@ -263,14 +267,21 @@ class Session:
                 return
         if len(self._open) >= self._most:
             raise ProtocolError(f"the server started more than the {self._most} episodes that were requested at once")
-        episode = _Open(episode_of(started, self._labels))
+        episode = OpenEpisode(episode_of(started, self._labels))
         self._open[started.episode_id] = episode
         if self._recording is not None:
             self._recording.begin(episode.episode)
         try:
             agent_calls.begin(self._agent, episode.episode)
+            episode.begun = True
         except AgentError as error:
             self._fail([episode], error)
+
+    def _is_outdated(self, known: OpenEpisode, started: evaluation_pb2.EpisodeStarted, *, rebuilding: bool) -> bool:
+        """Return whether another player has continued an episode since, or has begun it for the same agent."""
+        if known.begun and isinstance(self._agent, StreamAgent) and not self._agent.plays(started.episode_id):
+            return True
+        return not rebuilding and started.step > max(known.answers, default=-1) + 1
 
     def _take_observation(self, message: evaluation_pb2.Observation) -> None:
         episode = self._open.get(message.episode_id)
@@ -302,16 +313,31 @@ class Session:
             self.advances += 1
             if self._recording is not None:
                 self._recording.end(ended.episode_id, ended.cause)
-            if not episode.failure:
-                self._failure_counter.record_end()
-            answers = [episode.answers[step] for step in sorted(episode.answers)]
-            # Missing steps were taken by another player, so this one does not know all of the actions.
-            gapless = [answer.step for answer in answers] == list(range(len(answers)))
-            if gapless and ended.episode_id not in self._rebuilding:
-                taken = tuple(answer.action for answer in answers if answer.HasField("action"))
+            taken = episode.actions()
+            if taken is not None and ended.episode_id not in self._rebuilding:
                 self.actions[ended.episode_id] = taken
-        self._forget(ended.episode_id)
+            if self._forget(ended.episode_id) and not episode.failure:
+                self._failure_counter.record_end()
+        self._rebuilding.discard(ended.episode_id)
 
-    def _forget(self, episode_id: str) -> None:
-        self._open.pop(episode_id, None)
+    def _forget_all(self, episode_ids: Iterable[str]) -> None:
+        for episode_id in sorted(episode_ids):
+            self._forget(episode_id)
+
+    def _forget(self, episode_id: str) -> bool:
+        """Drop an episode here and in the agent; return False if the agent's `end` failed.
+
+        Raises:
+            AgentStoppedError: if it failed and the run must stop.
+        """
         self._rebuilding.discard(episode_id)
+        episode = self._open.pop(episode_id, None)
+        if episode is None or not episode.begun:
+            return True
+        try:
+            agent_calls.end(self._agent, episode_id)
+        except AgentError as error:
+            self._failure_counter.record_failure(1, error)
+            self._report_failure(error, (), "but no episode is given up")
+            return False
+        return True

@@ -138,7 +138,15 @@ def test_without_the_extra_the_command_is_named(monkeypatch: pytest.MonkeyPatch)
 
 
 def test_rollouts_score_every_episode(data: Path) -> None:
-    scores = play(LearnedAgent(policy(), "vl"), Plan(data, "train", ("en",), 0, 112))
+    ended: list[str] = []
+
+    class Ending(LearnedAgent):
+        def end(self, episode_id: str) -> None:
+            super().end(episode_id)
+            ended.append(episode_id)
+
+    scores = play(Ending(policy(), "vl"), Plan(data, "train", ("en",), 0, 112))
+    assert sorted(scores) == sorted(ended)
     assert sorted(scores) == ["0", "1", "2", "3", "4", "5"]
     assert all(0 <= each["nDTW"] <= 1 for each in scores.values())
     right = play(LearnedAgent(policy(), "vl"), Plan(data, "train", ("en", "hi"), 3, 112, phases=("assembly",)))

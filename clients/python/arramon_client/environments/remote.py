@@ -235,7 +235,14 @@ class RemotePlayer:
         """Play a run to its end, in a thread of its own."""
         end = _LoopEnded(None)
         try:
-            play(self._server.stub, run, relay, self._play_settings, address=self._server.address, recording=relay)
+            play(
+                self._server.stub,
+                run,
+                relay,
+                self._play_settings,
+                address=self._server.address,
+                recording=_RelayRecorder(relay),
+            )
         except ArramonClientError as error:
             end = _LoopEnded(error)
         finally:
@@ -321,7 +328,7 @@ class _LoopEnded:
 
 
 class _Relay:
-    """Stands between the play loop, whose agent and recording it is, and the environment.
+    """Stands between the play loop, whose agent it is, and the environment.
 
     Attributes:
         labels: of the latest episode.
@@ -363,7 +370,7 @@ class _Relay:
         self._told.put(end)
 
     def begin(self, episode: Episode) -> None:
-        """Begin an episode, as agent and as recording."""
+        """Begin an episode."""
         self.labels = episode.labels
 
     def act(self, observations: Sequence[Observation]) -> list[int]:
@@ -375,13 +382,27 @@ class _Relay:
             raise RuntimeError("the environment was reset or closed before the episode's end")
         return [action]
 
+    def finish_episode(self, cause: str) -> None:
+        """Tell the environment why the episode has ended."""
+        self._left -= 1
+        self._told.put(cause)
+
+
+class _RelayRecorder:
+    """Recorder of a play loop that tells its relay of the ends of episodes, with their causes."""
+
+    def __init__(self, relay: _Relay) -> None:
+        self._relay = relay
+
+    def begin(self, episode: Episode) -> None:
+        """Record nothing."""
+
     def step(self, observation: Observation, action: int | None) -> None:
         """Record nothing."""
 
     def end(self, episode_id: str, cause: types_pb2.Cause.ValueType) -> None:  # noqa: ARG002 - there is only one
         """Hand on the end of the episode."""
-        self._left -= 1
-        self._told.put(types_pb2.Cause.Name(cause).removeprefix("CAUSE_"))
+        self._relay.finish_episode(types_pb2.Cause.Name(cause).removeprefix("CAUSE_"))
 
 
 def _split_info(server: Server, settings: Settings) -> SplitInfo:

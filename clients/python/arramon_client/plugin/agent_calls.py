@@ -1,12 +1,14 @@
-"""Checked calls of an agent's two methods, which turn every failure into an AgentError for the agent's author."""
+"""Checked calls of an agent's methods, which turn every failure into an AgentError for the agent's author."""
 
+import inspect
 from collections.abc import Sequence
 from operator import index
 
 import numpy as np
 
-from arramon_client.agent import Action, Agent, Episode, Observation
+from arramon_client.agent import Action, Agent, Episode, Observation, end_episode
 from arramon_client.errors import AgentError
+from arramon_client.plugin.shared_agent import EpisodesTakenOver
 from arramon_client.plugin.tracebacks import own_frames
 
 ACTIONS = "0 (forward), 1 (left), 2 (right) or 3 (interact)"
@@ -29,12 +31,47 @@ def act(agent: Agent, observations: Sequence[Observation]) -> list[int]:
 
     Raises:
         AgentError: if the agent raises any exception, or does not return one valid action for each observation.
+        EpisodesTakenOver: if another stream with the same agent has begun some of the episodes since.
     """
     try:
         answer: object = agent.act(observations)
+    except EpisodesTakenOver:
+        raise
     except (Exception, SystemExit) as error:
         raise AgentError(f"act() raised {_named(error)}", own_frames(error)) from error
     return _actions(answer, observations)
+
+
+def end(agent: Agent, episode_id: str) -> None:
+    """Call the agent's `end`, if it has one.
+
+    Raises:
+        AgentError: if the agent raises any exception.
+    """
+    try:
+        end_episode(agent, episode_id)
+    except (Exception, SystemExit) as error:
+        raise AgentError(f"end() raised {_named(error)}", own_frames(error)) from error
+
+
+def fault_of_end(agent: object) -> str:
+    """Return why an agent's `end` cannot be called as `end(episode_id)`; empty if it can, or if there is none."""
+    method, kind = getattr(agent, "end", None), type(agent).__name__
+    if method is None:
+        return ""
+    if not callable(method):
+        return f"{kind}.end is {_shown(method)}; expected a method end(episode_id), or none"
+    if inspect.iscoroutinefunction(method):
+        return f"{kind}.end is a coroutine function (async def); expected an ordinary method end(episode_id), or none"
+    try:
+        signature = inspect.signature(method)
+    except (ValueError, TypeError):  # Some callables that are not written in Python have no signature.
+        return ""
+    try:
+        signature.bind("episode_id")
+    except TypeError:
+        return f"{kind} has end{signature}; expected a method that can be called as end(episode_id), or none"
+    return ""
 
 
 def _actions(answer: object, observations: Sequence[Observation]) -> list[int]:

@@ -6,10 +6,11 @@ from types import FunctionType, ModuleType
 from arramon_client.errors import AgentLoadError
 
 METHODS = ("begin", "act")
+"""Methods that every agent has; `end` is optional."""
 
 
 def default_member(module: ModuleType) -> object:
-    """Return what the module calls `Agent`, its function `make_agent`, or only class with an agent's two methods.
+    """Return what the module calls `Agent`, its function `make_agent`, or only class with an agent's required methods.
 
     Imported classes are no candidates, unless they come from the module's own package: a package's `__init__.py` may
     import its `Agent`. Nor are classes that others in the module are derived from, abstract and private ones.

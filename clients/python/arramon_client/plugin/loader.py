@@ -12,7 +12,7 @@ from typing import cast
 
 from arramon_client.agent import Agent
 from arramon_client.errors import AgentLoadError
-from arramon_client.plugin import agent_files
+from arramon_client.plugin import agent_calls, agent_files
 from arramon_client.plugin.arguments import check_signature
 from arramon_client.plugin.candidates import default_member
 from arramon_client.plugin.tracebacks import own_frames
@@ -157,5 +157,8 @@ def _check_is_agent(made: object, spec: str) -> None:
     if missing:
         raise AgentLoadError(
             f"agent {spec}: {type(made).__name__} has no method {' and no method '.join(missing)}; "
-            "see arramon_client.agent for an agent's two methods"
+            "see arramon_client.agent for an agent's methods"
         )
+    fault = agent_calls.fault_of_end(made)
+    if fault:
+        raise AgentLoadError(f"agent {spec}: {fault}; see arramon_client.agent for an agent's methods")

@@ -1,0 +1,37 @@
+"""What a player keeps of an open episode: the acts that it sent, and the observations that wait for the agent."""
+
+from collections import deque
+from dataclasses import dataclass, field
+
+from arramon.v1 import evaluation_pb2
+from arramon_client.agent import Episode
+
+
+@dataclass
+class OpenEpisode:
+    """An episode that a player has open.
+
+    Attributes:
+        episode: the episode.
+        begun: whether the agent has begun it; it has not if its `begin` raised.
+        answers: the acts sent, by step.
+        inbox: pending observations.
+        failure: why it is given up; empty if it is not.
+    """
+
+    episode: Episode
+    begun: bool = False
+    answers: dict[int, evaluation_pb2.Act] = field(default_factory=dict)
+    inbox: deque[evaluation_pb2.Observation] = field(default_factory=deque)
+    failure: str = ""
+
+    def knows(self, step: int) -> bool:
+        """Return whether the observation of a step was answered or is pending."""
+        return step in self.answers or any(queued.step == step for queued in self.inbox)
+
+    def actions(self) -> tuple[int, ...] | None:
+        """Return all actions from the first step on; None if another player took some of them."""
+        answers = [self.answers[step] for step in sorted(self.answers)]
+        if [answer.step for answer in answers] != list(range(len(answers))):
+            return None
+        return tuple(answer.action for answer in answers if answer.HasField("action"))

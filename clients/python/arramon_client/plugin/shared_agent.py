@@ -1,0 +1,80 @@
+"""An agent that several streams of a run play with: one call at a time, and each episode on one stream."""
+
+import threading
+from collections.abc import Iterable, Sequence
+
+from arramon_client.agent import Agent, Episode, Observation, end_episode
+
+
+class EpisodesTakenOver(Exception):
+    """Raised if a stream passes on observations of episodes that another stream with the same agent has begun since.
+
+    Attributes:
+        episode_ids: the episodes.
+    """
+
+    def __init__(self, episode_ids: Iterable[str]) -> None:
+        self.episode_ids = frozenset(episode_ids)
+        super().__init__(f"another stream plays {', '.join(sorted(self.episode_ids))}")
+
+
+class SharedAgent:
+    """An agent, and the stream on which each of its open episodes is played: the one that began the episode last.
+
+    Args:
+        agent: the agent; it is called by one thread at a time.
+    """
+
+    def __init__(self, agent: Agent) -> None:
+        self.agent = agent
+        self.lock = threading.Lock()
+        self.streams: dict[str, StreamAgent] = {}
+
+
+class StreamAgent:
+    """The agent as one stream calls it.
+
+    A stream may learn late that the server has given its episode to another stream, as when the server process at its
+    other end has died. What it then still does must not touch the state that the agent has of the episode: that belongs
+    to the other stream.
+
+    Args:
+        shared: the agent that all of the streams share.
+    """
+
+    def __init__(self, shared: SharedAgent) -> None:
+        self._shared = shared
+
+    def plays(self, episode_id: str) -> bool:
+        """Return whether this stream was the last to begin an episode, which has not ended."""
+        with self._shared.lock:
+            return self._plays(episode_id)
+
+    def begin(self, episode: Episode) -> None:
+        """Begin an episode on this stream, which takes it over from any other."""
+        with self._shared.lock:
+            self._shared.streams.pop(episode.episode_id, None)
+            self._shared.agent.begin(episode)
+            self._shared.streams[episode.episode_id] = self
+
+    def act(self, observations: Sequence[Observation]) -> Sequence[int]:
+        """Return the agent's actions.
+
+        Raises:
+            EpisodesTakenOver: if this stream no longer plays some of the episodes; the agent is not called.
+        """
+        with self._shared.lock:
+            lost = [each.episode_id for each in observations if not self._plays(each.episode_id)]
+            if lost:
+                raise EpisodesTakenOver(lost)
+            return self._shared.agent.act(observations)
+
+    def end(self, episode_id: str) -> None:
+        """End an episode, unless it is another stream's."""
+        with self._shared.lock:
+            if self._plays(episode_id):
+                del self._shared.streams[episode_id]
+                end_episode(self._shared.agent, episode_id)
+
+    def _plays(self, episode_id: str) -> bool:
+        return self._shared.streams.get(episode_id) is self
