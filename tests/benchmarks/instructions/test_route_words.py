@@ -19,7 +19,10 @@ def _without_release(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_shares(tmp_path: Path) -> None:
-    texts = Instructions("Walk down the street until the corner.", ""), Instructions("Go to the ball.", "")
+    texts = (
+        Instructions("Walk down the street until the corner.", "Put it down."),
+        Instructions("Go on.", "Put it down."),
+    )
     english = replace(tiny.episode("0", ("en",)), instructions={"en": texts})
     write_split(
         tmp_path, "one", hidden=False, source="tests", episodes=[english, tiny.episode("1")], sections=[tiny.SECTION]
