@@ -1,11 +1,15 @@
-"""Shared by the benchmarks: their data folder, and ground without obstacles."""
+"""What the benchmarks share: their options, their data, and the tables that they print."""
 
+import argparse
+import json
+import math
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
 from arramon_dataset.release.importer import import_release
+from arramon_server.episodes.splits import Split, read_splits
 
 SAMPLE = Path(__file__).parents[1] / "examples" / "sample" / "sample.json"
 
@@ -18,6 +22,67 @@ class OpenGround:
         return True
 
 
+def parser_of(doc: str | None) -> argparse.ArgumentParser:
+    """Return the parser of a benchmark's command; its help is the module's docstring."""
+    return argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
+
+
+def add_data(parser: argparse.ArgumentParser) -> None:
+    """Add `--data`, a data folder in place of the sample episodes."""
+    parser.add_argument("--data", type=Path, metavar="DIR", help="data folder (default: the sample episodes)")
+
+
+def add_rounds(parser: argparse.ArgumentParser, default: int) -> None:
+    """Add `--rounds`, how often everything is measured."""
+    parser.add_argument(
+        "--rounds", type=whole, default=default, metavar="N", help="number of rounds (default: %(default)s)"
+    )
+
+
+def add_seconds(parser: argparse.ArgumentParser, default: float, what: str) -> None:
+    """Add `--seconds`, the duration of what is measured."""
+    parser.add_argument(
+        "--seconds", type=above_zero, default=default, metavar="S", help=f"{what} in seconds (default: %(default)s)"
+    )
+
+
+def add_json(parser: argparse.ArgumentParser) -> None:
+    """Add `--json`, a file for all results."""
+    parser.add_argument("--json", type=Path, metavar="FILE", help="output file for the results")
+
+
+def write_json(path: Path | None, results: object) -> None:
+    """Write results to the file that `--json` names, if any."""
+    if path is not None:
+        path.write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
+
+
+def whole(text: str) -> int:
+    """Return a whole number above 0, for argparse.
+
+    Raises:
+        argparse.ArgumentTypeError: if it is anything else.
+    """
+    if not text.isascii() or not text.isdigit() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is no whole number above 0")
+    return int(text)
+
+
+def above_zero(text: str) -> float:
+    """Return a number above 0, for argparse.
+
+    Raises:
+        argparse.ArgumentTypeError: if it is anything else.
+    """
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    if not 0.0 < number < math.inf:
+        raise argparse.ArgumentTypeError(f"{text!r} is no number above 0")
+    return number
+
+
 @contextmanager
 def data_or_sample(data: Path | None) -> Iterator[Path]:
     """Provide the given data folder, or a temporary one with the sample episodes."""
@@ -27,3 +92,30 @@ def data_or_sample(data: Path | None) -> Iterator[Path]:
     with tempfile.TemporaryDirectory() as folder:
         import_release([SAMPLE], Path(folder))
         yield Path(folder)
+
+
+def largest_split(data: Path) -> Split:
+    """Return the split of a data folder that has the most episodes."""
+    return max(read_splits(data).values(), key=lambda split: len(split.episodes))
+
+
+def mean_and_error(values: Sequence[float]) -> tuple[float, float]:
+    """Return the mean of values and its standard error."""
+    average = sum(values) / len(values)
+    spread = sum((value - average) ** 2 for value in values) / max(1, len(values) - 1)
+    return average, math.sqrt(spread / len(values))
+
+
+def aligned(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Return a table for a terminal: the first column begins at the left, the others end at the right."""
+    lines = [header, *rows]
+    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+    return "\n".join(
+        "  ".join([line[0].ljust(widths[0]), *map(str.rjust, line[1:], widths[1:])]).rstrip() for line in lines
+    )
+
+
+def markdown(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Return a table in Markdown."""
+    lines = [header, ["---"] * len(header), *rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)

@@ -84,7 +84,7 @@ MAP_ROWS = {
 
 def main() -> None:
     """Train and play what was not yet, and write the page's tables."""
-    parser = study_options((__doc__ or "").splitlines()[0], "ablations")
+    parser = study_options(__doc__, "ablations")
     parser.add_argument("--seconds", type=float, default=180.0, help="of CPU time, to train navigation once")
     parser.add_argument("--room-seconds", type=float, default=60.0, help="the same for assembly")
     parser.add_argument("--phases", default=",".join(METRICS))

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.agents.results_tables import markdown, number, shown_difference
+from benchmarks.agents.results_tables import number, shown_difference
 from benchmarks.agents.study import LANGUAGES, METRICS, SPLITS, Scores
+from benchmarks.common import markdown
 
 BASE = "base"
 """The variation with which the others are compared."""

@@ -15,7 +15,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from benchmarks.agents.results_tables import markdown
+from benchmarks.common import markdown, parser_of
 
 LANGUAGES = ("en", "hi")
 WHOLE = 1155
@@ -27,7 +27,7 @@ REPORT = re.compile(r"(\d+) steps in ([\d.]+) s")
 
 def main() -> None:
     """Play, and print the table."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser = parser_of(__doc__)
     parser.add_argument("--data", type=Path, default=Path("arramon-data"))
     parser.add_argument("--split", default="val_seen")
     parser.add_argument("--agents", default="follower,vl,vl_map", help="the first one is the baseline")

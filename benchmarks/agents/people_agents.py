@@ -15,7 +15,6 @@ commands can play side by side. The room is played alone, too, after perfect nav
 import argparse
 import hashlib
 import json
-import math
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -30,8 +29,9 @@ from arramon_agents.weights import SHIPPED, SUFFIX, file_of
 from arramon_client import load_agent
 from arramon_client.environments.backend import PHASES
 from arramon_server.episodes.splits import folder_of, read_split
-from benchmarks.agents.results_tables import markdown, shown_difference
+from benchmarks.agents.results_tables import shown_difference
 from benchmarks.agents.study import write_page
+from benchmarks.common import markdown, mean_and_error, parser_of
 
 READING = ("vl_map", "seeing_follower")
 """Agents that read with the learned reader, which can be fine-tuned."""
@@ -100,7 +100,7 @@ def players_of(agents: Sequence[str], tuned: Path | None) -> list[Player]:
 
 def main() -> None:
     """Play what was not played yet, and write the page's table."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser = parser_of(__doc__)
     parser.add_argument("data", type=Path, help="folder of `arramon-server import-release`")
     parser.add_argument("--split", default="val_seen")
     parser.add_argument("--lang", default="en")
@@ -149,9 +149,8 @@ def tuned_table(rows: Sequence[tuple[Player, Scores]]) -> str:
 
 
 def _mean(values: Sequence[float]) -> str:
-    average = sum(values) / len(values)
-    spread = sum((value - average) ** 2 for value in values) / max(1, len(values) - 1)
-    return f"{average:.3f} ± {math.sqrt(spread / len(values)):.3f}"
+    average, error = mean_and_error(values)
+    return f"{average:.3f} ± {error:.3f}"
 
 
 def _scores(given: argparse.Namespace, player: Player, chosen: tuple[str, ...]) -> Scores:

@@ -6,7 +6,6 @@ A text's truth is what the grammar that wrote it reads in it. Rows are steps, ob
 all its rows are.
 """
 
-import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -17,7 +16,7 @@ from arramon_agents.learning.train_reader import examples_of
 from arramon_agents.reading.reader.reader import WEIGHTS, read_reader
 from arramon_agents.simulated.meanings import read_samples
 from arramon_lang.meaning import Assembly, Navigation
-from benchmarks.agents.results_tables import markdown
+from benchmarks.common import markdown, parser_of
 
 SPLITS = ("val_unseen", "val_seen")
 PLACES = {"street": Navigation, "room": Assembly}
@@ -26,7 +25,7 @@ PLACES = {"street": Navigation, "room": Assembly}
 
 def main() -> None:
     """Read the texts, and print the table."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser = parser_of(__doc__)
     parser.add_argument("--data", type=Path, default=Path("arramon-data"))
     parser.add_argument("--splits", default=",".join(SPLITS), help="separated by commas")
     parser.add_argument("--reader", type=Path, default=WEIGHTS)

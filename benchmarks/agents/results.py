@@ -28,6 +28,8 @@ from arramon_agents.learning.training.rollouts import Plan, play
 from arramon_agents.weights import SHIPPED, file_of
 from arramon_client import load_agent
 from benchmarks.agents.results_tables import HiddenRun, Run, hidden_section, section
+from benchmarks.agents.study import write_page
+from benchmarks.common import parser_of
 
 LEARNED = ("language_only", "vision_only", "vl", "vl_sentencepiece", "vl_multilingual", "vl_grounded", "vl_map")
 """Agents that have learned; the one that reads by a pretrained encoder needs a package that is no part of the extra."""
@@ -92,7 +94,7 @@ class Player:
 
 def main() -> None:
     """Play what was not played yet, and write the page's tables."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser = parser_of(__doc__)
     parser.add_argument("--data", type=Path, default=Path("arramon-data"))
     parser.add_argument("--runs", type=Path, default=Path("arramon-results/table"))
     parser.add_argument("--weights", type=Path, nargs="+", default=[SHIPPED], help="a folder for each seed, in order")
@@ -120,9 +122,7 @@ def main() -> None:
     tables = [section(split, runs) for split in splits]
     if hidden:
         tables.append(hidden_section(HIDDEN, hidden))
-    page = given.page.read_text(encoding="utf-8")
-    (before, rest), shown = page.split(BEGIN), "\n\n".join(tables)
-    given.page.write_text(f"{before}{BEGIN}\n\n{shown}\n\n{END}{rest.split(END, 1)[1]}", encoding="utf-8")
+    write_page(given.page, BEGIN, END, "\n\n".join(tables))
 
 
 def _players(agents: str, folders: Sequence[Path]) -> list[Player]:
@@ -191,7 +191,10 @@ def _play_run(given: argparse.Namespace, player: Player, split: str, language: s
             *(("--sensors", SENSORS[player.agent]) if player.agent in SENSORS else ()),
             *(part for name, value in player.arguments.items() for part in ("--agent-arg", f"{name}={value}")),
         ]  # fmt: skip
-        subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+        if status := subprocess.run(command, check=False, stdout=subprocess.DEVNULL).returncode:
+            sys.exit(
+                f"{player.agent} did not play {split} in {language} to the end: its client ended with status {status}"
+            )
         (results,) = [each for each in Path(folder).glob("*.json") if not each.name.endswith(".receipt.json")]
         path.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(results, path)

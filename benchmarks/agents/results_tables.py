@@ -9,6 +9,7 @@ import numpy.typing as npt
 from scipy.special import stdtrit
 
 from arramon_server.scoring.seeds import seed_spread
+from benchmarks.common import markdown
 
 COLUMNS = ("nDTW", "CTC-0", "CTC-3", "CTC-5", "CTC-7", "rPOD@CTC-3", "PTC@CTC-3")
 BY_TURN = ("nDTW", "CTC-3", "rPOD@CTC-3", "PTC@CTC-3")
@@ -237,12 +238,6 @@ def _difference(better: Group, worse: Group, metric: str) -> str:
         dict(zip(each, values.mean(0), strict=True)) for each, values in ((names, scores), (others, below))
     )
     return shown_difference(np.array([first[name] for name in common]), np.array([second[name] for name in common]))
-
-
-def markdown(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Return a table."""
-    lines = [header, ["---"] * len(header), *rows]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
 def number(value: float | None) -> str:

@@ -24,6 +24,7 @@ from arramon_agents.vl.agent import LearnedAgent
 from arramon_agents.vl.policy import Policy, load_policy, save_policy
 from arramon_agents.weights import SUFFIX
 from arramon_client.agent import Agent
+from benchmarks.common import parser_of
 
 LANGUAGES = ("en", "hi")
 SPLITS = ("val_seen", "val_unseen")
@@ -179,14 +180,14 @@ def demonstrations(data: Path, cache: Path, lessons: Lessons, processes: int) ->
     ]
 
 
-def study_options(description: str, name: str) -> argparse.ArgumentParser:
+def study_options(doc: str | None, name: str) -> argparse.ArgumentParser:
     """Return a parser of the options of every study.
 
     Args:
-        description: of the command.
+        doc: docstring of the study's module.
         name: of its folder of runs and its page.
     """
-    parser = argparse.ArgumentParser(description=description)
+    parser = parser_of(doc)
     parser.add_argument("--data", type=Path, default=Path("arramon-data"))
     parser.add_argument("--runs", type=Path, default=Path("arramon-results") / name)
     parser.add_argument("--cache", type=Path, default=Path("arramon-cache"))

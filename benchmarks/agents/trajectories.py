@@ -40,6 +40,7 @@ from arramon_server.sim.geometry import Pose
 from arramon_server.sim.own_furniture import furnished
 from arramon_server.sim.rules import reachable
 from arramon_server.sim.section import Section
+from benchmarks.common import parser_of
 
 SCALE, MARGIN = 14.0, 8.0
 """Pixels per unit, and units around the ways that are shown."""
@@ -249,7 +250,7 @@ def played(given: argparse.Namespace, split: Split) -> dict[tuple[str, int], Way
 
 def main() -> None:
     """Play, draw, and write the table and the sheet."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser = parser_of(__doc__)
     parser.add_argument("--data", type=Path, default=Path("arramon-data"))
     parser.add_argument("--agent", default="agents.vl_map")
     parser.add_argument(

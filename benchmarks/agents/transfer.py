@@ -66,7 +66,7 @@ ROWS = (
 
 def main() -> None:
     """Train and play what was not yet, and write the page's tables."""
-    parser = study_options((__doc__ or "").splitlines()[0], "transfer")
+    parser = study_options(__doc__, "transfer")
     parser.add_argument("--phases", default="assembly", help=f"of {', '.join(METRICS)}, separated by commas")
     parser.add_argument("--seconds", type=float, default=45.0, help="of CPU time, to train a row's assembly once")
     parser.add_argument("--navigation-seconds", type=float, default=180.0, help="the same for navigation")

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.agents.results_tables import Floats, markdown, number, shown_difference
+from benchmarks.agents.results_tables import Floats, number, shown_difference
+from benchmarks.common import markdown
 
 LANGUAGES = ("en", "hi")
 

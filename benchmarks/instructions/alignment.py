@@ -9,8 +9,7 @@ texts of the grammar that it contradicts. --train learns anew and writes the mod
 minutes, as the routes are looked at through the camera.
 """
 
-import argparse
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from random import Random
 
 from arramon_dataset.alignment.model import DATA, MOST_BETTER, OTHERS, Alignment, contradicts, learn, load, save
@@ -19,6 +18,7 @@ from arramon_dataset.generation.site import Site
 from arramon_dataset.paraphrases.collection import HALVES, generated_episodes, paraphrased_section, paraphrases
 from arramon_dataset.paraphrases.route import route_facts
 from arramon_dataset.randomness import seeded
+from benchmarks.common import parser_of
 
 Key = tuple[str, int]
 
@@ -90,13 +90,13 @@ def _contradicted(language: str, routes: Mapping[Key, Tokens], show: int) -> str
     return ", ".join(f"{name} {count / len(texts):.3f}" for name, count in counts.items())
 
 
-def main(argv: Sequence[str] | None = None) -> None:
+def main() -> None:
     """Train if asked to, and print the figures."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", 1)[0])
+    parser = parser_of(__doc__)
     parser.add_argument("--train", action="store_true", help="learn anew and write the models")
     parser.add_argument("--show", type=int, default=0, metavar="N", help="print N texts that are contradicted")
     parser.add_argument("--lang", nargs="+", default=["en", "hi"], help="languages (default: both)")
-    arguments = parser.parse_args(argv)
+    arguments = parser.parse_args()
     ids = {half: {text.episode for text in paraphrases() if text.half == half} for half in HALVES}
     development, test = HALVES
     if arguments.train:

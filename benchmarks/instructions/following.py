@@ -2,13 +2,8 @@
 
 Draws the first valid draft of each episode and the first texts that pass the quality checks, and plays them in every
 language. `arramon-server generate` keeps only a part of these, so this measures the quality of the instructions before
-that selection. Prints the paper's table, and the share that would be kept; `--output` also writes it as JSON.
+that selection. Prints the paper's table, and the share that would be kept; `--json` also writes it to a file.
 """
-
-import argparse
-import json
-import sys
-from pathlib import Path
 
 import arramon_lang as lang
 from arramon_dataset.generation import Site
@@ -19,17 +14,18 @@ from arramon_dataset.plans import build_section, read_plan
 from arramon_dataset.trial import TrialWorld, play
 from arramon_server.scoring.aggregate import ROWS, aggregate
 from arramon_server.scoring.episode import EpisodeScores
+from benchmarks.common import add_json, aligned, parser_of, whole, write_json
 
 METRICS = ("nDTW", "CTC-0", "CTC-3", "CTC-5", "CTC-7", "rPOD", "PTC", "rPOD@CTC-3", "PTC@CTC-3")
 
 
-def main() -> int:
+def main() -> None:
     """Run the benchmark and print its table."""
-    parser = argparse.ArgumentParser(prog="following", description=__doc__.split("\n\n")[0])
+    parser = parser_of(__doc__)
     parser.add_argument("--split", default="val_unseen", help="an open split (default: %(default)s)")
-    parser.add_argument("--episodes", type=int, default=100, help="number of its episodes (default: %(default)s)")
+    parser.add_argument("--episodes", type=whole, default=100, help="number of its episodes (default: %(default)s)")
     parser.add_argument("--seed", default="1", help="seed as for `arramon-server generate` (default: %(default)s)")
-    parser.add_argument("--output", type=Path, help="output JSON file")
+    add_json(parser)
     arguments = parser.parse_args()
 
     (split,) = select_plans([arguments.split])
@@ -60,17 +56,15 @@ def main() -> int:
     print(
         f"{len(episodes)} episodes of {split.name}; {rejected} further drafts had no valid text; {kept} would be kept"
     )
-    print(" " * 12 + "".join(f"{name:>12}" for name in METRICS))
+    lines = []
     for code in languages:
         table = aggregate(scores[code])
         rows[code] = {row: {name: table.rows[row][name].mean for name in METRICS} for row in ROWS}
-        for row, values in rows[code].items():
-            print(f"{code} {row:9}" + "".join(f"{values[name]:12.3f}" for name in METRICS))
-    if arguments.output:
-        counts = {"episodes": len(episodes), "drafts without words": rejected, "kept": kept}
-        arguments.output.write_text(json.dumps({"split": split.name, **counts, "scores": rows}, indent=1))
-    return 0
+        lines += [[f"{code} {row}", *(f"{values[name]:.3f}" for name in METRICS)] for row, values in rows[code].items()]
+    print(aligned(["", *METRICS], lines))
+    counts = {"episodes": len(episodes), "drafts without words": rejected, "kept": kept}
+    write_json(arguments.json, {"split": split.name, **counts, "scores": rows})
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

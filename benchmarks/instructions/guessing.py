@@ -6,7 +6,6 @@ the route is worth. Prints CTC-3 and nDTW over both turns, and the name's apart 
 target's type.
 """
 
-import argparse
 from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import replace
@@ -21,8 +20,10 @@ from arramon_lang.meaning import Navigation, Thing
 from arramon_server.episodes.episode import Episode, Instructions
 from arramon_server.episodes.splits import read_splits
 from arramon_server.sim.own_furniture import furnished
+from benchmarks.common import aligned, parser_of, whole
 
 LANGUAGE = "en"
+METRICS = ("CTC-3", "nDTW")
 
 Texts = tuple[Instructions, Instructions]
 
@@ -46,10 +47,10 @@ def has_twin(episode: Episode, turn: int) -> bool:
 
 def main() -> None:
     """Run the benchmark and print its table."""
-    parser = argparse.ArgumentParser(prog="guessing", description=__doc__.split("\n\n")[0])
+    parser = parser_of(__doc__)
     parser.add_argument("data", type=Path, help="folder of `arramon-server generate`")
     parser.add_argument("--split", default="val_seen", help="one of its splits (default: %(default)s)")
-    parser.add_argument("--episodes", type=int, default=60, help="number of its episodes (default: %(default)s)")
+    parser.add_argument("--episodes", type=whole, default=60, help="number of its episodes (default: %(default)s)")
     arguments = parser.parse_args()
 
     split = read_splits(arguments.data)[arguments.split]
@@ -77,9 +78,11 @@ def main() -> None:
             if name == "target's name alone":
                 for turn, values in enumerate(turns):
                     scores[f"  {'two' if has_twin(episode, turn) else 'one'} of the type"].append(values)
+    rows = []
     for name, listed in scores.items():
-        mean = {metric: sum(turn[metric] for turn in listed) / len(listed) for metric in ("CTC-3", "nDTW")}
-        print(f"{name:24} {len(listed):4} turns  CTC-3 {mean['CTC-3']:.2f}  nDTW {mean['nDTW']:.2f}")
+        means = (sum(turn[metric] for turn in listed) / len(listed) for metric in METRICS)
+        rows.append([name, str(len(listed)), *(f"{mean:.2f}" for mean in means)])
+    print(aligned(["", "turns", *METRICS], rows))
 
 
 if __name__ == "__main__":

@@ -10,7 +10,6 @@ the development half only; the test half is for figures. With --batches the text
 meanings were written down later, batch by batch.
 """
 
-import argparse
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
@@ -35,6 +34,7 @@ from arramon_dataset.trial import TrialWorld, play
 from arramon_lang.meaning import Assembly, Meaning, Navigation
 from arramon_lang.room import find_cell
 from arramon_server.episodes.episode import Episode
+from benchmarks.common import parser_of
 
 PHASES = ("navigation", "assembly")
 
@@ -142,7 +142,7 @@ def _scores(episode: Episode, language: str, world: TrialWorld) -> dict[str, flo
 
 def main() -> None:
     """Print what share of texts is read, by manner, and the follower's scores."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", 1)[0])
+    parser = parser_of(__doc__)
     parser.add_argument("--half", choices=HALVES, default=HALVES[0], help="(default: %(default)s)")
     parser.add_argument("--lang", nargs="+", default=["en", "hi"], help="languages (default: both)")
     parser.add_argument("--show", type=int, default=0, metavar="N", help="print N texts that are not read")

@@ -10,7 +10,6 @@ by the target, where another object looks like it. `sides.py` beside it looks at
 the way, and at what is told to lie by a zebra crossing.
 """
 
-import argparse
 import json
 import math
 from collections.abc import Sequence
@@ -18,6 +17,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from benchmarks.common import parser_of
 from benchmarks.instructions.mentions import Mention, mentions
 from benchmarks.instructions.sides import false_sides, grounds_of, neighbours, told_sides
 from benchmarks.instructions.ways import Way, way_of
@@ -193,7 +193,7 @@ def check(data: Path, splits: Sequence[str], show: int) -> None:
 
 def main() -> None:
     """Run the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = parser_of(__doc__)
     parser.add_argument("data", type=Path, help="folder of `arramon-server generate`")
     parser.add_argument("--split", nargs="*", default=[], help="splits (default: all)")
     parser.add_argument("--show", type=int, default=0, help="number of false texts to show")

@@ -8,13 +8,15 @@ in Hindi too (जब तक ... न, ... आने तक); बेंच तक 
 Two mentions of collectibles may be of one: of the target, most of all.
 """
 
-import argparse
 import json
 import os
 import re
+import sys
 import unicodedata
 from collections.abc import Sequence
 from pathlib import Path
+
+from benchmarks.common import aligned, parser_of
 
 _THINGS = (
     "cones|benches|barrels|drums|bins|cans|signs|posts|lights|lamps|banners|flags|posters|trees|booths|barriers|"
@@ -55,6 +57,8 @@ HINDI = {
 }
 """The same over Hindi texts without marks; nouns of several things are recognised by their oblique plural."""
 
+PATTERNS = {"en": SHARES, "hi": HINDI}
+
 
 def shares(texts: Sequence[str], patterns: dict[str, str] = SHARES) -> dict[str, float]:
     """Return the percentage of texts that each pattern is found in."""
@@ -68,27 +72,29 @@ def shares(texts: Sequence[str], patterns: dict[str, str] = SHARES) -> dict[str,
 
 
 def generated(data: Path, language: str) -> list[str]:
-    """Return all navigation instructions of a data folder in a language."""
+    """Return all navigation instructions of a data folder in a language; some episodes may have none."""
     found = []
     for path in sorted(data.glob("splits/*/episodes.jsonl")):
         for line in path.read_text(encoding="utf-8").splitlines()[1:]:
-            found += [turn["navigation"] for turn in json.loads(line)["instructions"][language]]
+            found += [turn["navigation"] for turn in json.loads(line)["instructions"].get(language, ())]
     return found
 
 
 def main() -> None:
     """Run the command line."""
-    parser = argparse.ArgumentParser(prog="route_words", description=__doc__.split("\n\n")[0])
+    parser = parser_of(__doc__)
     parser.add_argument("data", type=Path, help="folder of `arramon-server generate`")
     arguments = parser.parse_args()
-    columns = {"en": shares(generated(arguments.data, "en")), "hi": shares(generated(arguments.data, "hi"), HINDI)}
+    texts = {language: generated(arguments.data, language) for language in PATTERNS}
+    columns = {language: shares(found, PATTERNS[language]) for language, found in texts.items() if found}
+    if not columns:
+        sys.exit(f"{arguments.data} has no instructions in {' or '.join(PATTERNS)}; expected a folder of `generate`")
     release = Path(os.environ.get("ARRAMON_RELEASE", "")) / "val_seen.json"
     if release.is_file():
         episodes = json.loads(release.read_text(encoding="utf-8"))
         columns["release"] = shares([text for e in episodes for text in e["instructions"]["navi_inst_gt"]])
-    print(f"{'':26}", *(f"{name:>10}" for name in columns))
-    for name in SHARES:
-        print(f"{name:26}", *(f"{column[name]:9.1f}%" for column in columns.values()))
+    rows = [[name, *(f"{column[name]:.1f}%" for column in columns.values())] for name in SHARES]
+    print(aligned(["", *columns], rows))
 
 
 if __name__ == "__main__":

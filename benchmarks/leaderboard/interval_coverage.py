@@ -10,14 +10,10 @@ each other), rPOD-like (mostly 0, sometimes 1 or a part), and nDTW-like (continu
   is found; beside it the share that normal distributions with the true means and variances predict.
 
 `--only` selects tables, `--repeats` sets the number of simulated data sets of each line (default 4000; the standard
-error of a coverage is then 0.3%), and `--output` also writes all numbers as JSON.
+error of a coverage is then 0.3%), and `--json` also writes all numbers.
 """
 
-import argparse
-import json
-import sys
 from collections.abc import Callable, Iterator
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
@@ -25,6 +21,7 @@ from scipy.special import ndtr, ndtri
 
 from arramon_server.scoring.intervals import episode_moments, mean_bounds, section_bounds
 from arramon_server.scoring.paired import difference_bounds, holm, permutation_tests
+from benchmarks.common import add_json, parser_of, whole, write_json
 
 Floats = npt.NDArray[np.float64]
 Draw = Callable[[np.random.Generator, Floats], Floats]
@@ -45,21 +42,19 @@ MANY = 100_000
 BATCH = 100
 
 
-def main() -> int:
+def main() -> None:
     """Run the simulations and print their tables."""
-    parser = argparse.ArgumentParser(prog="interval_coverage", description=__doc__.split("\n\n")[0])
+    parser = parser_of(__doc__)
     tables = {"intervals": _intervals, "pairs": _pairs, "boards": _boards}
     parser.add_argument("--only", choices=tables, action="append", help="a table (default: all)")
-    parser.add_argument("--repeats", type=int, default=4000, help="data sets of a line (default: %(default)s)")
-    parser.add_argument("--output", type=Path, help="output JSON file")
+    parser.add_argument("--repeats", type=whole, default=4000, help="data sets of a line (default: %(default)s)")
+    add_json(parser)
     arguments = parser.parse_args()
     results = {}
     for name in arguments.only or tables:
         results[name] = list(_printed(tables[name](arguments.repeats)))
         print()
-    if arguments.output:
-        arguments.output.write_text(json.dumps(results, indent=1))
-    return 0
+    write_json(arguments.json, results)
 
 
 def ptc(draw: np.random.Generator, means: Floats) -> Floats:
@@ -89,7 +84,7 @@ KINDS: dict[str, Draw] = {"PTC": ptc, "rPOD": rpod, "nDTW": ndtw}
 
 def _intervals(repeats: int) -> Iterator[dict[str, object]]:
     for name, episodes in SPLITS.items():
-        count = repeats if episodes < 2000 else max(repeats // 2, BATCH)
+        count = repeats if episodes < 2000 else max(repeats // 2, min(repeats, BATCH))
         for kind, draw_scores in KINDS.items():
             for mean in MEANS:
                 for sections in SECTIONS:
@@ -103,9 +98,10 @@ def _coverage(draw_scores: Draw, mean: float, sections: int, episodes: int, repe
     draw = np.random.default_rng([sections, episodes, round(1000 * mean)])
     of = np.arange(episodes) % sections
     here = other = old = 0
+    batch = min(BATCH, repeats)
     strength = 1.0 / ALIKE - 1.0
-    for _ in range(repeats // BATCH):
-        truths = draw.beta(mean * strength, (1.0 - mean) * strength, size=(BATCH, sections))
+    for _ in range(repeats // batch):
+        truths = draw.beta(mean * strength, (1.0 - mean) * strength, size=(batch, sections))
         if sections == 1:
             truths[:] = mean
         values = draw_scores(draw, truths[:, of])
@@ -117,7 +113,7 @@ def _coverage(draw_scores: Draw, mean: float, sections: int, episodes: int, repe
             other += int(((others.low <= mean) & (mean <= others.high)).sum())
             low, high = _bootstrapped(draw, values, of, sections)
             old += int(((low <= mean) & (mean <= high)).sum())
-    number = repeats // BATCH * BATCH
+    number = repeats // batch * batch
     several = {"other sections": other / number, "bootstrap of sections": old / number} if sections > 1 else {}
     return {"these sections": here / number, **several}
 
@@ -225,4 +221,4 @@ def _printed(lines: Iterator[dict[str, object]]) -> Iterator[dict[str, object]]:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -6,9 +6,8 @@ Then the sizes of the pages, compressed as they are sent: with one language, and
 played both and declared costs. `--keep FOLDER` leaves the journal there.
 """
 
-import argparse
 import gzip
-import sys
+import hashlib
 import tempfile
 import time
 from collections.abc import Callable
@@ -38,16 +37,16 @@ from arramon_server.web.filters import Choice
 from arramon_server.web.rendering import Renderer
 from arramon_server.web.standings_page import StandingsPage
 from arramon_server.web.texts import all_texts
-from benchmarks.common import data_or_sample
+from benchmarks.common import data_or_sample, parser_of, whole
 
 CLOCKS, STEPS = Clocks(60.0, 86_400.0), 150
 
 
-def main() -> int:
+def main() -> None:
     """Publish the runs, and print the measurements."""
-    parser = argparse.ArgumentParser(prog="standings", description=__doc__.split("\n\n")[0])
-    parser.add_argument("--runs", type=int, default=200, help="runs on the board (default: %(default)s)")
-    parser.add_argument("--episodes", type=int, default=1205, help="episodes of the split (default: %(default)s)")
+    parser = parser_of(__doc__)
+    parser.add_argument("--runs", type=whole, default=200, help="runs on the board (default: %(default)s)")
+    parser.add_argument("--episodes", type=whole, default=1205, help="episodes of the split (default: %(default)s)")
     parser.add_argument("--keep", type=Path, help="empty folder for the journal, which then stays")
     arguments = parser.parse_args()
     with (
@@ -57,7 +56,6 @@ def main() -> int:
         split = _enlarged(next(iter(read_splits(data).values())), arguments.episodes)
         with closing(Database(f"sqlite:///{Path(folder) / 'journal.db'}")) as database:
             _measure(database, split, arguments.runs)
-    return 0
 
 
 def _enlarged(split: Split, number: int) -> Split:
@@ -138,8 +136,9 @@ def _publish(
         90,
     )
     scores = Scores(progress, table_rows(with_total(turns), sections), f"split:{split.name}|run:{place}")
+    play = hashlib.sha256(run.run_id.encode()).hexdigest()
     cost = Cost(1_000_000 * (place + 1), 7_654_321 * (place + 1), 1.25 * place) if language != "en" else None
-    entries.publish(run.run_id, "", scores, EpisodeTable(ids, turns), by_host=True, cost=cost)
+    entries.publish(run.run_id, "", scores, EpisodeTable(ids, turns, play), by_host=True, cost=cost)
 
 
 def _sized(name: str, page: bytes) -> None:
@@ -153,4 +152,4 @@ def _timed(name: str, work: Callable[[], object]) -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -7,7 +7,6 @@ with the most furniture, of all places as far from its start as the target is, c
 against one that goes to any of these places; and how dense furniture is along the path, against elsewhere.
 """
 
-import argparse
 import math
 from collections import defaultdict
 from collections.abc import Sequence
@@ -25,6 +24,7 @@ from arramon_server.episodes.episode import Episode
 from arramon_server.episodes.provenance import TEXT
 from arramon_server.episodes.splits import Split, read_splits
 from arramon_server.sim.section import Prop
+from benchmarks.common import parser_of
 
 Numbers = npt.NDArray[np.float64]
 
@@ -37,7 +37,7 @@ AS_FAR = (0.75, 1.33)
 
 def main() -> None:
     """Run the benchmark and print its table."""
-    parser = argparse.ArgumentParser(prog="giveaway", description=__doc__.split("\n\n")[0])
+    parser = parser_of(__doc__)
     parser.add_argument("data", type=Path, help="data folder of `arramon-server import-release`")
     parser.add_argument("--split", default="val_seen", help="one of its splits (default: %(default)s)")
     arguments = parser.parse_args()

@@ -8,9 +8,6 @@ and furniture drawn without a text. "seen" is the share of the things that fit w
 steps up to the moment at which they are spoken of.
 """
 
-import argparse
-import json
-import sys
 from collections import Counter, defaultdict
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -38,6 +35,7 @@ from arramon_server.sim.city import city_scene, label_of_prop
 from arramon_server.sim.own_furniture import furnished
 from arramon_server.sim.raster.camera import RasterCamera
 from arramon_server.sim.section import Prop, Section
+from benchmarks.common import add_json, parser_of, whole, write_json
 
 BEFORE = 6
 """Number of steps before a mention's place from which its thing may be seen."""
@@ -49,16 +47,16 @@ Counts = dict[str, Counter[str]]
 """For each world the number of turns, of turns that fit, of mentions and of mentions that fit, by kind."""
 
 
-def main() -> int:
+def main() -> None:
     """Run the benchmark and print its tables."""
-    parser = argparse.ArgumentParser(prog="landmarks", description=__doc__.split("\n\n")[0])
+    parser = parser_of(__doc__)
     parser.add_argument("file", type=Path, help="a file of the official release")
     parser.add_argument("--lang", help="code of the file's language; without it detected from the texts")
-    parser.add_argument("--folds", type=int, default=5, help="parts of the episodes (default: %(default)s)")
+    parser.add_argument("--folds", type=whole, default=5, help="parts of the episodes (default: %(default)s)")
     parser.add_argument(
         "--seen", type=int, default=10, help="one in so many episodes is drawn; 0 for none (default: %(default)s)"
     )
-    parser.add_argument("--output", type=Path, help="output JSON file")
+    add_json(parser)
     arguments = parser.parse_args()
 
     language, episodes = read_release(arguments.file, arguments.lang)
@@ -80,9 +78,7 @@ def main() -> int:
     for kind in sorted({name.split()[1] for name in total["held out"] if name.startswith("all ")}):
         shares = [total[w][f"fits {kind}"] / max(1, total[w][f"all {kind}"]) for w in ("held out", "permuted")]
         print(f"  {kind:14}{shares[0]:.2f} ({shares[1]:.2f}) {total['held out'][f'all {kind}']}")
-    if arguments.output:
-        arguments.output.write_text(json.dumps({world: dict(numbers) for world, numbers in total.items()}, indent=1))
-    return 0
+    write_json(arguments.json, {world: dict(numbers) for world, numbers in total.items()})
 
 
 def _line(numbers: Counter[str]) -> str:
@@ -192,4 +188,4 @@ def is_seen(camera: RasterCamera, told: Told, place: int, prop: Prop) -> bool:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -8,7 +8,6 @@ helped to build its city: these are no held-out scores. `--played FILE` keeps ea
 same command goes on from there.
 """
 
-import argparse
 import json
 import math
 import sys
@@ -34,6 +33,7 @@ from arramon_server.sim.physics import physics_of
 from arramon_server.sim.raster.camera import RasterCamera
 from arramon_server.sim.section import Section
 from arramon_server.sim.variations import Difference, VariedCamera, VariedGround
+from benchmarks.common import add_json, aligned, mean_and_error, parser_of, whole, write_json
 
 METRICS = ("nDTW", "CTC-3", "PTC")
 ALL, SOME, NONE = "all there", "some missing", "none named"
@@ -151,27 +151,22 @@ def rows(played: Sequence[Played]) -> Iterator[tuple[str, str, str, list[Mapping
                 yield city, text, name, groups[city, text, name]
 
 
-def mean(values: Sequence[float]) -> tuple[float, float]:
-    """Return the mean and its standard error."""
-    average = sum(values) / len(values)
-    spread = sum((value - average) ** 2 for value in values) / max(1, len(values) - 1)
-    return average, math.sqrt(spread / len(values))
-
-
-def main() -> int:
+def main() -> None:
     """Run the benchmark and print its table."""
-    parser = argparse.ArgumentParser(prog="people", description=__doc__.split("\n\n")[0])
+    parser = parser_of(__doc__)
     parser.add_argument("data", type=Path, help="folder of `arramon-server import-release`")
     parser.add_argument("--split", default="val_seen", help="one of its imported splits (default: %(default)s)")
     parser.add_argument("--lang", default="en", help="language of the texts (default: %(default)s)")
-    parser.add_argument("--episodes", type=int, default=10**6, help="number of episodes of each section (default: all)")
+    parser.add_argument(
+        "--episodes", type=whole, default=10**6, help="number of episodes of each section (default: all)"
+    )
     parser.add_argument("--skip", type=int, default=0, help="leave out the first so many of each section")
     parser.add_argument("--seconds", type=float, default=math.inf, help="stop after about so long")
-    parser.add_argument("--jobs", type=int, default=1, help="number of processes (default: %(default)s)")
+    parser.add_argument("--jobs", type=whole, default=1, help="number of processes (default: %(default)s)")
     parser.add_argument(
         "--played", type=Path, metavar="FILE", help="file of what was played, of this split and language"
     )
-    parser.add_argument("--output", type=Path, help="output JSON file")
+    add_json(parser)
     arguments = parser.parse_args()
 
     split = read_split(folder_of(arguments.data, arguments.split))
@@ -194,19 +189,17 @@ def main() -> int:
             ]
             for task in tasks:
                 played += task.result()
-    table = []
-    print(f"{'':8} {'':14} {'':15}{'turns':>6}" + "".join(f"{name:>16}" for name in METRICS))
+    table, lines = [], []
     for city, text, group, scores in rows(played):
         if not scores:
             continue
-        means = {name: mean([one[name] for one in scores]) for name in METRICS}
+        means = {name: mean_and_error([one[name] for one in scores]) for name in METRICS}
         table.append({"city": city, "text": text, "turns": group, "number": len(scores), "scores": means})
-        values = "".join(f"{value:10.3f} ±{error:.3f}" for value, error in means.values())
-        print(f"{city:8} {group:14} {text:15}{len(scores):6}{values}")
-    if arguments.output:
-        arguments.output.write_text(json.dumps({"split": split.name, "data": split.data_hash, "rows": table}, indent=1))
-    return 0
+        values = (f"{value:.3f} ±{error:.3f}" for value, error in means.values())
+        lines.append([f"{city}, {group}, {text}", str(len(scores)), *values])
+    print(aligned(["", "turns", *METRICS], lines))
+    write_json(arguments.json, {"split": split.name, "data": split.data_hash, "rows": table})
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -7,7 +7,6 @@ way, as in play with half of the episodes each. Client and server use gRPC as `a
 do. No server on it can play more steps per second than this.
 """
 
-import argparse
 import asyncio
 import multiprocessing
 import queue
@@ -19,7 +18,8 @@ from typing import Any
 
 import grpc
 
-from benchmarks.serving.steps import cpu_seconds
+from benchmarks.common import add_seconds, aligned, parser_of, whole
+from benchmarks.serving.server import cpu_seconds
 
 UNDER_WAY = 2
 """Messages that are sent before the first one is answered."""
@@ -94,11 +94,13 @@ class Client:
 
 def main() -> None:
     """Run the benchmark and print its result."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seconds", type=float, default=3.0, help="duration (default: %(default)s)")
-    parser.add_argument("--request", type=int, default=300, help="bytes of a message of actions (default: %(default)s)")
-    parser.add_argument("--response", type=int, default=3800, help="bytes of an answer (default: %(default)s)")
-    parser.add_argument("--together", type=int, default=8, help="steps in a message (default: %(default)s)")
+    parser = parser_of(__doc__)
+    add_seconds(parser, 3.0, "duration")
+    parser.add_argument(
+        "--request", type=whole, default=300, help="bytes of a message of actions (default: %(default)s)"
+    )
+    parser.add_argument("--response", type=whole, default=3800, help="bytes of an answer (default: %(default)s)")
+    parser.add_argument("--together", type=whole, default=8, help="steps in a message (default: %(default)s)")
     options = parser.parse_args()
     context = multiprocessing.get_context("spawn")  # gRPC must not be loaded before a fork.
     with tempfile.TemporaryDirectory() as folder:
@@ -108,7 +110,7 @@ def main() -> None:
         ready.wait()
         assert process.pid is not None
         client = Client(address, options.request)
-        client.exchange(WARM_UP_SECONDS)
+        client.exchange(min(options.seconds, WARM_UP_SECONDS))
         before, own, started = cpu_seconds(process.pid), time.process_time(), time.perf_counter()
         number = client.exchange(options.seconds)
         elapsed, own = time.perf_counter() - started, time.process_time() - own
@@ -117,10 +119,13 @@ def main() -> None:
         process.terminate()
         process.join()
     steps = number * options.together
-    print(
-        f"{number / elapsed:.0f} messages/s, {steps / elapsed:.0f} steps/s; CPU ms a step: "
-        f"server {1e3 * work / steps:.4f}, client {1e3 * own / steps:.4f}"
+    figures = (
+        f"{number / elapsed:.0f}",
+        f"{steps / elapsed:.0f}",
+        f"{1e3 * work / steps:.4f}",
+        f"{1e3 * own / steps:.4f}",
     )
+    print(aligned(("messages/s", "steps/s", "CPU ms a step: server", "client"), [figures]))
 
 
 if __name__ == "__main__":

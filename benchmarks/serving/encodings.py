@@ -8,15 +8,12 @@ round, so that changes of the machine's speed affect all of them. The table show
 mean over the frames. PNG is included for comparison only; the server does not offer it.
 """
 
-import argparse
 import io
-import json
 import statistics
 import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -35,7 +32,7 @@ from arramon_server.sim.city import city_scene
 from arramon_server.sim.room_scene import room_scene
 from arramon_server.sim.rules import Limits, State
 from arramon_server.sim.view import view
-from benchmarks.common import data_or_sample
+from benchmarks.common import add_json, add_rounds, data_or_sample, markdown, parser_of, whole, write_json
 
 SIZES = (224, 128)
 LINK = 100.0
@@ -68,22 +65,19 @@ class Row:
     rounds: list[tuple[float, float]] = field(default_factory=list)
 
 
-def main(argv: Sequence[str] | None = None) -> None:
+def main() -> None:
     """Run the benchmark and print its table."""
-    parser = argparse.ArgumentParser(description="Measure the costs of each image encoding.")
-    parser.add_argument("--frames", type=int, default=24, help="number of frames of each size (default: %(default)s)")
-    parser.add_argument("--rounds", type=int, default=9, help="number of rounds (default: %(default)s)")
-    parser.add_argument("--json", type=Path, metavar="FILE", help="output file for the results")
-    options = parser.parse_args(argv)
-    if options.frames < 1 or options.rounds < 1:
-        parser.error("--frames and --rounds must be whole numbers above 0")
+    parser = parser_of(__doc__)
+    parser.add_argument("--frames", type=whole, default=24, help="number of frames of each size (default: %(default)s)")
+    add_rounds(parser, 9)
+    add_json(parser)
+    options = parser.parse_args()
     rows = []
     for side, frames in rendered(options.frames).items():
         rows += measured("rgb", side, [frame.rgb for frame in frames], colour_ways(), options.rounds)
         rows += measured("depth", side, [frame.depth for frame in frames], depth_ways(), options.rounds)
     print(table(rows))
-    if options.json is not None:
-        options.json.write_text(json.dumps([asdict(row) for row in rows], indent=1) + "\n")
+    write_json(options.json, [asdict(row) for row in rows])
 
 
 def rendered(count: int) -> dict[int, list[Frame]]:
@@ -172,14 +166,17 @@ def measured(image: str, side: int, frames: Sequence[Pixels], ways: Sequence[Way
 
 def table(rows: Sequence[Row]) -> str:
     """Return the rows as a Markdown table."""
-    lines = [
-        f"| image | encoding | encode us | decode us | kB | ms at {LINK:.0f} Mbit/s |",
-        "| --- | --- " + "| ---: " * 4 + "|",
-    ]
-    for row in rows:
-        costs = f"{row.encode_us:.0f} | {row.decode_us:.0f} | {row.kilobytes:.1f} | {row.link_ms:.2f}"
-        lines.append(f"| {row.image} {row.side} | {row.encoding} | {costs} |")
-    return "\n".join(lines)
+    header = ("image", "encoding", "encode us", "decode us", "kB", f"ms at {LINK:.0f} Mbit/s")
+    return markdown(
+        header,
+        [
+            (
+                f"{row.image} {row.side}", row.encoding, f"{row.encode_us:.0f}", f"{row.decode_us:.0f}",
+                f"{row.kilobytes:.1f}", f"{row.link_ms:.2f}",
+            )
+            for row in rows
+        ],
+    )  # fmt: skip
 
 
 if __name__ == "__main__":

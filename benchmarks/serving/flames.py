@@ -6,48 +6,81 @@ Needs py-spy (`pip install py-spy`), which samples the server's process from out
 `server.svg`, a flame graph for a browser, and `server.txt`, its stacks, one per line with the number of samples.
 """
 
-import argparse
+import os
 import shutil
 import subprocess
 import sys
-import threading
 import time
 from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
+from selectors import EpollSelector
+from typing import Any
 
-from arramon.v1 import evaluation_pb2, types_pb2
-from arramon_client.multi_stream import play_streams
+from arramon.v1 import types_pb2
 from arramon_client.play import Settings
-from arramon_client.transport.connection import METADATA, connect
-from benchmarks.common import data_or_sample
-from benchmarks.serving.steps import Setting, Timed, see_all_sections, serving, warm_up
+from arramon_client.transport.connection import connect
+from arramon_server.api.encoding import MessageEncoder
+from arramon_server.api.play_stream import PlayHandler
+from arramon_server.api.shared_memory import SharedImages, SharedMemoryEncoder
+from arramon_server.runs.play.engine import Engine
+from arramon_server.runs.play.session import Session
+from arramon_server.runs.play.worlds import Worlds
+from arramon_server.runs.storage.journal import Journal
+from arramon_server.runs.storage.metered_journal import MeteredJournal
+from arramon_server.sim.raster.camera import RasterCamera
+from benchmarks.common import add_data, aligned, data_or_sample, largest_split, parser_of, whole
+from benchmarks.serving.play import Timed, playing, run_request, see_all_sections
+from benchmarks.serving.server import Setting, serving
 
 SAMPLES = 500
 """Samples per second."""
 
-STAGES = (
-    ("sections, built on first use", ("Worlds.ground", "Worlds._made", "Worlds.scene")),
-    ("drawing", ("RasterCamera.render", "World.render")),
-    ("view: poses of the objects", ("Worlds.render",)),
-    ("journal: commit", ("Journal.commit",)),
-    ("journal: the rest", ("Journal.",)),
-    ("rules and scores", ("Session.apply", "Session.scores")),
-    ("messages: images", ("Encoder.", "Shared.")),
-    ("messages: the rest", ("Playing.",)),
-    ("the engine itself", ("Engine.",)),
-    ("idle", ("EpollSelector.select", "_worker (concurrent")),
-    ("gRPC and the event loop", ("",)),
-)
-"""Stages, each with substrings that identify its stacks; the first match counts."""
+Code = type | Callable[..., Any]
+"""A function, or a class for all of its methods."""
+
+STAGES: dict[str, tuple[Code, ...]] = {
+    "sections, built on first use": (Worlds.ground, Worlds.scene, Worlds._made),
+    "drawing": (RasterCamera.render,),
+    "view: poses of the objects": (Worlds.render,),
+    "journal: commit": (MeteredJournal.commit, Journal.commit),
+    "journal: the rest": (MeteredJournal, *Journal.__mro__[:-1]),
+    "rules and scores": (Session.apply, Session.scores),
+    "messages: images": (MessageEncoder, SharedMemoryEncoder, SharedImages),
+    "messages: the rest": (PlayHandler,),
+    "the engine itself": (Engine,),
+}
+"""Stages, each with the code that marks its stacks; the first match counts."""
+
+WAITS: tuple[Code, ...] = (EpollSelector.select,)
+IDLE = "_worker (concurrent"
+"""Marks of stacks that wait: code, and a worker of a thread pool that has nothing to do."""
+
+REST = "gRPC and the event loop"
+"""The stage of all other stacks."""
+
+
+def marks(code: Code) -> str:
+    """Return how py-spy begins the name of a function, or of a class's methods."""
+    if isinstance(code, type):
+        return f"{code.__qualname__}."
+    name: str = code.__qualname__
+    return f"{name} ("
 
 
 def stage_of(stack: str) -> str:
-    """Return the stage of a stack (`outermost;...;innermost`)."""
-    return next(stage for stage, marks in STAGES if any(mark in stack for mark in marks))
+    """Return the stage of a stack (`outermost;...;innermost`); empty if it waits."""
+    frames = stack.split(";")
+    if frames[-1].startswith((IDLE, *map(marks, WAITS))):
+        return ""
+    for stage, codes in STAGES.items():
+        if any(frame.startswith(tuple(map(marks, codes))) for frame in frames):
+            return stage
+    return REST
 
 
 def shares(stacks: str) -> dict[str, float]:
-    """Return each stage's share of the samples that are not idle.
+    """Return each stage's share of the samples that do not wait.
 
     Args:
         stacks: one stack per line, followed by a space and its number of samples.
@@ -56,61 +89,60 @@ def shares(stacks: str) -> dict[str, float]:
     for line in stacks.splitlines():
         stack, _, count = line.rpartition(" ")
         samples[stage_of(stack)] += int(count)
-    del samples["idle"]
+    del samples[""]
     busy = max(samples.total(), 1)
-    return {stage: samples[stage] / busy for stage, _ in STAGES if stage != "idle"}
+    return {stage: samples[stage] / busy for stage in (*STAGES, REST)}
 
 
 def record(data: Path, setting: Setting, seconds: int, output: Path) -> tuple[str, float]:
     """Play and record: return the stacks, and the steps per second meanwhile."""
-    with serving(data, setting) as (address, process, _), connect(address) as server:
-        split = max(server.info.splits, key=lambda split: sum(split.episodes.values()))
-        request = evaluation_pb2.CreateRunRequest(
-            agent="profile", split=split.name, language=next(iter(split.episodes))
-        )
-        request.sensors.extend(setting.sensors)
+    with serving(data, setting) as process, connect(process.address) as server:
+        request, agent = run_request(largest_split(data), setting.sensors), Timed()
         see_all_sections(server, request)
-        run = server.stub.CreateRun(request, metadata=METADATA)
-        agent, settings = Timed(), Settings(min(setting.parallel, run.episodes), setting.encoding)
-        playing = threading.Thread(target=play_streams, args=(server, run, agent, settings), daemon=True)
-        playing.start()
-        warm_up(agent, settings.parallel)
-        agent.reset()
-        started = time.perf_counter()
-        stacks = output / "server.txt"
-        record_stacks(process.pid, seconds, "raw", stacks)
-        rate = agent.steps / (time.perf_counter() - started)
-        record_stacks(process.pid, seconds, "flamegraph", output / "server.svg")
-        server.stub.CancelRun(evaluation_pb2.CancelRunRequest(run_id=run.run_id), metadata=METADATA)
-        playing.join()
+        with playing(server, request, agent, Settings(setting.parallel, setting.encoding)):
+            agent.reset()
+            started, stacks = time.perf_counter(), output / "server.txt"
+            record_stacks(process.pid, seconds, "raw", stacks)
+            rate = agent.steps / (time.perf_counter() - started)
+            record_stacks(process.pid, seconds, "flamegraph", output / "server.svg")
     return stacks.read_text(), rate
 
 
 def record_stacks(process_id: int, seconds: int, form: str, output: Path) -> None:
-    """Record a process's stacks with py-spy."""
-    command = ["py-spy", "record", "--pid", str(process_id), "--duration", str(seconds), "--rate", str(SAMPLES)]
-    subprocess.run([*command, "--format", form, "--output", str(output)], check=True, capture_output=True)
+    """Record a process's stacks with py-spy.
+
+    Raises:
+        SystemExit: if py-spy is not installed, or may not look into the process.
+    """
+    places = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
+    program = shutil.which("py-spy", path=places)
+    if program is None:
+        sys.exit("py-spy is not installed: pip install py-spy")
+    command = [program, "record", "--pid", str(process_id), "--duration", str(seconds), "--rate", str(SAMPLES)]
+    done = subprocess.run([*command, "--format", form, "--output", str(output)], capture_output=True, text=True)
+    if done.returncode:
+        sys.exit(f"py-spy ended with status {done.returncode}: {done.stderr.strip()}")
 
 
 def main() -> None:
     """Record the profile, write its files and print the table."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
-    parser.add_argument("--data", type=Path, help="data folder (default: the sample episodes)")
-    parser.add_argument("--parallel", type=int, default=16, help="episodes open at once (default: %(default)s)")
-    parser.add_argument("--encoding", default="SHARED", help="encoding of images (default: %(default)s)")
-    parser.add_argument("--seconds", type=int, default=10, help="duration of a recording (default: %(default)s)")
+    parser = parser_of(__doc__)
+    add_data(parser)
+    parser.add_argument("--parallel", type=whole, default=16, help="episodes open at once (default: %(default)s)")
+    encodings = [name.removeprefix("ENCODING_") for name in types_pb2.Encoding.keys()[1:]]
+    parser.add_argument(
+        "--encoding", type=str.upper, choices=encodings, default="SHARED", help="of images (default: %(default)s)"
+    )
+    parser.add_argument("--seconds", type=whole, default=10, help="duration of a recording (default: %(default)s)")
     parser.add_argument("--output", type=Path, default=Path(), help="folder for the files (default: here)")
     options = parser.parse_args()
-    if shutil.which("py-spy") is None:
-        sys.exit("py-spy is not installed: pip install py-spy")
     options.output.mkdir(parents=True, exist_ok=True)
-    encoding = types_pb2.Encoding.Value(f"ENCODING_{options.encoding.upper()}")
+    encoding = types_pb2.Encoding.Value(f"ENCODING_{options.encoding}")
     setting = Setting("profile", parallel=options.parallel, encoding=encoding)
     with data_or_sample(options.data) as data:
         stacks, rate = record(data, setting, options.seconds, options.output)
     print(f"{options.parallel} episodes, {options.encoding.lower()}: {rate:.0f} steps per second while recorded")
-    for stage, share in shares(stacks).items():
-        print(f"{stage:32} {100 * share:5.1f}%")
+    print(aligned(("of the busy time", "%"), [(name, f"{100 * share:.1f}") for name, share in shares(stacks).items()]))
 
 
 if __name__ == "__main__":

@@ -6,7 +6,6 @@ SQLite in the folder, and PostgreSQL by the URL of an empty database, each with 
 alternate, round by round; the table shows the median of the rounds' means, and the duration of one read.
 """
 
-import argparse
 import statistics
 import tempfile
 import time
@@ -19,6 +18,7 @@ from uuid import uuid4
 from arramon_server.runs.storage.database import Database
 from arramon_server.runs.storage.journal import Journal
 from arramon_server.runs.storage.records import RUNNING, Batch, Run
+from benchmarks.common import add_rounds, aligned, parser_of, whole
 
 SIZES = (1, 16, 128)
 
@@ -68,13 +68,13 @@ def databases(folder: Path, postgres: str) -> Iterator[dict[str, Journal]]:
 
 def main() -> None:
     """Run the benchmark and print its table."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
+    parser = parser_of(__doc__)
     parser.add_argument("--postgres", default="", help="URL of an empty database")
     parser.add_argument("--folder", type=Path, default=Path(tempfile.gettempdir()), help="folder for SQLite's file")
     parser.add_argument(
-        "--commits", type=int, default=100, help="number of commits in each round (default: %(default)s)"
+        "--commits", type=whole, default=100, help="number of commits in each round (default: %(default)s)"
     )
-    parser.add_argument("--rounds", type=int, default=5, help="number of rounds (default: %(default)s)")
+    add_rounds(parser, 5)
     options = parser.parse_args()
     with databases(options.folder, options.postgres) as journals:
         benches = {(name, size): Bench(journal, size) for name, journal in journals.items() for size in SIZES}
@@ -85,10 +85,11 @@ def main() -> None:
                 taken[key].append(bench.commit(options.commits))
             for name in journals:
                 read[name].append(benches[name, 1].read(options.commits))
-    print(f"{'ms':22}" + "".join(f"{size:>6} steps" for size in SIZES) + f"{'a read':>12}")
-    for name in journals:
-        figures = [*(statistics.median(taken[name, size]) for size in SIZES), statistics.median(read[name])]
-        print(f"{name:22}" + "".join(f"{figure:12.2f}" for figure in figures))
+    rows = [
+        [name, *(f"{statistics.median(each):.2f}" for each in (*(taken[name, size] for size in SIZES), read[name]))]
+        for name in journals
+    ]
+    print(aligned(["ms", *(f"{size} steps" for size in SIZES), "a read"], rows))
 
 
 if __name__ == "__main__":

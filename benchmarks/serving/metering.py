@@ -7,17 +7,15 @@ each first in every other round. The table shows medians of the rounds' ratios, 
 per step, and of steps per second, which depend on more than the server.
 """
 
-import argparse
 import statistics
-from pathlib import Path
 
-from arramon_server.episodes.splits import read_splits
-from benchmarks.common import data_or_sample
-from benchmarks.serving.steps import Setting, measure
+from benchmarks.common import add_data, add_rounds, add_seconds, data_or_sample, largest_split, parser_of, whole
+from benchmarks.serving.server import Setting
+from benchmarks.serving.steps import measure
 
 UNMEASURED = """
 import sys
-from arramon_server.cli import main
+from arramon_server.__main__ import main
 from arramon_server.process.metrics import Metrics
 from arramon_server.runs.storage.meter import Meter
 
@@ -30,14 +28,14 @@ sys.exit(main(sys.argv[1:]))
 
 def main() -> None:
     """Run the benchmark and print its table."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
-    parser.add_argument("--data", type=Path, help="data folder (default: the sample episodes)")
-    parser.add_argument("--seconds", type=float, default=6.0, help="duration of each round (default: %(default)s)")
-    parser.add_argument("--rounds", type=int, default=6, help="number of rounds (default: %(default)s)")
-    parser.add_argument("--parallel", type=int, nargs="+", default=[1, 16], help="episodes open at once")
+    parser = parser_of(__doc__)
+    add_data(parser)
+    add_seconds(parser, 6.0, "duration of each round")
+    add_rounds(parser, 6)
+    parser.add_argument("--parallel", type=whole, nargs="+", default=[1, 16], help="episodes open at once")
     options = parser.parse_args()
     with data_or_sample(options.data) as data:
-        split = max(read_splits(data).values(), key=lambda split: len(split.episodes))
+        split = largest_split(data)
         for parallel in options.parallel:
             with_, without = (
                 Setting("measured", parallel),

@@ -1,36 +1,45 @@
 """Interruption of episodes, in seconds, when a server process ends and others or its successor continue.
 
-    python -m benchmarks.serving.pauses [--data DIR] [--rounds 5] [--parallel 16] [--json FILE]
+    python -m benchmarks.serving.pauses [--data DIR] [--rounds 5] [--parallel 16] [--seconds 3] [--json FILE]
 
 A real client plays over TCP. In each round a server process is stopped or killed: one of two workers, or the only
 process, which is restarted at once. The rows show the waits of the episodes that were open then, and the longest wait
 of any of them without a disturbance.
 """
 
-import argparse
-import json
 import os
 import signal
-import statistics
-import threading
 import time
 from collections.abc import Callable, Iterable, Sequence
-from contextlib import ExitStack
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from statistics import median
 
-from arramon.v1 import evaluation_pb2, types_pb2
+from arramon.v1 import types_pb2
 from arramon_client.agent import Action, Observation
-from arramon_client.multi_stream import play_streams
 from arramon_client.play import Settings
-from arramon_client.transport.connection import METADATA, connect
-from arramon_server.episodes.splits import read_splits
-from benchmarks.common import data_or_sample
-from benchmarks.serving.steps import Timed, family, warm_up
-from tests.serving import Server
+from arramon_client.transport.connection import connect
+from arramon_server.episodes.splits import Split
+from benchmarks.common import (
+    add_data,
+    add_json,
+    add_rounds,
+    add_seconds,
+    aligned,
+    data_or_sample,
+    largest_split,
+    parser_of,
+    whole,
+    write_json,
+)
+from benchmarks.serving.play import Timed, playing, run_request
+from benchmarks.serving.server import Server, Setting, serving
 
 PATIENCE = 60.0
 """Seconds without an observation after which the benchmark fails."""
+
+
+MOST_STEPS = 10_000
+"""Step limit of a phase: the agent only turns, and its episodes must still be open after the fault."""
 
 
 class TurningAgent(Timed):
@@ -55,12 +64,12 @@ class TurningAgent(Timed):
 
 def drain_worker(server: Server) -> None:
     """Send SIGTERM to one of two workers."""
-    os.kill(family(server.process.pid)[1], signal.SIGTERM)
+    os.kill(server.family[1], signal.SIGTERM)
 
 
 def kill_worker(server: Server) -> None:
     """Kill one of two workers."""
-    os.kill(family(server.process.pid)[1], signal.SIGKILL)
+    os.kill(server.family[1], signal.SIGKILL)
 
 
 def restart_server(server: Server) -> None:
@@ -76,34 +85,21 @@ ROWS: dict[str, tuple[int, Callable[[Server], None]]] = {
 }
 
 
-def measure(data: Path, split: str, language: str, parallel: int, row: str) -> tuple[float, float]:
+def measure(data: Path, split: Split, parallel: int, seconds: float, row: str) -> tuple[float, float]:
     """Measure one round: the longest wait of an episode for its next observation, without and with the fault."""
     workers, fault = ROWS[row]
-    with ExitStack() as stack:
-        folder = Path(stack.enter_context(TemporaryDirectory()))
-        server = Server(
-            data, "127.0.0.1:0", "--workers", str(workers), "--journal", f"sqlite:///{folder}/journal.db", "--no-fsync"
-        )
-        stack.callback(server.stop)
-        there = stack.enter_context(connect(server.address))
-        request = evaluation_pb2.CreateRunRequest(agent="benchmark", split=split, language=language)
-        request.sensors.extend(("rgb", "depth"))
-        run = there.stub.CreateRun(request, metadata=METADATA)
+    setting = Setting(row, tcp=True, workers=workers, steps=MOST_STEPS)
+    with serving(data, setting) as process, connect(process.address) as server:
         agent = TurningAgent()
         agent.reset()
-        settings = Settings(min(parallel, run.episodes), types_pb2.ENCODING_RAW)
-        playing = threading.Thread(target=play_streams, args=(there, run, agent, settings), daemon=True)
-        playing.start()
-        warm_up(agent, settings.parallel)
-        agent.reset()
-        time.sleep(3.0)
-        quiet, open_then = max(agent.longest.values()), dict(agent.last)
-        agent.longest, moment = {}, time.perf_counter()
-        fault(server)
-        wait_for_all(agent, open_then, moment)
-        longest = max(agent.longest[episode] for episode in open_then)
-        there.stub.CancelRun(evaluation_pb2.CancelRunRequest(run_id=run.run_id), metadata=METADATA)
-        playing.join()
+        with playing(server, run_request(split), agent, Settings(parallel, types_pb2.ENCODING_RAW), warm_up=seconds):
+            agent.reset()
+            time.sleep(seconds)
+            quiet, open_then = max(agent.longest.values()), dict(agent.last)
+            agent.longest, moment = {}, time.perf_counter()
+            fault(process)
+            wait_for_all(agent, open_then, moment)
+            longest = max(agent.longest[episode] for episode in open_then)
     return quiet, longest
 
 
@@ -117,25 +113,25 @@ def wait_for_all(agent: TurningAgent, episodes: Iterable[str], fault: float) -> 
 
 def main() -> None:
     """Run the benchmark and print its table."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
-    parser.add_argument("--data", type=Path, help="data folder (default: the sample episodes)")
-    parser.add_argument("--rounds", type=int, default=5, help="number of rounds (default: %(default)s)")
-    parser.add_argument("--parallel", type=int, default=16, help="episodes open at once (default: %(default)s)")
-    parser.add_argument("--json", type=Path, help="output file for the results")
+    parser = parser_of(__doc__)
+    add_data(parser)
+    add_rounds(parser, 5)
+    parser.add_argument("--parallel", type=whole, default=16, help="episodes open at once (default: %(default)s)")
+    add_seconds(parser, 3.0, "undisturbed play of each round")
+    add_json(parser)
     options = parser.parse_args()
     with data_or_sample(options.data) as data:
-        split = max(read_splits(data).values(), key=lambda split: len(split.episodes))
-        language = next(iter(split.languages))
+        split = largest_split(data)
         found: dict[str, list[tuple[float, float]]] = {row: [] for row in ROWS}
         for _ in range(options.rounds):
             for row in ROWS:
-                found[row].append(measure(data, split.name, language, options.parallel, row))
-    print(f"{'longest wait of an episode, seconds':48} {'quiet':>7} {'median':>7} {'max':>7}")
+                found[row].append(measure(data, split, options.parallel, options.seconds, row))
+    lines = []
     for row, pairs in found.items():
         quiet, longest = zip(*pairs, strict=True)
-        print(f"{row:48} {statistics.median(quiet):7.3f} {statistics.median(longest):7.2f} {max(longest):7.2f}")
-    if options.json:
-        options.json.write_text(json.dumps(found, indent=1))
+        lines.append((row, f"{median(quiet):.3f}", f"{median(longest):.2f}", f"{max(longest):.2f}"))
+    print(aligned(("longest wait of an episode, seconds", "quiet", "median", "max"), lines))
+    write_json(options.json, found)
 
 
 if __name__ == "__main__":

@@ -7,15 +7,11 @@ clients are in this process: latency is measured from sending an action to recei
 own work. The memory of the first streams includes the sections, which are built when they are first played.
 """
 
-import argparse
 import asyncio
-import json
 import random
-import statistics
 import sys
 import time
 from collections.abc import AsyncIterator
-from pathlib import Path
 from typing import Any
 
 import grpc
@@ -23,9 +19,19 @@ import grpc
 from arramon.v1 import evaluation_pb2, types_pb2
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
 from arramon_client.transport.connection import CHANNEL_OPTIONS, METADATA
-from arramon_server.episodes.splits import read_splits
-from benchmarks.common import data_or_sample
-from benchmarks.serving.steps import SENSORS, Setting, family, resident, serving
+from benchmarks.common import (
+    add_data,
+    add_json,
+    add_seconds,
+    aligned,
+    data_or_sample,
+    largest_split,
+    parser_of,
+    whole,
+    write_json,
+)
+from benchmarks.serving.play import percentiles
+from benchmarks.serving.server import SENSORS, Server, Setting, serving
 
 Figures = dict[str, float]
 
@@ -72,67 +78,61 @@ class Client:
                     yield event.observation
 
 
-async def measured(address: str, process_id: int, split: str, streams: int, playing: int, seconds: float) -> Figures:
+async def measured(server: Server, split: str, streams: int, playing: int, seconds: float) -> Figures:
     """Open streams, measure the server's memory, and play on some of them."""
-    async with grpc.aio.insecure_channel(address, options=CHANNEL_OPTIONS) as channel:
+    async with grpc.aio.insecure_channel(server.address, options=CHANNEL_OPTIONS) as channel:
         stub: Any = EvaluationStub(channel)
         request = evaluation_pb2.CreateRunRequest(agent="streams", split=split, language="en", sensors=SENSORS)
         run = await stub.CreateRun(request, metadata=METADATA)
         clients = [Client(stub, run.run_id) for _ in range(streams)]
-        before = memory(process_id)
+        before = server.memory
         for client in clients:
             await client.open()
-        await asyncio.sleep(1.0)
-        idle = memory(process_id)
+        await asyncio.sleep(min(seconds, 1.0))
+        idle = server.memory
         until = time.perf_counter() + seconds
         await asyncio.gather(*(client.play(until) for client in clients[:playing]))
         waits = sorted(wait for client in clients for wait in client.waits)
         for client in clients:
             client.close()
         await stub.CancelRun(evaluation_pb2.CancelRunRequest(run_id=run.run_id), metadata=METADATA)
+    middle, last = percentiles(waits)
     return {
         "idle MB": idle,
         "MB a stream": (idle - before) / streams,
-        "playing MB": memory(process_id),
+        "playing MB": server.memory,
         "steps/s": len(waits) / seconds,
-        "p50 ms": 1e3 * statistics.median(waits),
-        "p99 ms": 1e3 * waits[len(waits) * 99 // 100],
+        "p50 ms": middle,
+        "p99 ms": last,
     }
 
 
-def memory(process_id: int) -> float:
-    """Return the resident memory of a server's processes, in MB."""
-    return sum(map(resident, family(process_id)))
-
-
-def main() -> int:
+def main() -> None:
     """Run the benchmark and print its table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--data", type=Path, help="data folder (default: the sample episodes)")
-    parser.add_argument("--streams", type=int, nargs="+", default=[1, 100, 1000], help="numbers of open streams")
+    parser = parser_of(__doc__)
+    add_data(parser)
+    parser.add_argument("--streams", type=whole, nargs="+", default=[1, 100, 1000], help="numbers of open streams")
     parser.add_argument(
-        "--playing", type=int, default=64, help="maximum number of streams that play (default: %(default)s)"
+        "--playing", type=whole, default=64, help="maximum number of streams that play (default: %(default)s)"
     )
-    parser.add_argument("--seconds", type=float, default=5.0, help="duration of play (default: %(default)s)")
-    parser.add_argument("--json", type=Path, help="output file for the results")
+    add_seconds(parser, 5.0, "duration of play")
+    add_json(parser)
     options = parser.parse_args()
     rows: dict[int, Figures] = {}
-    with data_or_sample(options.data) as data, serving(data, Setting("streams", tcp=True)) as (address, process, _):
-        split = max(read_splits(data).values(), key=lambda split: len(split.episodes))
+    with data_or_sample(options.data) as data, serving(data, Setting("streams", tcp=True)) as server:
+        split = largest_split(data)
         for streams in options.streams:
             if streams > len(split.episodes):
                 print(f"{streams} streams need as many episodes; split {split.name} has {len(split.episodes)}")
                 continue
-            arguments = address, process.pid, split.name, streams, options.playing, options.seconds
-            rows[streams] = asyncio.run(measured(*arguments))
+            rows[streams] = asyncio.run(measured(server, split.name, streams, options.playing, options.seconds))
+    if not rows:
+        sys.exit("nothing was measured: give data with more episodes")
     names = list(next(iter(rows.values())))
-    print(f"{'streams':>8}" + "".join(f"{name:>13}" for name in names))
-    for streams, figures in rows.items():
-        print(f"{streams:8}" + "".join(f"{figures[name]:13.1f}" for name in names))
-    if options.json:
-        options.json.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
-    return 0
+    lines = [[str(streams), *(f"{figures[name]:.1f}" for name in names)] for streams, figures in rows.items()]
+    print(aligned(["streams", *names], lines))
+    write_json(options.json, rows)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -12,8 +12,6 @@ edge (1%, as between a pavement and its kerb), no edge two pixels away, and none
 mean absolute difference, 0 to 255, with and without mipmaps, which the reference lacks.
 """
 
-import argparse
-import json
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
@@ -21,7 +19,6 @@ from itertools import islice, pairwise
 from math import cos, hypot, radians, sin
 from pathlib import Path
 from random import Random
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -39,7 +36,7 @@ from arramon_server.sim.room_scene import room_scene
 from arramon_server.sim.rules import Limits
 from arramon_server.sim.scene import Scene
 from arramon_server.sim.view import View, view
-from benchmarks.common import OpenGround, data_or_sample
+from benchmarks.common import OpenGround, add_data, add_json, aligned, data_or_sample, parser_of, whole, write_json
 
 NEAR_ENOUGH, SHARE = 10, 0.005
 """Tolerance of depth: in thousandths of a unit, and as a share of the depth."""
@@ -180,20 +177,29 @@ def _table(rows: Sequence[Row]) -> str:
             setattr(total, name, getattr(total, name) + getattr(row, name))
         total.worst_depth = min(total.worst_depth, row.worst_depth)
         total.worst_segmentation = min(total.worst_segmentation, row.worst_segmentation)
+    header = (
+        "place",
+        "poses",
+        "depth %",
+        "worst",
+        "segm. %",
+        "worst",
+        "beyond edges",
+        "unexplained",
+        "colour",
+        "no mips",
+    )
     lines = [
-        f"{'place':24}{'poses':>6}{'depth %':>10}{'worst':>9}{'segm. %':>10}{'worst':>9}{'beyond edges':>14}"
-        f"{'unexplained':>13}"
-        f"{'colour':>8}{'no mips':>9}"
-    ]
-    lines += [
-        f"{row.place:24}{row.poses:6}{100 * row.depth / row.pixels:10.4f}{100 * row.worst_depth:9.3f}"
-        f"{100 * row.segmentation / row.pixels:10.4f}{100 * row.worst_segmentation:9.3f}{row.beyond_edges:14}"
-        f"{row.unexplained:13}"
-        f"{row.colour / row.poses:8.2f}{row.colour_without_mipmaps / row.poses:9.3f}"
+        (
+            row.place, f"{row.poses}", f"{100 * row.depth / row.pixels:.4f}", f"{100 * row.worst_depth:.3f}",
+            f"{100 * row.segmentation / row.pixels:.4f}", f"{100 * row.worst_segmentation:.3f}",
+            f"{row.beyond_edges}", f"{row.unexplained}", f"{row.colour / row.poses:.2f}",
+            f"{row.colour_without_mipmaps / row.poses:.3f}",
+        )
         for row in (*rows, total)
         if row.poses
-    ]
-    return "\n".join(lines)
+    ]  # fmt: skip
+    return aligned(header, lines)
 
 
 def _places(splits: Sequence[Split], own: Sequence[str]) -> Iterator[tuple[str, Scene, Iterator[View]]]:
@@ -205,16 +211,16 @@ def _places(splits: Sequence[Split], own: Sequence[str]) -> Iterator[tuple[str, 
     yield "room", room_scene(), _views(splits[0], None, every=7)
 
 
-def main(argv: Sequence[str] | None = None) -> int:
+def main() -> int:
     """Print the table; return 1 if the cameras agree on less than 99.5% of the pixels."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--data", type=Path, help="data folder; without it, the sample episodes")
-    parser.add_argument("--poses", type=int, default=2100, help="total number of poses, the same for each place")
+    parser = parser_of(__doc__)
+    add_data(parser)
+    parser.add_argument("--poses", type=whole, default=2100, help="total number of poses, the same for each place")
     parser.add_argument("--own", nargs="*", default=plan_ids(), help="own sections to compare (default: all)")
-    parser.add_argument("--size", type=int, default=224, help="side of the frames in pixels")
+    parser.add_argument("--size", type=whole, default=224, help="side of the frames in pixels")
     parser.add_argument("--pictures", type=Path, help="folder for the worst frame of each place")
-    parser.add_argument("--json", type=Path, help="output file for the results")
-    arguments = parser.parse_args(argv)
+    add_json(parser)
+    arguments = parser.parse_args()
     with data_or_sample(arguments.data) as data:
         splits = list(read_splits(data).values())
     if arguments.pictures:
@@ -225,9 +231,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         for place, scene, views in _places(splits, arguments.own)
     ]
     print(_table(rows))
-    if arguments.json:
-        numbers: dict[str, Any] = {"size": arguments.size, "places": [asdict(row) for row in rows]}
-        arguments.json.write_text(json.dumps(numbers, indent=2) + "\n", encoding="utf-8")
+    write_json(arguments.json, {"size": arguments.size, "places": [asdict(row) for row in rows]})
     pixels = sum(row.pixels for row in rows)
     agreeing = min(sum(row.depth for row in rows), sum(row.segmentation for row in rows))
     return 0 if agreeing >= 0.995 * pixels else 1

@@ -1,6 +1,7 @@
 """Frame rates of each camera in a real section, and of other environments on the same machine.
 
-    python -m benchmarks.simulation.cameras [--data DIR] [--rounds 7] [--peers PYTHON] [--json FILE]
+    python -m benchmarks.simulation.cameras [--data DIR] [--rounds 7] [--seconds 0.5] [--views 48]
+                                            [--peers PYTHON] [--json FILE]
 
 The views are those along the ground-truth paths, with the episodes' own objects. Without a data folder the sample
 episodes are used. `--peers` names an interpreter with the packages `vizdoom` and `miniworld`, if it is not this one;
@@ -8,8 +9,6 @@ MiniWorld draws through EGL or, if DISPLAY is set, X. The rows alternate, round 
 machine's speed affect all of them. The table shows medians, and their ratios to the other cameras.
 """
 
-import argparse
-import json
 import os
 import platform
 import statistics
@@ -17,11 +16,12 @@ import subprocess
 import sys
 import tempfile
 import time
+from argparse import Namespace
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from importlib.metadata import version
 from itertools import cycle, islice
-from pathlib import Path
 from typing import Any
 
 from arramon_server.episodes.splits import Split, read_splits
@@ -35,10 +35,24 @@ from arramon_server.sim.rules import Limits
 from arramon_server.sim.scene import Scene
 from arramon_server.sim.section import Section
 from arramon_server.sim.view import View, view
-from benchmarks.common import OpenGround, data_or_sample
+from benchmarks.common import (
+    OpenGround,
+    add_data,
+    add_json,
+    add_rounds,
+    add_seconds,
+    aligned,
+    data_or_sample,
+    parser_of,
+    whole,
+    write_json,
+)
+from benchmarks.simulation.peers import frames_per_second
 
-HERE = Path(__file__).parent
 VIEWS = 48
+
+PEER_SECONDS = 2.0
+"""Duration of a measurement of another environment."""
 
 VARIATIONS, OWN = 16, 20
 """Episodes with furniture of their own, and the number of props that each of them adds."""
@@ -100,16 +114,22 @@ def variations_of(section: Section, scene: Scene, number: int) -> list[Scene]:
 
 
 def drawing(
-    camera: Camera, views: Sequence[View], size: int, segmentation: bool, variations: Sequence[Scene | None] = (None,)
+    camera: Camera,
+    views: Sequence[View],
+    size: int,
+    seconds: float,
+    *,
+    segmentation: bool,
+    variations: Sequence[Scene | None] = (None,),
 ) -> Callable[[], float]:
-    """Return a function that draws all views repeatedly for at least half a second, and returns frames per second.
+    """Return a function that draws all views repeatedly for at least some seconds, and returns frames per second.
 
     Each view is drawn in the next one of the variations of the camera's scene.
     """
 
     def measure() -> float:
         frames, start = 0, time.perf_counter()
-        while frames == 0 or time.perf_counter() - start < 0.5:
+        while frames == 0 or time.perf_counter() - start < seconds:
             for seen, variation in zip(views, cycle(variations), strict=False):
                 camera.render(seen.viewpoint, seen.actors, size, segmentation=segmentation, variation=variation)
             frames += len(views)
@@ -118,19 +138,7 @@ def drawing(
     return measure
 
 
-def _peer(python: str, name: str) -> Callable[[], float | None]:
-    """Return a function that measures another environment; it returns None if that is not installed."""
-
-    def measure() -> float | None:
-        command = [python, str(HERE.absolute() / "peers.py"), name]
-        with tempfile.TemporaryDirectory() as folder:  # ViZDoom writes a file to the working directory
-            done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-        return float(done.stdout.split()[-1]) if done.returncode == 0 else None
-
-    return measure
-
-
-def _rows(reference: World, fast: RasterCamera, views: list[View], own: Sequence[Scene], peers: str) -> list[Row]:
+def _rows(reference: World, fast: RasterCamera, views: list[View], own: Sequence[Scene], given: Namespace) -> list[Row]:
     rows = []
     for size in (224, 128):
         for name, camera, segmentation, variations in (
@@ -139,8 +147,9 @@ def _rows(reference: World, fast: RasterCamera, views: list[View], own: Sequence
             (f"raster, {size}, RGB + depth + segmentation", fast, True, (None,)),
             (f"raster, {size}, the same, own furniture", fast, True, own),
         ):
-            rows.append(Row(name, drawing(camera, views, size, segmentation, variations)))
-    return rows + [Row(PEERS[name], _peer(peers, name)) for name in PEERS]
+            measure = drawing(camera, views, size, given.seconds, segmentation=segmentation, variations=variations)
+            rows.append(Row(name, measure))
+    return rows + [Row(PEERS[name], partial(frames_per_second, given.peers, name, PEER_SECONDS)) for name in PEERS]
 
 
 def _first_frame(cache: str) -> float:
@@ -156,16 +165,15 @@ def _ratio(row: Row, other: Row | None) -> str:
 
 def _table(rows: Sequence[Row]) -> str:
     by_name = {row.name: row for row in rows}
-    lines = [f"{'':44}{'frames/s':>10}{'x tiny':>8}{'x ViZDoom':>11}{'x MiniWorld':>13}"]
+    lines = []
     for row in rows:
         if not row.rates:
-            lines.append(f"{row.name:44}{'not installed':>10}")
+            lines.append([row.name, "not installed", "", "", ""])
             continue
         size = 128 if "128" in row.name else 224
         ratios = [by_name[f"tiny, {size}, RGB + depth"], *(by_name[name] for name in PEERS.values())]
-        tiny, doom, world = (_ratio(row, other) for other in ratios)
-        lines.append(f"{row.name:44}{row.median:10.0f}{tiny:>8}{doom:>11}{world:>13}")
-    return "\n".join(lines)
+        lines.append([row.name, f"{row.median:.0f}", *(_ratio(row, other) for other in ratios)])
+    return aligned(["", "frames/s", "x tiny", "x ViZDoom", "x MiniWorld"], lines)
 
 
 def _machine() -> dict[str, Any]:
@@ -177,33 +185,33 @@ def _machine() -> dict[str, Any]:
     }
 
 
-def main(argv: Sequence[str] | None = None) -> int:
+def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--data", type=Path, help="data folder; without it, the sample episodes")
-    parser.add_argument("--rounds", type=int, default=7)
+    parser = parser_of(__doc__)
+    add_data(parser)
+    add_rounds(parser, 7)
+    add_seconds(parser, 0.5, "duration of each measurement of a camera, at least")
+    parser.add_argument("--views", type=whole, default=VIEWS, help="number of views (default: %(default)s)")
     parser.add_argument("--peers", default=sys.executable, help="interpreter that has ViZDoom and MiniWorld")
-    parser.add_argument("--json", type=Path, help="output file for the results")
-    arguments = parser.parse_args(argv)
+    add_json(parser)
+    arguments = parser.parse_args()
     with data_or_sample(arguments.data) as data, tempfile.TemporaryDirectory() as folder:
         split = next(iter(read_splits(data).values()))
         first = {"compiled anew": _first_frame(f"{folder}/numba"), "kept on disk": _first_frame(f"{folder}/numba")}
     section = min(split.sections)
-    scene, views = city_scene(split.sections[section]), list(islice(views_of(split, section), VIEWS))
+    scene, views = city_scene(split.sections[section]), list(islice(views_of(split, section), arguments.views))
     own = variations_of(split.sections[section], scene, VARIATIONS)
     with World(scene) as reference:
-        rows = _rows(reference, RasterCamera(scene), views, own, arguments.peers)
+        rows = _rows(reference, RasterCamera(scene), views, own, arguments)
         for _ in range(arguments.rounds):
             for row in rows:
                 rate = row.measure()
                 row.rates += [] if rate is None else [rate]
     print(f"{split.name}, section {section}: {len(scene.bodies)} bodies, {len(views)} views\n{_table(rows)}")
     print("seconds to the fast camera's first frame: " + ", ".join(f"{k} {v:.1f}" for k, v in first.items()))
-    if arguments.json:
-        numbers = {"machine": _machine(), "rates": {row.name: row.rates for row in rows}, "first_frame_s": first}
-        arguments.json.write_text(json.dumps(numbers, indent=2) + "\n", encoding="utf-8")
-    return 0
+    rates = {row.name: row.rates for row in rows}
+    write_json(arguments.json, {"machine": _machine(), "rates": rates, "first_frame_s": first})
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

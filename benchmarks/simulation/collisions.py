@@ -12,7 +12,6 @@ implementations of the rules decide differently: there must be none, or the exit
 are not computed again, so that a long comparison can be made in parts: `--minutes` ends one, and the next goes on.
 """
 
-import argparse
 import json
 import math
 import sys
@@ -39,7 +38,7 @@ from arramon_server.sim.physics import Physics
 from arramon_server.sim.rules import Action, Limits, Phase
 from arramon_server.sim.scene import Scene
 from arramon_server.sim.section import Section
-from benchmarks.common import OpenGround
+from benchmarks.common import OpenGround, add_json, markdown, parser_of, whole, write_json
 
 SEED = "arramon"
 """Seed of the project's own sections."""
@@ -52,9 +51,6 @@ CHUNK = 20_000
 
 BEYOND = 2.0
 """Distance beyond a section's bounds from which moves still start, in units."""
-
-TIMED = 20_000
-"""Moves in each measurement of the speed."""
 
 Way = tuple[Place, Place]
 
@@ -252,15 +248,18 @@ def speed(section: Section, moves: int) -> dict[str, float]:
     return figures
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def main() -> int:
     """Run the benchmark."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--moves", type=int, default=1_000_000, help="random moves in all (default: %(default)s)")
+    parser = parser_of(__doc__)
+    parser.add_argument("--moves", type=whole, default=1_000_000, help="random moves in all (default: %(default)s)")
     parser.add_argument("--data", type=Path, help="data folder whose splits are compared, too")
     parser.add_argument("--log", type=Path, help="file of finished chunks, to go on from")
     parser.add_argument("--minutes", type=float, default=math.inf, help="time after which no chunk is begun")
-    parser.add_argument("--json", type=Path, help="file to write all results to")
-    given = parser.parse_args(arguments)
+    parser.add_argument(
+        "--timed", type=whole, default=20_000, help="moves in each measurement of the speed (default: %(default)s)"
+    )
+    add_json(parser)
+    given = parser.parse_args()
     done: dict[str, Counts] = {}
     if given.log and given.log.exists():
         for line in given.log.read_text().splitlines():
@@ -286,24 +285,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
     print(table(rows))
     if left:
         print(f"{left} chunks are left")
-    figures = speed(build_section(read_plan("1"), SEED), TIMED)
+    figures = speed(build_section(read_plan("1"), SEED), given.timed)
     print("".join(f"{name}: {value:.2f}\n" for name, value in figures.items()), end="")
     ratios = (figures[f"pybullet, {key}"] / figures[f"plane, {key}"] for key in ("us", "ms to build"))
     print("pybullet takes {:.1f} times as long for each step as plane geometry, {:.0f} times to build".format(*ratios))
-    if given.json:
-        content = {"rows": {name: asdict(counts) for name, counts in rows.items()}, "speed": figures}
-        given.json.write_text(json.dumps(content, indent=1))
+    write_json(given.json, {"rows": {name: asdict(counts) for name, counts in rows.items()}, "speed": figures})
     return 1 if rows["total"].differ else 0
 
 
 def table(rows: dict[str, Counts]) -> str:
     """Return the table of results."""
     names = [field.name for field in fields(Counts)]
-    lines = [["where", *(name.replace("_", " ") for name in names)], ["---"] * (len(names) + 1)]
+    lines = []
     for name, counts in rows.items():
         values = (getattr(counts, field) for field in names)
         lines.append([name, *(f"{value:.6f}" if isinstance(value, float) else f"{value:,}" for value in values)])
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+    return markdown(["where", *(name.replace("_", " ") for name in names)], lines)
 
 
 def _step(x: float, y: float, random: Random) -> Way:

@@ -13,13 +13,9 @@ is that of this process (for the bare camera in two, of each): it says what a st
 cores, too.
 """
 
-import argparse
-import json
 import multiprocessing
 import statistics
-import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -33,13 +29,22 @@ import numpy.typing as npt
 
 from arramon_client.environments.two_agents import raw_env
 from arramon_server.episodes.episode import Episode
-from arramon_server.episodes.splits import Split, read_splits
+from arramon_server.episodes.splits import Split
 from arramon_server.runs.play.session import Session
 from arramon_server.runs.play.worlds import Worlds
 from arramon_server.sim.rules import STEPS_PER_PHASE, Action, Limits
-from benchmarks.common import data_or_sample
+from benchmarks.common import (
+    add_data,
+    add_json,
+    add_rounds,
+    aligned,
+    data_or_sample,
+    largest_split,
+    parser_of,
+    write_json,
+)
+from benchmarks.simulation.peers import frames_per_second
 
-HERE = Path(__file__).parent
 COUNT = 16
 """Episodes of a vector environment, and of the bare camera."""
 
@@ -274,13 +279,11 @@ def two_agents(data: Path, split: Split, walk: Walk, size: int) -> Measure:
 
 
 def peer(python: str, name: str) -> Measure:
-    """Return the measurement of another environment; None if it is not installed, or finds no display."""
+    """Return the measurement of another environment; None if it is not installed."""
 
     def measure() -> Measured | None:
-        command = [python, str(HERE.absolute() / "peers.py"), name, "--seconds", str(PEER_SECONDS)]
-        with tempfile.TemporaryDirectory() as folder:
-            done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-        return (float(done.stdout.split()[-1]), 0.0) if done.returncode == 0 else None
+        rate = frames_per_second(python, name, PEER_SECONDS)
+        return None if rate is None else (rate, 0.0)
 
     return measure
 
@@ -309,14 +312,14 @@ def rows_of(data: Path, split: Split, walk: Walk, peers: str) -> list[Row]:
 
 def table(rows: Sequence[Row]) -> str:
     """Return the table, with the ratios that matter below it."""
-    lines = [f"{'RGB + depth':34}{'steps/s':>10}{'of bare':>9}{'CPU ms a step':>15}"]
-    base = rows[0].rate
+    base, cells = rows[0].rate, []
     for row in rows:
         if not row.results:
-            lines.append(f"{row.name:34}{'not here':>10}")
+            cells.append((row.name, "not here", "", ""))
             continue
-        cost = f"{row.cost:15.3f}" if row.cost else f"{'':15}"
-        lines.append(f"{row.name:34}{row.rate:10.0f}{row.rate / base:9.2f}{cost}")
+        cost = f"{row.cost:.3f}" if row.cost else ""
+        cells.append((row.name, f"{row.rate:.0f}", f"{row.rate / base:.2f}", cost))
+    lines = [aligned(("RGB + depth", "steps/s", "of bare", "CPU ms a step"), cells)]
     by_name = {row.name: row for row in rows}
     one, two = by_name["16, one process, 224"], by_name["16, two processes, 224"]
     small, drawn_by_two = by_name["16, one process, 64"], by_name["bare camera, two processes, 224"]
@@ -344,29 +347,27 @@ def paired(row: Row, other: Row) -> float:
     return statistics.median(one[0] / two[0] for one, two in zip(row.results, other.results, strict=True))
 
 
-def main() -> int:
+def main() -> None:
     """Run the benchmark and print its table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--data", type=Path, help="data folder (default: the sample episodes)")
+    parser = parser_of(__doc__)
+    add_data(parser)
     parser.add_argument("--steps", type=int, default=300, help=f"of each episode in a measurement, 1 to {MOST_STEPS}")
-    parser.add_argument("--rounds", type=int, default=5, help="number of rounds")
+    add_rounds(parser, 5)
     parser.add_argument("--peers", default=sys.executable, help="interpreter that has MiniWorld and MiniGrid")
-    parser.add_argument("--json", type=Path, help="output file for the results")
+    add_json(parser)
     options = parser.parse_args()
     if not 1 <= options.steps <= MOST_STEPS:
         parser.error(f"--steps is {options.steps}, expected 1 to {MOST_STEPS}")
     with data_or_sample(options.data) as data:
-        split = max(read_splits(data).values(), key=lambda split: len(split.episodes))
+        split = largest_split(data)
         rows = rows_of(data, split, Walk.of(split, options.steps), options.peers)
         for _ in range(options.rounds):
             for row in rows:
                 measured = row.measure()
                 row.results += [] if measured is None else [measured]
     print(f"split {split.name}, {len(split.episodes)} episodes\n{table(rows)}")
-    if options.json:
-        options.json.write_text(json.dumps({row.name: row.results for row in rows}, indent=1) + "\n", encoding="utf-8")
-    return 0
+    write_json(options.json, {row.name: row.results for row in rows})
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -8,7 +8,6 @@ the rounds alternate. Medians of the processor's time, by part; what has been im
 the time goes into imports.
 """
 
-import argparse
 import json
 import statistics
 import subprocess
@@ -16,8 +15,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from arramon_server.episodes.splits import read_splits
-from benchmarks.common import data_or_sample
+from benchmarks.common import add_data, add_rounds, aligned, data_or_sample, largest_split, parser_of
 
 PROGRAM = """
 import json, sys, time
@@ -47,30 +45,31 @@ def first_step(python: str, data: Path, split: str) -> dict[str, float | list[st
     return measured
 
 
-def main() -> int:
+def main() -> None:
     """Run the benchmark and print its table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--data", type=Path, help="data folder (default: the sample episodes)")
+    parser = parser_of(__doc__)
+    add_data(parser)
     parser.add_argument("--split", help="name of the split (default: the one with the most episodes)")
-    parser.add_argument("--rounds", type=int, default=5, help="number of rounds")
+    add_rounds(parser, 5)
     parser.add_argument("--against", help="interpreter of another checkout or release")
     options = parser.parse_args()
     pythons = {"this one": sys.executable} | ({"the other": options.against} if options.against else {})
     results: dict[str, list[dict[str, float | list[str]]]] = {name: [] for name in pythons}
     with data_or_sample(options.data) as data:
-        split = options.split or max(read_splits(data).values(), key=lambda split: len(split.episodes)).name
+        split = options.split or largest_split(data).name
         for python in pythons.values():
             first_step(python, data, split)  # Compiled code comes to the disk.
         for _ in range(options.rounds):
             for name, python in pythons.items():
                 results[name].append(first_step(python, data, split))
-    print(f"CPU seconds to the first step{'':6}" + "".join(f"{part:>9}" for part in PARTS))
+    lines = []
     for name, rounds in results.items():
         medians = [statistics.median(float(each[part]) for each in rounds) for part in PARTS]  # type: ignore[arg-type]
-        print(f"{name:35}" + "".join(f"{median:9.3f}" for median in medians))
-        print(f"  with {', '.join(rounds[-1]['imported'])}")  # type: ignore[arg-type]
-    return 0
+        lines.append([name, *(f"{median:.3f}" for median in medians)])
+    print(aligned(["CPU seconds to the first step", *PARTS], lines))
+    for name, rounds in results.items():
+        print(f"{name} imports {', '.join(rounds[-1]['imported'])}")  # type: ignore[arg-type]
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -5,6 +5,7 @@
 It never answers an observation, so the episodes that it claims are played by others without a difference.
 """
 
+import argparse
 import os
 import signal
 import sys
@@ -91,11 +92,22 @@ def _wait(seen: Semaphore, reading: "Future[None]") -> None:
             return
 
 
-def main(address: str, run: str, way: str, token: str = "", authority: str = "") -> int:
+def main() -> int:
     """Open and end one stream; return the exit status."""
-    access = Access(Path(token).read_text().strip(), authority=Path(authority).read_bytes()) if token else Access()
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("address", help="of the server")
+    parser.add_argument("run", help="id of the run")
+    parser.add_argument("way", choices=WAYS, help="in which the stream ends")
+    parser.add_argument("token", nargs="?", type=Path, help="file of a participant's token")
+    parser.add_argument("authority", nargs="?", type=Path, help="file of the certificate's authority")
+    given = parser.parse_args()
+    if given.token and not given.authority:
+        parser.error("a token is sent over TLS alone: expected the file of the authority, too")
+    access = Access()
+    if given.token:
+        access = Access(given.token.read_text().strip(), authority=given.authority.read_bytes())
     try:
-        end_rudely(address, run, way, access)
+        end_rudely(given.address, given.run, given.way, access)
     except grpc.RpcError as error:
         sys.stderr.write(f"{error.code().name}: {error.details()}\n")
         return 1
@@ -103,4 +115,4 @@ def main(address: str, run: str, way: str, token: str = "", authority: str = "")
 
 
 if __name__ == "__main__":
-    sys.exit(main(*sys.argv[1:]))
+    sys.exit(main())

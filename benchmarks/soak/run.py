@@ -16,7 +16,6 @@ import argparse
 import contextlib
 import io
 import itertools
-import json
 import random
 import signal
 import statistics
@@ -36,6 +35,7 @@ from arramon_client.commands import verify
 from arramon_server.runs.accounts.accounts import Accounts
 from arramon_server.runs.accounts.callers import Role
 from arramon_server.runs.storage.database import Database
+from benchmarks.common import add_json, parser_of, write_json
 from benchmarks.soak.logs import unexplained, warnings
 from benchmarks.soak.players import Player
 from benchmarks.soak.rude import RudeStreams
@@ -227,7 +227,7 @@ def show(figures: dict[str, Any]) -> None:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the soak test; return the exit status."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
+    parser = parser_of(__doc__)
     add = parser.add_argument
     add("--kills", type=int, default=100, help="number of kills of server processes (default: %(default)s)")
     add(
@@ -249,7 +249,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     add("--hosted", action="store_true", help="TLS, tokens, limits and a log at `info`")
     add("--rude", type=int, default=0, help="number of streams that end without a proper close (default: %(default)s)")
     add("--spread", type=float, default=0.0, help="minutes over which the faults are spread (default: no pauses)")
-    add("--json", type=Path, help="output file for the results")
+    add_json(parser)
     options = parser.parse_args(argv)
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # so that everything is stopped on exit
     started = time.monotonic()
@@ -274,8 +274,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     settings = {name: getattr(options, name) for name in ("database", "workers", "clients", "seed", "hosted")}
     figures = {**settings, **figures, "minutes": round((time.monotonic() - started) / 60.0, 1)}
     show(figures)
-    if options.json:
-        options.json.write_text(json.dumps(figures, indent=1))
+    write_json(options.json, figures)
     return int(bool(figures["said"]))
 
 

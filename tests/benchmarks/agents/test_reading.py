@@ -1,5 +1,6 @@
 """The table of what the learned reader reads exactly right."""
 
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -7,10 +8,9 @@ import pytest
 
 torch = pytest.importorskip("torch", reason="the extra `agents` is not installed: scripts/setup")
 
-from arramon_agents.reading.reader.reader import WEIGHTS  # noqa: E402
 from arramon_server.episodes.episode import Instructions  # noqa: E402
 from arramon_server.episodes.splits import write_split  # noqa: E402
-from benchmarks.agents.reading import table  # noqa: E402
+from benchmarks.agents import reading  # noqa: E402
 from tests import tiny  # noqa: E402
 
 TEXTS = {
@@ -21,11 +21,13 @@ TEXTS = {
 }
 
 
-def test_table(tmp_path: Path) -> None:
+def test_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     episode = replace(tiny.episode("1"), instructions={code: (text, text) for code, text in TEXTS.items()})
     write_split(tmp_path, "one", hidden=False, source="tests", episodes=[episode], sections=[tiny.SECTION])
 
-    lines = table(tmp_path, ["one"], WEIGHTS).splitlines()
+    monkeypatch.setattr(sys, "argv", ["reading", "--data", str(tmp_path), "--splits", "one"])
+    reading.main()
+    lines = capsys.readouterr().out.splitlines()
 
     assert lines[0] == "|  | en, street | en, room | hi, street | hi, room |"
     rows, texts = ([cell.strip() for cell in line.strip("| ").split("|")] for line in lines[2:])

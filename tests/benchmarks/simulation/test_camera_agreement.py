@@ -1,21 +1,16 @@
 """The camera comparison script on a few poses: sample sections, own sections, and the room."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
-from tests import ROOT
+from tests.benchmarks.command import printed
 from tests.physics import needs_pybullet
-
-SCRIPT = "benchmarks.simulation.camera_agreement"
 
 
 @needs_pybullet
 def test_cameras_agree_in_sample_and_own_sections_and_the_room(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", SCRIPT, "--poses", "50", "--own", "3", "7", "--json", str(tmp_path / "rows.json")]
-    done = subprocess.run([*command, "--pictures", str(tmp_path)], capture_output=True, text=True, check=True, cwd=ROOT)
-    assert done.stdout.splitlines()[-1].startswith("all")
+    arguments = "--poses", 50, "--own", 3, 7, "--json", tmp_path / "rows.json", "--pictures", tmp_path
+    assert printed("benchmarks.simulation.camera_agreement", *arguments)[-1].startswith("all")
     rows = json.loads((tmp_path / "rows.json").read_text())["places"]
     assert [row["place"] for row in rows] == ["sample 1", "sample 2", "own section 3", "own section 7", "room"]
     for row in rows:

@@ -1,0 +1,174 @@
+"""Play of the server under measurement: a random walk that measures its waits, and runs that are ended early."""
+
+import statistics
+import sys
+import threading
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+
+from arramon.v1 import evaluation_pb2
+from arramon_agents.random_walk import Agent as RandomWalk
+from arramon_client.agent import Episode, Observation
+from arramon_client.multi_stream import play_streams
+from arramon_client.play import Settings, play
+from arramon_client.transport.connection import METADATA, Server
+from arramon_server.episodes.splits import Split
+from benchmarks.serving.server import SENSORS
+
+SECTIONS = 64
+"""Maximum number of episodes that are opened so that every section is built."""
+
+WARM_UP_SECONDS = 1.0
+
+
+@dataclass
+class Timed:
+    """A random walk that measures the waits between its actions and their observations.
+
+    Attributes:
+        steps: number of its actions.
+        waits: seconds from each action to the next observation of its episode.
+    """
+
+    steps: int = 0
+    waits: list[float] = field(default_factory=list)
+    _agent: RandomWalk = field(default_factory=RandomWalk)
+    _answered: dict[str, float] = field(default_factory=dict)
+    _lock: threading.Lock = field(default_factory=threading.Lock)
+
+    def begin(self, episode: Episode) -> None:
+        """Begin an episode of the random walk."""
+        self._agent.begin(episode)
+
+    def end(self, episode_id: str) -> None:
+        """Discard when the episode's last action was taken."""
+        with self._lock:
+            self._answered.pop(episode_id, None)
+
+    def act(self, observations: Sequence[Observation]) -> Sequence[int]:
+        """Return the random walk's actions, and record the waits."""
+        now = time.perf_counter()
+        with self._lock:
+            for observation in observations:
+                before = self._answered.get(observation.episode_id)
+                if before is not None:
+                    self.waits.append(now - before)
+        actions = self._agent.act(observations)
+        with self._lock:
+            self.steps += len(observations)
+            self._answered.update((o.episode_id, time.perf_counter()) for o in observations)
+        return actions
+
+    def reset(self) -> None:
+        """Discard all measurements so far, those of the warm-up."""
+        with self._lock:
+            self.steps, self.waits = 0, []
+
+
+@dataclass(frozen=True)
+class Pace:
+    """Results of some seconds of play.
+
+    Attributes:
+        rate: steps per second.
+        mean, p50, p99: milliseconds from an action to the next observation of its episode.
+        steps: number of steps.
+    """
+
+    rate: float
+    mean: float
+    p50: float
+    p99: float
+    steps: int
+
+
+def pace(agent: Timed, seconds: float) -> Pace:
+    """Measure an agent's play for some seconds."""
+    agent.reset()
+    started = time.perf_counter()
+    time.sleep(seconds)
+    steps, waits, elapsed = agent.steps, sorted(agent.waits), time.perf_counter() - started
+    while not waits:  # In a short time on a busy machine there may be none.
+        time.sleep(0.05)
+        steps, waits, elapsed = agent.steps, sorted(agent.waits), time.perf_counter() - started
+    return Pace(steps / elapsed, 1e3 * statistics.fmean(waits), *percentiles(waits), steps)
+
+
+def percentiles(waits: Sequence[float]) -> tuple[float, float]:
+    """Return the median and the 99th percentile of waits that are sorted, in milliseconds."""
+    return 1e3 * waits[len(waits) // 2], 1e3 * waits[len(waits) * 99 // 100]
+
+
+def run_request(split: Split, sensors: Sequence[str] = SENSORS) -> evaluation_pb2.CreateRunRequest:
+    """Return the request of a run on a split, in the first of its languages."""
+    return evaluation_pb2.CreateRunRequest(
+        agent="benchmark", split=split.name, language=min(split.languages), sensors=sensors
+    )
+
+
+@contextmanager
+def playing(
+    server: Server,
+    request: evaluation_pb2.CreateRunRequest,
+    agent: Timed,
+    settings: Settings,
+    *,
+    streams: int = 1,
+    warm_up: float = WARM_UP_SECONDS,
+) -> Iterator[evaluation_pb2.Run]:
+    """Play a run beside this thread, from when it is warm; it is cancelled at the end.
+
+    Args:
+        server: on which it is created.
+        request: of the run.
+        agent: that plays it.
+        settings: of each stream; it opens no more episodes than the run has.
+        streams: if there are several, each is read by a client of its own.
+        warm_up: seconds of play after every open episode has had an observation, at most 1.
+
+    Raises:
+        SystemExit: if all episodes are over before the end.
+    """
+    run = server.stub.CreateRun(request, metadata=METADATA)
+    settings = replace(settings, parallel=min(settings.parallel, run.episodes))
+    threads = [
+        threading.Thread(target=play_streams, args=(server, run, agent, settings), daemon=True)
+        if streams == 1
+        else threading.Thread(target=play, args=(server.stub, run, agent, settings), daemon=True)
+        for _ in range(streams)
+    ]
+    for thread in threads:
+        thread.start()
+    while agent.steps < min(streams * settings.parallel, run.episodes) and _are_playing(threads):
+        time.sleep(0.05)
+    time.sleep(min(warm_up, WARM_UP_SECONDS))
+    yield run
+    if not _are_playing(threads):
+        sys.exit(f"{run.split} has too few episodes: all were played within the round; give more with --data")
+    server.stub.CancelRun(evaluation_pb2.CancelRunRequest(run_id=run.run_id), metadata=METADATA)
+    for thread in threads:
+        thread.join()
+
+
+def _are_playing(threads: Sequence[threading.Thread]) -> bool:
+    return any(thread.is_alive() for thread in threads)
+
+
+def see_all_sections(
+    server: Server, request: evaluation_pb2.CreateRunRequest, warm_up: float = WARM_UP_SECONDS
+) -> None:
+    """Open enough episodes to build every section, as that happens once and is not part of a step."""
+    fewer = some(server, request, SECTIONS)
+    with playing(server, fewer, Timed(), Settings(SECTIONS), warm_up=warm_up):
+        pass
+
+
+def some(server: Server, request: evaluation_pb2.CreateRunRequest, episodes: int) -> evaluation_pb2.CreateRunRequest:
+    """Return the request limited to so many episodes, as unplayed episodes must be cancelled later."""
+    there = next(split.episodes[request.language] for split in server.info.splits if split.name == request.split)
+    fewer = evaluation_pb2.CreateRunRequest()
+    fewer.CopyFrom(request)
+    fewer.episodes = episodes if episodes < there else 0
+    return fewer

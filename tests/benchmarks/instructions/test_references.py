@@ -1,0 +1,16 @@
+"""False references in texts of which one is false."""
+
+from pathlib import Path
+
+from tests import tiny
+from tests.benchmarks.command import printed
+
+
+def test_a_false_text_is_shown(tmp_path: Path) -> None:
+    """Both turns have the first one's text, and in the second there is no red mug."""
+    tiny.write(tmp_path, "val_seen", 1)
+    tiny.write(tmp_path, "val_unseen", 1)
+    lines = printed("benchmarks.instructions.references", tmp_path, "--split", "val_seen", "--show", 1)
+    assert lines[0] == "  0 en: Go on to the striped red mug. (there are no such things)"
+    assert lines[1].startswith("val_seen section 1 en: 2 texts, 2 things, 1 texts false;")
+    assert len(lines) == 2
