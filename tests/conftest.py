@@ -13,7 +13,7 @@ from sqlalchemy import Engine
 
 from arramon_server.runs.storage.database import Database
 from arramon_server.sim.raster.camera import compile_kernels
-from tests import ROOT, forked_pools, forked_testers, recorded_migrations, tiny
+from tests import ROOT, forked_pools, forked_testers, tiny
 from tests.faults.clients import EPISODES, Peace, journal_url, undisturbed
 from tests.forked import Forked
 from tests.serving import Server
@@ -24,7 +24,6 @@ pytest_plugins = ["tests.postgres", "tests.proxy"]
 gc.disable()  # until everything is imported and collected: half of that time went into looking for garbage
 
 Server.fork = Forked
-recorded_migrations.install()
 forked_pools.install()
 
 
