@@ -41,7 +41,7 @@ class Database:
 
     Raises:
         BadInput: if the URL is neither of SQLite nor of PostgreSQL.
-        StorageError: if the database cannot be opened or written, or has tables of a newer server or a development version.
+        StorageError: if the database cannot be opened or written, or has tables of another version.
     """
 
     def __init__(

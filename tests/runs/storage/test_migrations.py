@@ -1,4 +1,4 @@
-"""Migrations: they make the declared tables, once, also by concurrent processes; databases of other versions are refused."""
+"""Migrations: make the declared tables, once, also by concurrent processes; refuse databases of other versions."""
 
 import time
 from collections.abc import Iterator

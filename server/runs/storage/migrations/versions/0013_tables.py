@@ -1,7 +1,7 @@
 """Migration 0013: all tables of the first release.
 
-Development versions came to the same tables in twelve steps. The last step's number stays, so that their latest journals
-are opened as they are; journals with a lower number are refused, see `migrations.FIRST`.
+Development versions came to the same tables in twelve steps. The last step's number stays, so that their latest
+journals are opened as they are; journals with a lower number are refused, see `migrations.FIRST`.
 """
 
 import time
