@@ -13,12 +13,13 @@ import argparse
 from collections.abc import Mapping, Sequence
 from random import Random
 
-from arramon_dataset.alignment.model import DATA, MOST_BETTER, OTHERS, Alignment, contradicts, learn, load, save
+from arramon_dataset.alignment.model import DATA, MOST_BETTER, OTHERS, Alignment, contradicts, load
 from arramon_dataset.alignment.routes import Tokens, mirrored, tokens_of
 from arramon_dataset.generation.site import Site
 from arramon_dataset.paraphrases.collection import HALVES, generated_episodes, paraphrased_section, paraphrases
 from arramon_dataset.paraphrases.route import route_facts
 from arramon_dataset.randomness import seeded
+from benchmarks.instructions.alignment_training import learn, save
 
 Key = tuple[str, int]
 

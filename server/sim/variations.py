@@ -1,9 +1,7 @@
 """Variations of a scene: other bodies, with the same meshes and textures, in the physics of the scene itself."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
-from arramon_server.sim.cameras import Actor, Camera, Frame, Viewpoint
 from arramon_server.sim.physics import Physics
 from arramon_server.sim.scene import Body, Scene
 
@@ -53,34 +51,3 @@ class VariedGround:
     def way_is_free(self, start: tuple[float, float], end: tuple[float, float]) -> bool:
         """Return whether the agent can move straight from one (X, Y) to another."""
         return self._physics.way_is_free(start, end, self._absent, self._solid)
-
-
-class VariedCamera:
-    """A camera (`cameras.Camera`) of a variation of a scene.
-
-    Args:
-        camera: of the scene.
-        variation: that it draws.
-    """
-
-    def __init__(self, camera: Camera, variation: Scene) -> None:
-        self._camera, self._variation = camera, variation
-
-    @property
-    def labels(self) -> tuple[str, ...]:
-        """Labels of a segmentation, by number."""
-        return self._camera.labels
-
-    def render(
-        self,
-        viewpoint: Viewpoint,
-        actors: Sequence[Actor],
-        size: int,
-        *,
-        segmentation: bool = False,
-        into: Frame | None = None,
-        variation: Scene | None = None,
-    ) -> Frame:
-        """Draw a frame, as the camera does."""
-        shown = self._variation if variation is None else variation
-        return self._camera.render(viewpoint, actors, size, segmentation=segmentation, into=into, variation=shown)
