@@ -19,7 +19,7 @@ def server(*names: str) -> set[str]:
 
 
 SHARED = {
-    *server("errors", "private_files", "addresses", "parallel", "image_threads", "per_split", "visible_text",
+    *server("errors", "private_files", "addresses", "image_threads", "per_split", "visible_text",
             "split_times", "closing"),
     "arramon.strict_json",
 }  # fmt: skip
@@ -182,7 +182,7 @@ def test_traces_in_contributing_name_existing_functions() -> None:
 
 def test_paths_in_contributing_exist() -> None:
     for path in re.findall(
-        r"`((?:server|dataset|clients|agents|lang|proto|tests)/[\w/.-]*)`", (ROOT / "CONTRIBUTING.md").read_text()
+        r"`((?:server|dataset|clients|agents|lang|proto|tests|benchmarks)/[\w/.-]*)`", (ROOT / "CONTRIBUTING.md").read_text()
     ):
         assert "LANGUAGE" in path or "lang/xx" in path or (ROOT / path).exists(), path
 
