@@ -182,7 +182,8 @@ def test_traces_in_contributing_name_existing_functions() -> None:
 
 def test_paths_in_contributing_exist() -> None:
     for path in re.findall(
-        r"`((?:server|dataset|clients|agents|lang|proto|tests|benchmarks)/[\w/.-]*)`", (ROOT / "CONTRIBUTING.md").read_text()
+        r"`((?:server|dataset|clients|agents|lang|proto|tests|benchmarks)/[\w/.-]*)`",
+        (ROOT / "CONTRIBUTING.md").read_text(),
     ):
         assert "LANGUAGE" in path or "lang/xx" in path or (ROOT / path).exists(), path
 
