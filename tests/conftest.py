@@ -74,7 +74,7 @@ LONGEST = (
     "benchmarks/agents/test_ablations.py", "web/test_browser.py", "client/test_first_episodes.py",
     "dataset/generation/test_killed.py", "dataset/generation/test_extra.py", "agents/learning/test_train.py",
     "conformance/test_checks.py", "sim/raster/test_camera.py", "faults/test_clock.py", "conformance/test_servers.py",
-    "web/test_site.py", "runs/play/test_two_engines.py", "sim/raster/test_camera_agreement.py",
+    "process/test_site.py", "runs/play/test_two_engines.py", "sim/raster/test_camera_agreement.py",
     "client/test_agent_names.py", "hostile/test_endings.py", "commands/test_demonstrations.py",
     "demonstrations/test_export.py", "lang/test_hindi_agreement.py", "commands/test_cli.py",
     "agents/learning/training/test_demonstrations.py", "agents/learning/training/test_imitation.py",

@@ -31,11 +31,11 @@ from arramon_server.episodes.splits import Split, folder_of, read_split
 from arramon_server.sim.cameras import Actor, Camera, Frame, Viewpoint
 from arramon_server.sim.city import city_scene, refurnished
 from arramon_server.sim.own_furniture import NO_FURNITURE, furnished
-from arramon_server.sim.physics import physics_of
+from arramon_server.sim.physics import VariedGround, physics_of
 from arramon_server.sim.raster.camera import RasterCamera
 from arramon_server.sim.scene import Scene
 from arramon_server.sim.section import Section
-from arramon_server.sim.variations import Difference, VariedGround
+from arramon_server.sim.variations import Difference
 
 METRICS = ("nDTW", "CTC-3", "PTC")
 ALL, SOME, NONE = "all there", "some missing", "none named"

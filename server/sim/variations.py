@@ -1,8 +1,7 @@
-"""Variations of a scene: other bodies, with the same meshes and textures, in the physics of the scene itself."""
+"""Variations of a scene: other bodies, with the same meshes and textures."""
 
 from dataclasses import dataclass
 
-from arramon_server.sim.physics import Physics
 from arramon_server.sim.scene import Body, Scene
 
 CACHED = 512
@@ -33,21 +32,3 @@ class Difference:
 
 SAME = Difference(frozenset(), ())
 """No difference."""
-
-
-class VariedGround:
-    """Collision checks (`rules.Ground`) in a variation of a scene.
-
-    Args:
-        physics: of the scene.
-        difference: between the scene and the variation.
-    """
-
-    def __init__(self, physics: Physics, difference: Difference) -> None:
-        self._physics = physics
-        self._absent = difference.absent
-        self._solid = tuple(body for body in difference.further if body.collider is not None)
-
-    def way_is_free(self, start: tuple[float, float], end: tuple[float, float]) -> bool:
-        """Return whether the agent can move straight from one (X, Y) to another."""
-        return self._physics.way_is_free(start, end, self._absent, self._solid)
