@@ -14,6 +14,7 @@ from importlib.metadata import entry_points
 from typing import Any, NoReturn
 
 from arramon_server import __version__
+from arramon_server.commands import ENTRY_POINTS
 from arramon_server.configuration.secrets import mask_secrets
 from arramon_server.configuration.sources import add_common_flags, load_configuration, wants_json
 from arramon_server.errors import ArraMonError
@@ -32,11 +33,9 @@ FAMILIES = {
     "corrections": ("void",),
     "transfer": ("export", "import"),
     "backup": ("backup",),
+    "epoch": ("epoch",),
 }
 """Modules of `arramon_server.commands`, with their commands. Only the module of the command in use is imported."""
-
-ENTRY_POINTS = "arramon.commands"
-"""Entry-point group in which installed packages register commands."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -13,7 +13,7 @@ from sqlalchemy import Engine
 
 from arramon_server.runs.storage.database import Database
 from arramon_server.sim.raster.camera import compile_kernels
-from tests import ROOT, forked_pools, forked_testers, recorded_migrations, tiny
+from tests import ROOT, forked_pools, forked_testers, tiny
 from tests.faults.clients import EPISODES, Peace, journal_url, undisturbed
 from tests.forked import Forked
 from tests.serving import Server
@@ -24,7 +24,6 @@ pytest_plugins = ["tests.postgres", "tests.proxy"]
 gc.disable()  # until everything is imported and collected: half of that time went into looking for garbage
 
 Server.fork = Forked
-recorded_migrations.install()
 forked_pools.install()
 
 
@@ -76,7 +75,7 @@ LONGEST = (
     "benchmarks/agents/test_ablations.py", "web/test_browser.py", "client/test_first_episodes.py",
     "dataset/generation/test_killed.py", "dataset/generation/test_extra.py", "agents/learning/test_train.py",
     "conformance/test_checks.py", "sim/raster/test_camera.py", "faults/test_clock.py", "conformance/test_servers.py",
-    "web/test_site.py", "runs/play/test_two_engines.py", "benchmarks/simulation/test_camera_agreement.py",
+    "process/test_site.py", "runs/play/test_two_engines.py", "benchmarks/simulation/test_camera_agreement.py",
     "client/test_agent_names.py", "hostile/test_endings.py", "commands/test_demonstrations.py",
     "demonstrations/test_export.py", "lang/test_hindi_agreement.py", "commands/test_cli.py",
     "agents/learning/training/test_demonstrations.py", "agents/learning/training/test_imitation.py",

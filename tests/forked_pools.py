@@ -6,7 +6,7 @@ Real commands with `--jobs 2` (`dataset/generation/test_killed.py`, `commands/te
 import multiprocessing
 from types import SimpleNamespace
 
-from arramon_server import parallel
+from arramon_dataset import parallel
 from tests.forked import CONTEXT
 
 

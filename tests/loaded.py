@@ -11,14 +11,11 @@ import arramon_server.cli
 import arramon_server.process.logs
 from arramon_server.sim.physics import has_pybullet
 from arramon_server.sim.raster.camera import compile_kernels
-from tests import recorded_migrations
 
 arramon_server.cli.load(())  # the modules of every command
 if has_pybullet():
     import arramon_server.sim.bullet
 compile_kernels()
-recorded_migrations.install()
-recorded_migrations.record()
 # The forks do not look through what they share with this process, which would copy it, for what could be freed.
 gc.collect()
 gc.freeze()

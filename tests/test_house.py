@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from tests import ROOT
+from tests import ROOT, import_cycles, tiny
 
 
 def server(*names: str) -> set[str]:
@@ -19,8 +19,13 @@ def server(*names: str) -> set[str]:
     return {f"arramon_server.{name}" for name in names}
 
 
+def client(*names: str) -> set[str]:
+    """Return the full names of modules and packages of the client."""
+    return {f"arramon_client.{name}" for name in names}
+
+
 SHARED = {
-    *server("errors", "private_files", "addresses", "parallel", "image_threads", "per_split", "visible_text",
+    *server("errors", "private_files", "addresses", "image_threads", "per_split", "visible_text",
             "split_times", "closing"),
     "arramon.strict_json",
 }  # fmt: skip
@@ -28,6 +33,9 @@ SHARED = {
 last one is of the contract's package, and imports nothing."""
 
 WORLD = server("sim", "sim.assets", "sim.raster")
+
+READING = {*server("errors", "episodes"), "arramon.strict_json"}
+"""What reading and writing splits takes."""
 
 # By package (with its subpackages, unless these have a line of their own): what it may import besides itself.
 ALLOWED: dict[str, set[str]] = {
@@ -47,9 +55,7 @@ ALLOWED: dict[str, set[str]] = {
     },
     "arramon_server.board": {*SHARED, *server("runs", "episodes", "scoring")},
     "arramon_server.web": {
-        *SHARED, *WORLD,
-        *server("__version__", "board", "runs", "episodes", "scoring", "configuration", "process.metrics",
-                "process.tls"),
+        *SHARED, *WORLD, *server("__version__", "board", "runs", "episodes", "scoring", "configuration"),
     },
     "arramon_server.api": {
         *SHARED, *WORLD, *server("__version__", "board", "runs", "episodes", "scoring", "configuration"), "arramon",
@@ -59,26 +65,27 @@ ALLOWED: dict[str, set[str]] = {
         *SHARED, *WORLD, *server("__version__", "api", "board", "web", "runs", "episodes", "configuration"), "arramon",
     },
     "arramon_dataset": {
-        *SHARED, *WORLD, "arramon_lang",
-        *server("episodes", "scoring", "runs.play.session", "runs.play.worlds"),  # Agents are tried by the very rules.
-        "arramon_client",  # The follower, which is an agent, tries every instruction.
+        *READING, *WORLD, "arramon_lang",
+        *server("scoring", "runs.play.session", "runs.play.worlds"),  # Agents are tried by the very rules.
+        # The follower, which is an agent, tries every instruction.
+        *client("agent", "plugin.loader", "transport.images", "local.lifeline"),
     },
     "arramon_dataset.commands": {
-        *SHARED, *server("__version__", "commands", "configuration", "episodes", "runs", "board"),
+        *READING, *server("__version__", "commands", "configuration.config", "runs.storage.journal"),
         "arramon_dataset",
-        "arramon_lang",
+        "arramon_lang.quality",
     },
     "arramon_dataset.environments": {
-        *SHARED, *WORLD, *server("episodes", "scoring", "runs.play.session", "runs.play.worlds", "api.messages"),
-        "arramon_dataset", "arramon_lang", "arramon",
-        "arramon_client",  # It is the backend of the client's environments, in the client's own types.
+        *READING, *WORLD, *server("scoring", "runs.play.session", "runs.play.worlds", "api.messages"),
+        "arramon_dataset.generation.room_tasks", "arramon_dataset.pictures", "arramon_lang", "arramon.v1.chain",
+        # It is the backend of the client's environments, in the client's own types.
+        *client("agent", "environments.backend", "errors", "plugin.loader"),
     },
     "arramon_dataset.demonstrations": {
-        *SHARED, *WORLD,
-        *server("__version__", "episodes", "runs.play.session", "runs.play.worlds", "runs.results.reports",
-                "runs.storage"),
-        "arramon_dataset.environments",
-        "arramon_client",  # What is exported are the observations of the client's environments.
+        *READING, *WORLD,
+        *server("__version__", "runs.play.session", "runs.play.worlds", "runs.results.reports", "runs.storage"),
+        "arramon_dataset.environments", "arramon_dataset.parallel",
+        *client("agent", "environments"),  # What is exported are the observations of the client's environments.
     },
     "arramon_agents": {"arramon_client", "arramon", "arramon_lang"},
     "arramon_agents.pretrained": set(),
@@ -152,6 +159,33 @@ def test_every_server_package_has_an_import_rule() -> None:
     assert server(*packages) <= ALLOWED.keys()
 
 
+def test_the_server_imports_nothing_of_dataset_languages_and_agents() -> None:
+    """Neither its packages nor its command line, nor modules such as `backup`: other packages register commands."""
+    found = list((ROOT / "server").rglob("*.py"))
+    assert found
+    for path in found:
+        for name in imports(path):
+            top = name.split(".")[0]
+            assert top not in {"arramon_dataset", "arramon_lang", "arramon_agents"}, f"{path} imports {name}"
+
+
+def test_serve_starts_where_no_other_package_is_installed(tmp_path: Path) -> None:
+    tiny.write(tmp_path)
+    code = (
+        "import sys; sys.modules.update(dict.fromkeys(['arramon_dataset', 'arramon_lang', 'arramon_agents'])); "
+        "from arramon_server.__main__ import main; sys.exit(main(sys.argv[1:]))"
+    )
+    command = [sys.executable, "-c", code, "serve", "--data", str(tmp_path), "--listen", "127.0.0.1:0"]
+    command += ["--web", "127.0.0.1:0"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=tmp_path) as process:
+        assert process.stdout is not None
+        said = next((line for line in process.stdout if line.startswith("listening on ")), "")
+        process.terminate()
+        _, errors = process.communicate()
+    assert said, errors
+    assert process.returncode == 0, errors
+
+
 def test_serve_imports_no_dataset_language_or_agent_code() -> None:
     """Neither when it is started, with all of its pages, nor when it plays."""
     code = (
@@ -211,6 +245,43 @@ def test_agents_at_play_import_nothing_of_the_server() -> None:
     assert done.stdout.strip() == "[]"
 
 
+CYCLES_OF_MODULES = (
+    {"arramon_agents.learning.pretrained.bert", "arramon_agents.learning.pretrained.encoders",
+     "arramon_agents.learning.pretrained.folder"},
+    {"arramon_agents.learning.pretrained.vision", "arramon_agents.learning.vision.encoder"},
+)  # fmt: skip
+"""Modules that import each other, today. A set may get smaller or go; there may be no other."""
+
+CYCLES_OF_PACKAGES = (
+    {f"arramon_dataset.{name}" for name in ("alignment", "generation", "instructions", "paraphrases")},
+    {f"arramon_agents.{name}" for name in ("learning", "seeing_follower", "vl_grounded", "vl_map")},
+)
+"""Packages, of the top two levels, that import each other, today, as above."""
+
+
+@pytest.mark.parametrize(
+    ("known", "in_packages"), [(CYCLES_OF_MODULES, False), (CYCLES_OF_PACKAGES, True)], ids=["modules", "packages"]
+)
+def test_there_are_no_other_import_cycles(known: tuple[set[str], ...], in_packages: bool) -> None:
+    cycles = [*import_cycles.cycles(import_cycles.graph(FOLDERS, in_packages=in_packages))]
+    for cycle in cycles:
+        assert any(cycle <= each for each in known), f"a new import cycle: {', '.join(sorted(cycle))}"
+    for each in known:
+        assert each in cycles, f"this cycle is gone or has become smaller, shorten the list: {', '.join(sorted(each))}"
+
+
+@pytest.mark.parametrize(
+    ("imported", "expected"),
+    [
+        ({"a": "bc", "b": "d", "c": "d", "d": ""}, []),
+        ({"a": "b", "b": "c", "c": "a", "d": "a"}, [set("abc")]),
+        ({"a": "b", "b": "a", "c": "d", "d": "ce", "e": "a"}, [set("ab"), set("cd")]),
+    ],
+)
+def test_cycles_of_a_graph(imported: dict[str, str], expected: list[set[str]]) -> None:
+    assert [*import_cycles.cycles({name: set(others) for name, others in imported.items()})] == expected
+
+
 TRACE = re.compile(r"^(\S+\.py): (\S+)", re.MULTILINE)
 
 
@@ -230,7 +301,8 @@ def test_traces_in_contributing_name_existing_functions() -> None:
 
 def test_paths_in_contributing_exist() -> None:
     for path in re.findall(
-        r"`((?:server|dataset|clients|agents|lang|proto|tests)/[\w/.-]*)`", (ROOT / "CONTRIBUTING.md").read_text()
+        r"`((?:server|dataset|clients|agents|lang|proto|tests|benchmarks)/[\w/.-]*)`",
+        (ROOT / "CONTRIBUTING.md").read_text(),
     ):
         assert "LANGUAGE" in path or "lang/xx" in path or (ROOT / path).exists(), path
 

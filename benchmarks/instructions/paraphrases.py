@@ -4,7 +4,7 @@
                                                   [--batches]
 
 Whether the reader finds the target's name and the cell is known for all texts; whether it recovers the whole meaning is
-measured where a person has written it down (`dataset/paraphrases/agreement.py`). With --play the follower also
+measured where a person has written it down (`benchmarks/instructions/agreement.py`). With --play the follower also
 plays N episodes, with the paraphrases and with the texts that the grammar wrote for the same episodes. Look at texts of
 the development half only; the test half is for figures. With --batches the texts of the development half are read whose
 meanings were written down later, batch by batch.
@@ -19,11 +19,9 @@ from arramon_agents.follower import Agent as Follower
 from arramon_dataset.generation.site import Site
 from arramon_dataset.instruction_writer import room_camera
 from arramon_dataset.instructions.assembly.sight import whole_room
-from arramon_dataset.paraphrases.agreement import assembly_agrees, navigation_agrees
 from arramon_dataset.paraphrases.collection import (
     HALVES,
     Paraphrase,
-    development_meanings,
     generated_episodes,
     paraphrased_episodes,
     paraphrased_section,
@@ -34,7 +32,12 @@ from arramon_dataset.trial import TrialWorld, play
 from arramon_lang.meaning import Assembly, Meaning, Navigation
 from arramon_lang.room import find_cell
 from arramon_server.episodes.episode import Episode
+<<<<<<< HEAD
 from benchmarks.common import parser_of
+=======
+from benchmarks.instructions.agreement import assembly_agrees, navigation_agrees
+from benchmarks.instructions.meanings import development_meanings
+>>>>>>> studies
 
 PHASES = ("navigation", "assembly")
 

@@ -27,13 +27,19 @@ from arramon_dataset.trial import TrialWorld, play
 from arramon_dataset.world_check import missing
 from arramon_server.episodes.episode import Episode, Instructions
 from arramon_server.episodes.splits import Split, folder_of, read_split
+from arramon_server.sim.cameras import Actor, Camera, Frame, Viewpoint
 from arramon_server.sim.city import city_scene, refurnished
 from arramon_server.sim.own_furniture import NO_FURNITURE, furnished
-from arramon_server.sim.physics import physics_of
+from arramon_server.sim.physics import VariedGround, physics_of
 from arramon_server.sim.raster.camera import RasterCamera
+from arramon_server.sim.scene import Scene
 from arramon_server.sim.section import Section
+<<<<<<< HEAD
 from arramon_server.sim.variations import Difference, VariedCamera, VariedGround
 from benchmarks.common import add_json, aligned, mean_and_error, parser_of, whole, write_json
+=======
+from arramon_server.sim.variations import Difference
+>>>>>>> studies
 
 METRICS = ("nDTW", "CTC-3", "PTC")
 ALL, SOME, NONE = "all there", "some missing", "none named"
@@ -49,6 +55,37 @@ class Played:
     text: str
     there: str
     scores: Mapping[str, float]
+
+
+class VariedCamera:
+    """A camera (`cameras.Camera`) of a variation of a scene.
+
+    Args:
+        camera: of the scene.
+        variation: that it draws.
+    """
+
+    def __init__(self, camera: Camera, variation: Scene) -> None:
+        self._camera, self._variation = camera, variation
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Labels of a segmentation, by number."""
+        return self._camera.labels
+
+    def render(
+        self,
+        viewpoint: Viewpoint,
+        actors: Sequence[Actor],
+        size: int,
+        *,
+        segmentation: bool = False,
+        into: Frame | None = None,
+        variation: Scene | None = None,
+    ) -> Frame:
+        """Draw a frame, as the camera does."""
+        shown = self._variation if variation is None else variation
+        return self._camera.render(viewpoint, actors, size, segmentation=segmentation, into=into, variation=shown)
 
 
 class City:

@@ -1,15 +1,12 @@
-"""Word alignment model between instructions and route tokens, trained by expectation maximisation.
+"""Word alignment model between instructions and route tokens.
 
 Each word of a text comes from one of the route's tokens, preferably one at the same relative position, or from none:
-the model of Dyer, Chahuneau and Smith, "A Simple, Fast, and Effective
-Reparameterization of IBM Model 2" (2013). It knows no grammar, no phrase and no list of nouns.
+the model of Dyer, Chahuneau and Smith, "A Simple, Fast, and Effective Reparameterization of IBM Model 2" (2013). It
+knows no grammar, no phrase and no list of nouns. `benchmarks/instructions/alignment_training.py` trains it.
 """
 
-import gzip
-import json
 import re
-from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -25,18 +22,16 @@ from arramon_server.errors import BadFile
 
 DATA = Path(__file__).parent / "data"
 
-ITERATIONS, SMOOTHING, FROM_NONE, TENSION = 8, 0.02, 0.15, 5.0
-"""Iterations of training; smoothing added to each expected count; prior probability of no token; preference for tokens
-at the same relative position: a factor of e for each 1 / TENSION of the whole way."""
+FROM_NONE, TENSION = 0.15, 5.0
+"""Prior probability of no token; preference for tokens at the same relative position: a factor of e for each
+1 / TENSION of the whole way."""
 
 OTHERS, MOST_BETTER, MIRRORED_BETTER = 20, 5, 0.06
 """Number of comparison routes; how many of them a text may fit better than its own; how much better, in nats a word, it
 may fit the mirrored route."""
 
-MIN_COUNT = 2
-"""Least number of occurrences of a word in training; rarer words are ignored."""
-
 DIGITS = 5
+"""Decimal digits of a model's probabilities in its file."""
 
 _WORD = re.compile(r"[a-z]+|[\u0900-\u0963\u0966-\u097f]+")
 
@@ -69,7 +64,7 @@ class Alignment:
         known, rows = self._indices(text, route)
         if not known:
             return 0.0
-        return float(np.log(_parts(self.table, known, rows).sum(axis=1)).mean())
+        return float(np.log(posteriors(self.table, known, rows).sum(axis=1)).mean())
 
     def margin(self, text: str, route: Tokens) -> float:
         """Return how much better a text fits a route than the mirrored route, in nats a word."""
@@ -85,28 +80,7 @@ class Alignment:
         return known, [self.tokens[token] for token in route if token in self.tokens]
 
 
-def learn(pairs: Iterable[tuple[str, Tokens]], others: int) -> Alignment:
-    """Train a model on texts with their routes; `others` of the routes are kept for comparison."""
-    listed = [(words_of(text), route) for text, route in pairs]
-    counts = Counter(word for words, _ in listed for word in words)
-    words = {word: n for n, word in enumerate(sorted(word for word in counts if counts[word] >= MIN_COUNT))}
-    tokens = {token: n for n, token in enumerate(sorted({token for _, route in listed for token in route}), start=1)}
-    table = np.full((len(tokens) + 1, len(words)), 1.0 / len(words))
-    indexed = [
-        ([words[word] for word in said if word in words], [tokens[token] for token in route]) for said, route in listed
-    ]
-    for _ in range(ITERATIONS):
-        expected = np.full_like(table, SMOOTHING)
-        for known, rows in indexed:
-            parts = _parts(table, known, rows)
-            parts /= parts.sum(axis=1, keepdims=True)
-            np.add.at(expected, (np.array([0, *rows])[None, :], np.array(known)[:, None]), parts)
-        table = expected / expected.sum(axis=1, keepdims=True)
-    step = max(1, len(listed) // others)
-    return Alignment(words, tokens, table, tuple(route for _, route in listed[::step])[:others])
-
-
-def _parts(table: Floats, words: Sequence[int], rows: Sequence[int]) -> Floats:
+def posteriors(table: Floats, words: Sequence[int], rows: Sequence[int]) -> Floats:
     """Return the posterior probabilities of no token and of each token for each word, of shape (words, 1 + tokens)."""
     at = (np.arange(len(words)) + 0.5) / max(len(words), 1)
     along = (np.arange(len(rows)) + 0.5) / max(len(rows), 1)
@@ -116,15 +90,8 @@ def _parts(table: Floats, words: Sequence[int], rows: Sequence[int]) -> Floats:
     return weights * table[[0, *rows]][:, list(words)].T
 
 
-def save(model: Alignment, path: Path) -> None:
-    """Write a model, the same bytes for the same model."""
-    rows = [{str(n): round(float(p), DIGITS) for n, p in enumerate(row) if p >= 10.0**-DIGITS} for row in model.table]
-    document = {"words": list(model.words), "tokens": list(model.tokens), "table": rows, "others": model.others}
-    path.write_bytes(gzip.compress(json.dumps(document, ensure_ascii=False).encode(), mtime=0))
-
-
 def read(path: Path) -> Alignment:
-    """Return the model that `save` wrote.
+    """Return the model in a file.
 
     Raises:
         BadFile: if the file is missing or broken.

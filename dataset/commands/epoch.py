@@ -1,14 +1,13 @@
-"""The command `epoch`: epochs of hidden splits, opened, closed, revealed, listed and verified."""
+"""The actions of the command `epoch` that generate: `open` and `verify`."""
 
 import argparse
-import json
 import sys
 from pathlib import Path
 from typing import Any
 
 from arramon_server import __version__
 from arramon_server.commands import Commands
-from arramon_server.commands.journal import open_journal
+from arramon_server.commands.epoch import next_number, open_epoch
 from arramon_server.commands.wording import describe
 from arramon_server.configuration.config import Config
 from arramon_server.episodes.epochs import (
@@ -18,20 +17,15 @@ from arramon_server.episodes.epochs import (
     check_secret,
     commitment_of,
     digest_of,
-    epoch_of,
     read_statement,
 )
 from arramon_server.episodes.files import read_object
 from arramon_server.episodes.splits import Split, folder_of
-from arramon_server.errors import BadFile, BadInput, Conflict
-from arramon_server.runs.storage.epochs import Epochs
+from arramon_server.errors import BadFile, BadInput
 
 
-def add(commands: Commands, common: argparse.ArgumentParser) -> None:
-    """Add the command."""
-    epoch = commands.add_parser("epoch", help="open, close, reveal, list or verify epochs of a hidden split")
-    actions = epoch.add_subparsers(title="actions", required=True, metavar="ACTION")
-
+def add_actions(actions: Commands, common: argparse.ArgumentParser) -> None:
+    """Add both actions."""
     open_ = actions.add_parser(
         "open",
         parents=[common],
@@ -42,19 +36,6 @@ def add(commands: Commands, common: argparse.ArgumentParser) -> None:
     open_.add_argument("--jobs", type=int, default=0, help="number of processes (default: one for each core)")
     open_.add_argument("--no-trial", action="store_true", help="keep episodes that no agent has tried: quicker")
     open_.set_defaults(command=_open)
-
-    close = actions.add_parser("close", parents=[common], help="accept no new runs; possible while servers are running")
-    close.add_argument("split", metavar="EPOCH", help="the epoch's split, such as test_unseen_e1")
-    close.set_defaults(command=_close)
-
-    reveal = actions.add_parser("reveal", parents=[common], help="publish the secret of a closed epoch")
-    reveal.add_argument("split", metavar="EPOCH", help="the epoch's split, such as test_unseen_e1")
-    reveal.add_argument("--forfeit", action="store_true", help="end runs that are still being played: they forfeit")
-    reveal.set_defaults(command=_reveal)
-
-    list_ = actions.add_parser("list", parents=[common], help="list all epochs, the latest first")
-    list_.add_argument("--json", action="store_true", help="print them as the file that `epoch verify` reads")
-    list_.set_defaults(command=_list)
 
     verify = actions.add_parser(
         "verify",
@@ -77,10 +58,7 @@ def _open(arguments: argparse.Namespace) -> None:
 
     config: Config = arguments.settings
     epoch_plan(arguments.base, 1).count(arguments.scale)  # Both are checked before anything is made.
-    with open_journal(config, new=True) as database:
-        known = [found for record in Epochs(database).all() if (found := epoch_of(record.split))]
-    number = 1 + max((number for base, number in known if base == arguments.base), default=0)
-    plan = epoch_plan(arguments.base, number)
+    plan = epoch_plan(arguments.base, next_number(config, arguments.base))
     secret = epoch_secret(config.data, plan.name)
     split = _generate(
         config.data, plan.name, secret, scale=arguments.scale, jobs=arguments.jobs, tried=not arguments.no_trial
@@ -97,75 +75,10 @@ def _open(arguments: argparse.Namespace) -> None:
         data_hash=split.data_hash,
         secret_sha256=digest_of(secret),
     )
-    with open_journal(config) as database:
-        record = Epochs(database).open(plan.name, statement.written())
+    commitment = open_epoch(config, statement)
     print(describe(split))
-    print(f"open: {plan.name}, commitment {record.commitment.hex()}")
+    print(f"open: {plan.name}, commitment {commitment.hex()}")
     print("restart the servers to serve it", file=sys.stderr)
-
-
-def _close(arguments: argparse.Namespace) -> None:
-    with open_journal(arguments.settings) as database:
-        running = Epochs(database).close(arguments.split)
-    print(f"closed: {arguments.split}; no new runs begin on it")
-    if running:
-        print(f"{len(running)} runs are still being played, and may be played to their end:", file=sys.stderr)
-        print(*running, sep="\n", file=sys.stderr)
-
-
-def _reveal(arguments: argparse.Namespace) -> None:
-    from arramon_server.episodes.secret import epoch_secret, secret_path
-
-    config: Config = arguments.settings
-    with open_journal(config) as database:
-        epochs = Epochs(database)
-        record = epochs.of(arguments.split)
-        path = secret_path(config.data, arguments.split)
-        if not path.exists():
-            raise BadFile(path, "is missing: expected the epoch's secret; restore it from a backup")
-        secret = epoch_secret(config.data, arguments.split)
-        statement = read_statement(record.statement, f"statement of {record.split}")
-        if digest_of(secret) != statement.secret_sha256:
-            raise BadFile(path, "is not the secret that the host committed to when it opened the epoch")
-        if arguments.forfeit and record.closed_at is not None:
-            _forfeit(config, epochs, arguments.split)
-        epochs.reveal(arguments.split, secret)
-    print(f"revealed: {arguments.split}, secret {secret}")
-    print(f"anyone can generate it: {statement.command} {secret}")
-
-
-def _forfeit(config: Config, epochs: Epochs, split: str) -> None:
-    from arramon_server.runs.cancellation import (
-        Canceller,  # imported only here: the simulator takes half a second to load
-    )
-
-    with open_journal(config) as database:
-        canceller = Canceller(database, config.data)
-        for run_id in epochs.running(split):
-            try:
-                run = canceller.cancel(run_id)
-            except Conflict:  # It has ended meanwhile.
-                continue
-            print(f"{run.state.lower()}: {run.run_id}, {run.agent} by {run.participant}", file=sys.stderr)
-
-
-def _list(arguments: argparse.Namespace) -> None:
-    from arramon_server.board.epochs import as_file, epoch_with_statement
-
-    with open_journal(arguments.settings, read_only=True) as database:
-        epochs = [epoch_with_statement(record) for record in Epochs(database).all()]
-    if arguments.json:
-        print(json.dumps(as_file(epochs), indent=2, ensure_ascii=False))
-        return
-    rows: list[tuple[str, ...]] = [("epoch", "state", "episodes", "opened", "closed", "revealed", "commitment")]
-    for epoch in epochs:
-        record = epoch.record
-        times = (record.opened_at, record.closed_at, record.revealed_at)
-        told = [f"{time:%Y-%m-%dT%H:%MZ}" if time is not None else "-" for time in times]
-        rows.append((record.split, record.state, str(epoch.statement.episodes), *told, record.commitment.hex()))
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    for row in rows:
-        print("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip())
 
 
 def _verify(arguments: argparse.Namespace) -> int:

@@ -10,14 +10,9 @@ from arramon_server.errors import StorageError
 
 def add(commands: Commands, common: argparse.ArgumentParser) -> None:
     """Add both commands."""
-    sheets = commands.add_parser(
-        "sheets", parents=[common], help="draw what writers of instructions, or their readers, need of episodes"
-    )
+    sheets = commands.add_parser("sheets", parents=[common], help="draw what writers of instructions need of episodes")
     sheets.add_argument("episodes", nargs="*", metavar="EPISODE", help="ids (default: all of the split)")
     sheets.add_argument("--split", required=True, help="split of the episodes")
-    sheets.add_argument(
-        "--reader", action="store_true", help="without the way and the goal: for those who say where a text leads"
-    )
     sheets.add_argument("--output", type=Path, default=Path("sheets"), help="folder (default: %(default)s)")
     sheets.set_defaults(command=_sheets)
 
@@ -33,9 +28,7 @@ def _sheets(arguments: argparse.Namespace) -> None:
     from arramon_dataset.paraphrases.sheet import sheets_of_split
 
     try:
-        for path in sheets_of_split(
-            arguments.data, arguments.split, arguments.episodes, arguments.output, reader=arguments.reader
-        ):
+        for path in sheets_of_split(arguments.data, arguments.split, arguments.episodes, arguments.output):
             print(path)
     except OSError as error:
         raise StorageError(f"cannot write {error.filename}: {error.strerror}") from error

@@ -16,9 +16,9 @@ from arramon_dataset.demonstrations.parts import Part, episodes_by_language, mak
 from arramon_dataset.demonstrations.processes import run_all
 from arramon_dataset.demonstrations.request import Export, Request, check_request
 from arramon_dataset.demonstrations.sources import Sources
+from arramon_dataset.parallel import processes_of
 from arramon_server.episodes.splits import Split, folder_of, folders_of, no_splits, read_split
 from arramon_server.errors import BadInput, Conflict, NotFound, StorageError
-from arramon_server.parallel import processes_of
 from arramon_server.sim.cameras import CAMERAS
 from arramon_server.sim.physics import problem_of_camera
 from arramon_server.sim.raster.camera import compile_kernels

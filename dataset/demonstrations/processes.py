@@ -4,8 +4,8 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import as_completed
 from typing import TypeVar
 
+from arramon_dataset.parallel import process_pool
 from arramon_server.errors import ArraMonError
-from arramon_server.parallel import process_pool
 
 _Job = TypeVar("_Job")
 _Result = TypeVar("_Result")

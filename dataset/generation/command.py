@@ -9,12 +9,12 @@ from arramon_dataset.generation.room_tasks import ROOM_SECTION, room_batches, ro
 from arramon_dataset.generation.sizes import EXTRA, SplitPlan
 from arramon_dataset.generation.split_maker import Progress, SplitOrder, make_split
 from arramon_dataset.generation.work import EpisodeBatch, MakeWriter, batch_runner, make_batches
+from arramon_dataset.parallel import processes_of
 from arramon_dataset.plans import Plan, build_section, read_plan
 from arramon_server.episodes.epochs import epoch_of
 from arramon_server.episodes.secret import host_secret
 from arramon_server.episodes.splits import ROOMS, Split
 from arramon_server.errors import BadInput
-from arramon_server.parallel import processes_of
 from arramon_server.sim.section import Section
 
 NO_TRIAL = "not tried by the follower"

@@ -8,10 +8,10 @@ from typing import Protocol
 
 from arramon_dataset.generation.check import problems
 from arramon_dataset.generation.site import Site, Writer
+from arramon_dataset.parallel import process_pool
 from arramon_dataset.plans.plan import Plan
 from arramon_server.episodes.episode import Episode
 from arramon_server.errors import ArraMonError
-from arramon_server.parallel import process_pool
 from arramon_server.sim.section import Section
 
 ATTEMPTS = 100

@@ -1,1 +1,1 @@
-"""Instructions written freely by writers who see an episode but not the grammar: their sheets, texts and checks."""
+"""Instructions written freely by writers who see an episode but not the grammar: their sheets and texts."""

@@ -4,7 +4,6 @@ Its episodes are kept in the package, as the generator may change: the texts are
 were written and checked is said in `data/README.md`.
 """
 
-import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
@@ -64,23 +63,6 @@ class Paraphrase:
         return self.episode, self.turn, self.language
 
 
-@dataclass(frozen=True, slots=True)
-class Written:
-    """A meaning of a text of the development half that was written down later, from the text alone.
-
-    Attributes:
-        text: what was read.
-        batch: from 1; its texts were drawn at random, and their meanings written before the reader read them.
-        doubtful: phases of whose text two careful readers would say different things.
-        meaning: as `Paraphrase.meaning`, but without "room" where the navigation alone was written down.
-    """
-
-    text: Paraphrase
-    batch: int
-    doubtful: tuple[str, ...]
-    meaning: Mapping[str, Any]
-
-
 _PARAPHRASE = TypeAdapter(Paraphrase)
 
 
@@ -89,25 +71,6 @@ def paraphrases() -> tuple[Paraphrase, ...]:
     """Return all texts, by episode, turn and language."""
     lines = (DATA / "texts.jsonl").read_text(encoding="utf-8").splitlines()
     return tuple(_PARAPHRASE.validate_json(line) for line in lines)
-
-
-def second_meanings() -> dict[tuple[str, int, str], Mapping[str, Any]]:
-    """Return the meanings that another reader wrote down for some texts, by the texts' keys."""
-    lines = (DATA / "second_meanings.jsonl").read_text(encoding="utf-8").splitlines()
-    read = map(json.loads, lines)
-    return {(each["episode"], each["turn"], each["language"]): each["meaning"] for each in read}
-
-
-def development_meanings(language: str) -> tuple[Written, ...]:
-    """Return the meanings of further texts of the development half in one language, by batch."""
-    texts = {text.key: text for text in paraphrases()}
-    path = DATA / f"development_meanings_{language}.jsonl"
-    lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
-    read = map(json.loads, lines)
-    return tuple(
-        Written(texts[each["episode"], each["turn"], language], each["batch"], (*each["doubtful"],), each["meaning"])
-        for each in read
-    )
 
 
 def paraphrased_episodes() -> list[Episode]:

@@ -1,11 +1,7 @@
-"""Sheets for writers and readers of paraphrases: a picture and a page of facts for each turn of an episode.
+"""Sheets for writers of instructions: a picture with the way and the goal, and a page of facts, for each turn."""
 
-A writer sees the way and the goal. A reader sees the same streets and room without them, and every object by number.
-"""
-
-import hashlib
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from PIL import Image
@@ -25,7 +21,7 @@ from arramon_server.sim.cameras import Viewpoint
 from arramon_server.sim.geometry import Pose
 from arramon_server.sim.own_furniture import furnished
 from arramon_server.sim.rules import Collectible
-from arramon_server.sim.section import Prop, Section
+from arramon_server.sim.section import Section
 from arramon_server.sim.view import street_actor
 
 SIZE, FRAMES, MAP = 224, 9, 800
@@ -41,46 +37,29 @@ SLIGHT = 15.0
 def writer_sheet(episode: Episode, number: int, site: Site) -> tuple[Image.Image, str]:
     """Return the picture and the page of facts from which a writer describes turn 1 or 2 of an episode."""
     facts, turn = route_facts(episode, number, site), episode.turns[number - 1]
-    chart = _map(site.section, turn)
+    chart = street_map(site.section, turn)
     for mark in facts.marks:
         if mark.label.kind not in ("intersection", "corner", "junction") and not mark.identity.startswith("collect"):
             chart.label(mark.x + 0.2, mark.z, name_of(mark), size=11, colour=PROPS)
     chart.line(turn.path, PINK)
-    _arrow(chart, facts.poses[0])
+    draw_arrow(chart, facts.poses[0])
     chart.dot(turn.target.position.x, turn.target.position.z, 10, None, BLACK, width=3)
     for item in turn.street:
-        _object(chart, item, f"TARGET: {item.type}" if item == turn.target else str(item.type))
+        draw_object(chart, item, f"TARGET: {item.type}" if item == turn.target else str(item.type))
     title = f"episode {episode.episode_id}, turn {number}: way pink, starts at the arrow, ends at the ringed target"
-    picture = _beside(add_title(chart.image, [title]), _frames(facts, turn, site))
+    shown = {f"step {n}": facts.poses[n] for n in _moments(facts.legs, len(facts.poses))}
+    picture = beside(add_title(chart.image, [title]), frames(shown, turn, site))
     lines = [f"== episode {episode.episode_id}, turn {number}", *_route_lines(facts, turn)]
     return picture, "\n".join([*lines, *room_facts(episode, number, with_goal=True)]) + "\n"
 
 
-def reader_sheet(episode: Episode, number: int, site: Site) -> tuple[Image.Image, str]:
-    """Return the picture and the page of facts from which a reader finds where a text leads, without way and goal."""
-    facts, turn = route_facts(episode, number, site), episode.turns[number - 1]
-    chart = _map(site.section, turn)
-    for prop in site.section.props:  # All of them: those that are seen from the way would tell it.
-        chart.label(prop.x + 0.2, prop.z, name_of_prop(prop), size=10, colour=PROPS)
-    _arrow(chart, facts.poses[0])
-    lines = [f"== episode {episode.episode_id}, turn {number}", "objects in the street:"]
-    for place, item in enumerate(numbered_objects(episode, number), start=1):
-        _object(chart, item, f"#{place} {item.type}")
-        lines.append(f"  #{place}: {item.type}")
-    title = f"episode {episode.episode_id}, turn {number}: start at the arrow"
-    frames = _frames(facts, turn, site, only_start=True)
-    picture = _beside(add_title(chart.image, [title]), frames)
-    return picture, "\n".join([*lines, *room_facts(episode, number, with_goal=False)]) + "\n"
+Sheet = Callable[[Episode, int, Site], tuple[Image.Image, str]]
+"""Draws the picture and writes the page of a turn: 1 or 2."""
 
 
-def numbered_objects(episode: Episode, number: int) -> list[Collectible]:
-    """Return a turn's objects in the street in an order that does not tell the target."""
-    street = episode.turns[number - 1].street
-    keys = {item: f"{episode.episode_id}/{number}/{item.type}/{item.position}" for item in street}
-    return sorted(street, key=lambda item: hashlib.sha256(keys[item].encode()).digest())
-
-
-def sheets_of_split(data: Path, split: str, ids: Sequence[str], output: Path, *, reader: bool) -> Iterator[Path]:
+def sheets_of_split(
+    data: Path, split: str, ids: Sequence[str], output: Path, sheet: Sheet = writer_sheet
+) -> Iterator[Path]:
     """Write the sheets of a split's episodes, and yield the paths: two pictures and a page for each episode.
 
     Args:
@@ -88,7 +67,7 @@ def sheets_of_split(data: Path, split: str, ids: Sequence[str], output: Path, *,
         split: its name. Buildings, junctions and corners are named where its sections come from the project's plans.
         ids: of episodes; none for all.
         output: folder for the files, created if missing.
-        reader: draw what a reader may see instead of what a writer needs.
+        sheet: makes the sheet of a turn; by default that of a writer.
 
     Raises:
         NotFound: if the split or an episode does not exist.
@@ -108,7 +87,7 @@ def sheets_of_split(data: Path, split: str, ids: Sequence[str], output: Path, *,
         for name, section in chosen[split].sections.items()
     }
     for episode in ids or episodes:
-        yield from _write(episodes[episode], _site(episodes[episode], sites), output, reader=reader)
+        yield from _write(episodes[episode], _site(episodes[episode], sites), output, sheet)
 
 
 def _site(episode: Episode, sites: Mapping[str, Site]) -> Site:
@@ -117,10 +96,10 @@ def _site(episode: Episode, sites: Mapping[str, Site]) -> Site:
     return site if episode.furniture.is_empty else Site(furnished(site.section, episode.furniture), site.plan)
 
 
-def _write(episode: Episode, site: Site, output: Path, *, reader: bool) -> Iterator[Path]:
+def _write(episode: Episode, site: Site, output: Path, sheet: Sheet) -> Iterator[Path]:
     pages = []
     for number in (1, 2):
-        picture, page = (reader_sheet if reader else writer_sheet)(episode, number, site)
+        picture, page = sheet(episode, number, site)
         path = output / f"{episode.episode_id}-{number}.png"
         picture.save(path)
         yield path
@@ -151,7 +130,8 @@ def _turning(degrees: float) -> str:
     return f"{abs(degrees):.0f} degrees to the {'right' if degrees > 0 else 'left'}"
 
 
-def _map(section: Section, turn: Turn) -> Canvas:
+def street_map(section: Section, turn: Turn) -> Canvas:
+    """Return a map of the streets around a turn's path and objects, without these."""
     places = [*turn.path, *((item.position.x, item.position.z) for item in turn.street)]
     xs, zs = [x for x, _ in places], [z for _, z in places]
     bounds = (min(xs) - MARGIN, min(zs) - MARGIN, max(xs) + MARGIN, max(zs) + MARGIN)
@@ -167,17 +147,14 @@ def _map(section: Section, turn: Turn) -> Canvas:
     return canvas
 
 
-def name_of_prop(prop: Prop) -> str:
-    """Return a plain English name of a piece of street furniture."""
-    return " ".join(filter(None, (prop.shape, prop.colour, prop.kind.replace("_", " "))))
-
-
-def _object(canvas: Canvas, item: Collectible, name: str) -> None:
+def draw_object(canvas: Canvas, item: Collectible, name: str) -> None:
+    """Draw an object on a map, with a name beside it."""
     canvas.dot(item.position.x, item.position.z, 6, SWATCHES[item.type.colour])
     canvas.label(item.position.x + 0.5, item.position.z, name, size=13)
 
 
-def _arrow(canvas: Canvas, pose: Pose) -> None:
+def draw_arrow(canvas: Canvas, pose: Pose) -> None:
+    """Draw a pose on a map: where the agent starts, and which way it faces."""
     tip = pose.ahead(2.0)
     canvas.line([(pose.x, pose.z), (tip.x, tip.z)], BLACK, 4)
     for side in (-150.0, 150.0):
@@ -186,16 +163,12 @@ def _arrow(canvas: Canvas, pose: Pose) -> None:
     canvas.dot(pose.x, pose.z, 7, BLACK)
 
 
-def _frames(facts: RouteFacts, turn: Turn, site: Site, *, only_start: bool = False) -> list[tuple[str, Image.Image]]:
-    poses = facts.poses
-    if only_start:
-        chosen = [("start", poses[0]), *((f"{60 * n} degrees right", poses[0].turned(60.0 * n)) for n in range(1, 6))]
-    else:
-        chosen = [(f"step {n}", poses[n]) for n in _moments(facts.legs, len(poses))]
+def frames(poses: Mapping[str, Pose], turn: Turn, site: Site) -> list[tuple[str, Image.Image]]:
+    """Return what the agent sees from poses in a turn's streets, by the poses' names."""
     actors = [street_actor(item) for item in turn.street]
     return [
         (name, Image.fromarray(site.camera.render(Viewpoint(p.x, p.z, p.heading), actors, SIZE).rgb))
-        for name, p in chosen
+        for name, p in poses.items()
     ]
 
 
@@ -209,8 +182,9 @@ def _moments(legs: Sequence[Leg], count: int) -> list[int]:
     return sorted(moments)[:FRAMES]
 
 
-def _beside(chart: Image.Image, frames: Sequence[tuple[str, Image.Image]]) -> Image.Image:
-    titled = [add_title(frame, [name], size=11) for name, frame in frames]
+def beside(chart: Image.Image, views: Sequence[tuple[str, Image.Image]]) -> Image.Image:
+    """Return a map with named views to its right, in three columns."""
+    titled = [add_title(view, [name], size=11) for name, view in views]
     width, height = SIZE + 6, titled[0].height + 4
     columns = 3
     rows = math.ceil(len(titled) / columns)

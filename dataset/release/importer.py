@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 import arramon_lang as lang
+from arramon_dataset.parallel import process_pool, processes_of
 from arramon_dataset.release.extras import Points, Reference, arrange_decoys, draw_distracters, read_references
 from arramon_dataset.release.files import read_release
 from arramon_dataset.release.landmarks.city import rebuild
@@ -18,7 +19,6 @@ from arramon_server.episodes.episode import Episode, with_languages
 from arramon_server.episodes.provenance import Provenance, origins_of
 from arramon_server.episodes.splits import Split, folder_of, read_split, write_split
 from arramon_server.errors import BadFile, BadInput
-from arramon_server.parallel import process_pool, processes_of
 from arramon_server.sim.own_furniture import OwnFurniture
 from arramon_server.sim.room import Placement
 from arramon_server.sim.rules import Collectible, PlacedObject, moved

@@ -130,9 +130,9 @@ def wire(config: Config, splits: Mapping[str, Split], database: Database) -> Par
         if not config.http:
             return nullcontext({})
         # Imported only here: they take half a second to load, which an embedded server without pages is spared.
+        from arramon_server.process.site import Site
         from arramon_server.web.host import Host
         from arramon_server.web.pages import Pages
-        from arramon_server.web.site import Site
 
         pages = Pages(board, journal, receipts, splits, epochs, Host.of(config))
         return Site(config, lambda: readiness.problem, metrics.text, pages).open()

@@ -5,8 +5,8 @@ has found: the attacker controls all other episodes of its own runs. So each mea
 grid of `step_of` by a threshold of its own: up with the probability of its place between the two grid points, but for
 certain near 0 and 1 (`upward_chance`). What is shown is less than a step from the exact mean, is right on average
 between the first and the last step where the order of metrics (see `_consistent`) does not lower it, and shows 0 as 0
-and 1 as 1. `disclosure.figure_bits` is what one figure tells of an episode at most,
-whatever else is known, and several figures tell at most the sum.
+and 1 as 1. SECURITY.md says what one figure tells of an episode at most, whatever else is
+known (`tests/scoring/figure_bits.py` computes it); several figures tell at most the sum.
 
 Thresholds follow from the split's ground truth, which nobody outside knows, and from the digest of the play: the
 actions and causes of all episodes (`runs.storage.plays`). So the same play shows the same figures, whoever plays

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Protocol
 from arramon_server.sim.cameras import CAMERAS
 from arramon_server.sim.footprints import Footprints, Place
 from arramon_server.sim.scene import Body, Scene
+from arramon_server.sim.variations import Difference
 
 if TYPE_CHECKING:
     from arramon_server.sim.bullet import World
@@ -79,3 +80,21 @@ def problem_of_camera(name: str) -> str:
     if name == WITH_PYBULLET and not has_pybullet():
         return f"which needs pybullet, and that is not installed: {INSTALL_PYBULLET}. Expected {CAMERAS[0]} without it"
     return ""
+
+
+class VariedGround:
+    """Collision checks (`rules.Ground`) in a variation of a scene.
+
+    Args:
+        physics: of the scene.
+        difference: between the scene and the variation.
+    """
+
+    def __init__(self, physics: Physics, difference: Difference) -> None:
+        self._physics = physics
+        self._absent = difference.absent
+        self._solid = tuple(body for body in difference.further if body.collider is not None)
+
+    def way_is_free(self, start: tuple[float, float], end: tuple[float, float]) -> bool:
+        """Return whether the agent can move straight from one (X, Y) to another."""
+        return self._physics.way_is_free(start, end, self._absent, self._solid)

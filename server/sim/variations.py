@@ -1,10 +1,7 @@
-"""Variations of a scene: other bodies, with the same meshes and textures, in the physics of the scene itself."""
+"""Variations of a scene: other bodies, with the same meshes and textures."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
-from arramon_server.sim.cameras import Actor, Camera, Frame, Viewpoint
-from arramon_server.sim.physics import Physics
 from arramon_server.sim.scene import Body, Scene
 
 CACHED = 512
@@ -35,52 +32,3 @@ class Difference:
 
 SAME = Difference(frozenset(), ())
 """No difference."""
-
-
-class VariedGround:
-    """Collision checks (`rules.Ground`) in a variation of a scene.
-
-    Args:
-        physics: of the scene.
-        difference: between the scene and the variation.
-    """
-
-    def __init__(self, physics: Physics, difference: Difference) -> None:
-        self._physics = physics
-        self._absent = difference.absent
-        self._solid = tuple(body for body in difference.further if body.collider is not None)
-
-    def way_is_free(self, start: tuple[float, float], end: tuple[float, float]) -> bool:
-        """Return whether the agent can move straight from one (X, Y) to another."""
-        return self._physics.way_is_free(start, end, self._absent, self._solid)
-
-
-class VariedCamera:
-    """A camera (`cameras.Camera`) of a variation of a scene.
-
-    Args:
-        camera: of the scene.
-        variation: that it draws.
-    """
-
-    def __init__(self, camera: Camera, variation: Scene) -> None:
-        self._camera, self._variation = camera, variation
-
-    @property
-    def labels(self) -> tuple[str, ...]:
-        """Labels of a segmentation, by number."""
-        return self._camera.labels
-
-    def render(
-        self,
-        viewpoint: Viewpoint,
-        actors: Sequence[Actor],
-        size: int,
-        *,
-        segmentation: bool = False,
-        into: Frame | None = None,
-        variation: Scene | None = None,
-    ) -> Frame:
-        """Draw a frame, as the camera does."""
-        shown = self._variation if variation is None else variation
-        return self._camera.render(viewpoint, actors, size, segmentation=segmentation, into=into, variation=shown)

@@ -14,11 +14,11 @@ from arramon_server.runs.storage.journal import Journal
 from arramon_server.runs.storage.records import Ending, Run
 from arramon_server.sim.city import city_scene, refurnished
 from arramon_server.sim.own_furniture import OwnFurniture, furnished
-from arramon_server.sim.physics import Physics, physics_of
+from arramon_server.sim.physics import Physics, VariedGround, physics_of
 from arramon_server.sim.rules import Ground, Limits
 from arramon_server.sim.scene import Scene
 from arramon_server.sim.section import Section
-from arramon_server.sim.variations import Difference, VariedGround
+from arramon_server.sim.variations import Difference
 from arramon_server.web import room_map, section_map
 
 EXAMPLES = 8

@@ -17,12 +17,13 @@ from arramon_server.errors import Conflict
 from arramon_server.runs.results.reports import report_of
 from arramon_server.scoring import masking
 from arramon_server.scoring.aggregate import Interval
-from arramon_server.scoring.disclosure import GROUP_BITS, TEST_NOISE, figure_bits, step_of
+from arramon_server.scoring.disclosure import GROUP_BITS, TEST_NOISE, step_of
 from arramon_server.scoring.episode import METRICS
 from arramon_server.scoring.intervals import Floats
 from arramon_server.scoring.masking import Noise, masked_rows
 from tests import tiny
 from tests.board.made import CLOCKS, STEPS, House, standing
+from tests.scoring.figure_bits import figure_bits
 
 EPISODES = 48
 TURNS = ("turn 1", "turn 2")

@@ -6,10 +6,11 @@ from random import Random
 
 import pytest
 
-from arramon_lang import load, sampling
+from arramon_lang import load
 from arramon_lang.meaning import Assembly, Face, Meaning, Navigation, Rotate, Step, Thing, Walk, Where
 from arramon_lang.quality import BLOCKED, check
 from arramon_lang.reference import co_reference
+from tests.lang import sampling
 
 REGISTERS = {
     "neutral": "मुड़ें घूमें चलें बढ़ें रहें गुज़रें निकलें करें उठाएँ लें रखें दें टिकाएँ छोड़ें पहुँचें ढूँढ़ें खोजें देखें",

@@ -5,9 +5,10 @@ from random import Random
 
 import pytest
 
-from arramon_lang import load, sampling
+from arramon_lang import load
 from arramon_lang.meaning import Assembly, Face, Navigation, Rotate, Thing, Walk, Where
 from arramon_lang.quality import BLOCKED, check
+from tests.lang import sampling
 
 MUG = Thing("mug", "red", "striped", identity="3")
 BENCH, BANNER = Thing("bench", identity="1"), Thing("banner", "orange", "star")

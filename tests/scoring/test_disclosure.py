@@ -13,10 +13,10 @@ from arramon_server.scoring.disclosure import (
     LEAST_A_STEP,
     PublishedSums,
     bits_of,
-    figure_bits,
     step_of,
 )
 from arramon_server.scoring.masking import randomised_rounding, upward_chance
+from tests.scoring.figure_bits import figure_bits
 
 Mask = npt.NDArray[np.bool_]
 

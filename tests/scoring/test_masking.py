@@ -95,7 +95,7 @@ def test_nothing_shown_is_a_step_from_the_exact_mean(episodes: int) -> None:
 
 
 def test_thresholds_of_metrics_turns_and_plays_are_independent() -> None:
-    """As the bound of `disclosure.figure_bits` for several figures together supposes."""
+    """As the bound of `figure_bits` for several figures together supposes."""
     scores = table(60, 0.5)
     columns = [METRICS.index(metric) for metric in ("nDTW", "CTC-0", "CTC-7", "rPOD")]
     shown = np.array([

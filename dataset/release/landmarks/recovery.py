@@ -97,11 +97,6 @@ class Landmark:
     halves: tuple[float, float] = (0.0, 0.0)
     languages: tuple[tuple[str, float], ...] = ()
 
-    @property
-    def confirmed_by(self) -> str:
-        """How it was confirmed: "votes" or "halves"."""
-        return "votes" if self.votes >= CERTAIN else "halves"
-
 
 @dataclass
 class Map:

@@ -18,13 +18,13 @@ from arramon_server.sim.cameras import CAMERAS, Camera, Frame
 from arramon_server.sim.city import city_scene, refurnished
 from arramon_server.sim.labels import places_of
 from arramon_server.sim.own_furniture import OwnFurniture, furnished
-from arramon_server.sim.physics import WITH_PYBULLET, Physics, physics_of, world_of
+from arramon_server.sim.physics import WITH_PYBULLET, Physics, VariedGround, physics_of, world_of
 from arramon_server.sim.raster.camera import RasterCamera
 from arramon_server.sim.room_scene import room_scene
 from arramon_server.sim.rules import Ground, State
 from arramon_server.sim.scene import Scene
 from arramon_server.sim.section import Prop, Section
-from arramon_server.sim.variations import CACHED, Difference, VariedGround
+from arramon_server.sim.variations import CACHED, Difference
 from arramon_server.sim.view import view
 
 if TYPE_CHECKING:

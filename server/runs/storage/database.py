@@ -20,7 +20,7 @@ from sqlalchemy.exc import TimeoutError as PoolTimeoutError
 
 from arramon_server.errors import BadInput, StorageError, TakenOver
 from arramon_server.runs.storage import postgres
-from arramon_server.runs.storage.migrations import migrate, newest_revision, revision_of
+from arramon_server.runs.storage.migrations import check_revision, migrate, newest_revision, revision_of
 from arramon_server.runs.storage.step_writer import Rows, StepWriter
 
 PAUSE_FACTOR, MAX_PAUSE_SECONDS, QUICK_FAILURE_SECONDS = 4.0, 10.0, 0.5
@@ -41,7 +41,7 @@ class Database:
 
     Raises:
         BadInput: if the URL is neither of SQLite nor of PostgreSQL.
-        StorageError: if the database cannot be opened or written, or was migrated by a newer server.
+        StorageError: if the database cannot be opened or written, or has tables of another version.
     """
 
     def __init__(
@@ -76,7 +76,7 @@ class Database:
         except CommandError as error:
             raise StorageError(
                 f"the journal was written by another version of this server: {error}; "
-                f"this one supports version {newest_revision()} of the tables and older"
+                f"this one supports tables up to version {newest_revision()}"
             ) from error
         finally:
             migrating.dispose()
@@ -212,6 +212,7 @@ class Database:
     def _check_revision(self) -> None:
         with self.snapshot() as connection:
             found = revision_of(connection)
+        check_revision(found)
         if found != newest_revision():
             raise StorageError(
                 f"the journal has tables of version {found or 'none'}, expected {newest_revision()}; "

@@ -1,13 +1,12 @@
-"""Sheets of an episode: writers see way and goal, readers neither."""
+"""Sheets for writers of instructions."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from PIL import Image
 
 from arramon_dataset.generation.site import Site
-from arramon_dataset.paraphrases.sheet import numbered_objects, reader_sheet, writer_sheet
+from arramon_dataset.paraphrases.sheet import writer_sheet
 from arramon_dataset.pictures.canvas import PINK
 from arramon_server.cli import main
 from arramon_server.episodes.episode import Episode
@@ -26,25 +25,10 @@ def test_a_writer_sees_the_way_and_the_goal(site: Site, episode: Episode) -> Non
     assert "on top of the dotted white book" in page
 
 
-def test_a_reader_sees_neither_the_way_nor_the_goal(site: Site, episode: Episode) -> None:
-    picture, page = reader_sheet(episode, 1, site)
-    assert pink(picture) == 0
-    assert "GOAL" not in page
-    assert "leg" not in page
-    assert "target" not in page
-    assert all(str(item.type) in page for item in episode.turns[0].street)
-
-
-def test_the_numbers_of_objects_do_not_tell_the_target(episode: Episode) -> None:
-    turn = episode.turns[0]
-    turned = replace(episode, turns=(replace(turn, street=turn.street[::-1]), episode.turns[1]))
-    assert numbered_objects(turned, 1) == numbered_objects(episode, 1)
-
-
 def test_the_command_writes_a_page_and_two_pictures(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     tiny.write(tmp_path / "data", "one", 2)
     words = ["sheets", "1", "--data", str(tmp_path / "data"), "--output", str(tmp_path / "out")]
-    assert main([*words, "--split", "one", "--reader"]) == 0
+    assert main([*words, "--split", "one"]) == 0
     assert capsys.readouterr().out.split() == [str(tmp_path / "out" / name) for name in ("1-1.png", "1-2.png", "1.txt")]
     assert main([*words, "--split", "two"]) == 1
     assert "there is no split 'two'; there are one" in capsys.readouterr().err

@@ -8,14 +8,35 @@ from alembic.runtime.migration import MigrationContext
 from alembic.script import ScriptDirectory
 from sqlalchemy.engine import Connection
 
+from arramon_server.errors import StorageError
+
+FIRST = "0013"
+"""The oldest revision that can be upgraded; lower ones are of development versions, before the first release."""
+
 
 def migrate(connection: Connection, revision: str = "head") -> None:
     """Upgrade a database to a revision, in the transaction of the connection.
 
     Raises:
+        StorageError: if the database has a revision lower than FIRST.
         alembic.util.CommandError: if the database has a revision unknown to this version.
     """
+    check_revision(revision_of(connection))
     command.upgrade(configuration(connection), revision)
+
+
+def check_revision(found: str | None) -> None:
+    """Check that a database of a revision can be upgraded, as far as the revision is known; None is an empty one.
+
+    Raises:
+        StorageError: if the revision is lower than FIRST.
+    """
+    if found is not None and found < FIRST:
+        raise StorageError(
+            f"the journal has tables of version {found}, of a development version of this server; expected {FIRST} or "
+            "later. Run `arramon-server export` of the version that wrote it, and `arramon-server import` of this one "
+            "into a new journal"
+        )
 
 
 def newest_revision() -> str | None:

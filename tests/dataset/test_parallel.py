@@ -10,7 +10,7 @@ from tests.client.environments.test_killed import ends, program
 POOL = """
 import os, sys, time
 sys.path.insert(0, {root!r})
-from arramon_server.parallel import process_pool
+from arramon_dataset.parallel import process_pool
 
 if __name__ == "__main__":
     with process_pool(2, "sleeps") as pool:

@@ -31,8 +31,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from arramon_dataset.paraphrases.names import Name, name_read, name_said
 from arramon_lang.meaning import Assembly, Face, Navigation, Rotate, Step, Where
+from benchmarks.instructions.names import Name, name_read, name_said
 
 LEFT_OUT = 1
 """Number of things of a navigation that one account may leave out."""

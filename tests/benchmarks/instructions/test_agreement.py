@@ -6,21 +6,16 @@ from typing import Any
 
 import pytest
 
-from arramon_dataset.paraphrases.agreement import (
+from arramon_dataset.paraphrases.collection import HALVES, Paraphrase, paraphrases
+from arramon_lang.meaning import Assembly, Face, Navigation, Rotate, Thing, Walk, Where
+from benchmarks.instructions.agreement import (
     accounts_agree,
     assembly_agrees,
     navigation_agrees,
     route_said,
     routes_agree,
 )
-from arramon_dataset.paraphrases.collection import (
-    HALVES,
-    Paraphrase,
-    development_meanings,
-    paraphrases,
-    second_meanings,
-)
-from arramon_lang.meaning import Assembly, Face, Navigation, Rotate, Thing, Walk, Where
+from benchmarks.instructions.meanings import development_meanings, second_meanings
 
 READ = Navigation(
     (

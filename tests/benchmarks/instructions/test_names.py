@@ -2,8 +2,8 @@
 
 import pytest
 
-from arramon_dataset.paraphrases.names import Name, name_read, name_said
 from arramon_lang.meaning import Thing
+from benchmarks.instructions.names import Name, name_read, name_said
 
 
 @pytest.mark.parametrize(
