@@ -48,10 +48,9 @@ class Environment:
         self._pip("install", "--quiet", "--no-compile", "--no-index", "--no-deps", *map(str, wheels))
 
     def install_sources(self, folder: Path, *arguments: str) -> None:
-        """Installs projects by pip as from a clone, without an index: what they require must be there."""
-        # The tools that build them are those of the tests' environment.
+        """Installs projects as from a clone, without an index: what they require must be there, and setuptools."""
         command = [*PIP, "--python", str(self.folder), "install", "--quiet", "--no-index", "--no-build-isolation"]
-        self._run([*command, *arguments], folder, {**self.variables(), "PYTHONPATH": _build_tools()})
+        self._run([*command, *arguments], folder, self.variables())
 
     def uninstall(self, names: Iterable[str]) -> None:
         """Removes distributions that `install` or `download` brought; not those that are links."""
@@ -116,11 +115,6 @@ def _requirements(of: Distribution, extras: Iterable[str]) -> list[Requirement]:
     """What a distribution with these extras requires here; "" stands for none."""
     every = [Requirement(line) for line in of.requires or ()]
     return [each for each in every if not each.marker or any(each.marker.evaluate({"extra": e}) for e in extras)]
-
-
-def _build_tools() -> str:
-    """The folder of setuptools, which builds this project."""
-    return str(Path(str(distribution("setuptools").locate_file(""))).resolve())
 
 
 def _link(found: Distribution, site: Path) -> None:
