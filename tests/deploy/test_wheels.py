@@ -158,9 +158,11 @@ def test_server_wheel_includes_street_plans_and_languages(host: Environment, tmp
 
 
 def play(environment: Environment, arguments: str, folder: Path, **variables: str) -> None:
-    """Plays one episode of the sample to its end."""
-    command = f"arramon-client {arguments} --split sample --episodes 1 --output results"
+    """Plays one episode of the only split in the folder's `arramon-data` to its end."""
+    (split,) = (path.parent.name for path in (folder / "arramon-data" / "splits").glob("*/episodes.jsonl"))
+    results = folder / f"results-{len(list(folder.glob('results-*')))}"
+    command = f"arramon-client {arguments} --split {split} --episodes 1 --output {results}"
     played = environment.run(command, folder, ARRAMON_STEPS="20", **variables)
     assert played.returncode == 0, played.stderr
-    (file,) = (path for path in (folder / "results").iterdir() if not path.name.endswith(".receipt.json"))
+    (file,) = (path for path in results.iterdir() if not path.name.endswith(".receipt.json"))
     assert len(json.loads(file.read_text())["episodes"]) == 1
