@@ -33,7 +33,8 @@ class Environment:
         venv.create(folder, symlinks=True)
         self.folder = folder
         (self.site,) = folder.glob("lib/python3*/site-packages")
-        self.install(wheels)
+        if wheels:
+            self.install(wheels)
         self.ours = self.distributions()
         for required in self._required(more):
             _link(required, self.site)
