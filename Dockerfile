@@ -8,12 +8,13 @@ ENV PIP_NO_CACHE_DIR=1 PIP_DISABLE_PIP_VERSION_CHECK=1
 COPY deploy/trusting /usr/local/bin/trusting
 RUN python3 -m venv /opt/arramon
 WORKDIR /build
+COPY LICENSE ./
 COPY proto proto
 COPY clients clients
 RUN --mount=type=secret,id=ca trusting /opt/arramon/bin/pip install ./clients/python
 
 FROM builder AS server-builder
-COPY pyproject.toml README.md LICENSE ./
+COPY pyproject.toml README.md ./
 COPY src src
 COPY server server
 COPY dataset dataset

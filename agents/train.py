@@ -44,7 +44,7 @@ def main(arguments: list[str] | None = None) -> int:
     if unknown:
         parser.error(f"there is no recipe {unknown[0]!r}; there are {', '.join(AGENTS)}")
     try:
-        require(NEEDED, "training")
+        require(NEEDED, "training", extra="training")
         for name in names:
             if name == READER:
                 _train_reader(given)

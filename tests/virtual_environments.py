@@ -1,4 +1,4 @@
-"""Fresh virtual environments with this project's wheels and their dependencies."""
+"""Fresh virtual environments with this project's distributions and their dependencies."""
 
 import os
 import shlex
@@ -12,6 +12,10 @@ from pathlib import Path
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
+PIP = (sys.executable, "-m", "pip", "--disable-pip-version-check")
+LIMIT = 1000
+"""Seconds after which what hangs is ended."""
+
 
 class Environment:
     """A virtual environment that sees nothing of the source tree.
@@ -22,23 +26,57 @@ class Environment:
     Args:
         folder: of the new environment.
         wheels: to install.
-        more: further requirements, such as "numba".
+        more: further requirements, such as "numba", or "arramon-agents[torch]" for an extra of a wheel.
     """
 
     def __init__(self, folder: Path, wheels: Sequence[Path], more: Sequence[str] = ()) -> None:
         venv.create(folder, symlinks=True)
         self.folder = folder
         (self.site,) = folder.glob("lib/python3*/site-packages")
-        self._pip("install", "--quiet", "--no-compile", "--no-index", "--no-deps", *map(str, wheels))
-        self.ours = {each.name for each in distributions(path=[str(self.site)])}
+        if wheels:
+            self.install(wheels)
+        self.ours = self.distributions()
         for required in self._required(more):
             _link(required, self.site)
+        self.check()
+
+    def distributions(self) -> set[str]:
+        """The names of all that is installed."""
+        return {canonicalize_name(each.name) for each in distributions(path=[str(self.site)])}
+
+    def install(self, wheels: Sequence[Path]) -> None:
+        """Installs wheels alone."""
+        self._pip("install", "--quiet", "--no-compile", "--no-index", "--no-deps", *map(str, wheels))
+
+    def install_sources(self, folder: Path, *arguments: str) -> None:
+        """Installs projects as from a clone, without an index: what they require must be there, and setuptools."""
+        command = [*PIP, "--python", str(self.folder), "install", "--quiet", "--no-index", "--no-build-isolation"]
+        self._run([*command, *arguments], folder, self.variables())
+
+    def uninstall(self, names: Iterable[str]) -> None:
+        """Removes distributions that `install` or `download` brought; not those that are links."""
+        self._pip("uninstall", "--quiet", "--yes", *names)
+
+    def download(self, requirement: str) -> "subprocess.CompletedProcess[str]":
+        """Installs what is in the index that pip is configured with, and returns what pip said.
+
+        What is there already must stay as it is, as it may be a link into the tests' environment.
+        """
+        pins = self.folder / "pins.txt"
+        pins.write_text("".join(f"{each.name}=={each.version}\n" for each in distributions(path=[str(self.site)])))
+        options = ("--no-compile", "--upgrade-strategy", "only-if-needed", "--constraint", str(pins))
+        command = [*PIP, "--python", str(self.folder), "install", *options, requirement]
+        given = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "VIRTUAL_ENV"))}
+        return subprocess.run(command, cwd=self.folder, env=given, capture_output=True, text=True, timeout=LIMIT)
+
+    def check(self) -> None:
+        """Fails where something that is installed lacks a requirement."""
         self._pip("check")
 
     def run(self, command: str, cwd: Path, **variables: str) -> "subprocess.CompletedProcess[str]":
         """Runs one of the environment's programs to its end, with the arguments behind it as in a shell."""
         given, environment = self.command(command), self.variables(**variables)
-        return subprocess.run(given, cwd=cwd, env=environment, capture_output=True, text=True, timeout=240)
+        return subprocess.run(given, cwd=cwd, env=environment, capture_output=True, text=True, timeout=LIMIT)
 
     def command(self, command: str) -> list[str]:
         program, *arguments = shlex.split(command)
@@ -49,16 +87,18 @@ class Environment:
         return {"PATH": os.environ["PATH"], "HOME": str(self.folder), "LANG": "C.UTF-8", **more}
 
     def _pip(self, *arguments: str) -> None:
-        command = [sys.executable, "-m", "pip", "--disable-pip-version-check", "--python", str(self.folder), *arguments]
         # Somewhere else: in the source tree its own metadata would be found.
-        where, variables = self.folder, self.variables()
-        done = subprocess.run(command, cwd=where, env=variables, capture_output=True, text=True, timeout=120)
+        self._run([*PIP, "--python", str(self.folder), *arguments], self.folder, self.variables())
+
+    def _run(self, command: Sequence[str], cwd: Path, variables: dict[str, str]) -> None:
+        done = subprocess.run(command, cwd=cwd, env=variables, capture_output=True, text=True, timeout=LIMIT)
         assert done.returncode == 0, done.stdout + done.stderr
 
     def _required(self, more: Sequence[str]) -> Iterator[Distribution]:
-        """All that the installed wheels require, and more, and what that requires."""
-        seen = {(canonicalize_name(name), "") for name in self.ours}
-        waiting = [each for ours in distributions(path=[str(self.site)]) for each in _requirements(ours, ("",))]
+        """All that the installed wheels require, and more, and what that requires, but not the wheels."""
+        ours = {canonicalize_name(each.name): each for each in distributions(path=[str(self.site)])}
+        seen = {(name, "") for name in ours}
+        waiting = [each for mine in ours.values() for each in _requirements(mine, ("",))]
         waiting += map(Requirement, more)
         while waiting:
             requirement = waiting.pop()
@@ -66,8 +106,9 @@ class Environment:
             new = {(name, extra) for extra in ("", *requirement.extras)} - seen
             if new:
                 seen |= new
-                found = distribution(requirement.name)
-                yield found
+                found = ours.get(name) or distribution(requirement.name)
+                if name not in ours:
+                    yield found
                 waiting += _requirements(found, [extra for _, extra in new])
 
 

@@ -1,4 +1,4 @@
-"""`agents.vl` without instructions: it sees but does not read. It needs the extra `agents`."""
+"""`agents.vl` without instructions: it sees but does not read. It needs the extra `torch`."""
 
 from arramon_agents.vl import make_factory
 

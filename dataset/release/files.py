@@ -8,8 +8,7 @@ import math
 from pathlib import Path
 from typing import Annotated
 
-from annotated_types import Len
-from pydantic import TypeAdapter
+from pydantic import Field, TypeAdapter
 from typing_extensions import TypedDict
 
 import arramon_lang as lang
@@ -35,7 +34,7 @@ class _Instructions(TypedDict):
     assem_inst_gt: tuple[str, str]
 
 
-_Path = Annotated[list[_Vector], Len(1)]
+_Path = Annotated[list[_Vector], Field(min_length=1)]
 
 
 class _Paths(TypedDict):
@@ -43,7 +42,7 @@ class _Paths(TypedDict):
     assem_path_gt: tuple[_Path, _Path]
 
 
-_ActionList = Annotated[list[Action], Len(1)]
+_ActionList = Annotated[list[Action], Field(min_length=1)]
 
 
 class _ActionIDs(TypedDict):

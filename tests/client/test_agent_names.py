@@ -50,7 +50,7 @@ def write(folder: Path, sources: dict[str, str]) -> None:
 
 @pytest.mark.parametrize("program", [MODULE, SCRIPT], ids=["module", "script"])
 def test_project_agents_load_beside_modules_of_the_same_names(program: list[str], tmp_path: Path) -> None:
-    names = ("server.py", "agents/__init__.py", "agents/follower.py", "lang/__init__.py")
+    names = ("server.py", "dataset.py", "agents/__init__.py", "agents/follower.py", "lang/__init__.py")
     write(tmp_path, dict.fromkeys(names, SHADOW))
     tiny.write(tmp_path / "arramon-data")
     played = client(program, tmp_path, "--agent", "agents.follower", "--episodes", "1", "--image-size", "128")

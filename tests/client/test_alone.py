@@ -1,31 +1,25 @@
 """The client's messages on a machine with neither the server nor the project's agents."""
 
 import subprocess
-import sysconfig
-import venv
+from importlib.metadata import distribution
 from pathlib import Path
 
 import pytest
 
 from tests import ROOT
+from tests.virtual_environments import Environment
 
 
 @pytest.fixture(scope="module")
 def python(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The interpreter of an environment with the client, the protocol and their dependencies."""
-    folder = tmp_path_factory.mktemp("alone")
-    venv.create(folder, symlinks=True)
-    (packages,) = (folder / "lib").glob("python*/site-packages")
-    (packages / "client.pth").write_text(f"{ROOT / 'clients' / 'python'}\n")
-    for installed in Path(sysconfig.get_path("purelib")).iterdir():
-        # The server and the agents, which are installed in place, stay behind with their entry points.
-        is_theirs = installed.name.startswith(("arramon_server", "arramon_agents", "arramon_lang"))
-        if not is_theirs and installed.suffix != ".pth":
-            (packages / installed.name).symlink_to(installed)
-    python = folder / "bin" / "python"
-    if subprocess.run([python, "-P", "-c", "import arramon_server"], capture_output=True, check=False).returncode == 0:
-        pytest.skip("the server is installed as a copy; `scripts/setup dev` installs it in place")
-    return python
+    """The interpreter of an environment with the client, in place, and what it requires."""
+    client = distribution("arramon-client")
+    required = [line for line in client.requires or () if "extra ==" not in line]
+    environment = Environment(tmp_path_factory.mktemp("alone"), [], required)
+    (environment.site / "client.pth").write_text(f"{ROOT / 'clients' / 'python'}\n")
+    (metadata,) = {file.parts[0] for file in client.files or () if file.parts[0].endswith(".dist-info")}
+    (environment.site / metadata).symlink_to(Path(str(client.locate_file(metadata))))
+    return environment.folder / "bin" / "python"
 
 
 def said(python: Path, folder: Path, *arguments: str) -> str:

@@ -49,6 +49,20 @@ def test_embedded_server_serves_and_stops_cleanly(module: str, tmp_path: Path) -
     assert not Path(embedded.address.removeprefix("unix:")).parent.exists()
 
 
+@pytest.mark.parametrize("name", ["queue", "secrets"])
+def test_modules_of_the_working_directory_are_not_the_servers(
+    name: str, module: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A participant's `queue.py` does not replace the library's in the server's process."""
+    own = tmp_path / "own"
+    own.mkdir()
+    (own / f"{name}.py").write_text("raise RuntimeError('a module of the working directory was imported')\n")
+    monkeypatch.chdir(own)
+    (tmp_path / "scripted_server.py").write_text(f"import secrets\n{SERVER}")
+    with embedded_server(tmp_path, module=module) as embedded, connect(embedded.address) as server:
+        assert server.info.protocol == 1
+
+
 def test_a_killed_server_is_restarted_at_the_same_address(module: str, tmp_path: Path) -> None:
     with embedded_server(tmp_path, module=module) as embedded:
         process = embedded._process

@@ -118,7 +118,16 @@ def test_missing_requested_split_is_reported_not_generated(data: Path, tmp_path:
 def test_the_first_command_generates_episodes_and_plays_them(
     data: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    """With one episode instead of twelve, each of which takes seconds, and few steps."""
+    """With one episode instead of twelve, each of which takes seconds, and few steps.
+
+    In a folder whose modules have names of the project's own folders, and of modules of the library.
+    """
+    own = tmp_path / "own"
+    for name in ("server", "dataset", "lang", "agents", "queue", "secrets"):
+        (own / name).mkdir(parents=True)
+        (own / name / "__init__.py").write_text("raise RuntimeError('a module of the working directory was imported')")
+    monkeypatch.chdir(own)
+    monkeypatch.setattr(sys, "path", [path for path in sys.path if path])
     monkeypatch.setattr(first_episodes, "SCALE", 1 / SPLITS[first_episodes.SPLIT].size)
     monkeypatch.setenv("ARRAMON_STEPS", "20")
     asked = ["--agent", "agents.stop", "--lang", "hi", "--data", str(data), "--output", str(tmp_path / "results")]

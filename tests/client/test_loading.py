@@ -110,6 +110,21 @@ def test_agents_load_from_packages_in_the_working_directory(folder: Path) -> Non
     assert type(load_agent("team.vl")).__name__ == "Agent"
 
 
+def test_an_agent_hidden_by_an_installed_package_is_found_by_its_file(
+    folder: Path, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As Python prefers a package to a folder that has no `__init__.py`."""
+    installed = tmp_path_factory.mktemp("installed")
+    for path in (folder / "team_b" / "mine_j.py", installed / "team_b" / "__init__.py"):
+        path.parent.mkdir()
+        path.write_text(GOOD)
+    monkeypatch.setattr(sys, "path", [*sys.path, str(installed)])
+    said = rf"The file team_b/mine_j.py is hidden by the package in {installed}/team_b: name it as ./team_b/mine_j.py\."
+    with pytest.raises(AgentLoadError, match=said):
+        load_agent("team_b.mine_j")
+    assert load_agent("./team_b/mine_j.py").act([]) == []
+
+
 def test_agents_load_by_entry_point(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (folder / "mine_b.py").write_text(GOOD)
     entry = EntryPoint(name="fancy", value="mine_b:Agent", group=loader.ENTRY_POINTS)

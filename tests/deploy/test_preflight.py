@@ -114,8 +114,9 @@ def test_the_version_of_macos_is_asked_for_anew_where_it_is_that_for_old_program
 
 def test_the_bounds_are_those_of_the_package_and_hold_this_python(preflight: ModuleType) -> None:
     low, high = preflight.bounds()
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-    assert project["requires-python"] == f">={low[0]}.{low[1]},<{high[0]}.{high[1]}"
+    for path in (ROOT / "pyproject.toml", ROOT / "packages" / "agents" / "pyproject.toml"):
+        project = tomllib.loads(path.read_text())["project"]
+        assert project["requires-python"] == f">={low[0]}.{low[1]},<{high[0]}.{high[1]}"
     assert low <= sys.version_info[:2] < high
 
 
@@ -145,11 +146,12 @@ def set_up(
     `present` is the version of the Python in .venv; empty if there is none.
     """
     clone, programs, log = tmp_path / "clone", tmp_path / "bin", tmp_path / "log"
-    for folder in (clone / "scripts", clone / "proto", clone / "clients" / "python", programs):
-        folder.mkdir(parents=True)
-    for name in ("scripts/setup", "scripts/preflight.py", "pyproject.toml", "proto/pyproject.toml"):
+    programs.mkdir(parents=True)
+    packages = [str(path.relative_to(ROOT)) for path in ROOT.glob("packages/*/pyproject.toml")]
+    assert len(packages) == 2
+    for name in ("scripts/setup", "scripts/preflight.py", "pyproject.toml", "clients/python/pyproject.toml", *packages):
+        (clone / name).parent.mkdir(parents=True, exist_ok=True)
         (clone / name).write_bytes((ROOT / name).read_bytes())
-    (clone / "clients" / "python" / "pyproject.toml").write_bytes((ROOT / "clients/python/pyproject.toml").read_bytes())
     for program in ("bash", "cat", "cksum", "dirname", "uname"):
         (programs / program).symlink_to(
             next(p for p in (Path("/usr/bin") / program, Path("/bin") / program) if p.exists())

@@ -1,27 +1,25 @@
 """Wheels: complete, and sufficient to play outside this repository."""
 
 import json
-import os
 import re
 import shutil
-import subprocess
-import sys
 import zipfile
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from urllib.request import urlopen
 
 import pytest
 
-from tests import ROOT
+from tests import ROOT, tiny
 from tests.physics import ANY_CAMERA
-from tests.programs import free_port
 from tests.virtual_environments import Environment
 
-SAMPLE = ROOT / "examples" / "sample"
-PACKAGES = {"server": ".", "agents": ".", "lang": ".", "arramon": "proto", "arramon_client": "clients/python"}
-"""Where each package lies."""
+PACKAGES = {
+    "arramon-agents": {"arramon_agents": "agents"},
+    "arramon-client": {"arramon": "proto/arramon", "arramon_client": "clients/python/arramon_client"},
+    "arramon-lang": {"arramon_lang": "lang"},
+    "arramon-server": {"arramon_dataset": "dataset", "arramon_server": "server"},
+}
+"""What each wheel holds: packages, and where they are."""
 
 AGENT = """
 class Agent:
@@ -35,93 +33,79 @@ class Agent:
 pytestmark = pytest.mark.slow
 
 
-@pytest.fixture(scope="module")
-def wheels(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
-    folder = tmp_path_factory.mktemp("wheels")
-    command = [str(ROOT / "scripts" / "wheels"), str(folder), "--no-build-isolation"]
-    subprocess.run(command, env={**os.environ, "PYTHON": sys.executable}, check=True, capture_output=True)
-    return sorted(folder.iterdir())
-
-
-@pytest.fixture(scope="module")
-def host(tmp_path_factory: pytest.TempPathFactory, wheels: list[Path]) -> Environment:
-    """An environment with all three."""
-    return Environment(tmp_path_factory.mktemp("host"), wheels)
-
-
-@pytest.fixture(scope="module")
-def author(tmp_path_factory: pytest.TempPathFactory, wheels: list[Path]) -> Environment:
-    """An environment with what an agent's author needs."""
-    return Environment(tmp_path_factory.mktemp("author"), [wheel for wheel in wheels if "server" not in wheel.name])
-
-
-@pytest.fixture(scope="module")
-def sample(host: Environment, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A data folder with the sample, imported by the host's command."""
-    folder = tmp_path_factory.mktemp("sample")
-    done = host.run(f"arramon-server import-release {SAMPLE}/sample.json {SAMPLE}/sample_hindi.json", folder)
-    assert done.returncode == 0, done.stderr
-    return folder / "arramon-data"
-
-
-def test_wheels_contain_exactly_the_package_files(wheels: list[Path]) -> None:
-    assert [wheel.name.partition("-")[0] for wheel in wheels] == ["arramon_client", "arramon_proto", "arramon_server"]
-    held: set[str] = set()
-    for wheel in wheels:
+def test_wheels_contain_exactly_the_package_files(wheels: dict[str, Path]) -> None:
+    assert list(wheels) == list(PACKAGES)
+    for name, wheel in wheels.items():
         with zipfile.ZipFile(wheel) as archive:
             names = set(archive.namelist())
-        assert any(name.endswith("licenses/LICENSE") for name in names), wheel.name
-        held |= {name for name in names if ".dist-info/" not in name}
-    there = {
-        str(path.relative_to(ROOT / place))
-        for package, place in PACKAGES.items()
-        for path in (ROOT / place / package).rglob("*")
-        if path.is_file() and "__pycache__" not in path.parts
-    }
-    assert held == there
+        assert any(each.endswith("licenses/LICENSE") for each in names), name
+        there = {
+            f"{package}/{path.relative_to(ROOT / folder)}"
+            for package, folder in PACKAGES[name].items()
+            for path in (ROOT / folder).rglob("*")
+            if path.is_file() and "__pycache__" not in path.parts
+        }
+        assert {each for each in names if ".dist-info/" not in each} == there
 
 
 def test_agent_plays_with_only_the_client_wheel_installed(
-    author: Environment, host: Environment, sample: Path, tmp_path: Path
+    author: Environment, served: tuple[str, str], tmp_path: Path
 ) -> None:
-    assert author.ours == {"arramon-client", "arramon-proto"}
-    for missing in ("server", "agents", "pybullet", "sqlalchemy"):
+    assert author.ours == {"arramon-client"}
+    for missing in ("arramon_server", "arramon_dataset", "arramon_agents", "arramon_lang", "pybullet", "sqlalchemy"):
         assert f"No module named '{missing}'" in author.run(f"python -c 'import {missing}'", tmp_path).stderr
     (tmp_path / "mine.py").write_text(AGENT)
-    shutil.copytree(sample, tmp_path / "arramon-data")
-    with serving(host, tmp_path) as (address, _):
-        play = f"arramon-client --agent mine --lang hi --split sample --server {address} --episodes 1 --output results"
-        played = author.run(play, tmp_path)
-    assert played.returncode == 0, played.stderr
-    assert finished(tmp_path / "results") == 1
+    play(author, f"--agent mine --lang hi --server {served[0]}", tmp_path)
+
+
+@pytest.mark.parametrize("agent", ["agents.random_walk", "agents.follower", "agents.shortest_path"])
+def test_project_agents_play_on_a_host_without_a_server_installed(
+    agent: str, wheels: dict[str, Path], served: tuple[str, str], tmp_path: Path
+) -> None:
+    """Those without weights: they need neither torch nor numba."""
+    mine = [wheels[name] for name in ("arramon-agents", "arramon-client", "arramon-lang")]
+    player = Environment(tmp_path / "player", mine)
+    for missing in ("arramon_server", "arramon_dataset", "numba", "torch"):
+        assert f"No module named '{missing}'" in player.run(f"python -c 'import {missing}'", tmp_path).stderr
+    sensors = " --sensors rgb,depth,pose,oracle" if agent == "agents.shortest_path" else ""
+    play(player, f"--agent {agent}{sensors} --lang hi --server {served[0]}", tmp_path)
+    said = player.run("arramon-train --agent vl", tmp_path).stderr
+    assert said.startswith("error: training needs torch and ")
+    assert "`pip install 'arramon-agents[training]'`" in said
 
 
 def test_agent_image_has_what_its_default_agent_needs(
-    host: Environment, wheels: list[Path], sample: Path, tmp_path: Path, tmp_path_factory: pytest.TempPathFactory
+    wheels: dict[str, Path], served: tuple[str, str], tmp_path: Path
 ) -> None:
-    """Its packages are those that the Dockerfile names beside the client's, and the folders that it copies."""
+    """It is made of the packages and extras that the Dockerfile installs."""
     text = (ROOT / "Dockerfile").read_text()
     stage = text[text.index("AS agent-builder") : text.index("AS runtime")]
-    torch = re.findall(r"^ARG TORCH=(\S+)$", stage, re.MULTILINE)
-    others = re.findall(r"pip install ([a-z ]+)$", stage, re.MULTILINE)
-    (folders,) = re.findall(r"cp -r ([a-z ]+) /opt/arramon/lib", stage)
-    more = [*(each.partition("=")[0] for each in torch), *" ".join(others).split()]
-    assert more[0] == "torch"
-    mine = [wheel for wheel in wheels if "server" not in wheel.name]
-    image = Environment(tmp_path_factory.mktemp("image"), mine, more)
-    for folder in folders.split():
-        shutil.copytree(ROOT / folder, image.site / folder)
+    torch = re.findall(r"^ARG TORCH=(\w+)==", stage, re.MULTILINE)
+    ((extra,),) = [re.findall(r"pip install ./packages/lang './packages/agents\[(\w+)\]'$", stage, re.MULTILINE)]
+    mine = [wheels[name] for name in ("arramon-agents", "arramon-client", "arramon-lang")]
+    image = Environment(tmp_path / "image", mine, [*torch, f"arramon-agents[{extra}]"])
     compose = (ROOT / "deploy" / "compose.yaml").read_text()
-    options = [re.findall(rf"\$\{{ARRAMON_{name}:-([\w.]+)\}}", compose)[0] for name in ("AGENT", "LANG")]
-    assert f"arramon-client --agent {options[0]} --lang {options[1]} " in (ROOT / "README.md").read_text()
+    agent, language = [re.findall(rf"\$\{{ARRAMON_{name}:-([\w.]+)\}}", compose)[0] for name in ("AGENT", "LANG")]
+    assert f"arramon-client --agent {agent} --lang {language} " in (ROOT / "README.md").read_text()
+    variables = {"NUMBA_CACHE_DIR": str(tmp_path / "compiled"), "OMP_NUM_THREADS": "1"}
+    play(image, f"--agent {agent} --lang {language} --server {served[0]}", tmp_path, **variables)
+
+
+def test_training_has_what_it_needs(wheels: dict[str, Path], tmp_path: Path) -> None:
+    trainer = Environment(tmp_path / "trainer", list(wheels.values()), ["arramon-agents[training]"])
+    for split, count in (("train", 2), ("val_seen", 1)):
+        tiny.write(tmp_path / "arramon-data", split, count)
+    train = "arramon-train --agent vl --smoke --encoder pooled --lang en"
+    done = trainer.run(train, tmp_path, OMP_NUM_THREADS="1", NUMBA_CACHE_DIR=str(tmp_path / "compiled"))
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "arramon-weights" / "vl.safetensors").is_file()
+
+
+def test_plain_demonstrations_need_no_extra(host: Environment, sample: Path, tmp_path: Path) -> None:
     shutil.copytree(sample, tmp_path / "arramon-data")
-    with serving(host, tmp_path) as (address, _):
-        play = f"arramon-client --agent {options[0]} --lang {options[1]} --split sample --server {address} --episodes 1"
-        played = image.run(
-            f"{play} --output results", tmp_path, NUMBA_CACHE_DIR=str(tmp_path / "compiled"), OMP_NUM_THREADS="1"
-        )
-    assert played.returncode == 0, played.stderr
-    assert finished(tmp_path / "results") == 1
+    export = "arramon-server export-demos --split sample --format plain"
+    done = host.run(export, tmp_path, NUMBA_CACHE_DIR=str(tmp_path / "compiled"))
+    assert done.returncode == 0, done.stderr
 
 
 def test_environments_without_gymnasium_say_what_they_need(author: Environment, tmp_path: Path) -> None:
@@ -129,17 +113,23 @@ def test_environments_without_gymnasium_say_what_they_need(author: Environment, 
     assert "the environments need Gymnasium: pip install 'arramon-client[environments]'" in imported.stderr
 
 
-def test_server_wheel_plays_embedded_and_serves_pages(host: Environment, sample: Path, tmp_path: Path) -> None:
-    assert host.ours == {"arramon-client", "arramon-proto", "arramon-server"}
-    shutil.copytree(sample, tmp_path / "arramon-data")
-    play = (
-        "arramon-client --agent agents.follower --lang hi --split sample --episodes 1 --image-size 128 --output results"
+def test_environments_without_a_server_say_what_they_need(wheels: dict[str, Path], tmp_path: Path) -> None:
+    learner = Environment(tmp_path / "learner", [wheels["arramon-client"]], ["arramon-client[environments]"])
+    make = 'import gymnasium; gymnasium.make("arramon_client.environments:arramon/ArraMon-v0")'
+    said = learner.run(f"python -c '{make}'", tmp_path).stderr
+    assert said.splitlines()[-1].endswith(
+        "NoBackend: without server=... an environment plays in this process, but arramon-server is not installed: "
+        "install it, or name a host with server='HOST:PORT'"
     )
-    played = host.run(play, tmp_path, ARRAMON_CAMERA=ANY_CAMERA, ARRAMON_STEPS="20")
-    assert played.returncode == 0, played.stderr
-    assert finished(tmp_path / "results") == 1
-    with serving(host, tmp_path) as (_, pages), urlopen(f"http://{pages}/hi/") as page:
+
+
+def test_server_wheel_plays_embedded_and_serves_pages(
+    host: Environment, served: tuple[str, str], tmp_path: Path
+) -> None:
+    assert host.ours == set(PACKAGES)
+    with urlopen(f"http://{served[1]}/hi/") as page:
         assert "लीडरबोर्ड" in page.read().decode()
+    play(host, "--agent agents.follower --lang hi --image-size 128", tmp_path, ARRAMON_CAMERA=ANY_CAMERA)
 
 
 @pytest.mark.parametrize("package", [True, False])
@@ -167,22 +157,12 @@ def test_server_wheel_includes_street_plans_and_languages(host: Environment, tmp
     assert checked.returncode == 0, checked.stderr
 
 
-@contextmanager
-def serving(host: Environment, folder: Path) -> Iterator[tuple[str, str]]:
-    """A server on the folder's `arramon-data`: its address, and that of its pages."""
-    pages = f"127.0.0.1:{free_port()}"
-    command = host.command(f"arramon-server serve --listen 127.0.0.1:0 --camera {ANY_CAMERA} --steps 20 --web {pages}")
-    with subprocess.Popen(command, cwd=folder, env=host.variables(), stdout=subprocess.PIPE, text=True) as process:
-        assert process.stdout is not None
-        try:
-            line = next(line for line in process.stdout if line.startswith("listening on "))
-            yield line.split()[-1], pages
-        finally:
-            process.terminate()
-    assert process.returncode == 0
-
-
-def finished(results: Path) -> int:
-    """How many episodes the results of the one run in a folder hold."""
+def play(environment: Environment, arguments: str, folder: Path, **variables: str) -> None:
+    """Plays one episode of the only split in the folder's `arramon-data` to its end."""
+    (split,) = (path.parent.name for path in (folder / "arramon-data" / "splits").glob("*/episodes.jsonl"))
+    results = folder / f"results-{len(list(folder.glob('results-*')))}"
+    command = f"arramon-client {arguments} --split {split} --episodes 1 --output {results}"
+    played = environment.run(command, folder, ARRAMON_STEPS="20", **variables)
+    assert played.returncode == 0, played.stderr
     (file,) = (path for path in results.iterdir() if not path.name.endswith(".receipt.json"))
-    return len(json.loads(file.read_text())["episodes"])
+    assert len(json.loads(file.read_text())["episodes"]) == 1

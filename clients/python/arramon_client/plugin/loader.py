@@ -36,7 +36,7 @@ def load_agent(spec: str, arguments: Mapping[str, object] = MappingProxyType({})
             - `package.module:Name` or `path/to/file.py:Name`, a class or function to call, or an agent itself.
 
             A name that an entry point has comes first. Modules are searched for in the working directory first, as with
-            `python -m`; their folders need no `__init__.py`.
+            `python -m`; their folders need an `__init__.py` only where an installed package has their name.
         arguments: keyword arguments for the class or function.
 
     Raises:
@@ -111,6 +111,11 @@ def _no_such_module(missing: str, spec: str) -> str:
     suggestion = f" Did you mean {close[0]}?" if close else ""
     if spec.startswith(OWN_PREFIX) and not any(name.startswith(OWN_PREFIX) for name in registered):
         suggestion = " ArraMon's agents are in the package arramon-agents, which is not installed."
+    own = Path(*missing.split(".")).with_suffix(".py")
+    if parent and own.is_file():  # A package with an `__init__.py` comes before a folder without one, wherever it is.
+        suggestion = (
+            f" The file {own} is hidden by the package in {sys.modules[parent].__path__[0]}: name it as ./{own}."
+        )
     where = f"in the package {parent}" if parent else f"installed or in the working directory {Path.cwd()}"
     return f"no agent {spec!r}: there is no module {missing} {where}.{suggestion}"
 
