@@ -8,9 +8,9 @@ from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
-from arramon_agents.learning.training.recipe import RECIPES, Place, Recipe, smoke
 from arramon_agents.perception.encoder import FOLDER
 from arramon_agents.requirements import PLAYING, require
+from arramon_agents.vl.recipe import RECIPES, Place, Recipe, smoke
 from arramon_client.errors import ArramonClientError
 
 MAP = "vl_map"
@@ -63,9 +63,9 @@ def main(arguments: list[str] | None = None) -> int:
 def _train(recipe: Recipe, place: Place, *, ship: bool) -> None:
     import torch
 
-    from arramon_agents.learning.training.imitation import Imitation
-    from arramon_agents.learning.training.sources import demonstrations_of, train_data_hash
     from arramon_agents.process_settings import prepare_process
+    from arramon_agents.training.sources import demonstrations_of, train_data_hash
+    from arramon_agents.vl.train import Imitation
 
     prepare_process()
     if place.device == "auto":
@@ -82,8 +82,8 @@ def _train(recipe: Recipe, place: Place, *, ship: bool) -> None:
 
 
 def _train_reader(given: argparse.Namespace) -> None:
-    from arramon_agents.learning.train_reader import main as train_reader
     from arramon_agents.reading.reader.reader import WEIGHTS
+    from arramon_agents.reading.reader.train import main as train_reader
 
     few = ("--texts", "60", "--rounds", "1") if given.smoke else ()
     train_reader(["--data", str(given.data), "--out", str(given.output), *few])
@@ -92,9 +92,9 @@ def _train_reader(given: argparse.Namespace) -> None:
 
 
 def _train_map(given: argparse.Namespace) -> None:
-    from arramon_agents.learning.training.vl_map.policy import MapRecipe
-    from arramon_agents.learning.training.vl_map.policy import smoke as smoke_map
-    from arramon_agents.learning.training.vl_map.train import Validation, train_map
+    from arramon_agents.vl_map.dagger import MapRecipe
+    from arramon_agents.vl_map.dagger import smoke as smoke_map
+    from arramon_agents.vl_map.train import Validation, train_map
 
     recipe, validation = MapRecipe(), Validation()
     if given.smoke:
@@ -111,8 +111,8 @@ def _train_map(given: argparse.Namespace) -> None:
 
 
 def _train_grounded(given: argparse.Namespace) -> None:
-    from arramon_agents.learning.training.vl_grounded.train import GroundedRecipe, train_grounded
-    from arramon_agents.learning.training.vl_grounded.train import smoke as smoke_grounded
+    from arramon_agents.vl_grounded.train import GroundedRecipe, train_grounded
+    from arramon_agents.vl_grounded.train import smoke as smoke_grounded
 
     recipe = smoke_grounded(GroundedRecipe()) if given.smoke else GroundedRecipe()
     recipe = replace(recipe, **_own(GROUNDED, recipe, _chosen(given), given))

@@ -21,7 +21,7 @@ from typing import Any
 
 import torch
 
-from arramon_agents.learning.training.demonstrations import Source, episodes_of
+from arramon_agents.training.demonstrations import Source, episodes_of
 from arramon_agents.weights import find_weights
 from arramon_client import load_agent
 from benchmarks.agents.ablations_tables import BASE, Measured, tables

@@ -13,15 +13,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from arramon_agents.learning.training.demonstrations import ROOMS, Demonstration, Source, collect
-from arramon_agents.learning.training.imitation import Imitation
-from arramon_agents.learning.training.recipe import RECIPES, Place, Recipe
-from arramon_agents.learning.training.rollouts import Plan, play
 from arramon_agents.perception.encoder import VisualEncoder
 from arramon_agents.perception.frame_memory import SeenFrames
 from arramon_agents.perception.registry import open_encoder
+from arramon_agents.training.demonstrations import ROOMS, Demonstration, Source, collect
+from arramon_agents.training.rollouts import Plan, play
 from arramon_agents.vl.agent import LearnedAgent
 from arramon_agents.vl.policy import Policy, load_policy, save_policy
+from arramon_agents.vl.recipe import RECIPES, Place, Recipe
+from arramon_agents.vl.train import Imitation
 from arramon_agents.weights import SUFFIX
 from arramon_client.agent import Agent
 from benchmarks.common import parser_of

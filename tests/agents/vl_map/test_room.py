@@ -6,10 +6,10 @@ import pytest
 
 torch = pytest.importorskip("torch", reason="the extra `agents` is not installed: scripts/setup")
 
-from arramon_agents.learning.training.vl_map.rooms import right_cells, train_rooms  # noqa: E402
 from arramon_agents.reading.reader.slots import rows_of  # noqa: E402
 from arramon_agents.simulated.rooms import WALLS, Task, misnamed, tasks_of  # noqa: E402
 from arramon_agents.vl_map.room import CELLS, THING, WALL, YOU, Placement, Placer, given_of, several  # noqa: E402
+from arramon_agents.vl_map.train_room import right_cells, train_rooms  # noqa: E402
 from arramon_lang.meaning import Assembly, Thing, Where  # noqa: E402
 from arramon_lang.room import START, Room, Standing, find_cell  # noqa: E402
 from tests import tiny  # noqa: E402
