@@ -61,8 +61,6 @@ ROWS = {
     "half": Variation("half of the episodes", share=0.5),
     "en": Variation("English texts alone", {"languages": ("en",)}),
     "hi": Variation("Hindi texts alone", {"languages": ("hi",)}),
-    "bilstm": Variation("reader `bilstm`", {"reader": "bilstm"}),
-    "transformer": Variation("reader `transformer`", {"reader": "transformer"}),
     "no-text": Variation("no text", {"reads": False}),
     "no-sight": Variation("no images", {"sees": False}),
 }
