@@ -1,1 +1,1 @@
-"""Training: demonstrations, batches, recipes, imitation, rollouts, model cards; packages for agents of another kind."""
+"""Training that all agents share: the loop, its checkpoints, demonstrations, batches, rollouts, model cards."""

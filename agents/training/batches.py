@@ -1,19 +1,13 @@
-"""Batches of demonstrations: padded tensors, in an order that follows from seed and epoch alone."""
+"""Batches of an epoch, in an order that follows from seed and epoch alone, and padded token ids."""
 
 import random
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 import torch
 from torch import Tensor
 
-from arramon_agents.reading.tokenizers import Tokenizer
 from arramon_agents.training.demonstrations import Demonstration
-from arramon_agents.vl.model import START, as_input
-from arramon_client.agent import Action
-from arramon_client.environments.backend import NAVIGATION
 
 NO_ACTION = -1
 """Target action after the end of a demonstration, ignored by the loss."""
@@ -22,35 +16,7 @@ POOL = 16
 """Number of batches whose demonstrations are sorted by length together, so that little is padding."""
 
 
-@dataclass(frozen=True)
-class Batch:
-    """Demonstrations of one phase as tensors, with the steps that the loss uses.
-
-    B demonstrations, the longest with S steps and T tokens; the loss uses at most L steps of each.
-
-    Attributes:
-        phase: of all demonstrations.
-        tokens: (B, T), 0 at the end for padding.
-        before: action before each step, (B, S).
-        at: indices of the steps in the loss, (B, L), ascending; 0 after the last.
-        cells: features of the images at these, (B, L, 7, 7, C) in [0, 1].
-        actions: right action at these, (B, L); NO_ACTION after the last.
-    """
-
-    phase: str
-    tokens: Tensor
-    before: Tensor
-    at: Tensor
-    cells: Tensor
-    actions: Tensor
-
-    def to(self, device: str) -> "Batch":
-        """Return the batch on a device."""
-        tensors = (self.tokens, self.before, self.at, self.cells, self.actions)
-        return Batch(self.phase, *(tensor.to(device) for tensor in tensors))
-
-
-def epoch(demonstrations: Sequence[Demonstration], phase: str, size: int, seed: str) -> list[list[int]]:
+def epoch_batches(demonstrations: Sequence[Demonstration], phase: str, size: int, seed: str) -> list[list[int]]:
     """Return which demonstrations of a phase make each batch of an epoch, as indices; they follow from the seed."""
     chance = random.Random(f"{seed}/{phase}")  # noqa: S311 - not for secrets
     order = [number for number, each in enumerate(demonstrations) if each.phase == phase]
@@ -63,80 +29,38 @@ def epoch(demonstrations: Sequence[Demonstration], phase: str, size: int, seed: 
     return batches
 
 
-def make_batch(
-    demonstrations: Sequence[Demonstration],
-    texts: Sequence[str],
-    tokenizer: Tokenizer,
-    share: float = 1.0,
-    seed: int | str = 0,
-) -> Batch:
-    """Return demonstrations of one phase as tensors.
+class Epochs:
+    """The batches of a phase's demonstrations, epoch after epoch, each epoch in another order.
 
     Args:
-        demonstrations: of one phase.
-        texts: the instruction of each, in the chosen language.
-        tokenizer: of the instructions.
-        share: of the steps that repeat the previous action, the share in the loss; all others are in it.
-        seed: for the choice of these steps.
+        demonstrations: of any phases.
+        phase: of those that are in the batches.
+        size: number of demonstrations in a batch.
+        seed: of the orders.
+
+    Attributes:
+        count: number of batches in an epoch.
     """
-    count, steps = len(demonstrations), max(len(each.actions) for each in demonstrations)
-    before = np.full((count, steps), START, np.int64)
-    for row, each in enumerate(demonstrations):
-        before[row, 1 : len(each.actions)] = each.actions[:-1]
-    chance = random.Random(seed)  # noqa: S311 - not for secrets
-    learned = [learned_steps(each.actions, share, chance) for each in demonstrations]
-    most = max(map(len, learned))
-    at = np.zeros((count, most), np.int64)
-    cells = np.zeros((count, most, *demonstrations[0].features.shape[1:]), np.uint8)
-    actions = np.full((count, most), NO_ACTION, np.int64)
-    for row, (each, chosen) in enumerate(zip(demonstrations, learned, strict=True)):
-        at[row, : len(chosen)] = chosen
-        cells[row, : len(chosen)] = each.features[chosen]
-        actions[row, : len(chosen)] = each.actions[chosen]
-    return Batch(
-        demonstrations[0].phase,
-        as_tokens(texts, tokenizer),
-        torch.from_numpy(before),
-        torch.from_numpy(at),
-        as_input(cells),
-        torch.from_numpy(actions),
-    )
+
+    def __init__(self, demonstrations: Sequence[Demonstration], phase: str, size: int, seed: int) -> None:
+        self._demonstrations, self._phase, self._size, self._seed = demonstrations, phase, size, seed
+        self._epoch, self._batches = 0, self._draw(0)
+        self.count = len(self._batches)
+
+    def batch(self, step: int) -> list[int]:
+        """Return which demonstrations make the batch of a step, as indices."""
+        epoch, place = divmod(step, self.count)
+        if epoch != self._epoch:
+            self._epoch, self._batches = epoch, self._draw(epoch)
+        return self._batches[place]
+
+    def _draw(self, epoch: int) -> list[list[int]]:
+        return epoch_batches(self._demonstrations, self._phase, self._size, f"{self._seed}/{epoch}")
 
 
-def as_tokens(texts: Sequence[str], tokenizer: Tokenizer) -> Tensor:
-    """Return texts as token ids, (B, T), 0 after the end of each."""
-    encoded = [tokenizer.encode(text) for text in texts]
-    tokens = np.zeros((len(texts), max(map(len, encoded), default=0)), np.int64)
-    for row, numbers in enumerate(encoded):
-        tokens[row, : len(numbers)] = numbers
+def padded(texts: Sequence[Sequence[int]]) -> Tensor:
+    """Return token ids of texts as one tensor, (B, T), with 0 after a text's end."""
+    tokens = np.zeros((len(texts), max(map(len, texts), default=0)), np.int64)
+    for row, ids in enumerate(texts):
+        tokens[row, : len(ids)] = ids
     return torch.from_numpy(tokens)
-
-
-def learned_steps(actions: Sequence[int] | npt.NDArray[np.uint8], share: float, chance: random.Random) -> list[int]:
-    """Return the indices of the steps in the loss: those where the action changes, and a share of the others."""
-    return [
-        step
-        for step, action in enumerate(actions)
-        if step == 0 or action != actions[step - 1] or share >= 1.0 or chance.random() < share
-    ]
-
-
-def loss_of(values: Tensor, batch: Batch, pick_up: float = 1.0) -> Tensor:
-    """Return the mean cross entropy of the target actions.
-
-    Args:
-        values: logits of all actions at the steps in the loss, (B, L, 5).
-        batch: with the target actions.
-        pick_up: weight of the pick-up in the streets; all others have 1.
-    """
-    weights = torch.ones(values.shape[-1], device=values.device)
-    if batch.phase == NAVIGATION:
-        weights[Action.INTERACT] = pick_up
-    return torch.nn.functional.cross_entropy(
-        values.flatten(0, 1), batch.actions.flatten(), weights, ignore_index=NO_ACTION, reduction="mean"
-    )
-
-
-def draw_text(demonstration: Demonstration, languages: Sequence[str], chance: random.Random) -> str:
-    """Return the instruction in one of its languages, chosen uniformly."""
-    return chance.choice(demonstration.read_in(languages))

@@ -20,9 +20,8 @@ import zstandard
 
 from arramon_agents.perception.encoder import GRID, VisualEncoder, quantise
 from arramon_agents.perception.registry import open_encoder
-from arramon_agents.vl.model import PHASES
 from arramon_client.agent import Observation
-from arramon_client.environments.backend import ASSEMBLY, NAVIGATION, Backend, Player, Settings
+from arramon_client.environments.backend import ASSEMBLY, NAVIGATION, PHASES, Backend, Player, Settings
 from arramon_client.environments.options import Options
 from arramon_client.environments.players import open_backend
 

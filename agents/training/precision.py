@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import torch
 
-from arramon_agents.vl.recipe import PRECISIONS
+from arramon_agents.training.recipe import PRECISIONS
 
 FLOAT32, BFLOAT16 = PRECISIONS
 

@@ -1,8 +1,8 @@
-"""What a recipe learns from: the demonstrations of its sources, and what model cards and checkpoints say of them."""
+"""Sources of demonstrations by split, their progress while they are drawn, and their description and digest."""
 
 import hashlib
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,12 +13,8 @@ from arramon_agents.training.demonstrations import (
     Demonstration,
     Source,
     collect,
-    data_hash_of,
-    unseen,
 )
-from arramon_agents.vl.recipe import Place, Recipe
-
-Tell = Callable[[str], None]
+from arramon_agents.training.place import Place, Tell
 
 TELL_SECONDS = 20.0
 """Least time between two lines of progress."""
@@ -44,33 +40,21 @@ def sources_of(source: Source, rooms: int) -> list[Source]:
     return sources
 
 
-def demonstrations_of(recipe: Recipe, place: Place, tell: Tell = lambda _: None) -> list[Demonstration]:
-    """Return the demonstrations of a recipe, rendering those that are not cached.
-
-    All agents share one cache of image features. For an agent without images the features are left out.
+def draw_demonstrations(sources: Sequence[Source], place: Place, tell: Tell) -> Iterator[Demonstration]:
+    """Yield the demonstrations of sources, rendering those that are not in the cache, which all agents share.
 
     Raises:
-        UsageError: if the data folder does not have what the recipe names.
+        UsageError: if the data folder does not have what a source names.
     """
-    found: list[Demonstration] = []
-    learned = Source(place.data, recipe.split, recipe.texts, recipe.encoder, recipe.episodes, every=recipe.every)
-    for source in sources_of(learned, recipe.rooms):
-        before = told = time.monotonic()
+    for source in sources:
+        began = told = time.monotonic()
+        count = 0
         for part in collect(source, place.cache, place.processes):
-            found += part if recipe.sees else [unseen(each) for each in part]
+            yield from part
+            count += len(part)
             if time.monotonic() - told > TELL_SECONDS:
                 told = time.monotonic()
-                tell(f"{source.split}: {len(found)} demonstrations after {told - before:.0f} seconds")
-    return found
-
-
-def train_data_hash(recipe: Recipe, place: Place) -> str:
-    """Return the hash of the training split.
-
-    Raises:
-        UsageError: if the data folder does not have it, or not the recipe's first language.
-    """
-    return data_hash_of(Source(place.data, recipe.split, recipe.languages, "", 0))
+                tell(f"{source.split}: {count} demonstrations after {told - began:.0f} seconds")
 
 
 def data_of(demonstrations: Sequence[Demonstration], splits: Sequence[str]) -> str:

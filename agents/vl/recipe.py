@@ -1,13 +1,10 @@
 """Training recipes: every setting of an agent's training, and the recipes of the shipped weights."""
 
-from dataclasses import asdict, dataclass, field, replace
-from pathlib import Path
-from typing import Any
+from dataclasses import dataclass, replace
 
 from arramon_agents.perception.encoder import DEFAULT
 from arramon_agents.reading.tokenizers import PRETRAINED
-
-PRECISIONS = ("float32", "bfloat16")
+from arramon_agents.training.recipe import PRECISIONS
 
 
 @dataclass(frozen=True)
@@ -101,34 +98,6 @@ class Recipe:
     def texts(self) -> tuple[str, ...]:
         """Languages of all texts that training uses: those in which actions are learned come first."""
         return tuple(dict.fromkeys((*self.languages, *(self.aligned if self.align else ()))))
-
-    def as_json(self) -> dict[str, Any]:
-        """Return all of it as JSON values."""
-        return asdict(self) | {"languages": list(self.languages), "aligned": list(self.aligned)}
-
-    def without_effect(self) -> dict[str, Any]:
-        """Return what has no effect on any update: how long it goes on, and the validation."""
-        return {name: value for name, value in asdict(self).items() if name == "passes" or name.startswith("validate")}
-
-
-@dataclass(frozen=True)
-class Place:
-    """Where training reads and writes; nothing of it changes the outcome.
-
-    Attributes:
-        data: the data folder.
-        cache: folder of the drawn demonstrations.
-        output: folder of checkpoints, logs and weights.
-        processes: that draw demonstrations.
-        checkpoint_steps: updates between two checkpoints.
-    """
-
-    data: Path
-    cache: Path
-    output: Path
-    processes: int = 1
-    checkpoint_steps: int = 100
-    device: str = field(default="cpu")
 
 
 RECIPES = {

@@ -1,6 +1,6 @@
 """The policy with which training begins: new, or that of other weights, which are then fine-tuned."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import torch
@@ -10,14 +10,16 @@ from arramon_agents.perception.registry import open_encoder
 from arramon_agents.pretrained.states import open_states
 from arramon_agents.reading.text_encoders import PretrainedReader, own_pieces
 from arramon_agents.reading.tokenizers import PRETRAINED, UNKNOWN, Words, train_tokenizer
+from arramon_agents.training.place import Place, Tell
+from arramon_agents.training.recipe import as_json
 from arramon_agents.vl.config import Config
 from arramon_agents.vl.model import PHASES, Model
 from arramon_agents.vl.policy import Policy, load_policy
-from arramon_agents.vl.recipe import Place, Recipe
+from arramon_agents.vl.recipe import Recipe
 from arramon_agents.weights import find_initial
 
 
-def initial_policy(recipe: Recipe, texts: Sequence[str], place: Place, tell: Callable[[str], None]) -> Policy:
+def initial_policy(recipe: Recipe, texts: Sequence[str], place: Place, tell: Tell) -> Policy:
     """Return the policy of a recipe before its first update, on the device of the training.
 
     Args:
@@ -66,12 +68,12 @@ def widened(recipe: Recipe, encoder: VisualEncoder | None, texts: Sequence[str])
         if name.endswith("reader.embedding.weight"):
             weights[name] = torch.cat([value, value[UNKNOWN].repeat(tokenizer.size - len(value), 1)])
     model.load_state_dict(weights)
-    return Policy(model, tokenizer, encoder, {"recipe": recipe.as_json()})
+    return Policy(model, tokenizer, encoder, {"recipe": as_json(recipe)})
 
 
 def _new(recipe: Recipe, encoder: VisualEncoder | None, texts: Sequence[str]) -> Policy:
     tokenizer = train_tokenizer(recipe.tokenizer, texts)
-    return Policy(Model(_config(recipe, encoder, tokenizer.size)), tokenizer, encoder, {"recipe": recipe.as_json()})
+    return Policy(Model(_config(recipe, encoder, tokenizer.size)), tokenizer, encoder, {"recipe": as_json(recipe)})
 
 
 def _config(recipe: Recipe, encoder: VisualEncoder | None, vocabulary: int) -> Config:

@@ -16,9 +16,10 @@ from arramon_agents.perception.encoder import GRID
 from arramon_agents.perception.eyes.grid import CHANNEL_NAMES
 from arramon_agents.perception.eyes.vocabulary import COLLECTIBLE_COLOURS, COLLECTIBLES, COLOURS, LOOK_GROUPS
 from arramon_agents.reading.tokenizers import Tokenizer
-from arramon_agents.training.batches import NO_ACTION, epoch
+from arramon_agents.training.batches import NO_ACTION, Epochs, padded
 from arramon_agents.training.demonstrations import Demonstration
 from arramon_agents.training.exchange import Version
+from arramon_agents.training.trainer import Loss
 from arramon_agents.vl.model import START, as_input
 from arramon_agents.vl_grounded.look import as_named
 from arramon_agents.vl_grounded.naming import KINDS, LOOKS
@@ -93,6 +94,9 @@ class GroundedTask:
         batch: number of walks in a step; twice as many rooms.
         inflection: weight of the steps at which the expert's action changes; the others have 1.
         seed: of order, languages and versions.
+
+    Attributes:
+        epoch_steps: number of steps of an epoch of the walks.
     """
 
     def __init__(
@@ -109,28 +113,19 @@ class GroundedTask:
         self.network = network
         self._tokenizer, self._languages, self._inflection, self._seed = tokenizer, tuple(languages), inflection, seed
         self._walks, self._placings, self._batch = walks, placings, batch
-        self._demonstrations = [walk.demonstration for walk in walks]
         self._numbers: dict[str, list[int]] = {}
-        self._pass, self._order = -1, list[list[int]]()
+        self._epochs = Epochs([walk.demonstration for walk in walks], NAVIGATION, batch, seed)
+        self.epoch_steps = self._epochs.count
 
-    @property
-    def steps(self) -> int:
-        """Number of batches of a pass."""
-        return len(epoch(self._demonstrations, NAVIGATION, self._batch, ""))
-
-    def loss(self, numbers: range) -> Tensor:
+    def loss(self, step: int) -> Loss:
         """Return the loss of a batch of walks and one of rooms."""
-        step = numbers.start // self._batch
-        if step // self.steps != self._pass:
-            self._pass = step // self.steps
-            self._order = epoch(self._demonstrations, NAVIGATION, self._batch, f"{self._seed}/{self._pass}")
         chance = random.Random(f"{self._seed}/{step}")  # noqa: S311 - not for secrets
-        walks = [self._walks[row] for row in self._order[step % self.steps]]
+        walks = [self._walks[row] for row in self._epochs.batch(step)]
         total = self._loss_of_walks(walks, chance)
         if self._placings:
             placings = chance.choices(self._placings, k=2 * self._batch)
             total = total + PLACING * self._loss_of_rooms(placings, chance)
-        return total
+        return Loss(total)
 
     def _loss_of_walks(self, walks: Sequence[Walk], chance: random.Random) -> Tensor:
         network, steps = self.network, max(len(walk.demonstration.actions) for walk in walks)
@@ -184,14 +179,6 @@ class GroundedTask:
             if text not in self._numbers:
                 self._numbers[text] = self._tokenizer.encode(text)
         return padded([self._numbers[text] for text in texts])
-
-
-def padded(numbers: Sequence[Sequence[int]]) -> Tensor:
-    """Return texts as one tensor, (B, T), with 0 after a text's end."""
-    tokens = np.zeros((len(numbers), max(map(len, numbers))), np.int64)
-    for row, each in enumerate(numbers):
-        tokens[row, : len(each)] = each
-    return torch.from_numpy(tokens)
 
 
 _NEAR = CHANNEL_NAMES.index("nearness of collectible")

@@ -1,8 +1,9 @@
-"""Training task of the policy of `vl_map`: labelled decisions, kept as arrays and mirrored at random."""
+"""Training tasks of `vl_map`: labelled decisions, mirrored at random, for its policy; rooms for its other network."""
 
 import math
 from collections.abc import Sequence
 from pathlib import Path
+from random import Random
 from typing import Any
 
 import numpy as np
@@ -13,10 +14,14 @@ from safetensors.numpy import save_file
 from torch import Tensor
 from torch.nn import functional
 
+from arramon_agents.simulated.rooms import Task as PlacementTask
+from arramon_agents.simulated.rooms import misnamed
 from arramon_agents.simulated.walks import Decided
+from arramon_agents.training.trainer import Loss
 from arramon_agents.vl_map.features import Sample, mirror
 from arramon_agents.vl_map.network import PolicyNetwork, directions_of, shares_of, tensors_of
 from arramon_agents.vl_map.options import DISTANCES, OPTIONS, WAYPOINTS
+from arramon_agents.vl_map.room import CELLS, Placer, given_of, several
 
 PROGRESS = 0.3
 """Weight of the auxiliary loss for the row that is being carried out."""
@@ -72,12 +77,13 @@ class ChoosingTask:
 
     Args:
         network: to be trained.
+        batch: number of decisions in a batch.
         seed: of the order of the decisions, and of mirroring.
         precision: "float32" or "bfloat16".
     """
 
-    def __init__(self, network: PolicyNetwork, seed: int, precision: str = "float32") -> None:
-        self.network, self._seed = network, seed
+    def __init__(self, network: PolicyNetwork, batch: int, seed: int, precision: str = "float32") -> None:
+        self.network, self._batch, self._seed = network, batch, seed
         self._type = getattr(torch, precision)
         self._arrays: Arrays = {}
 
@@ -91,11 +97,11 @@ class ChoosingTask:
         known = self._arrays
         self._arrays = {name: np.concatenate([known[name], new]) if known else new for name, new in arrays.items()}
 
-    def loss(self, numbers: range) -> Tensor:
+    def loss(self, step: int) -> Loss:
         """Return the cross-entropy of a batch: decisions drawn at random, each as it is or its mirror image."""
-        random = np.random.default_rng((self._seed, numbers.start))
-        chosen = random.integers(self.count, size=len(numbers))
-        half = len(numbers) // 2  # Half of the batch, which is in no order, is mirrored.
+        random = np.random.default_rng((self._seed, step * self._batch))
+        chosen = random.integers(self.count, size=self._batch)
+        half = self._batch // 2  # Half of the batch, which is in no order, is mirrored.
         parts: Any = mirror(self._samples(chosen[:half])), self._samples(chosen[half:])
         sample = Sample(*(np.concatenate(part) for part in zip(*parts, strict=True)))
         labels = torch.tensor(self._arrays["label"][chosen])
@@ -103,7 +109,7 @@ class ChoosingTask:
         with torch.autocast("cpu", self._type, enabled=self._type is not torch.float32):
             values, progress = self.network.predict(tensors_of(sample))
         choice = loss_of(values.float(), labels)
-        return choice + PROGRESS * functional.cross_entropy(progress.float(), labels[:, 3].long())
+        return Loss(choice + PROGRESS * functional.cross_entropy(progress.float(), labels[:, 3].long()))
 
     def _samples(self, chosen: npt.NDArray[np.int64]) -> Sample:
         """Return decisions by their numbers, with one more axis in front."""
@@ -129,3 +135,27 @@ def targets_of(labels: Tensor) -> Tensor:
 def loss_of(values: Tensor, labels: Tensor) -> Tensor:
     """Return the mean cross-entropy of options' values, (B, OPTIONS), for labels, (B, 4)."""
     return -(targets_of(labels) * values.log_softmax(1)).sum(1).mean()
+
+
+class RoomTask:
+    """Training task: find the cell of the room. Batches are drawn one after the other, from step 0 on.
+
+    Args:
+        network: to be trained.
+        tasks: training tasks.
+        batch: number of tasks in a batch.
+        seed: of the order, the choice of readings, and misnamed things.
+    """
+
+    def __init__(self, network: Placer, tasks: Sequence[PlacementTask], batch: int, seed: int) -> None:
+        self.network, self._tasks, self._batch = network, tasks, batch
+        self._random, self._order = Random(seed), np.random.default_rng(seed)  # noqa: S311 - nothing here is a secret
+
+    def loss(self, step: int) -> Loss:  # noqa: ARG002
+        """Return the cross-entropy of the cells of the next batch."""
+        chosen = [self._tasks[number] for number in self._order.integers(len(self._tasks), size=self._batch)]
+        given = [
+            given_of(list(self._random.choice(task.readings)), misnamed(task.room, self._random)) for task in chosen
+        ]
+        right = torch.tensor([CELLS.index(task.cell) for task in chosen])
+        return Loss(functional.cross_entropy(self.network(several(given)), right))

@@ -1,25 +1,30 @@
-"""Training of `vl_map`: its policy and room network, validation by real rollouts, weights and model card."""
+"""Training of `vl_map`: its policy and its network for rooms, validation by rollouts, weights and model card."""
 
 import json
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+import math
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
+
+import torch
 
 from arramon_agents.process_settings import prepare_process
 from arramon_agents.reading.reader.reader import load as load_reader
 from arramon_agents.simulated.courses import training_episodes
-from arramon_agents.simulated.rooms import tasks_of
-from arramon_agents.training.card import command_with, page
+from arramon_agents.simulated.rooms import Task, tasks_of
+from arramon_agents.training.card import command_of, page
+from arramon_agents.training.place import Place, Tell
+from arramon_agents.training.recipe import as_json
 from arramon_agents.training.rollouts import Plan, mean, play
+from arramon_agents.training.schedule import cosine
+from arramon_agents.training.trainer import Settings, Trainer
 from arramon_agents.vl_map.agent import SeeingAgent
-from arramon_agents.vl_map.dagger import MapRecipe, MapTraining, Tell
+from arramon_agents.vl_map.dagger import NAME, train_policy
 from arramon_agents.vl_map.policy import Networks, Policy, write_policy
-from arramon_agents.vl_map.room import Placement
-from arramon_agents.vl_map.train_room import train_rooms
+from arramon_agents.vl_map.recipe import MapRecipe
+from arramon_agents.vl_map.room import Placement, Placer
+from arramon_agents.vl_map.task import RoomTask
 from arramon_agents.weights import SUFFIX
-
-NAME = "vl_map"
 
 IMAGE_SIZE = 224
 """Side length of the images in validation, in pixels."""
@@ -35,53 +40,65 @@ LIMITS = """\
   which knows nothing of ordinals there, and nothing of relations of a landmark itself."""
 
 
-@dataclass(frozen=True)
-class Validation:
-    """The episodes to play for validation.
-
-    Attributes:
-        split: its name.
-        episodes: number of its first episodes to play; 0 for no validation.
-    """
-
-    split: str = "val_seen"
-    episodes: int = 16
+ROOM_PASSES, ROOM_BATCH, ROOM_RATE, ROOM_DECAY = 30, 64, 0.03, 1e-4
+"""Of the room's network: epochs, batch size, first learning rate, weight decay."""
 
 
-def train_map(recipe: MapRecipe, validation: Validation, data: Path, output: Path, tell: Tell) -> Path:
-    """Train, resuming from a saved state if there is one; return the path of the weights (the card is beside it).
+def train(recipe: MapRecipe, place: Place, tell: Tell) -> Path:
+    """Train, resuming from walks and checkpoints if there are any; return the path of the weights.
+
+    The model card is beside them.
 
     Raises:
         ArraMonError: if the data folder does not have what is needed.
-        ValueError: if the output folder holds a state of another recipe or other data.
+        ValueError: if the output folder holds walks or a checkpoint of another recipe or other data.
     """
     prepare_process()
-    training = MapTraining(recipe, data, output, tell)
-    training.run()
-    network = training.network.eval()
-    found = training_episodes(data, recipe.languages, recipe.episodes)
+    place.output.mkdir(parents=True, exist_ok=True)
+    trained = train_policy(recipe, place, tell)
+    found = training_episodes(place.data, recipe.languages, recipe.episodes)
     tasks = [task for _, episodes in found for task in tasks_of(episodes, recipe.languages, load_reader())]
     placer, seconds = train_rooms(tasks, recipe.seed)
-    networks = Networks(network, placer)
     about: dict[str, Any] = {
-        "recipe": asdict(recipe) | {"languages": list(recipe.languages)},
-        "data": training.told,
-        "data_hash": training.data_hash,
-        "updates": training.updates,
-        "cpu_seconds": round(training.seconds + seconds),
-        "parameters": sum(parameter.numel() for parameter in network.parameters()),
+        "recipe": as_json(recipe),
+        "data": trained.description,
+        "data_hash": trained.data_hash,
+        "updates": trained.updates,
+        "cpu_seconds": round(trained.cpu_seconds + seconds),
+        "parameters": sum(parameter.numel() for parameter in trained.network.parameters()),
         "room_parameters": sum(parameter.numel() for parameter in placer.parameters()),
         "rooms": len(tasks),
     }
-    if validation.episodes:
-        plan = Plan(data, validation.split, recipe.languages, validation.episodes, IMAGE_SIZE)
-        scores = play(SeeingAgent(Policy(network), Placement(placer)), plan)
-        about["validation"] = asdict(validation) | {name: mean(scores, name) for name in ("nDTW", "CTC-3", "PTC")}
+    if recipe.validate_episodes:
+        plan = Plan(place.data, recipe.validate, recipe.languages, recipe.validate_episodes, IMAGE_SIZE)
+        scores = play(SeeingAgent(Policy(trained.network), Placement(placer)), plan)
+        split = {"split": recipe.validate, "episodes": recipe.validate_episodes}
+        about["validation"] = split | {name: mean(scores, name) for name in ("nDTW", "CTC-3", "PTC")}
         tell(f"{NAME}: validation: {json.dumps(about['validation'])}")
-    weights = output / f"{NAME}{SUFFIX}"
-    write_policy(weights, networks, about)
+    weights = place.output / f"{NAME}{SUFFIX}"
+    write_policy(weights, Networks(trained.network, placer), about)
     weights.with_suffix(".md").write_text(card(about), encoding="utf-8")
     return weights
+
+
+def train_rooms(tasks: Sequence[Task], seed: int, passes: int = ROOM_PASSES) -> tuple[Placer, float]:
+    """Train the network that finds the cell of the room; this takes less than a minute, and has no checkpoints.
+
+    Args:
+        tasks: training tasks.
+        seed: of weights, order, the choice of readings, and misnamed things.
+        passes: number of epochs.
+
+    Returns:
+        The network, in evaluation mode, and the seconds of processor time that it took.
+    """
+    torch.manual_seed(seed)
+    network = Placer()
+    steps = max(1, passes * len(tasks) // ROOM_BATCH)
+    settings = Settings("rooms", steps, cosine(ROOM_RATE, steps), seed, decay=ROOM_DECAY, clip=math.inf)
+    trainer = Trainer(RoomTask(network, tasks, ROOM_BATCH, seed), settings)
+    trainer.run()
+    return network.eval(), trainer.cpu_seconds
 
 
 def card(about: Mapping[str, Any]) -> str:
@@ -92,7 +109,7 @@ def card(about: Mapping[str, Any]) -> str:
         "model": f"`agents/vl_map/network.py`, {about['parameters']:,} parameters, and `room.py`, "
         f"{about['room_parameters']:,}; with them come the visual encoder `eyes` and the learned reader",
         "training data": f"{about['data']}, {about['rooms']} rooms; SHA-256 of `train` {about['data_hash'][:12]}",
-        "command": f"`{command_with(NAME, recipe, asdict(MapRecipe()))}`",
+        "command": f"`{command_of(NAME, recipe, as_json(MapRecipe()))}`",
         "seed": recipe["seed"],
         "updates": about["updates"],
         "CPU time": f"{about['cpu_seconds'] / 60:.0f} minutes, with the simulated walks",

@@ -9,9 +9,13 @@ import torch
 
 import arramon_lang as lang
 from arramon_agents import train
+from arramon_agents import weights as weights_module
+from arramon_agents.perception.eyes.encoder import load as load_eyes
 from arramon_agents.pretrained import encoders
+from arramon_agents.reading.reader.reader import WEIGHTS as READER
 from arramon_agents.reading.reader.reader import load as load_reader
 from arramon_agents.reading.reader.reader import read_reader
+from arramon_agents.reading.tokenizers import UNKNOWN, SentencePieces
 from arramon_agents.training.rollouts import Plan, play
 from arramon_agents.vl.policy import load_policy
 from arramon_agents.vl.recipe import RECIPES
@@ -25,6 +29,11 @@ from arramon_server.episodes.splits import write_split
 from tests import tiny
 
 MUG = Thing("mug", "red", "striped")
+
+MEANT = Navigation((Rotate("left"),), MUG), Assembly((), Thing("mug"), (Where("left_of", (MUG,)),))
+
+SAID = {code: tuple(lang.load(code).write(each, Random(1)) for each in MEANT) for code in ("en", "hi")}
+"""Texts of both phases in each language."""
 
 
 @pytest.mark.parametrize("agent", RECIPES)
@@ -59,7 +68,7 @@ def test_fine_tuning_on_half_of_another_split(data: Path, tmp_path: Path) -> Non
     assert grounded.network.vocabulary >= read_weights(find_weights("vl_grounded")).network.vocabulary
 
 
-def test_smoke_of_the_grounded_agent(data: Path, tmp_path: Path) -> None:
+def test_smoke_of_the_grounded_agent(data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Its training goes on from its saved state with the same outcome, and refuses options of other agents."""
     folders = ["--data", str(data), "--cache", str(tmp_path / "cache"), "--output", str(tmp_path / "out")]
     command = ["--agent", "vl_grounded", "--smoke", *folders]
@@ -75,6 +84,7 @@ def test_smoke_of_the_grounded_agent(data: Path, tmp_path: Path) -> None:
     again = read_weights(weights).network
     assert all(torch.equal(*both) for both in zip(first.network.parameters(), again.parameters(), strict=True))
     assert train.main([*command, "--seed", "2"]) == 1
+    assert "(seed 1, expected 2): name another --output" in capsys.readouterr().err
     assert train.main([*command, "--share", "0.5"]) == 1
 
 
@@ -91,8 +101,8 @@ def test_smoke_of_the_map_agent(data: Path, tmp_path: Path) -> None:
     assert len(play(played, Plan(data, "val_seen", ("hi",), 1, 224))) == 1
     for lost in (
         (),
-        ("vl_map.state-again.safetensors",),
-        ("vl_map.state.safetensors", "vl_map.state-again.safetensors", "vl_map.walks-1.safetensors"),
+        ("vl_map.again.checkpoint.safetensors",),
+        ("vl_map.checkpoint.safetensors", "vl_map.again.checkpoint.safetensors", "vl_map.walks-1.safetensors"),
     ):
         for name in lost:
             (tmp_path / "out" / name).unlink()
@@ -106,14 +116,18 @@ def test_smoke_of_the_map_agent(data: Path, tmp_path: Path) -> None:
         )
 
 
-def test_smoke_of_the_reader(tmp_path: Path) -> None:
-    """Its training goes on from its saved state with the same outcome; it reads the texts of both phases."""
-    walk, place = Navigation((Rotate("left"),), MUG), Assembly((), Thing("mug"), (Where("left_of", (MUG,)),))
-    said = {code: tuple(lang.load(code).write(each, Random(1)) for each in (walk, place)) for code in ("en", "hi")}
-    instructions = {code: (Instructions(*texts), Instructions(*texts)) for code, texts in said.items()}
+@pytest.fixture
+def readable(tmp_path: Path) -> Path:
+    """A data folder whose texts the grammars read, one for each phase and language."""
+    instructions = {code: (Instructions(*texts), Instructions(*texts)) for code, texts in SAID.items()}
     episodes = [replace(tiny.episode(str(number)), instructions=instructions) for number in range(3)]
     write_split(tmp_path, "train", hidden=False, source="tests", episodes=episodes, sections=[tiny.SECTION])
-    command = ["--agent", "reader", "--smoke", "--data", str(tmp_path), "--output", str(tmp_path / "out")]
+    return tmp_path
+
+
+def test_smoke_of_the_reader(readable: Path, tmp_path: Path) -> None:
+    """Its training goes on from its saved state with the same outcome; it reads the texts of both phases."""
+    command = ["--agent", "reader", "--smoke", "--data", str(readable), "--output", str(tmp_path / "out")]
     assert train.main(command) == 0
     weights = tmp_path / "out" / "reader.safetensors"
     first, _ = read_reader(weights)
@@ -122,9 +136,66 @@ def test_smoke_of_the_reader(tmp_path: Path) -> None:
     again, _ = read_reader(weights)
     assert all(torch.equal(*both) for both in zip(first.parameters(), again.parameters(), strict=True))
     reader = load_reader(weights)
-    for navigation, assembly in said.values():
+    for navigation, assembly in SAID.values():
         assert isinstance(reader.read(navigation, "navigation"), Navigation)
         assert isinstance(reader.read(assembly, "assembly"), Assembly)
+
+
+def test_smoke_of_the_readers_fine_tuning(data: Path, tmp_path: Path) -> None:
+    """It begins with the shipped reader, and goes on from its checkpoint with the same outcome."""
+    command = ["--agent", "reader_tuning", "--data", str(data), "--output", str(tmp_path), "--passes", "8"]
+    assert train.main(command) == 0
+    weights = tmp_path / "reader.safetensors"
+    first, vocabulary = read_reader(weights)
+    shipped, known = read_reader(READER)
+    assert vocabulary.words[: len(known.words)] == known.words
+    assert not torch.equal(first.state_dict()["words.weight"][: len(known)], shipped.state_dict()["words.weight"])
+    weights.unlink()
+    assert train.main(command) == 0
+    again, _ = read_reader(weights)
+    assert all(torch.equal(*both) for both in zip(first.parameters(), again.parameters(), strict=True))
+
+
+def test_smoke_of_the_eyes(tmp_path: Path) -> None:
+    """The networks may be trained one by one; when both are, the weights are written."""
+    command = ["--agent", "eyes", "--smoke", "--output", str(tmp_path)]
+    assert train.main([*command, "--only", "blocks"]) == 0
+    weights = tmp_path / "vision_eyes.safetensors"
+    assert not weights.exists()
+    assert train.main(command) == 0
+    eyes = load_eyes(weights)
+    assert eyes.fingerprint != load_eyes().fingerprint
+    assert train.main([*command, "--only", "windows"]) == 1
+
+
+def test_smoke_of_the_pieces(readable: Path, tmp_path: Path) -> None:
+    command = ["--agent", "sentencepiece", "--data", str(readable), "--output", str(tmp_path), "--pieces", "120"]
+    assert train.main(command) == 0
+    pieces = SentencePieces.read(tmp_path / "sentencepiece.model")
+    assert UNKNOWN not in pieces.encode("red mug")
+    assert pieces.size <= 122
+
+
+def test_what_is_shipped_lies_in_the_folder_of_the_agent(
+    data: Path, readable: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for folder in ("vl", "reading"):
+        (tmp_path / "shipped" / folder).mkdir(parents=True)
+    monkeypatch.setattr(weights_module, "SHIPPED", tmp_path / "shipped")
+    folders = ["--data", str(data), "--cache", str(tmp_path / "cache"), "--output", str(tmp_path / "out")]
+    command = ["--smoke", "--ship", "--encoder", "pooled", "--validate-episodes", "0", *folders]
+    assert train.main(["--agent", "vl", *command]) == 0
+    assert load_policy(tmp_path / "shipped" / "vl" / "weights.safetensors").about["updates"]
+    assert (tmp_path / "shipped" / "vl" / "card.md").read_text().startswith("# vl\n")
+    pieces = ["--agent", "sentencepiece", "--pieces", "120", "--data", str(readable), "--output", str(tmp_path / "out")]
+    assert train.main([*pieces, "--ship"]) == 0
+    assert (tmp_path / "shipped" / "reading" / "sentencepiece.model").is_file()
+
+
+def test_nothing_is_trained_if_a_later_agent_lacks_an_option(data: Path, tmp_path: Path) -> None:
+    folders = ["--data", str(data), "--output", str(tmp_path / "out")]
+    assert train.main(["--agent", "sentencepiece,vl_map", "--pieces", "120", *folders]) == 1
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize(
@@ -208,7 +279,7 @@ def test_without_the_pretrained_encoder_the_command_is_named(
 def test_what_is_wrong_is_told(data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
         train.main(["--agent", "vl_map_of_mine"])
-    assert "there is no recipe 'vl_map_of_mine'; there are reader, vl, " in capsys.readouterr().err
+    assert "there is no recipe 'vl_map_of_mine'; there are reader, reader_tuning, vl, " in capsys.readouterr().err
     folders = ["--data", str(data), "--cache", str(tmp_path), "--output", str(tmp_path)]
     assert train.main(["--agent", "vl", "--smoke", "--encoder", "pooled", "--lang", "fr", *folders]) == 1
     assert "has no language 'fr'; it has en, hi" in capsys.readouterr().err

@@ -6,7 +6,6 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 import torch
-from torch import Tensor
 from torch.nn import functional
 
 from arramon_agents.perception.eyes.naming import NamingNetwork, to_network
@@ -14,6 +13,7 @@ from arramon_agents.perception.eyes.network import EyesNetwork, Sizes, prepare
 from arramon_agents.perception.eyes.objects import Thing, crop, find_things
 from arramon_agents.perception.eyes.targets import LabelTable, among, loss_of
 from arramon_agents.perception.eyes.vocabulary import COLLECTIBLES, KINDS, NONE, look_slices
+from arramon_agents.training.trainer import Loss
 
 PUREST = 0.6
 """Least share of a thing's pixels with the same label for the thing to be trained on."""
@@ -55,18 +55,19 @@ class BlocksTask:
         sizes: of the network.
         frame_of: returns frames.
         table: meaning of their labels.
+        batch: number of frames in a batch.
     """
 
-    def __init__(self, sizes: Sizes, frame_of: FrameOf, table: LabelTable) -> None:
+    def __init__(self, sizes: Sizes, frame_of: FrameOf, table: LabelTable, batch: int) -> None:
         self.network = EyesNetwork(sizes)
-        self._frame_of, self._table = frame_of, table
+        self._frame_of, self._table, self._batch = frame_of, table, batch
 
-    def loss(self, numbers: range) -> Tensor:
+    def loss(self, step: int) -> Loss:
         """Return the loss of a batch of frames."""
-        frames = [self._frame_of(number) for number in numbers]
+        frames = [self._frame_of(number) for number in numbers_of(step, self._batch)]
         images = prepare(np.stack([frame.rgb for frame in frames]), np.stack([frame.depth for frame in frames]))
         targets = torch.from_numpy(np.stack([self._table.blocks(frame.labels) for frame in frames]))
-        return loss_of(self.network(images), targets)
+        return Loss(loss_of(self.network(images), targets))
 
 
 class NamingTask:
@@ -75,16 +76,17 @@ class NamingTask:
     Args:
         frame_of: returns frames.
         table: meaning of their labels.
+        batch: number of frames in a batch.
     """
 
-    def __init__(self, frame_of: FrameOf, table: LabelTable) -> None:
+    def __init__(self, frame_of: FrameOf, table: LabelTable, batch: int) -> None:
         self.network = NamingNetwork()
-        self._frame_of, self._table = frame_of, table
+        self._frame_of, self._table, self._batch = frame_of, table, batch
 
-    def loss(self, numbers: range) -> Tensor:
+    def loss(self, step: int) -> Loss:
         """Return the loss of the things in a batch of frames."""
         crops, measures, codes = [], [], []
-        for number in numbers:
+        for number in numbers_of(step, self._batch):
             frame = self._frame_of(number)
             for thing in find_things(frame.depth):
                 label, share = label_of(frame, thing)
@@ -102,7 +104,12 @@ class NamingTask:
             if name in NAMED_LOOKS:
                 inside = (look >= places.start) & (look < places.stop)
                 total = total + NAMED_LOOKS[name] * among(looks[:, places], look - places.start, inside)
-        return total
+        return Loss(total)
+
+
+def numbers_of(step: int, batch: int) -> range:
+    """Return the numbers of the frames in the batch of a step: every frame is used once."""
+    return range(step * batch, (step + 1) * batch)
 
 
 def label_of(frame: Frame, thing: Thing) -> tuple[int, float]:

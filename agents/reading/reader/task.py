@@ -1,5 +1,6 @@
 """The reader's training task: texts as word ids, meanings as rows of slots, the loss, and scores."""
 
+import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -12,6 +13,7 @@ from torch.nn import functional
 from arramon_agents.reading.reader.network import ReaderNetwork
 from arramon_agents.reading.reader.slots import EMPTY, SLOTS, Row
 from arramon_agents.reading.reader.words import UNKNOWN
+from arramon_agents.training.trainer import Loss
 
 UNKNOWN_SHARE = 0.02
 """Share of words that are replaced by the unknown word in training."""
@@ -47,22 +49,31 @@ class Examples:
         filled = torch.tensor([[*one, *[EMPTY] * (most_rows - len(one))] for one in rows])
         return cls(padded, filled, torch.tensor([len(one) + 1 for one in rows]), tuple(languages))
 
+    def digest(self) -> str:
+        """Return the SHA-256 of texts and rows."""
+        digest = hashlib.sha256()
+        for part in (self.texts, self.rows):
+            digest.update(f"{tuple(part.shape)}".encode() + part.numpy().tobytes())
+        return digest.hexdigest()
+
 
 class ReadingTask:
     """Training task: predict the rows of texts.
 
     Args:
         network: to be trained.
-        examples: training examples, in a new order in each pass.
+        examples: training examples, in a new order in each epoch.
+        batch: number of examples in a batch.
         seed: of the orders.
     """
 
-    def __init__(self, network: ReaderNetwork, examples: Examples, seed: int) -> None:
-        self.network, self._examples, self._seed = network, examples, seed
+    def __init__(self, network: ReaderNetwork, examples: Examples, batch: int, seed: int) -> None:
+        self.network, self._examples, self._batch, self._seed = network, examples, batch, seed
+        self._epoch, self._places = 0, self._order(0)
 
-    def loss(self, numbers: range) -> Tensor:
+    def loss(self, step: int) -> Loss:
         """Return the loss of a batch, the sum over slots of the mean over rows."""
-        chosen = self._order(numbers)
+        chosen = self._chosen(step)
         texts, rows, lengths = (
             part[chosen] for part in (self._examples.texts, self._examples.rows, self._examples.lengths)
         )
@@ -75,30 +86,28 @@ class ReadingTask:
             functional.cross_entropy(logits[name][counted], rows[:, :, number][counted])
             for number, name in enumerate(SLOTS)
         ]
-        return torch.stack(losses).sum()
+        return Loss(torch.stack(losses).sum())
 
-    def _order(self, numbers: range) -> Tensor:
-        """Return the indices of a batch's examples."""
-        count = len(self._examples.texts)
+    def _chosen(self, step: int) -> Tensor:
+        """Return the indices of a batch's examples; a batch may reach from one epoch into the next."""
         places = []
-        for number in numbers:
-            time, place = divmod(number, count)
-            if time != getattr(self, "_time", None):
-                self._time = time
-                self._places = self._drawn(time, len(numbers))
+        for number in range(step * self._batch, (step + 1) * self._batch):
+            epoch, place = divmod(number, len(self._examples.texts))
+            if epoch != self._epoch:
+                self._epoch, self._places = epoch, self._order(epoch)
             places.append(int(self._places[place]))
         return torch.tensor(places)
 
-    def _drawn(self, time: int, batch: int) -> npt.NDArray[np.int64]:
+    def _order(self, epoch: int) -> npt.NDArray[np.int64]:
         """Return a random order of all examples, in which those of similar length share a batch."""
-        random = np.random.default_rng((self._seed, time))
+        random = np.random.default_rng((self._seed, epoch))
         places = random.permutation(len(self._examples.texts))
         words = (self._examples.texts != 0).sum(1).numpy()
         batches: list[npt.NDArray[np.int64]] = []
-        for first in range(0, len(places), POOL * batch):
-            pool = places[first : first + POOL * batch]
+        for first in range(0, len(places), POOL * self._batch):
+            pool = places[first : first + POOL * self._batch]
             pool = pool[np.argsort(words[pool], kind="stable")]
-            batches += [pool[place : place + batch] for place in range(0, len(pool), batch)]
+            batches += [pool[place : place + self._batch] for place in range(0, len(pool), self._batch)]
         return np.concatenate([batches[place] for place in random.permutation(len(batches))])
 
 

@@ -1,67 +1,82 @@
-"""Train the reader on instructions of every language: `python -m arramon_agents.reading.reader.train --data DATA`.
+"""Training of the learned reader: on generated texts in every language, and fine-tuned on people's."""
 
-It reads the plans of a split's instructions, writes new texts from them with other things, and learns to read those.
-The folder gets `reader.state.safetensors`, from which it goes on when it is started again, `reader.log.jsonl`,
-and at the end `reader.safetensors`, the weights.
-"""
-
-import argparse
-import json
-import logging
-import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
 import torch
 
 import arramon_lang as lang
+from arramon_agents.process_settings import prepare_process
 from arramon_agents.reading.reader.network import ReaderNetwork, Sizes
-from arramon_agents.reading.reader.reader import write_reader
+from arramon_agents.reading.reader.reader import WEIGHTS, read_reader, write_reader
+from arramon_agents.reading.reader.recipe import ReaderRecipe, TuningRecipe
 from arramon_agents.reading.reader.slots import rows_of
 from arramon_agents.reading.reader.task import Examples, ReadingTask, score
-from arramon_agents.reading.reader.words import Vocabulary
+from arramon_agents.reading.reader.words import UNKNOWN, Vocabulary
 from arramon_agents.simulated.meanings import Sample, draw_samples, read_samples, write_plans
-from arramon_agents.training.run import train
-from arramon_agents.training.trainer import Plan, Trainer
+from arramon_agents.simulated.people import read_half
+from arramon_agents.training.checkpoint import Identity
+from arramon_agents.training.place import Place, Tell
+from arramon_agents.training.recipe import as_json
+from arramon_agents.training.schedule import warm_up_cosine
+from arramon_agents.training.trainer import Scores, Settings, Trainer
+from arramon_agents.weights import SUFFIX, find_initial
 
-LOG = logging.getLogger("train_reader")
+NAME, TUNING = "reader", "reader_tuning"
+"""Names of checkpoint and log."""
 
 HELD_OUT = 10
-"""Of so many episodes of the split one is held out to test."""
+"""Of so many episodes of the split one is held out for validation."""
+
+DECAY = 0.0001
+"""Weight decay."""
+
+VALIDATE_STEPS = 250
+"""Steps between two validations."""
 
 
-def main(arguments: list[str] | None = None) -> None:
-    """Train, or go on training."""
-    logging.basicConfig(level=logging.INFO, format="%(message)s")
-    options = _options(arguments)
-    torch.set_num_threads(options.threads)
-    options.out.mkdir(parents=True, exist_ok=True)
-    began = time.thread_time()
-    given = read_samples(options.data, options.split)
+def train(recipe: ReaderRecipe | TuningRecipe, place: Place, tell: Tell) -> Path:
+    """Train or fine-tune a reader, resuming from a checkpoint if there is one; return the path of the weights.
+
+    Raises:
+        NotFound: if the data folder does not have the split.
+        ValueError: if the output folder holds a checkpoint of another recipe or other data.
+    """
+    prepare_process()
+    place.output.mkdir(parents=True, exist_ok=True)
+    if isinstance(recipe, TuningRecipe):
+        (language,) = recipe.languages
+        return tune(recipe, read_half(place.data, recipe.split, language), lang.available(), place, tell)
+    learned, tested, vocabulary = _examples(recipe, place.data)
+    tell(f"{NAME}: {len(learned.texts)} texts, {len(vocabulary)} words")
+    torch.manual_seed(recipe.seed)
+    network = ReaderNetwork(Sizes(len(vocabulary)))
+
+    def validate() -> Scores:
+        scores = score(network, tested)
+        return {
+            f"{language}/{name}": value for language, each in scores.items() for name, value in asdict(each).items()
+        }
+
+    steps = recipe.passes * recipe.texts // recipe.batch
+    _learn(NAME, recipe, steps, network, learned, place, tell, validate)
+    return _write(place.output, network, vocabulary)
+
+
+def _examples(recipe: ReaderRecipe, data: Path) -> tuple[Examples, Examples, Vocabulary]:
+    """Return the examples to learn from, those for validation, from other episodes, and the words of the former."""
+    given = read_samples(data, recipe.split)
     each = 4 * len(lang.available())  # Texts of an episode.
     parts = [number // each % HELD_OUT == 0 for number in range(len(given))]
     plans, held = (
         [one.meaning for one, is_held in zip(given, parts, strict=True) if is_held is wanted]
         for wanted in (False, True)
     )
-    drawn = list(draw_samples(plans, lang.available(), options.texts, options.seed))
-    written = list(write_plans(held, lang.available(), options.seed))
+    drawn = list(draw_samples(plans, lang.available(), recipe.texts, recipe.seed))
     vocabulary = Vocabulary.of(sample.text for sample in drawn)
-    LOG.info("%d texts, %d words, in %.0f s", len(drawn), len(vocabulary), time.thread_time() - began)
-    learned, tested = examples_of(drawn, vocabulary), examples_of(written, vocabulary)
-
-    def make_task() -> ReadingTask:
-        return ReadingTask(ReaderNetwork(Sizes(len(vocabulary))), learned, options.seed)
-
-    about = f"{len(drawn)} texts, {len(vocabulary)} words"
-    plan = Plan(options.rounds * len(drawn), batch=48, rate=0.003, seed=options.seed, about=about)
-    trainer = Trainer(plan, make_task)
-    train(trainer, options.out, "reader", lambda: _scores(trainer, tested))
-    network = trainer.network
-    assert isinstance(network, ReaderNetwork)
-    write_reader(options.out / "reader.safetensors", network, vocabulary)
-    LOG.info("%s", json.dumps(_scores(trainer, tested)))
+    written = write_plans(held, lang.available(), recipe.seed)
+    return examples_of(drawn, vocabulary), examples_of(list(written), vocabulary), vocabulary
 
 
 def examples_of(samples: Sequence[Sample], vocabulary: Vocabulary) -> Examples:
@@ -78,23 +93,68 @@ def examples_of(samples: Sequence[Sample], vocabulary: Vocabulary) -> Examples:
     return Examples.of(texts, rows, languages)
 
 
-def _scores(trainer: Trainer, tested: Examples) -> dict[str, object]:
-    network = trainer.network
-    assert isinstance(network, ReaderNetwork)
-    return {language: asdict(scores) for language, scores in score(network, tested).items()}
+def tune(
+    recipe: TuningRecipe, samples: Sequence[Sample], languages: Sequence[str], place: Place, tell: Tell = lambda _: None
+) -> Path:
+    """Fine-tune a reader on people's texts, and return the path of the weights.
+
+    As many texts written anew from the same plans are learned besides, so that the reader does not forget them. Words
+    that it did not know are added.
+
+    Args:
+        recipe: with the weights to begin with.
+        samples: people's texts, with their meanings.
+        languages: in which texts are written anew.
+        place: with the folder for the weights.
+        tell: receives lines of progress.
+    """
+    known_network, known = read_reader(find_initial(recipe.init, NAME) if recipe.init else WEIGHTS)
+    drawn = list(draw_samples([sample.meaning for sample in samples], languages, len(samples), recipe.seed))
+    new = Vocabulary.of(sample.text for sample in samples)
+    vocabulary = Vocabulary((*known.words, *(word for word in new.words if word not in set(known.words))))
+    examples = examples_of([*samples, *drawn], vocabulary)
+    tell(f"{TUNING}: {len(samples)} texts of people, {len(vocabulary) - len(known)} new words")
+    network = widen(known_network, known, vocabulary)
+    _learn(TUNING, recipe, recipe.passes * len(examples.texts) // recipe.batch, network, examples, place, tell)
+    return _write(place.output, network, vocabulary)
 
 
-def _options(arguments: list[str] | None) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
-    parser.add_argument("--data", type=Path, required=True, help="data folder")
-    parser.add_argument("--split", default="train", help="split whose instructions are taken")
-    parser.add_argument("--out", type=Path, required=True, help="folder for state, log and weights")
-    parser.add_argument("--texts", type=int, default=40_000, help="texts to write anew")
-    parser.add_argument("--rounds", type=int, default=4, help="how often each text is learned from")
-    parser.add_argument("--seed", type=int, default=0, help="of texts and first weights")
-    parser.add_argument("--threads", type=int, default=1, help="threads of the computation")
-    return parser.parse_args(arguments)
+def widen(network: ReaderNetwork, known: Vocabulary, vocabulary: Vocabulary) -> ReaderNetwork:
+    """Return a network with the same weights for a vocabulary with words added; they begin as unknown ones."""
+    sizes = network.sizes
+    wider = ReaderNetwork(Sizes(len(vocabulary), sizes.embedding, sizes.encoder, sizes.decoder, dropout=sizes.dropout))
+    weights = {name: value.clone() for name, value in network.state_dict().items()}
+    added = weights["words.weight"][UNKNOWN].repeat(len(vocabulary) - len(known), 1)
+    weights["words.weight"] = torch.cat([weights["words.weight"], added])
+    wider.load_state_dict(weights)
+    return wider
 
 
-if __name__ == "__main__":
-    main()
+def _learn(
+    name: str,
+    recipe: ReaderRecipe | TuningRecipe,
+    steps: int,
+    network: ReaderNetwork,
+    examples: Examples,
+    place: Place,
+    tell: Tell,
+    validate: Callable[[], Scores] | None = None,
+) -> None:
+    """Train a network on examples to the end."""
+    settings = Settings(
+        name,
+        steps,
+        warm_up_cosine(recipe.learning_rate, steps),
+        recipe.seed,
+        decay=DECAY,
+        validate_steps=VALIDATE_STEPS,
+        checkpoint_steps=place.checkpoint_steps,
+        identity=Identity(as_json(recipe), examples.digest()),
+    )
+    Trainer(ReadingTask(network, examples, recipe.batch, recipe.seed), settings, place.output, tell, validate).run()
+
+
+def _write(folder: Path, network: ReaderNetwork, vocabulary: Vocabulary) -> Path:
+    path = folder / f"reader{SUFFIX}"
+    write_reader(path, network, vocabulary)
+    return path

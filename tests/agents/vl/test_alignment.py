@@ -6,8 +6,8 @@ from pathlib import Path
 
 import torch
 
-from arramon_agents.training.batches import as_tokens
 from arramon_agents.vl.alignment import alignment_loss, other_texts
+from arramon_agents.vl.batches import as_tokens
 from arramon_agents.vl.model import START, Text
 from arramon_agents.vl.train import Imitation
 from tests.agents.made import demonstrations, place, recipe

@@ -52,7 +52,7 @@ def test_fine_tuning_learns_and_says_where_it_began(weights: Path, tmp_path: Pat
     tuned = replace(recipe(passes=40), init=str(weights), split="people", every=2)
     made = Imitation(tuned, place(tmp_path / "tuned"), demonstrations())
     made.run()
-    assert sum(made.losses[-5:]) < sum(made.losses[:5]) / 3
+    assert sum(made.trainer.losses[-5:]) < sum(made.trainer.losses[:5]) / 3
     card = made.weights.with_suffix(".md").read_text()
     assert f"--every 2 --init {weights}" in card
     assert "6 episodes of `people`" in card
@@ -61,7 +61,7 @@ def test_fine_tuning_learns_and_says_where_it_began(weights: Path, tmp_path: Pat
 
 
 def test_weights_of_another_model_are_refused(weights: Path, tmp_path: Path) -> None:
-    for other in (recipe(sees=False), replace(recipe(), reader="bilstm"), replace(recipe(), tokenizer="sentencepiece")):
+    for other in (recipe(sees=False), replace(recipe(), tokenizer="sentencepiece")):
         with pytest.raises(ValueError, match="is of another model than the recipe"):
             initial_policy(replace(other, init=str(weights)), NEW, place(tmp_path), print)
 

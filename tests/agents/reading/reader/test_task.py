@@ -10,7 +10,9 @@ from arramon_agents.reading.reader.reader import load, write_reader
 from arramon_agents.reading.reader.slots import rows_of
 from arramon_agents.reading.reader.task import Examples, ReadingTask, score
 from arramon_agents.reading.reader.words import Vocabulary
-from arramon_agents.training.trainer import Plan, Trainer
+from arramon_agents.training.schedule import warm_up_cosine
+from arramon_agents.training.trainer import Settings, Trainer
+from arramon_agents.weights import BadWeights
 from arramon_lang.meaning import Meaning, Navigation, Rotate, Thing, Walk
 
 MUG, BALL = Thing("mug", "red", "dotted"), Thing("ball", "blue", "striped")
@@ -38,9 +40,8 @@ def test_texts_are_learned_in_both_languages_and_read_from_a_file(tmp_path: Path
     network = ReaderNetwork(Sizes(len(vocabulary), 16, 16, 32, dropout=0.0))
     before = score(network, given)
     assert before["en"].texts == before["hi"].texts == 0.0
-    trainer = Trainer(Plan(samples=4 * 120, batch=4, rate=0.02), lambda: ReadingTask(network, given, 0))
-    for _ in range(120):
-        trainer.step()
+    settings = Settings("reader", steps=120, rate=warm_up_cosine(0.02, 120), seed=0)
+    Trainer(ReadingTask(network, given, batch=4, seed=0), settings).run()
     after = score(network, given)
     assert {language: (one.rows, one.texts, one.count) for language, one in after.items()} == {
         "en": (1.0, 1.0, 2),
@@ -53,5 +54,5 @@ def test_texts_are_learned_in_both_languages_and_read_from_a_file(tmp_path: Path
 
 
 def test_a_missing_reader_is_named(tmp_path: Path) -> None:
-    with pytest.raises(FileNotFoundError, match="train_reader"):
+    with pytest.raises(BadWeights, match="there are no weights of the learned reader"):
         load(tmp_path / "none.safetensors")

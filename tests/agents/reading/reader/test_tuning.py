@@ -2,15 +2,18 @@
 
 from pathlib import Path
 
+import pytest
 import torch
 
 from arramon_agents.reading.reader.network import ReaderNetwork, Sizes
 from arramon_agents.reading.reader.reader import load, write_reader
+from arramon_agents.reading.reader.recipe import TuningRecipe
 from arramon_agents.reading.reader.slots import rows_of
-from arramon_agents.reading.reader.tune import tune, widen
+from arramon_agents.reading.reader.train import tune, widen
 from arramon_agents.reading.reader.words import Vocabulary
 from arramon_agents.simulated.people import halves, read_half, read_people
 from tests import tiny
+from tests.agents.made import place
 
 
 def test_the_halves_share_no_episode(tmp_path: Path) -> None:
@@ -40,5 +43,11 @@ def test_peoples_texts_are_learned(tmp_path: Path) -> None:
     write_reader(tmp_path / "start.safetensors", ReaderNetwork(Sizes(len(known), 16, 16, 32, dropout=0.0)), known)
     learned, _ = halves(tiny.write(tmp_path, "val_seen", 6), "en")
     samples = read_people(learned, "en")
-    weights = tune(tmp_path / "start.safetensors", samples, ("en",), tmp_path / "out", rounds=300, rate=0.01)
+    tuning = TuningRecipe(init=str(tmp_path / "start.safetensors"), passes=300, learning_rate=0.01)
+    weights = tune(tuning, samples, ("en",), place(tmp_path / "out"))
     assert rows_of(load(weights).read(samples[0].text, "navigation")) == rows_of(samples[0].meaning)
+
+
+def test_people_write_in_one_language() -> None:
+    with pytest.raises(ValueError, match="languages en,hi: expected one language of people's texts"):
+        TuningRecipe(("en", "hi"))
