@@ -73,12 +73,12 @@ LONGEST = (
     "deploy/test_wheels.py",
     "dataset/plans/test_build.py", "dataset/generation/test_command.py", "hostile/test_hostile.py",
     "benchmarks/agents/test_ablations.py", "web/test_browser.py", "client/test_first_episodes.py",
-    "dataset/generation/test_killed.py", "dataset/generation/test_extra.py", "agents/learning/test_train.py",
+    "dataset/generation/test_killed.py", "dataset/generation/test_extra.py", "agents/test_train.py",
     "conformance/test_checks.py", "sim/raster/test_camera.py", "faults/test_clock.py", "conformance/test_servers.py",
     "process/test_site.py", "runs/play/test_two_engines.py", "benchmarks/simulation/test_camera_agreement.py",
     "client/test_agent_names.py", "hostile/test_endings.py", "commands/test_demonstrations.py",
     "demonstrations/test_export.py", "lang/test_hindi_agreement.py", "commands/test_cli.py",
-    "agents/learning/training/test_demonstrations.py", "agents/learning/training/test_imitation.py",
+    "agents/training/test_demonstrations.py", "agents/vl/test_train.py",
     "environments/test_experts.py", "faults/test_database.py", "faults/test_kill.py",
 )  # fmt: skip
 """The files that take longest, in this order."""

@@ -1,6 +1,6 @@
 """Text encoders of trained agents (readers): token ids (B, T) to one vector for each token (B, T, H). 0 is padding.
 
-"lstm", "bilstm" and "transformer" are trained from scratch; `pretrained=SOURCE` uses the states of a frozen encoder.
+"lstm" is trained from scratch; `pretrained=SOURCE` uses the states of a frozen encoder.
 """
 
 from collections.abc import Sequence
@@ -11,9 +11,6 @@ from torch import Tensor, nn
 
 from arramon_agents.pretrained.states import open_states
 from arramon_agents.reading.tokenizers import PAD, PRETRAINED, SPECIAL
-
-LONGEST = 256
-"""Largest number of tokens that the Transformer reads."""
 
 
 class LstmReader(nn.Module):
@@ -27,44 +24,6 @@ class LstmReader(nn.Module):
     def forward(self, tokens: Tensor) -> Tensor:
         """Return (B, T, H)."""
         return cast(Tensor, self.lstm(self.embedding(tokens))[0])
-
-
-class BiLstmReader(nn.Module):
-    """An embedding and one LSTM in each direction, which skip padding."""
-
-    def __init__(self, vocabulary: int, word_size: int, hidden: int) -> None:
-        super().__init__()
-        self.embedding = nn.Embedding(vocabulary, word_size)
-        self.lstm = nn.LSTM(word_size, hidden // 2, batch_first=True, bidirectional=True)
-
-    def forward(self, tokens: Tensor) -> Tensor:
-        """Return (B, T, H)."""
-        lengths = (tokens != 0).sum(1).clamp(min=1).cpu()
-        packed = nn.utils.rnn.pack_padded_sequence(
-            self.embedding(tokens), lengths, batch_first=True, enforce_sorted=False
-        )
-        read, _ = nn.utils.rnn.pad_packed_sequence(self.lstm(packed)[0], batch_first=True, total_length=tokens.shape[1])
-        return read
-
-
-class TransformerReader(nn.Module):
-    """A small Transformer: two layers of four heads, with learned positions."""
-
-    def __init__(self, vocabulary: int, word_size: int, hidden: int) -> None:
-        super().__init__()
-        self.embedding = nn.Embedding(vocabulary, word_size)
-        self.narrow = nn.Linear(word_size, hidden)
-        self.position = nn.Parameter(torch.randn(LONGEST, hidden) * 0.02)
-        layer = nn.TransformerEncoderLayer(hidden, 4, 2 * hidden, dropout=0.1, batch_first=True, norm_first=True)
-        self.layers = nn.TransformerEncoder(layer, 2, enable_nested_tensor=False)
-
-    def forward(self, tokens: Tensor) -> Tensor:
-        """Return (B, T, H). Texts of more than LONGEST tokens raise ValueError."""
-        length = tokens.shape[1]
-        if length > LONGEST:
-            raise ValueError(f"a text has {length} tokens, expected at most {LONGEST}")
-        words = self.narrow(self.embedding(tokens)) + self.position[:length]
-        return cast(Tensor, self.layers(words, src_key_padding_mask=tokens == 0))
 
 
 class PretrainedReader(nn.Module):
@@ -103,17 +62,17 @@ def own_pieces(tokens: Sequence[int]) -> list[int]:
     return [max(number - SPECIAL, 0) for number in tokens if number != PAD]
 
 
-READERS = {"lstm": LstmReader, "bilstm": BiLstmReader, "transformer": TransformerReader}
+LSTM = "lstm"
 
 
 def make_reader(name: str, vocabulary: int, word_size: int, hidden: int) -> nn.Module:
-    """Return a reader by name, one of READERS, or `pretrained=SOURCE`.
+    """Return a reader by name: "lstm" or `pretrained=SOURCE`.
 
     Raises:
         ValueError: if there is no such reader, or its source is not available.
     """
     if name.startswith(PRETRAINED):
         return PretrainedReader(name.removeprefix(PRETRAINED), hidden)
-    if name not in READERS:
-        raise ValueError(f"there is no reader {name!r}; there are {', '.join(READERS)}, {PRETRAINED}SOURCE")
-    return READERS[name](vocabulary, word_size, hidden)
+    if name != LSTM:
+        raise ValueError(f"there is no reader {name!r}; there are {LSTM} and {PRETRAINED}SOURCE")
+    return LstmReader(vocabulary, word_size, hidden)

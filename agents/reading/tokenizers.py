@@ -28,7 +28,7 @@ LONGEST_PIECE = 24
 """Largest number of characters of a piece."""
 
 SHIPPED = Path(__file__).with_name("sentencepiece.model")
-"""The shipped SentencePiece model; `train_sentencepiece` makes it."""
+"""The shipped SentencePiece model; `arramon-train --agent sentencepiece` makes it."""
 
 PRETRAINED = "pretrained="
 """Prefix of tokenizer and reader names that give the source of a pretrained encoder."""

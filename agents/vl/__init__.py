@@ -1,6 +1,7 @@
 """Agent that reads and sees, by the paper's model (section 5) in its own sizes. It needs the extra `torch`.
 
-`config.py` holds the sizes, `model.py` the network, `agent.py` how it plays, `card.md` how its weights were trained.
+`config.py` holds the sizes, `model.py` the network, `agent.py` how it plays, `recipe.py`, `task.py` and `train.py` how
+it is trained, `card.md` how its weights were.
 Other agents are configurations of it (`make_factory`): they differ in what their weights were trained with.
 """
 

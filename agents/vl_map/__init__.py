@@ -23,7 +23,7 @@ def make_agent(
     Args:
         weights: a file written by `arramon-train --agent vl_map`.
         sensor: "rgb" to see by RGB and depth alone, "segmentation" to see without errors.
-        reader: a file written by `arramon_agents.learning.train_reader` or `tune_reader`; None for the shipped reader.
+        reader: a file written by `arramon-train --agent reader` or `reader_tuning`; None for the shipped reader.
         mirror: whether the policy is asked about the mirror image too.
         looks: whether it turns around at first, and looks to either side before a decision.
         sums: whether what each view says of a thing is summed; if not, the largest view names it. With RGB alone.

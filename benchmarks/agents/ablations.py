@@ -21,7 +21,7 @@ from typing import Any
 
 import torch
 
-from arramon_agents.learning.training.demonstrations import Source, episodes_of
+from arramon_agents.training.demonstrations import Source, episodes_of
 from arramon_agents.weights import find_weights
 from arramon_client import load_agent
 from benchmarks.agents.ablations_tables import BASE, Measured, tables
@@ -61,8 +61,6 @@ ROWS = {
     "half": Variation("half of the episodes", share=0.5),
     "en": Variation("English texts alone", {"languages": ("en",)}),
     "hi": Variation("Hindi texts alone", {"languages": ("hi",)}),
-    "bilstm": Variation("reader `bilstm`", {"reader": "bilstm"}),
-    "transformer": Variation("reader `transformer`", {"reader": "transformer"}),
     "no-text": Variation("no text", {"reads": False}),
     "no-sight": Variation("no images", {"sees": False}),
 }

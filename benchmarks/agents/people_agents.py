@@ -6,7 +6,7 @@
 DATA is a folder of `arramon-server import-release`. Of the split's episodes in playing order every second one may be
 learned from. The agents play the first N of the others (0 for all of them), with weights that were trained on generated
 text alone; with `--tuned` also with what was fine-tuned on people's texts, as far as the folder has it:
-`reader.safetensors` of `python -m arramon_agents.learning.tune_reader` for those that read with the learned reader, and
+`reader.safetensors` of `arramon-train --agent reader_tuning` for those that read with the learned reader, and
 `AGENT.safetensors` of `arramon-train --init`. Runs that are in the folder of runs already are not played
 again: after an interruption the command goes on; name another folder for other data. With `--play-only` several
 commands can play side by side. The room is played alone, too, after perfect navigation.
@@ -22,9 +22,9 @@ from pathlib import Path
 
 import numpy as np
 
-from arramon_agents.learning.training.rollouts import Plan, play
 from arramon_agents.reading.reader.reader import WEIGHTS as READER
 from arramon_agents.simulated.people import halves
+from arramon_agents.training.rollouts import Plan, play
 from arramon_agents.weights import SHIPPED, SUFFIX, file_of
 from arramon_client import load_agent
 from arramon_client.environments.backend import PHASES

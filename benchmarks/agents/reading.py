@@ -11,9 +11,9 @@ from pathlib import Path
 
 import torch
 
-from arramon_agents.learning.reader.task import score
-from arramon_agents.learning.train_reader import examples_of
 from arramon_agents.reading.reader.reader import WEIGHTS, read_reader
+from arramon_agents.reading.reader.task import score
+from arramon_agents.reading.reader.train import examples_of
 from arramon_agents.simulated.meanings import read_samples
 from arramon_lang.meaning import Assembly, Navigation
 from benchmarks.common import markdown, parser_of

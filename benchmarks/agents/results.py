@@ -24,7 +24,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from arramon_agents.learning.training.rollouts import Plan, play
+from arramon_agents.training.rollouts import Plan, play
 from arramon_agents.weights import SHIPPED, file_of
 from arramon_client import load_agent
 from benchmarks.agents.results_tables import HiddenRun, Run, hidden_section, section

@@ -13,15 +13,16 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from arramon_agents.learning.training.demonstrations import ROOMS, Demonstration, Source, collect
-from arramon_agents.learning.training.imitation import Imitation
-from arramon_agents.learning.training.recipe import RECIPES, Place, Recipe
-from arramon_agents.learning.training.rollouts import Plan, play
 from arramon_agents.perception.encoder import VisualEncoder
 from arramon_agents.perception.frame_memory import SeenFrames
 from arramon_agents.perception.registry import open_encoder
+from arramon_agents.training.demonstrations import ROOMS, Demonstration, Source, collect
+from arramon_agents.training.place import Place
+from arramon_agents.training.rollouts import Plan, play
 from arramon_agents.vl.agent import LearnedAgent
 from arramon_agents.vl.policy import Policy, load_policy, save_policy
+from arramon_agents.vl.recipe import RECIPES, Recipe
+from arramon_agents.vl.train import Imitation
 from arramon_agents.weights import SUFFIX
 from arramon_client.agent import Agent
 from benchmarks.common import parser_of
@@ -151,15 +152,13 @@ class Study:
         training = Imitation(recipe, Place(self.data, self.cache, self.runs / "unused"), shown)
         began = time.process_time()
         while (used := (time.process_time() - began) / seconds) < 1.0:
-            for group in training.optimizer.param_groups:
-                group["lr"] = self.rate * (1.0 - used)
-            training.update()
+            training.trainer.update(self.rate * (1.0 - used))
         encode = training.policy.tokenizer.encode
         told = {language: [text for each in shown[:400] for text in each.read_in([language])] for language in LANGUAGES}
         pieces = {name: sum(len(encode(text)) for text in texts) / max(len(texts), 1) for name, texts in told.items()}
-        training.policy.about |= {"updates": training.step, "pieces": pieces}
+        training.policy.about |= {"updates": training.trainer.step, "pieces": pieces}
         save_policy(training.policy, path)
-        print(f"{name}: trained, {training.step} updates", file=sys.stderr, flush=True)
+        print(f"{name}: trained, {training.trainer.step} updates", file=sys.stderr, flush=True)
         return replace(training.policy, model=training.policy.model.eval())
 
 

@@ -26,7 +26,7 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
-from arramon_agents.learning.training.rollouts import PARALLEL, Plan, play
+from arramon_agents.training.rollouts import PARALLEL, Plan, play
 from arramon_client import load_agent
 from arramon_client.agent import Action, Agent, Observation, end_episode
 from arramon_client.agent import Episode as Begun

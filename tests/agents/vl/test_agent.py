@@ -7,9 +7,9 @@ import pytest
 import torch
 
 from arramon_agents import requirements
-from arramon_agents.learning.training.rollouts import Plan, play
 from arramon_agents.perception.registry import open_encoder
 from arramon_agents.reading.tokenizers import Words
+from arramon_agents.training.rollouts import Plan, play
 from arramon_agents.vl import make_agent
 from arramon_agents.vl.agent import LearnedAgent
 from arramon_agents.vl.config import Config

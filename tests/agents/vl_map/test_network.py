@@ -7,12 +7,12 @@ import pytest
 
 torch = pytest.importorskip("torch", reason="the extra `agents` is not installed: scripts/setup")
 
-from arramon_agents.learning.training.vl_map.task import targets_of  # noqa: E402
 from arramon_agents.simulated.walks import Label  # noqa: E402
 from arramon_agents.vl_map.features import DIRECTIONS, mirror  # noqa: E402
 from arramon_agents.vl_map.network import NEVER, PolicyNetwork, Sizes, batch_of, directions_of, shares_of  # noqa: E402
 from arramon_agents.vl_map.options import DISTANCES, OPTIONS, WAYPOINTS  # noqa: E402
 from arramon_agents.vl_map.policy import Policy  # noqa: E402
+from arramon_agents.vl_map.task import targets_of  # noqa: E402
 from arramon_lang.meaning import Navigation, Thing, Walk  # noqa: E402
 from tests.agents.vl_map.test_features import sample  # noqa: E402
 

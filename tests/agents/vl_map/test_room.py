@@ -1,15 +1,16 @@
 """The network that finds the cell of the room: what it is given, and that it learns relations from rooms."""
 
+from collections.abc import Sequence
 from random import Random
 
 import pytest
 
 torch = pytest.importorskip("torch", reason="the extra `agents` is not installed: scripts/setup")
 
-from arramon_agents.learning.training.vl_map.rooms import right_cells, train_rooms  # noqa: E402
 from arramon_agents.reading.reader.slots import rows_of  # noqa: E402
 from arramon_agents.simulated.rooms import WALLS, Task, misnamed, tasks_of  # noqa: E402
 from arramon_agents.vl_map.room import CELLS, THING, WALL, YOU, Placement, Placer, given_of, several  # noqa: E402
+from arramon_agents.vl_map.train import train_rooms  # noqa: E402
 from arramon_lang.meaning import Assembly, Thing, Where  # noqa: E402
 from arramon_lang.room import START, Room, Standing, find_cell  # noqa: E402
 from tests import tiny  # noqa: E402
@@ -43,6 +44,14 @@ def test_the_start_tile_is_never_the_cell() -> None:
     values = Placer()(several([given_of(rows_of(near("left_of", Thing("mug"))), ROOM)]))[0]
     assert values.shape == (len(CELLS),)
     assert values.argmin() == CELLS.index(START)
+
+
+def right_cells(network: Placer, tasks: Sequence[Task], reading: int) -> float:
+    """Return the share of tasks whose cell is found, given correctly named things."""
+    with torch.inference_mode():
+        values = network(several([given_of(list(task.readings[reading]), task.room) for task in tasks]))
+    found = [CELLS[number] for number in values.argmax(1).tolist()]
+    return sum(cell == task.cell for cell, task in zip(found, tasks, strict=True)) / len(tasks)
 
 
 def test_relations_are_learned() -> None:

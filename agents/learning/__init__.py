@@ -1,1 +1,0 @@
-"""Shared parts of trained agents: the agent that plays by weights, models, tokenizers, visual encoders, training."""

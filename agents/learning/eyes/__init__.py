@@ -1,1 +1,0 @@
-"""The visual encoder: a small convolutional network that says what is where in a frame of RGB and depth."""

@@ -1,1 +1,0 @@
-"""The learned reader: a small network that parses instructions of all its languages into steps."""

@@ -1,1 +1,0 @@
-"""Training: demonstrations, batches, recipes, imitation, rollouts, model cards; packages for agents of another kind."""

@@ -1,1 +1,0 @@
-"""Training of `vl_grounded`: demonstrations and views of rooms, augmented by exchanging things."""

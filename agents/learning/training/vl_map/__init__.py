@@ -1,1 +1,0 @@
-"""Training of `vl_map`: its policy, and the network that finds the room's cell."""

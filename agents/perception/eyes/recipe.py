@@ -1,0 +1,39 @@
+"""Training recipe of the visual encoder."""
+
+from dataclasses import dataclass, replace
+
+NETWORKS = ("blocks", "naming")
+"""The encoder's two networks."""
+
+
+@dataclass(frozen=True)
+class EyesRecipe:
+    """All settings of a training.
+
+    Attributes:
+        frames: number of frames that the network of blocks learns from, each once.
+        naming_frames: number of frames that the network of names learns from, each once.
+        size: side length of the frames, in pixels.
+        cities: number of cities drawn from the plans of the training sections.
+        seed: of frames and initial weights.
+        only: name of the one network to train; empty for both.
+    """
+
+    frames: int = 60_000
+    naming_frames: int = 60_000
+    size: int = 224
+    cities: int = 4
+    seed: int = 0
+    only: str = ""
+
+    def __post_init__(self) -> None:
+        if self.only not in ("", *NETWORKS):
+            raise ValueError(f"there is no network {self.only!r}; there are {', '.join(NETWORKS)}")
+
+
+RECIPES = {"eyes": EyesRecipe()}
+
+
+def smoke(recipe: EyesRecipe) -> EyesRecipe:
+    """Return a recipe for smoke tests, which takes seconds and learns next to nothing."""
+    return replace(recipe, frames=16, naming_frames=24, cities=1)

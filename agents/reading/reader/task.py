@@ -1,0 +1,153 @@
+"""The reader's training task: texts as word ids, meanings as rows of slots, the loss, and scores."""
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import torch
+from torch import Tensor
+from torch.nn import functional
+
+from arramon_agents.reading.reader.network import ReaderNetwork
+from arramon_agents.reading.reader.slots import EMPTY, SLOTS, Row
+from arramon_agents.reading.reader.words import UNKNOWN
+from arramon_agents.training.trainer import Loss
+
+UNKNOWN_SHARE = 0.02
+"""Share of words that are replaced by the unknown word in training."""
+
+POOL = 50
+"""Number of batches whose examples are sorted by length together, so that little of a batch is padding."""
+
+TESTED = 256
+"""Batch size of reading."""
+
+
+@dataclass(frozen=True, eq=False)
+class Examples:
+    """Texts with their meanings.
+
+    Attributes:
+        texts: (n, most words) int64, 0 after a text's end.
+        rows: (n, most rows, slots) int64, the end included.
+        lengths: (n,) rows of each, the end included.
+        languages: of each text.
+    """
+
+    texts: Tensor
+    rows: Tensor
+    lengths: Tensor
+    languages: tuple[str, ...]
+
+    @classmethod
+    def of(cls, texts: Sequence[list[int]], rows: Sequence[list[Row]], languages: Sequence[str]) -> "Examples":
+        """Return examples from word ids, and rows without the end row."""
+        most_words, most_rows = max(map(len, texts)), max(map(len, rows)) + 1
+        padded = torch.tensor([text + [0] * (most_words - len(text)) for text in texts])
+        filled = torch.tensor([[*one, *[EMPTY] * (most_rows - len(one))] for one in rows])
+        return cls(padded, filled, torch.tensor([len(one) + 1 for one in rows]), tuple(languages))
+
+    def digest(self) -> str:
+        """Return the SHA-256 of texts and rows."""
+        digest = hashlib.sha256()
+        for part in (self.texts, self.rows):
+            digest.update(f"{tuple(part.shape)}".encode() + part.numpy().tobytes())
+        return digest.hexdigest()
+
+
+class ReadingTask:
+    """Training task: predict the rows of texts.
+
+    Args:
+        network: to be trained.
+        examples: training examples, in a new order in each epoch.
+        batch: number of examples in a batch.
+        seed: of the orders.
+    """
+
+    def __init__(self, network: ReaderNetwork, examples: Examples, batch: int, seed: int) -> None:
+        self.network, self._examples, self._batch, self._seed = network, examples, batch, seed
+        self._epoch, self._places = 0, self._order(0)
+
+    def loss(self, step: int) -> Loss:
+        """Return the loss of a batch, the sum over slots of the mean over rows."""
+        chosen = self._chosen(step)
+        texts, rows, lengths = (
+            part[chosen] for part in (self._examples.texts, self._examples.rows, self._examples.lengths)
+        )
+        texts = texts[:, : int((texts != 0).sum(1).max())]
+        rows = rows[:, : int(lengths.max())]
+        hidden = (torch.rand(texts.shape) < UNKNOWN_SHARE) & (texts != 0)
+        logits = self.network(texts.masked_fill(hidden, UNKNOWN), rows)
+        counted = torch.arange(rows.shape[1]) < lengths[:, None]
+        losses = [
+            functional.cross_entropy(logits[name][counted], rows[:, :, number][counted])
+            for number, name in enumerate(SLOTS)
+        ]
+        return Loss(torch.stack(losses).sum())
+
+    def _chosen(self, step: int) -> Tensor:
+        """Return the indices of a batch's examples; a batch may reach from one epoch into the next."""
+        places = []
+        for number in range(step * self._batch, (step + 1) * self._batch):
+            epoch, place = divmod(number, len(self._examples.texts))
+            if epoch != self._epoch:
+                self._epoch, self._places = epoch, self._order(epoch)
+            places.append(int(self._places[place]))
+        return torch.tensor(places)
+
+    def _order(self, epoch: int) -> npt.NDArray[np.int64]:
+        """Return a random order of all examples, in which those of similar length share a batch."""
+        random = np.random.default_rng((self._seed, epoch))
+        places = random.permutation(len(self._examples.texts))
+        words = (self._examples.texts != 0).sum(1).numpy()
+        batches: list[npt.NDArray[np.int64]] = []
+        for first in range(0, len(places), POOL * self._batch):
+            pool = places[first : first + POOL * self._batch]
+            pool = pool[np.argsort(words[pool], kind="stable")]
+            batches += [pool[place : place + self._batch] for place in range(0, len(pool), self._batch)]
+        return np.concatenate([batches[place] for place in random.permutation(len(batches))])
+
+
+@dataclass(frozen=True, slots=True)
+class ReadingScores:
+    """Exact-match accuracies in [0, 1].
+
+    Attributes:
+        rows: of the steps, targets and relations.
+        texts: of whole texts, all rows right.
+        count: number of texts.
+    """
+
+    rows: float
+    texts: float
+    count: int
+
+
+def score(network: ReaderNetwork, examples: Examples) -> Mapping[str, ReadingScores]:
+    """Return the scores of examples by language."""
+    network.eval()
+    right: dict[str, list[tuple[int, int, bool]]] = {}
+    for first in range(0, len(examples.texts), TESTED):
+        some = slice(first, first + TESTED)
+        texts = examples.texts[some]
+        found = network.read(texts)
+        for row, truth, length, language in zip(
+            found, examples.rows[some], examples.lengths[some].tolist(), examples.languages[some], strict=True
+        ):
+            said = functional.pad(row, (0, 0, 0, max(0, length - len(row))), value=-1)[:length]
+            same = (said == truth[:length]).all(1)
+            # The end, which has no other slots, counts for the whole text alone.
+            has_ended = bool(said[length - 1, 0] == 0)
+            rows = same[: length - 1]
+            right.setdefault(language, []).append((int(rows.sum()), len(rows), bool(rows.all()) and has_ended))
+    return {
+        language: ReadingScores(
+            sum(hits for hits, _, _ in each) / sum(rows for _, rows, _ in each),
+            sum(whole for _, _, whole in each) / len(each),
+            len(each),
+        )
+        for language, each in right.items()
+    }

@@ -1,0 +1,36 @@
+"""Model cards: what a file of weights is, in Markdown."""
+
+from collections.abc import Mapping
+from typing import Any
+
+TRAIN = "train"
+"""The split of generated episodes to learn from."""
+
+GENERATED = (
+    "- It is trained by imitation on generated episodes alone. On people's instructions such agents reach less "
+    "(`docs/results.md`)."
+)
+FINE_TUNED = (
+    "- It is trained by imitation, at last on the texts of `{split}` alone: what it could before may have suffered."
+)
+
+
+def learned_from(split: str, init: str) -> str:
+    """Return the line of a card's limits on the texts that were learned from."""
+    return GENERATED if not init and split == TRAIN else FINE_TUNED.format(split=split)
+
+
+def page(name: str, rows: Mapping[str, object], limits: str) -> str:
+    """Return a model card in Markdown: a title, a table of what the weights are, and their limits."""
+    table = "\n".join(f"| {row} | {value} |" for row, value in rows.items())
+    return f"# {name}\n\n| | |\n| --- | --- |\n{table}\n\n## Limits\n\n{limits}\n"
+
+
+def command_of(agent: str, recipe: Mapping[str, Any], default: Mapping[str, Any]) -> str:
+    """Return the command that trains an agent by a recipe, with the options in which it differs from the default."""
+    options = [
+        f"--align-lang {','.join(value)}" if name == "aligned" else f"--{name.replace('_', '-')} {value}"
+        for name, value in recipe.items()
+        if name not in ("agent", "languages") and value != default[name]
+    ]
+    return " ".join(["arramon-train --agent", agent, "--lang", ",".join(recipe["languages"]), *sorted(options)])

@@ -1,0 +1,118 @@
+"""Checkpoints: everything from which a training resumes as if it had not been interrupted."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from torch import Tensor
+
+from arramon_agents.weights import SUFFIX, read_tensors, write_tensors
+
+FORMAT = "training 1"
+
+GROUPS = ("network", "optimizer", "average", "best", "history")
+"""Groups of the tensors in a file; the group is the first part of a tensor's name."""
+
+FORMER = ".state"
+"""Earlier versions had checkpoints with this in the names of their files."""
+
+HINT = "name another --output, or remove it"
+
+
+class OtherTraining(ValueError):
+    """A checkpoint is of another recipe, of other data, or of another version."""
+
+
+@dataclass(frozen=True)
+class Identity:
+    """What must match for a training to resume from a checkpoint.
+
+    Attributes:
+        recipe: settings that have an effect on updates, as JSON values.
+        data: digest of what is learned from.
+    """
+
+    recipe: Mapping[str, Any]
+    data: str
+
+
+@dataclass
+class Checkpoint:
+    """State of a training after an update.
+
+    Attributes:
+        step: number of updates so far.
+        cpu_seconds: processor time that they and validations took.
+        scores: best score so far of each metric by which weights are chosen.
+        tensors: by group (GROUPS) and name: the network's weights, the optimizer's state of each parameter, averaged
+            weights, weights with the best scores, and the loss of every update, (step,) float64.
+    """
+
+    step: int
+    cpu_seconds: float
+    scores: dict[str, float]
+    tensors: dict[str, dict[str, Tensor]] = field(default_factory=dict)
+
+
+def checkpoint_path(folder: Path, name: str) -> Path:
+    """Return the path of the checkpoint of a training."""
+    return folder / f"{name}.checkpoint{SUFFIX}"
+
+
+def write_checkpoint(path: Path, checkpoint: Checkpoint, identity: Identity) -> None:
+    """Write a checkpoint to a file, atomically."""
+    tensors = {
+        f"{group}.{name}": value.detach().cpu().contiguous()
+        for group in GROUPS
+        for name, value in checkpoint.tensors[group].items()
+    }
+    header = {
+        "format": FORMAT,
+        "recipe": dict(identity.recipe),
+        "data": identity.data,
+        "step": checkpoint.step,
+        "cpu_seconds": checkpoint.cpu_seconds,
+        "scores": checkpoint.scores,
+    }
+    write_tensors(path, tensors, header)
+
+
+def find_checkpoint(folder: Path, name: str) -> Path | None:
+    """Return the path of the checkpoint of a training, None if there is none.
+
+    Raises:
+        OtherTraining: if there is one of an earlier version under another name.
+    """
+    former = folder / f"{name}{FORMER}{SUFFIX}"
+    if former.exists():
+        raise OtherTraining(f"{former} is a checkpoint of an earlier version, which cannot be resumed: {HINT}")
+    path = checkpoint_path(folder, name)
+    return path if path.exists() else None
+
+
+def read_checkpoint(path: Path, identity: Identity) -> Checkpoint:
+    """Return the checkpoint of a file.
+
+    Raises:
+        OtherTraining: if it is of another recipe, of other data, or of another version.
+        BadWeights: if it cannot be read.
+    """
+    tensors, header = read_tensors(path)
+    if header.get("format") != FORMAT:
+        raise OtherTraining(f"{path} has the format {header.get('format')!r}, expected {FORMAT!r}: {HINT}")
+    if header["recipe"] != identity.recipe:
+        raise OtherTraining(f"{path} is of another recipe ({_difference(header['recipe'], identity.recipe)}): {HINT}")
+    if header["data"] != identity.data:
+        raise OtherTraining(f"{path} is of other data: {HINT}")
+    by_group: dict[str, dict[str, Tensor]] = {group: {} for group in GROUPS}
+    for name, value in tensors.items():
+        group, _, rest = name.partition(".")
+        by_group[group][rest] = value
+    return Checkpoint(header["step"], header["cpu_seconds"], header["scores"], by_group)
+
+
+def _difference(there: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
+    """Return the first setting that differs, with both values."""
+    name = next(name for name in (*wanted, *there) if there.get(name) != wanted.get(name))
+    return f"{name} {there.get(name)!r}, expected {wanted.get(name)!r}"

@@ -1,0 +1,37 @@
+"""The precision of a training's matrix products on the device that it runs on."""
+
+from collections.abc import Callable
+
+import torch
+
+from arramon_agents.training.recipe import PRECISIONS
+
+FLOAT32, BFLOAT16 = PRECISIONS
+
+
+def has_bfloat16(device: str) -> bool:
+    """Return whether a device computes in bfloat16 by itself, which is then faster than float32.
+
+    Processors with AVX-512 or AMX for it have it. On others, networks take longer than in float32, or fail (LSTM).
+
+    Args:
+        device: of torch, such as "cpu" or "cuda".
+    """
+    if torch.device(device).type != "cpu":
+        return True
+    mkldnn = torch.backends.mkldnn.is_available()  # type: ignore[no-untyped-call]
+    return mkldnn and bool(torch.ops.mkldnn._is_mkldnn_bf16_supported())
+
+
+def usable(precision: str, device: str, tell: Callable[[str], None]) -> str:
+    """Return a precision that a device has: "float32" in place of "bfloat16" where it does not have that.
+
+    Args:
+        precision: "float32" or "bfloat16".
+        device: of torch.
+        tell: receives a line if another precision than the wanted one is taken.
+    """
+    if precision != BFLOAT16 or has_bfloat16(device):
+        return precision
+    tell("this processor has no bfloat16: training in float32, which takes longer")
+    return FLOAT32

@@ -1,0 +1,131 @@
+"""Data augmentation: variants of a demonstration with other things, and with left and right exchanged.
+
+Images, instructions and actions change alike. So agents learn to go by what is named, and not by where things stand in
+a few sections."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from random import Random
+
+import numpy as np
+
+import arramon_lang as lang
+from arramon_agents.perception.eyes.grid import CHANNEL_NAMES
+from arramon_agents.training.demonstrations import Demonstration
+from arramon_agents.training.exchange import Exchange, read_meaning
+from arramon_client.agent import Action
+from arramon_client.environments.backend import NAVIGATION
+from arramon_lang.meaning import OTHER_SIDE, Face, Meaning, Navigation, Rotate, Step, Thing, Walk, Where
+
+MIRRORED = 0.5
+"""Share of the variants of walks in which left and right are exchanged. Rooms stay, as their walls have their sides."""
+
+_OTHER_ACTION = np.arange(len(Action), dtype=np.uint8)
+_OTHER_ACTION[[Action.LEFT, Action.RIGHT]] = Action.RIGHT, Action.LEFT
+
+
+@dataclass(frozen=True)
+class _Change:
+    """What distinguishes a variant: things exchanged, None for none; left and right exchanged or not; its texts."""
+
+    exchange: Exchange | None
+    mirrored: bool
+    texts: dict[str, str]
+
+
+class Variants:
+    """Variants of demonstrations. A variant follows from the seed and its number; it is written when first drawn.
+
+    Args:
+        demonstrations: as they are.
+        languages: in which variants are written; none for a model that does not read.
+        count: variants of each demonstration, besides itself.
+        channel_names: meaning of the features. Things are exchanged only if they are those of the encoder "eyes", or
+            if there are no features.
+        seed: of all choices.
+    """
+
+    def __init__(
+        self,
+        demonstrations: Sequence[Demonstration],
+        languages: Sequence[str],
+        count: int,
+        channel_names: Sequence[str] | None,
+        seed: int,
+    ) -> None:
+        self._demonstrations, self._languages, self._count = demonstrations, tuple(languages), count
+        self._exchanges = channel_names is None or tuple(channel_names) == CHANNEL_NAMES
+        self._seed = seed
+        self._changes: dict[tuple[int, int], _Change] = {}
+        self._meanings: dict[int, Meaning] = {}
+
+    def draw(self, row: int, chance: Random) -> Demonstration:
+        """Return a demonstration by its number, as it is or in one of its variants, chosen uniformly."""
+        number = chance.randrange(self._count + 1) if self._count else 0
+        return self.variant(row, number)
+
+    def variant(self, row: int, number: int) -> Demonstration:
+        """Return a variant of a demonstration; number 0 is the demonstration as it is."""
+        shown = self._demonstrations[row]
+        if number == 0:
+            return shown
+        if (row, number) not in self._changes:
+            self._changes[row, number] = self._change(row, number)
+        change = self._changes[row, number]
+        features, actions = shown.features, shown.actions
+        if change.exchange is not None and features.shape[-1]:
+            features = features[..., change.exchange.channels]
+        if change.mirrored:
+            features, actions = features[:, :, ::-1], _OTHER_ACTION[actions]
+        return replace(shown, texts=change.texts or shown.texts, actions=actions, features=features)
+
+    def _change(self, row: int, number: int) -> _Change:
+        shown = self._demonstrations[row]
+        random = Random(f"{self._seed}/{shown.phase}/{shown.episode_id}/{shown.turn}/{number}")  # noqa: S311
+        exchange = Exchange.draw(random) if self._exchanges else None
+        mirrors = shown.phase == NAVIGATION and random.random() < MIRRORED
+        if not self._languages:
+            return _Change(exchange, mirrors, {})
+        try:
+            meaning = self._meaning(row) if exchange is None else exchange.meaning(self._meaning(row))
+            if mirrors:
+                assert isinstance(meaning, Navigation)
+                meaning = mirrored(meaning)
+            texts = {each: lang.load(each).write(meaning, random) for each in self._languages if each in shown.texts}
+        except ValueError:  # A person's text that the grammar cannot read, or not write: it stays as it is.
+            return _Change(None, False, {})
+        return _Change(exchange, mirrors, texts)
+
+    def _meaning(self, row: int) -> Meaning:
+        """Return what a demonstration's instruction says."""
+        if row not in self._meanings:
+            shown = self._demonstrations[row]
+            self._meanings[row] = read_meaning(shown.texts, shown.phase)
+        return self._meanings[row]
+
+
+def mirrored(meaning: Navigation) -> Navigation:
+    """Return what an instruction says in a mirrored world."""
+    return Navigation(tuple(map(_mirrored_step, meaning.steps)), _mirrored_thing(meaning.target))
+
+
+def _mirrored_step(step: Step) -> Step:
+    if isinstance(step, Walk):
+        return replace(step, things=tuple(map(_mirrored_thing, step.things)), side=_other(step.side))
+    if isinstance(step, Face):
+        return Face(_mirrored_thing(step.thing))
+    assert isinstance(step, Rotate)
+    thing = _mirrored_thing(step.thing) if step.thing is not None else None
+    return replace(step, direction=_other(step.direction), thing=thing)
+
+
+def _mirrored_thing(thing: Thing) -> Thing:
+    return replace(thing, where=tuple(map(_mirrored_where, thing.where)))
+
+
+def _mirrored_where(where: Where) -> Where:
+    return replace(where, relation=_other(where.relation), things=tuple(map(_mirrored_thing, where.things)))
+
+
+def _other(said: str) -> str:
+    return OTHER_SIDE.get(said, said)

@@ -1,0 +1,83 @@
+"""Training task of the paper's models: choose the expert's actions in both phases, by teacher forcing."""
+
+import random
+from collections.abc import Sequence
+
+import torch
+from torch import Tensor
+
+from arramon_agents.training.batches import Epochs
+from arramon_agents.training.demonstrations import Demonstration
+from arramon_agents.training.trainer import Loss
+from arramon_agents.training.variants import Variants
+from arramon_agents.vl.alignment import alignment_loss, other_texts
+from arramon_agents.vl.batches import as_tokens, draw_text, loss_of, make_batch
+from arramon_agents.vl.model import PHASES, Model
+from arramon_agents.vl.policy import Policy
+from arramon_agents.vl.recipe import Recipe
+
+
+class ImitationTask:
+    """Batches of demonstrations of both phases, and the loss of the expert's actions.
+
+    Args:
+        recipe: all settings.
+        policy: whose model is trained.
+        demonstrations: of the expert.
+        device: of the model.
+
+    Attributes:
+        network: the model.
+        steps: number of steps of the training: passes through the navigation demonstrations, or through those of
+            assembly if there are no others.
+    """
+
+    def __init__(self, recipe: Recipe, policy: Policy, demonstrations: Sequence[Demonstration], device: str) -> None:
+        self.network: Model = policy.model
+        self._recipe, self._tokenizer, self._device = recipe, policy.tokenizer, device
+        self._variants = Variants(
+            demonstrations,
+            recipe.texts if recipe.reads else (),
+            recipe.variants,
+            policy.encoder.channel_names if policy.encoder else None,
+            recipe.seed,
+        )
+        sizes = dict(zip(PHASES, (recipe.batch, recipe.room_batch), strict=True))
+        epochs = {phase: Epochs(demonstrations, phase, size, recipe.seed) for phase, size in sizes.items()}
+        self._epochs = {phase: each for phase, each in epochs.items() if each.count}
+        self.steps = recipe.passes * (next(iter(self._epochs.values())).count if self._epochs else 0)
+
+    def loss(self, step: int) -> Loss:
+        """Return the mean loss of a batch of each phase, with the weighted loss of the alignment of languages."""
+        phases, alignments = dict[str, Tensor](), dict[str, Tensor]()
+        for phase, epochs in self._epochs.items():
+            phases[phase], aligned = self._phase_loss(phase, epochs.batch(step), step)
+            if aligned is not None:
+                alignments[f"{phase}/alignment"] = aligned
+        total = torch.stack(list(phases.values())).mean()
+        if alignments:
+            total = total + self._recipe.align * torch.stack(list(alignments.values())).mean()
+        return Loss(total, phases | alignments)
+
+    def _phase_loss(self, phase: str, rows: Sequence[int], step: int) -> tuple[Tensor, Tensor | None]:
+        """Return the losses of a batch of one phase: of its actions, and of the alignment if the recipe has it.
+
+        Args:
+            phase: of the demonstrations.
+            rows: indices of the demonstrations.
+            step: number of the training step, from which texts and variants follow.
+        """
+        recipe, module = self._recipe, self.network.of(phase)
+        chance = random.Random(f"{recipe.seed}/{phase}/{step}")  # noqa: S311 - not for secrets
+        chosen = [self._variants.draw(row, chance) for row in rows]
+        texts = [draw_text(each, recipe.languages, chance) for each in chosen]
+        batch = make_batch(chosen, texts, self._tokenizer, recipe.share, f"{recipe.seed}/{step}").to(self._device)
+        aligned = None
+        with torch.autocast(self._device, torch.bfloat16, enabled=recipe.precision == "bfloat16"):
+            text = module.read(batch.tokens)
+            values, _ = module.act(text, batch.cells, batch.before, at=batch.at)
+            if recipe.align and recipe.reads:
+                paired, others = other_texts(chosen, texts, recipe.aligned, chance)
+                tokens = as_tokens(others, self._tokenizer).to(self._device)
+                aligned = alignment_loss(text.of(paired), module.read(tokens))
+        return loss_of(values.float(), batch, recipe.pick_up), aligned

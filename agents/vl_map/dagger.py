@@ -1,0 +1,210 @@
+"""Training of the policy of `vl_map`: imitation on simulated walks, then on walks of its own (DAgger)."""
+
+import json
+import random
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+import torch
+
+from arramon_agents.reading.reader.reader import load as load_reader
+from arramon_agents.simulated.body import Faults
+from arramon_agents.simulated.courses import Course, training_courses
+from arramon_agents.simulated.walks import Decided, walk
+from arramon_agents.training.checkpoint import Identity
+from arramon_agents.training.place import Place, Tell
+from arramon_agents.training.precision import usable
+from arramon_agents.training.recipe import identity_of
+from arramon_agents.training.schedule import warm_up_cosine
+from arramon_agents.training.trainer import Settings, Trainer
+from arramon_agents.vl_map.network import PolicyNetwork, Sizes
+from arramon_agents.vl_map.policy import Policy
+from arramon_agents.vl_map.recipe import MapRecipe
+from arramon_agents.vl_map.task import Arrays, ChoosingTask, arrays_of, load_arrays, save_arrays
+from arramon_agents.weights import SUFFIX
+
+NAME = "vl_map"
+
+DECAY = 0.01
+"""Weight decay."""
+
+PERFECT = 0.25
+"""Share of walks without errors of seeing; the other walks have half to one and a half times the usual error rates."""
+
+
+@dataclass(frozen=True)
+class TrainedPolicy:
+    """Result of a training.
+
+    Attributes:
+        network: in evaluation mode.
+        updates: number of training steps.
+        cpu_seconds: processor time of walks and training.
+        description: of the training data.
+        data_hash: of the training split.
+    """
+
+    network: PolicyNetwork
+    updates: int
+    cpu_seconds: float
+    description: str
+    data_hash: str
+
+
+def train_policy(recipe: MapRecipe, place: Place, tell: Tell) -> TrainedPolicy:
+    """Train the policy, resuming from walks and checkpoints in the output folder.
+
+    Raises:
+        ArraMonError: if the data folder does not have what is needed.
+        ValueError: if walks or checkpoints are of another recipe or other data.
+    """
+    recipe = replace(recipe, precision=usable(recipe.precision, "cpu", tell))
+    walks = SimulatedWalks(recipe, place, tell)
+    first = walks.along_paths()
+    count = len(first["label"])
+    torch.manual_seed(recipe.seed)
+    network = PolicyNetwork(Sizes())
+    task = ChoosingTask(network, recipe.batch, recipe.seed, recipe.precision)
+    task.add(first)
+
+    def trainer(name: str, samples: int, rate: float) -> Trainer:
+        steps = samples // recipe.batch
+        settings = Settings(
+            name,
+            steps,
+            warm_up_cosine(rate, steps),
+            recipe.seed,
+            decay=DECAY,
+            checkpoint_steps=place.checkpoint_steps,
+            identity=walks.identity,
+        )
+        return Trainer(task, settings, place.output, tell)
+
+    trainers = [trainer(NAME, recipe.passes * count, recipe.learning_rate)]
+    steps = trainers[0].settings.steps
+    for number in range(recipe.rounds):
+        share = recipe.first + (1.0 - recipe.first) / recipe.rounds * number
+        trainers[0].run(until=round(steps * share))
+        task.add(walks.by_itself(number + 1, network))
+    trainers[0].run()
+    if recipe.again:
+        task.add(walks.by_itself(recipe.rounds + 1, network))
+        trainers.append(trainer(f"{NAME}.again", recipe.again * task.count, recipe.learning_rate / 2))
+        trainers[1].run()
+    updates, seconds = sum(each.step for each in trainers), sum(each.cpu_seconds for each in trainers)
+    return TrainedPolicy(
+        network.eval(),
+        updates,
+        walks.cpu_seconds + seconds,
+        f"{walks.description}, {count:,} decisions along paths",
+        walks.data_hash,
+    )
+
+
+class SimulatedWalks:
+    """Labelled decisions of simulated walks, made once and kept in files of the output folder.
+
+    Args:
+        recipe: all settings.
+        place: with the data folder and the output folder.
+        tell: receives lines of progress.
+
+    Attributes:
+        data_hash: of the training split.
+        identity: of the recipe and the data from which walks follow.
+        cpu_seconds: processor time that the walks took.
+    """
+
+    def __init__(self, recipe: MapRecipe, place: Place, tell: Tell) -> None:
+        self._recipe, self._output, self._tell = recipe, place.output, tell
+        self.cpu_seconds = 0.0
+        courses, self.data_hash = training_courses(place.data, recipe.languages, recipe.episodes, load_reader())
+        self._pairs = list(zip(courses[::2], courses[1::2], strict=True))  # The two turns of each episode.
+        sections = len({course.world.section.id for course in courses})
+        self.description = f"{len(courses)} turns in {sections} sections"
+        self.identity = Identity(identity_of(recipe), f"{self.data_hash}, {len(courses)} turns")
+        self._about = json.dumps({**self.identity.recipe, "data": self.data_hash, "turns": len(courses)})
+
+    def along_paths(self) -> Arrays:
+        """Return the decisions of walks along the episodes' paths."""
+        return self._part(0, self._walk_along_paths)
+
+    def by_itself(self, number: int, network: PolicyNetwork) -> Arrays:
+        """Return the decisions of a round of walks of the policy by itself.
+
+        Args:
+            number: of the round, from 1 on.
+            network: of the policy.
+        """
+        return self._part(number, partial(self._walk_by_itself, number, network))
+
+    def _part(self, number: int, make: Callable[[], list[Decided]]) -> Arrays:
+        """Return decisions from the file of this number, or make them."""
+        path = self._output / f"{NAME}.walks-{number}{SUFFIX}"
+        if not path.exists():
+            began = time.process_time()
+            arrays = arrays_of(make())
+            save_arrays(path, arrays, self._about, time.process_time() - began)
+        arrays, seconds = load_arrays(path, self._about)
+        self.cpu_seconds += seconds
+        self._tell(f"{NAME}: {len(arrays['label'])} decisions in walks {number}, {self.cpu_seconds:.0f} s")
+        return arrays
+
+    def _walk_along_paths(self) -> list[Decided]:
+        decided: list[Decided] = []
+        pairs, seed = self._pairs, self._recipe.seed
+        for number in range(self._recipe.walks * len(pairs)):
+            decided += walk_turns(pairs[number % len(pairs)], number // len(pairs), (seed, 0, number))[0]
+            if number % 100 == 99:
+                self._tell(f"{NAME}: walks of {number + 1} episodes, {len(decided)} decisions")
+        return decided
+
+    def _walk_by_itself(self, number: int, network: PolicyNetwork) -> list[Decided]:
+        seed = self._recipe.seed
+        chance = random.Random(f"{seed}/{number}")  # noqa: S311 - nothing here is a secret
+        policy = Policy(network.eval())
+        decided: list[Decided] = []
+        picked = 0
+        count = max(1, round(self._recipe.round_walks * len(self._pairs)))
+        for place in range(count):
+            pair = chance.choice(self._pairs)
+            reading = chance.randrange(len(pair[0].readings))
+            walked, hits = walk_turns(pair, reading, (seed, number, place), policy)
+            decided += walked
+            picked += hits
+        self._tell(f"{NAME}: round {number}: {picked / count / 2:.2f} of its walks end at the target")
+        return decided
+
+
+def walk_turns(
+    pair: tuple[Course, Course], reading: int, seed: Sequence[int], policy: Policy | None = None
+) -> tuple[list[Decided], int]:
+    """Walk both turns of an episode, the second from where the first ended.
+
+    Args:
+        pair: courses of the turns.
+        reading: number of the first turn's reading; the second has the next one.
+        seed: of the faults of seeing, and of wrong turns.
+        policy: that walks; None for walks along the paths.
+
+    Returns:
+        The decisions, and the number of targets that were picked up.
+    """
+    draws = np.random.default_rng(tuple(seed))
+    faults = Faults().scaled(0.0 if draws.random() < PERFECT else draws.uniform(0.5, 1.5))
+    decided: list[Decided] = []
+    picked, body = 0, None
+    for course in pair:
+        # Each turn with another reading, the first not always with what was meant.
+        rows = course.readings[(reading + course.turn) % len(course.readings)]
+        if policy is None:
+            walked = walk(course, rows, faults, draws, body=body)
+        else:
+            walked = walk(course, rows, faults, draws, policy.choose, astray=0.05, body=body)
+        decided += walked.decisions
+        picked += walked.picked == 0
+        body = walked.body
+    return decided, picked

@@ -1,0 +1,127 @@
+"""Training of `vl_map`: its policy and its network for rooms, validation by rollouts, weights and model card."""
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import torch
+
+from arramon_agents.process_settings import prepare_process
+from arramon_agents.reading.reader.reader import load as load_reader
+from arramon_agents.simulated.courses import training_episodes
+from arramon_agents.simulated.rooms import Task, tasks_of
+from arramon_agents.training.card import command_of, page
+from arramon_agents.training.place import Place, Tell
+from arramon_agents.training.recipe import as_json
+from arramon_agents.training.rollouts import Plan, mean, play
+from arramon_agents.training.schedule import cosine
+from arramon_agents.training.trainer import Settings, Trainer
+from arramon_agents.vl_map.agent import SeeingAgent
+from arramon_agents.vl_map.dagger import NAME, train_policy
+from arramon_agents.vl_map.policy import Networks, Policy, write_policy
+from arramon_agents.vl_map.recipe import MapRecipe
+from arramon_agents.vl_map.room import Placement, Placer
+from arramon_agents.vl_map.task import RoomTask
+from arramon_agents.weights import SUFFIX
+
+IMAGE_SIZE = 224
+"""Side length of the images in validation, in pixels."""
+
+LIMITS = """\
+- It is trained on generated episodes alone. On people's instructions it reaches less than half of it (docs/results.md).
+- In training its eyes are simulated: the faults are drawn at the rates that were measured on frames of `train`, one
+  thing at a time. Things that hide each other, or are cut off at a frame's edge, are not simulated.
+- It knows the instruction only as the learned reader read it, mistakes included.
+- It looks around at the start and after each walk of three moves, as long as there are steps to spare: it takes more
+  actions than an expert.
+- In the room it looks around and walks by the rules of `agents.seeing_follower`; the cell is found by its network,
+  which knows nothing of ordinals there, and nothing of relations of a landmark itself."""
+
+
+ROOM_PASSES, ROOM_BATCH, ROOM_RATE, ROOM_DECAY = 30, 64, 0.03, 1e-4
+"""Of the room's network: epochs, batch size, first learning rate, weight decay."""
+
+
+def train(recipe: MapRecipe, place: Place, tell: Tell) -> Path:
+    """Train, resuming from walks and checkpoints if there are any; return the path of the weights.
+
+    The model card is beside them.
+
+    Raises:
+        ArraMonError: if the data folder does not have what is needed.
+        ValueError: if the output folder holds walks or a checkpoint of another recipe or other data.
+    """
+    prepare_process()
+    place.output.mkdir(parents=True, exist_ok=True)
+    trained = train_policy(recipe, place, tell)
+    found = training_episodes(place.data, recipe.languages, recipe.episodes)
+    tasks = [task for _, episodes in found for task in tasks_of(episodes, recipe.languages, load_reader())]
+    placer, seconds = train_rooms(tasks, recipe.seed)
+    about: dict[str, Any] = {
+        "recipe": as_json(recipe),
+        "data": trained.description,
+        "data_hash": trained.data_hash,
+        "updates": trained.updates,
+        "cpu_seconds": round(trained.cpu_seconds + seconds),
+        "parameters": sum(parameter.numel() for parameter in trained.network.parameters()),
+        "room_parameters": sum(parameter.numel() for parameter in placer.parameters()),
+        "rooms": len(tasks),
+    }
+    if recipe.validate_episodes:
+        plan = Plan(place.data, recipe.validate, recipe.languages, recipe.validate_episodes, IMAGE_SIZE)
+        scores = play(SeeingAgent(Policy(trained.network), Placement(placer)), plan)
+        split = {"split": recipe.validate, "episodes": recipe.validate_episodes}
+        about["validation"] = split | {name: mean(scores, name) for name in ("nDTW", "CTC-3", "PTC")}
+        tell(f"{NAME}: validation: {json.dumps(about['validation'])}")
+    weights = place.output / f"{NAME}{SUFFIX}"
+    write_policy(weights, Networks(trained.network, placer), about)
+    weights.with_suffix(".md").write_text(card(about), encoding="utf-8")
+    return weights
+
+
+def train_rooms(tasks: Sequence[Task], seed: int, passes: int = ROOM_PASSES) -> tuple[Placer, float]:
+    """Train the network that finds the cell of the room; this takes less than a minute, and has no checkpoints.
+
+    Args:
+        tasks: training tasks.
+        seed: of weights, order, the choice of readings, and misnamed things.
+        passes: number of epochs.
+
+    Returns:
+        The network, in evaluation mode, and the seconds of processor time that it took.
+    """
+    torch.manual_seed(seed)
+    network = Placer()
+    steps = max(1, passes * len(tasks) // ROOM_BATCH)
+    settings = Settings("rooms", steps, cosine(ROOM_RATE, steps), seed, decay=ROOM_DECAY, clip=math.inf)
+    trainer = Trainer(RoomTask(network, tasks, ROOM_BATCH, seed), settings)
+    trainer.run()
+    return network.eval(), trainer.cpu_seconds
+
+
+def card(about: Mapping[str, Any]) -> str:
+    """Return the model card of a policy, in Markdown."""
+    recipe = about["recipe"]
+    rows = {
+        "agent": "`agents.vl_map`. It chooses waypoints on the landmarks and the free ground that it remembers.",
+        "model": f"`agents/vl_map/network.py`, {about['parameters']:,} parameters, and `room.py`, "
+        f"{about['room_parameters']:,}; with them come the visual encoder `eyes` and the learned reader",
+        "training data": f"{about['data']}, {about['rooms']} rooms; SHA-256 of `train` {about['data_hash'][:12]}",
+        "command": f"`{command_of(NAME, recipe, as_json(MapRecipe()))}`",
+        "seed": recipe["seed"],
+        "updates": about["updates"],
+        "CPU time": f"{about['cpu_seconds'] / 60:.0f} minutes, with the simulated walks",
+        "validation": _validated(about.get("validation")),
+    }
+    return page(NAME, rows, LIMITS)
+
+
+def _validated(found: Mapping[str, Any] | None) -> str:
+    if not found:
+        return "none"
+    return (
+        f"on the first {found['episodes']} episodes of `{found['split']}`, in each language by turns, after the last "
+        f"update: nDTW {found['nDTW']:.3f}, CTC-3 {found['CTC-3']:.3f}, PTC {found['PTC']:.3f}"
+    )

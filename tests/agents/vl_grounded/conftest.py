@@ -1,0 +1,6 @@
+"""These tests need PyTorch, and use one thread of it: several test processes share the cores."""
+
+import pytest
+
+torch = pytest.importorskip("torch", reason="the extra `agents` is not installed: scripts/setup")
+torch.set_num_threads(1)
