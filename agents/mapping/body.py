@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +13,9 @@ from arramon_agents.mapping.motion import HEADINGS, STEPS, TURN, step_key
 from arramon_agents.perception.scan import Eye
 from arramon_client.agent import Action, Label, Observation
 
+if TYPE_CHECKING:
+    from arramon_agents.perception.eyes.names import NamedThing  # It needs PyTorch.
+
 
 class Body:
     """Odometry, map and landmarks in the agent's own frame, in which it starts at (0, 0) with heading 0.
@@ -20,6 +24,7 @@ class Body:
 
     Args:
         labels: meaning of a segmentation's values, by index.
+        landmarks: memory of landmarks; None for one of labels alone.
 
     Attributes:
         x, z: the agent's position in units.
@@ -30,12 +35,12 @@ class Body:
         closed_steps: `step_key`s of steps that turned out to be blocked.
     """
 
-    def __init__(self, labels: Sequence[Label]) -> None:
+    def __init__(self, labels: Sequence[Label], landmarks: Landmarks | None = None) -> None:
         self.x = self.z = 0.0
         self.heading = 0
         self.travelled = 0
         self.ground = Map()
-        self.landmarks = Landmarks(labels)
+        self.landmarks = landmarks or Landmarks(labels)
         self.closed_steps: frozenset[tuple[int, int, int]] = frozenset()
         self._eye = Eye(labels)
         self._last: Action | None = None
@@ -51,8 +56,8 @@ class Body:
         """The pose (x, z, heading in multiples of 30 degrees)."""
         return self.x, self.z, self.heading
 
-    def perceive(self, observation: Observation) -> None:
-        """Update pose, map and landmarks with the frame after the last action.
+    def perceive(self, observation: Observation, things: Sequence["NamedThing"] = ()) -> None:
+        """Update pose, map and landmarks with the frame after the last action, and the things named in it.
 
         Raises:
             ValueError: if the observation has no depth or no segmentation.
@@ -66,6 +71,7 @@ class Body:
         pose = self.x, self.z, self.angle
         self.ground.add(self._eye.scan(depth, segmentation, pose))
         self.landmarks.add(self._eye.sightings(depth, segmentation, pose))
+        self.landmarks.add_things(things, pose)
 
     def record_action(self, action: Action | None) -> None:
         """Record the action that the agent takes now; None when it leaves the street."""

@@ -3,11 +3,15 @@
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from arramon_agents.perception.scan import COLLECTIBLES, Sighting
 from arramon_client.agent import Label
 from arramon_lang.meaning import Thing
 from arramon_lang.street import OFF_AXIS, is_of_colour
+
+if TYPE_CHECKING:
+    from arramon_agents.perception.eyes.names import NamedThing  # It needs PyTorch.
 
 APART, BUILDINGS_APART = 1.2, 3.0
 """Distance in units below which two sightings of one label are the same landmark, of small things and LARGE ones."""
@@ -60,6 +64,9 @@ class Landmarks:
                     break
             else:
                 known.append(Landmark(label, seen.x, seen.z, seen.distance))
+
+    def add_things(self, things: Iterable["NamedThing"], pose: tuple[float, float, float]) -> None:
+        """Ignore a frame's named things: all landmarks come by their labels."""
 
     def fitting(self, thing: Thing) -> list[Landmark]:
         """Return the landmarks that match a thing's attributes, as far as they are given."""

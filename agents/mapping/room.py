@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -10,6 +11,9 @@ import numpy.typing as npt
 from arramon_agents.perception.scan import EYE_HEIGHT, FIELD_OF_VIEW
 from arramon_client.agent import Label
 from arramon_lang.room import COLUMNS, ROWS, Cell, Room, Standing
+
+if TYPE_CHECKING:
+    from arramon_agents.perception.eyes.names import NamedThing  # It needs PyTorch.
 
 CELL = 1.5
 """Side of a cell, in units."""
@@ -88,6 +92,9 @@ class RoomSight:
             every = np.flatnonzero(self._is_wall[shown])
             column, row, _ = _places(depth, every, scale, cell, heading)
             self._add_walls(shown[every], column, row)
+
+    def add_things(self, things: Sequence["NamedThing"], cell: Cell, heading: float) -> None:
+        """Ignore a frame's named things: all objects come by their labels."""
 
     def room(self) -> Room:
         """Return the room as seen so far; objects in one cell are stacked, ordered by height."""

@@ -98,8 +98,7 @@ class SimulatedBody(Body):
         faults: Faults,
         random: np.random.Generator,
     ) -> None:
-        super().__init__(LABELS)
-        self.landmarks = self._seen = SeenLandmarks(LABELS)
+        super().__init__(LABELS, SeenLandmarks(LABELS))
         self._world, self._things, self._faults, self._random = world, things, faults, random
         self._origin = pose
         self._confused = random.random((len(things.codes), 3))
@@ -159,7 +158,7 @@ class SimulatedBody(Body):
         own = self.x, self.z, self.angle
         self.ground.add(_scan(solid, wall, own))
         self.landmarks.add(self._sightings(wall, house, own, (x, z)))
-        self._seen.add_things(self._named(x, z, heading), own)
+        self.landmarks.add_things(self._named(x, z, heading), own)
 
     def _sightings(
         self,
@@ -272,7 +271,7 @@ def _grouped(row: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
 
 
 def _scan(solid: npt.NDArray[np.float64], wall: npt.NDArray[np.float64], own: tuple[float, float, float]) -> Scan:
-    """Return obstacles and free ground of a frame, like `follower.perceive.Eye.scan` from images."""
+    """Return obstacles and free ground of a frame, like `perception.scan.Eye.scan` from images."""
     near = np.minimum(solid, MAX_DISTANCE)
     points, walls = [], []
     for distance, is_wall in ((solid, False), (wall, True)):

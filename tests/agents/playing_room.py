@@ -5,7 +5,8 @@ from functools import cache
 
 import numpy as np
 
-from arramon_agents.follower.room import RoomFollower
+from arramon_agents.mapping.room import RoomSight
+from arramon_agents.mapping.room_player import RoomFollower
 from arramon_client.agent import Label, Observation
 from arramon_lang.meaning import Assembly
 from arramon_server.sim.catalogue import ObjectType
@@ -55,7 +56,11 @@ def play(
     meaning: Assembly, room: tuple[PlacedObject, ...], carried: ObjectType, *, steps: int = 150, size: int = 128
 ) -> tuple[Placement, bool, int]:
     """Where the follower puts the object, whether the step limit forced it, and after how many steps."""
-    follower, state, layout = RoomFollower(meaning, CLIENT_LABELS), begin(room, carried), Layout(HERE, ((), ()), ())
+    follower, state, layout = (
+        RoomFollower(meaning, RoomSight(CLIENT_LABELS)),
+        begin(room, carried),
+        Layout(HERE, ((), ()), ()),
+    )
     for taken in range(1, steps + 1):
         action = Action(follower.act(observe(state, steps_left=steps, size=size)))
         state, events = step(state, action, layout, Open(), Limits(steps))

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from arramon_agents.follower.room import RoomFollower
 from arramon_agents.mapping.room import RoomSight
+from arramon_agents.mapping.room_player import RoomFollower
 from arramon_client.agent import Observation
 from arramon_lang.meaning import Assembly, Thing, Where
 from arramon_server.sim.catalogue import ObjectType
@@ -93,10 +93,10 @@ def test_cells_levels_and_walls_are_reconstructed() -> None:
 def test_missing_sensors_are_named() -> None:
     meaning = told("on_top_of", Thing("book"))
     with pytest.raises(ValueError, match="no labels"):
-        RoomFollower(meaning, ())
+        RoomFollower(meaning, RoomSight(()))
     bare = Observation("1", 1, "assembly", 0, "Place it.", 0, 150, rgb=np.zeros((8, 8, 3), np.uint8))
     with pytest.raises(ValueError, match="depth"):
-        RoomFollower(meaning, CLIENT_LABELS).act(bare)
+        RoomFollower(meaning, RoomSight(CLIENT_LABELS)).act(bare)
 
 
 @pytest.mark.parametrize(("kind", "is_object"), [("banner", False), ("cone", False), ("mug", True)])

@@ -2,12 +2,16 @@
 
 from collections import deque
 from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
 from arramon_agents.mapping.room import RoomSight
 from arramon_agents.mapping.room_path import RoomPose, plan, quarter_of
-from arramon_client.agent import Action, Label, Observation
+from arramon_client.agent import Action, Observation
 from arramon_lang.meaning import Assembly
 from arramon_lang.room import START, Cell, Room, find_cell, is_all_there, quarter_after
+
+if TYPE_CHECKING:
+    from arramon_agents.perception.eyes.names import NamedThing  # It needs PyTorch.
 
 TURN = 30
 """Degrees of one turn."""
@@ -35,16 +39,13 @@ class RoomFollower:
 
     Args:
         meaning: meaning of the phase's instruction; parts that match nothing in the room are ignored.
-        labels: `Episode.labels`.
+        sight: empty memory of the room.
         find: returns the cell for the object in a room; None for the rules of `arramon_lang.room`.
-
-    Raises:
-        ValueError: if there are no labels.
     """
 
-    def __init__(self, meaning: Assembly, labels: Sequence[Label], find: Find | None = None) -> None:
+    def __init__(self, meaning: Assembly, sight: RoomSight, find: Find | None = None) -> None:
         self._meaning, self._find = meaning, find or find_by_rules
-        self._sight = RoomSight(labels)
+        self._sight = sight
         self._cell: Cell = START
         self._heading = 0
         self._ahead: deque[Action] = deque()
@@ -52,7 +53,7 @@ class RoomFollower:
         self._has_outlook = False
         self._aside = Action.LEFT if quarter_after(meaning.turns) == 3 else Action.RIGHT
 
-    def act(self, observation: Observation) -> int:
+    def act(self, observation: Observation, things: Sequence["NamedThing"] = ()) -> int:
         """Return the next action; pass it the observations of one assembly phase, from the first one on.
 
         Raises:
@@ -62,6 +63,7 @@ class RoomFollower:
             raise ValueError("the observation has no depth or no segmentation; the room follower requires both sensors")
         if not self._ahead:
             if self._looks_left:
+                self._sight.add_things(things, self._cell, self._heading)
                 self._sight.add(observation.depth, observation.segmentation, self._cell, self._heading)
                 self._looks_left -= 1
             self._ahead.extend(self._next(observation.steps_left))
