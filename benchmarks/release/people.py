@@ -34,12 +34,8 @@ from arramon_server.sim.physics import VariedGround, physics_of
 from arramon_server.sim.raster.camera import RasterCamera
 from arramon_server.sim.scene import Scene
 from arramon_server.sim.section import Section
-<<<<<<< HEAD
-from arramon_server.sim.variations import Difference, VariedCamera, VariedGround
-from benchmarks.common import add_json, aligned, mean_and_error, parser_of, whole, write_json
-=======
 from arramon_server.sim.variations import Difference
->>>>>>> studies
+from benchmarks.common import add_json, aligned, mean_and_error, parser_of, whole, write_json
 
 METRICS = ("nDTW", "CTC-3", "PTC")
 ALL, SOME, NONE = "all there", "some missing", "none named"
