@@ -6,7 +6,6 @@ A reader sees the same streets and room as a writer (`arramon-server sheets`), b
 every object by number. That is how the free paraphrases were checked (`dataset/paraphrases/data/README.md`).
 """
 
-import argparse
 import hashlib
 import sys
 from collections.abc import Sequence
@@ -24,6 +23,7 @@ from arramon_server.episodes.episode import Episode
 from arramon_server.errors import ArraMonError
 from arramon_server.sim.rules import Collectible
 from arramon_server.sim.section import Prop
+from benchmarks.common import parser_of
 
 
 def reader_sheet(episode: Episode, number: int, site: Site) -> tuple[Image.Image, str]:
@@ -58,7 +58,7 @@ def name_of_prop(prop: Prop) -> str:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Write the sheets; return the exit status."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", 1)[0])
+    parser = parser_of(__doc__)
     parser.add_argument("episodes", nargs="*", metavar="EPISODE", help="ids (default: all of the split)")
     parser.add_argument("--split", required=True, help="split of the episodes")
     parser.add_argument("--data", type=Path, default=Path("arramon-data"), help="data folder (default: %(default)s)")

@@ -248,7 +248,7 @@ def speed(section: Section, moves: int) -> dict[str, float]:
     return figures
 
 
-def main() -> int:
+def main(arguments: Sequence[str] | None = None) -> int:
     """Run the benchmark."""
     parser = parser_of(__doc__)
     parser.add_argument("--moves", type=whole, default=1_000_000, help="random moves in all (default: %(default)s)")
@@ -259,7 +259,7 @@ def main() -> int:
         "--timed", type=whole, default=20_000, help="moves in each measurement of the speed (default: %(default)s)"
     )
     add_json(parser)
-    given = parser.parse_args()
+    given = parser.parse_args(arguments)
     done: dict[str, Counts] = {}
     if given.log and given.log.exists():
         for line in given.log.read_text().splitlines():

@@ -1,4 +1,4 @@
-"""Frame rates of both cameras for a moment, without compiling the fast one anew."""
+"""Frame rates of both cameras for a moment."""
 
 import json
 from pathlib import Path
@@ -9,9 +9,9 @@ from tests.benchmarks.command import numbers, printed
 from tests.physics import needs_pybullet
 
 
+@pytest.mark.slow
 @needs_pybullet
-def test_rates(many: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")  # Only the processes that draw a first frame notice: this takes 10 s.
+def test_rates(many: Path, tmp_path: Path) -> None:
     file = tmp_path / "rates.json"
     arguments = "--data", many, "--rounds", 1, "--seconds", 0.01, "--views", 1, "--json", file
     lines = printed("benchmarks.simulation.cameras", *arguments)

@@ -11,7 +11,6 @@ import pytest
 from arramon_server.sim.city import city_scene
 from arramon_server.sim.footprints import TOUCHING, Footprint, Footprints
 from arramon_server.sim.geometry import AGENT_RADIUS, STEP
-from tests.benchmarks.command import printed
 from tests.dataset.plans.sections import section_of
 from tests.physics import needs_pybullet
 
@@ -32,16 +31,17 @@ def test_moves_almost_touch_what_is_nearest() -> None:
     assert min(found) < -TOUCHING / 2 < TOUCHING / 2 < max(found)
 
 
-def test_a_comparison_goes_on_where_it_was_ended(tmp_path: Path) -> None:
-    module, arguments = "benchmarks.simulation.collisions", ["--moves", 900, "--log", tmp_path / "log"]
-    arguments += ["--timed", 50, "--json", tmp_path / "json"]
-    assert "9 chunks are left" in printed(module, *arguments, "--minutes", 0)
-    lines = printed(module, *arguments)
-    assert not [line for line in lines if "chunks are left" in line]
-    assert lines[-1].startswith("pybullet takes ")
+def test_a_comparison_goes_on_where_it_was_ended(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    from benchmarks.simulation.collisions import main
+
+    arguments = ["--moves", "900", "--timed", "50", "--log", str(tmp_path / "log"), "--json", str(tmp_path / "json")]
+    assert main([*arguments, "--minutes", "0"]) == 0
+    assert "chunks are left" in capsys.readouterr().out
+    assert main(arguments) == 0
+    assert "chunks are left" not in capsys.readouterr().out
     total = json.loads((tmp_path / "json").read_text())["rows"]["total"]
     assert (total["moves"], total["differ"]) == (900, 0)
     before = (tmp_path / "log").read_text()
-    printed(module, *arguments)
+    assert main(arguments) == 0
     assert (tmp_path / "log").read_text() == before
     assert json.loads((tmp_path / "json").read_text())["rows"]["total"] == total
