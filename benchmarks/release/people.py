@@ -22,7 +22,7 @@ import numpy as np
 
 from arramon_dataset.instruction_writer import make_instruction_writer, room_camera
 from arramon_dataset.release.landmarks.mentions import FURNITURE, events_of
-from arramon_dataset.release.reconstruction import reconstruct
+from benchmarks.release.drawn_furniture import reconstruct
 from arramon_dataset.trial import TrialWorld, play
 from arramon_dataset.world_check import missing
 from arramon_server.episodes.episode import Episode, Instructions

@@ -1,13 +1,11 @@
 """Reconstruction of a section's geometry from its episodes' paths: ground near paths is free, the rest is built up."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
-from arramon_dataset.layout.furnishing import furnish
 from arramon_dataset.layout.grid import CELL, Grid, Mask, Points, sample_points
 from arramon_dataset.layout.lots import Rectangle, cover, split
 from arramon_dataset.layout.masks import (
@@ -34,15 +32,6 @@ NARROWEST = 2.0
 
 LOWEST, HIGHEST = 2.5, 9.0
 """Range of building heights, in units."""
-
-
-def reconstruct(section_id: str, paths: Sequence[Points], targets: Points) -> Section:
-    """Return the section of `build_up` with drawn furniture, none of which blocks a path.
-
-    Args, Raises: as for `build_up`; the id seeds the furniture, too.
-    """
-    built = build_up(section_id, paths, targets)
-    return replace(built, props=furnish(section_id, built.heading, built.buildings, sample_points(paths), targets))
 
 
 def build_up(section_id: str, paths: Sequence[Points], targets: Points) -> Section:
