@@ -18,11 +18,8 @@ from arramon_dataset.generation.site import Site
 from arramon_dataset.paraphrases.collection import HALVES, generated_episodes, paraphrased_section, paraphrases
 from arramon_dataset.paraphrases.route import route_facts
 from arramon_dataset.randomness import seeded
-<<<<<<< HEAD
 from benchmarks.common import parser_of
-=======
 from benchmarks.instructions.alignment_training import learn, save
->>>>>>> studies
 
 Key = tuple[str, int]
 

@@ -32,12 +32,9 @@ from arramon_dataset.trial import TrialWorld, play
 from arramon_lang.meaning import Assembly, Meaning, Navigation
 from arramon_lang.room import find_cell
 from arramon_server.episodes.episode import Episode
-<<<<<<< HEAD
 from benchmarks.common import parser_of
-=======
 from benchmarks.instructions.agreement import assembly_agrees, navigation_agrees
 from benchmarks.instructions.meanings import development_meanings
->>>>>>> studies
 
 PHASES = ("navigation", "assembly")
 
