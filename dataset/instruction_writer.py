@@ -20,8 +20,8 @@ from arramon_dataset.instructions.assembly.sight import whole_room
 from arramon_dataset.instructions.gate.assembly import faults_of_assembly
 from arramon_dataset.instructions.gate.texts import faults_of_text
 from arramon_dataset.instructions.sight import poses_along
-from arramon_dataset.instructions.told_turn import ToldTurn
 from arramon_dataset.randomness import seeded
+from arramon_dataset.told_turn import ToldTurn
 from arramon_dataset.trial import Hope, TrialWorld, leads
 from arramon_lang.meaning import Assembly, Meaning, Navigation, Rotate, Thing, Where
 from arramon_lang.quality import check, is_blocked

@@ -258,10 +258,7 @@ CYCLES_OF_MODULES = (
 )  # fmt: skip
 """Modules that import each other, today. A set may get smaller or go; there may be no other."""
 
-CYCLES_OF_PACKAGES = (
-    {f"arramon_dataset.{name}" for name in ("alignment", "generation", "instructions", "paraphrases")},
-    {f"arramon_agents.{name}" for name in ("learning", "seeing_follower", "vl_grounded", "vl_map")},
-)
+CYCLES_OF_PACKAGES = ({f"arramon_agents.{name}" for name in ("learning", "seeing_follower", "vl_grounded", "vl_map")},)
 """Packages, of the top two levels, that import each other, today, as above."""
 
 

@@ -28,7 +28,6 @@ from arramon_dataset.release.landmarks.mentions import SCENERY
 from arramon_dataset.release.landmarks.recovery import Landmark, Map, Told, recover, told_of
 from arramon_dataset.release.landmarks.scenery import props_of
 from arramon_dataset.release.landmarks.walks import Numbers
-from arramon_dataset.release.reconstruction import reconstruct
 from arramon_server.episodes.episode import Episode
 from arramon_server.sim.cameras import Viewpoint
 from arramon_server.sim.city import city_scene, label_of_prop
@@ -36,6 +35,7 @@ from arramon_server.sim.own_furniture import furnished
 from arramon_server.sim.raster.camera import RasterCamera
 from arramon_server.sim.section import Prop, Section
 from benchmarks.common import add_json, parser_of, whole, write_json
+from benchmarks.release.drawn_furniture import reconstruct
 
 BEFORE = 6
 """Number of steps before a mention's place from which its thing may be seen."""

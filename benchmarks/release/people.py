@@ -22,7 +22,6 @@ import numpy as np
 
 from arramon_dataset.instruction_writer import make_instruction_writer, room_camera
 from arramon_dataset.release.landmarks.mentions import FURNITURE, events_of
-from arramon_dataset.release.reconstruction import reconstruct
 from arramon_dataset.trial import TrialWorld, play
 from arramon_dataset.world_check import missing
 from arramon_server.episodes.episode import Episode, Instructions
@@ -36,6 +35,7 @@ from arramon_server.sim.scene import Scene
 from arramon_server.sim.section import Section
 from arramon_server.sim.variations import Difference
 from benchmarks.common import add_json, aligned, mean_and_error, parser_of, whole, write_json
+from benchmarks.release.drawn_furniture import reconstruct
 
 METRICS = ("nDTW", "CTC-3", "PTC")
 ALL, SOME, NONE = "all there", "some missing", "none named"

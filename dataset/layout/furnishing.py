@@ -1,25 +1,6 @@
-"""Placement of street furniture and banners in a section that was reconstructed from paths.
+"""Colours of street furniture and banners that are drawn, those that people mention more often being likelier."""
 
-The number of each kind follows the frequency with which the original benchmark's instructions mention it.
-"""
-
-from collections.abc import Sequence
-from random import Random
-
-import numpy as np
-
-from arramon_dataset.layout.grid import Points
-from arramon_dataset.layout.places import Surroundings, candidates, extents, free_of_others
-from arramon_dataset.randomness import seeded
 from arramon_server.sim.assets import furniture
-from arramon_server.sim.section import Building, Prop
-
-COUNTS = {
-    "dumpster": 6, "phone_booth": 7, "bench": 8, "barrier": 6, "tree": 5, "tyre_stack": 2, "bags": 2, "mailbox": 3,
-    "bin": 5, "barrel": 6, "traffic_light": 5, "stop_sign": 2, "speed_sign": 2, "lamp_post": 9, "hydrant": 4,
-    "cone": 14, "banner": 10,
-}  # fmt: skip
-"""Number of each kind in a section, where there is room; bulky kinds are placed first."""
 
 COLOURS = {
     **furniture.COLOURS,
@@ -28,49 +9,8 @@ COLOURS = {
 }
 """Colours of each kind; likelier ones are repeated."""
 
-SHAPES = ("star", "star", "diamond", "diamond", "triangle", "hexagon", "circle", "dot")
 SHAPE_COLOURS = {
     "red": ("white", "yellow", "black"), "blue": ("white", "yellow", "red"), "green": ("white", "yellow", "red"),
     "yellow": ("red", "blue", "black"), "white": ("red", "blue", "green"), "black": ("white", "yellow", "red"),
 }  # fmt: skip
 """Colours of a banner's shape, by the banner's ground colour."""
-
-
-def furnish(
-    section_id: str, heading: float, buildings: Sequence[Building], trodden: Points, targets: Points
-) -> tuple[Prop, ...]:
-    """Return the section's furniture; the same input gives the same result.
-
-    Args:
-        section_id: seeds the placement.
-        heading: of the streets, degrees clockwise from +z.
-        buildings: of the section.
-        trodden: (n, 2) of (x, z): closely spaced points on all paths.
-        targets: (m, 2) of (x, z).
-    """
-    surroundings = Surroundings.of(heading, buildings, trodden, targets)
-    random = seeded(section_id, "furniture")
-    for kind, count in COUNTS.items():
-        places, fronts = candidates(surroundings, kind, random)
-        for _ in range(count):
-            place_prop(surroundings, kind, places, fronts, random)
-    return tuple(surroundings.placed)
-
-
-def _apart(place: Points, spot: Sequence[float]) -> float:
-    return float(np.hypot(place[0] - spot[0], place[1] - spot[1]))
-
-
-def place_prop(surroundings: Surroundings, kind: str, places: Points, fronts: Points, random: Random) -> None:
-    """Place one prop of this kind far from others of its kind, if there is room."""
-    room = free_of_others(surroundings, places, max(extents(kind)))
-    chosen = np.flatnonzero(room)
-    if not len(chosen):
-        return
-    tried = [int(chosen[random.randrange(len(chosen))]) for _ in range(6)]
-    same = [spot for spot, prop in zip(surroundings.spots, surroundings.placed, strict=True) if prop.kind == kind]
-    best = max(tried, key=lambda i: min((_apart(places[i], spot) for spot in same), default=0.0))
-    colour = random.choice(COLOURS.get(kind, ("",)))
-    shape = random.choice(SHAPES) if kind == "banner" else ""
-    shape_colour = random.choice(SHAPE_COLOURS[colour]) if kind == "banner" else ""
-    surroundings.add(kind, places[best], float(fronts[best]), (colour, shape, shape_colour))

@@ -10,10 +10,10 @@ from scipy.spatial import cKDTree
 
 from arramon_dataset.layout.grid import CELL, Grid, Mask, Points
 from arramon_dataset.layout.lots import Rectangle, cover, split
+from arramon_dataset.layout.masks import RING, connected_to, dilate, rectangle_mask, set_back, with_neighbours
 from arramon_dataset.plans.plan import Plan
 from arramon_dataset.plans.strips import Surface, surface
 from arramon_dataset.randomness import seeded
-from arramon_dataset.release.reconstruction import RING, connected_to, dilate, rectangle_mask, set_back, with_neighbours
 from arramon_server.sim.assets.markings import covers
 from arramon_server.sim.section import FACADES, Building
 

@@ -1,48 +1,37 @@
 """Reconstruction of a section's geometry from its episodes' paths: ground near paths is free, the rest is built up."""
 
 from collections.abc import Sequence
-from dataclasses import replace
-from random import Random
 
 import numpy as np
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
-from arramon_dataset.layout.furnishing import furnish
 from arramon_dataset.layout.grid import CELL, Grid, Mask, Points, sample_points
 from arramon_dataset.layout.lots import Rectangle, cover, split
+from arramon_dataset.layout.masks import (
+    LONGEST,
+    RING,
+    SHORTEST,
+    connected_to,
+    dilate,
+    rectangle_mask,
+    set_back,
+    with_neighbours,
+)
 from arramon_dataset.randomness import seeded
 from arramon_server.sim.section import FACADES, Building, Section
 
 CARVE = 0.75
 """Ground closer than this to a path or a target is free, in units: no corner of a cell beyond it is within 0.57."""
 
-RING = 8.0
-"""Width of the built-up ground around the free ground, in units, so that every street ends at a facade."""
-
 THINNEST = 2.5
 """Built-up ground thinner than this becomes street, in units."""
-
-SHORTEST, LONGEST = 4.5, 9.0
-"""Range of a lot's side lengths, in units, where the ground is wide enough."""
 
 NARROWEST = 2.0
 """Ground that no square of this side length fits into stays empty, unless it would open to the outside, in units."""
 
-SETBACKS = (0.0, 0.0, 0.0, 0.75, 1.0, 1.5)
-"""Possible distances of a facade from the edge of the street, in units: room for street furniture."""
-
 LOWEST, HIGHEST = 2.5, 9.0
 """Range of building heights, in units."""
-
-
-def reconstruct(section_id: str, paths: Sequence[Points], targets: Points) -> Section:
-    """Return the section of `build_up` with drawn furniture, none of which blocks a path.
-
-    Args, Raises: as for `build_up`; the id seeds the furniture, too.
-    """
-    built = build_up(section_id, paths, targets)
-    return replace(built, props=furnish(section_id, built.heading, built.buildings, sample_points(paths), targets))
 
 
 def build_up(section_id: str, paths: Sequence[Points], targets: Points) -> Section:
@@ -98,13 +87,6 @@ def survey(grid: Grid, trodden: Points) -> tuple[Mask, Mask]:
     return ~thick, thick & dilate(~thick, RING)
 
 
-def dilate(mask: Mask, units: float) -> Mask:
-    """Return the mask of cells at most `units` from a cell in `mask`, along either axis."""
-    size = 2 * round(units / CELL) + 1
-    near: Mask = ndimage.maximum_filter(mask, size=size, mode="constant", cval=False)
-    return near
-
-
 def remove_thin(mask: Mask, units: float) -> Mask:
     """Return `mask` without cells that no square of `units` inside it covers. Cells beyond the raster count as set."""
     size = round(units / CELL)
@@ -127,48 +109,6 @@ def lay_out(section_id: str, built: Mask, street: Mask) -> list[Rectangle]:
     lots = [lot for lot in lots if seen[with_neighbours(lot)].any()]
     unseen = ~rectangle_mask(built.shape, lots) & ~seen
     return [set_back(lot, seen, unseen, seeded(section_id, "setback", number)) for number, lot in enumerate(lots)]
-
-
-def rectangle_mask(shape: tuple[int, ...], rectangles: Sequence[Rectangle]) -> Mask:
-    """Return the mask of all cells in any of `rectangles`."""
-    mask = np.zeros(shape, dtype=bool)
-    for top, left, bottom, right in rectangles:
-        mask[top:bottom, left:right] = True
-    return mask
-
-
-def connected_to(empty: Mask, street: Mask) -> Mask:
-    """Return the part of `empty` that is connected to the street."""
-    labels, _ = ndimage.label(empty)
-    found: Mask = np.isin(labels, np.unique(labels[street & empty]))
-    return found
-
-
-def with_neighbours(lot: Rectangle) -> tuple[slice, slice]:
-    """Return the slices of a lot and the cells adjacent to it."""
-    top, left, bottom, right = lot
-    return slice(max(top - 1, 0), bottom + 1), slice(max(left - 1, 0), right + 1)
-
-
-def set_back(lot: Rectangle, seen: Mask, unseen: Mask, random: Random, depths: Sequence[float] = SETBACKS) -> Rectangle:
-    """Return the lot without a strip along some of the sides that face a street over their whole length.
-
-    No strip is removed that would expose `unseen` cells behind the lots. `depths` of strips are in units.
-    """
-    smaller, seen = lot, np.pad(seen, 1)  # A lot may lie at the raster's edge.
-    for side in range(4):
-        depth = round(random.choice(depths) / CELL)
-        top, left, bottom, right = smaller
-        strip, edge, rest = (
-            (Rectangle(top, left, top + depth, right), seen[top, left + 1 : right + 1], top + depth),
-            (Rectangle(top, left, bottom, left + depth), seen[top + 1 : bottom + 1, left], left + depth),
-            (Rectangle(bottom - depth, left, bottom, right), seen[bottom + 1, left + 1 : right + 1], bottom - depth),
-            (Rectangle(top, right - depth, bottom, right), seen[top + 1 : bottom + 1, right + 1], right - depth),
-        )[side]
-        wide_enough = smaller.shape[side % 2] - depth >= round(SHORTEST / 2 / CELL)
-        if edge.all() and wide_enough and not unseen[with_neighbours(strip)].any():
-            smaller = smaller._replace(**{Rectangle._fields[side]: rest})
-    return smaller
 
 
 def raise_buildings(section_id: str, grid: Grid, lots: Sequence[Rectangle]) -> list[Building]:

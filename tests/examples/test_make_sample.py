@@ -14,11 +14,11 @@ from arramon_dataset.randomness import seeded
 from arramon_dataset.release.extras import read_references
 from arramon_dataset.release.files import read_release
 from arramon_dataset.release.importer import import_release
-from arramon_dataset.release.reconstruction import reconstruct
 from arramon_server.episodes.episode import Episode
 from arramon_server.sim.catalogue import ObjectType
 from arramon_server.sim.room import Square
 from arramon_server.sim.rules import moved
+from benchmarks.release.drawn_furniture import reconstruct
 from examples.sampling import english, hindi
 from examples.sampling.rooms import OFFSETS
 from examples.sampling.routes import Leg

@@ -9,15 +9,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import ndimage
 
-from arramon_dataset.layout.furnishing import COUNTS
 from arramon_dataset.layout.grid import CELL, Grid, Points, sample_points, to_street_frame
 from arramon_dataset.layout.lots import Rectangle, cover, split
 from arramon_dataset.layout.places import extents
 from arramon_dataset.randomness import seeded
-from arramon_dataset.release.reconstruction import reconstruct, remove_thin, street_heading
+from arramon_dataset.release.reconstruction import remove_thin, street_heading
 from arramon_server.sim.assets.furniture import footprint_radius
 from arramon_server.sim.geometry import AGENT_RADIUS, Pose
 from arramon_server.sim.section import FACADES, PROP_KINDS, Prop, Section
+from benchmarks.release.drawn_furniture import COUNTS, reconstruct
 from tests.release import VAL_SEEN, needs_release
 
 NO_PLACES: Points = np.zeros((0, 2))

@@ -14,12 +14,12 @@ from arramon_dataset.release.landmarks.ground import Ground, Room
 from arramon_dataset.release.landmarks.mentions import Event
 from arramon_dataset.release.landmarks.recovery import Told, told_of
 from arramon_dataset.release.landmarks.strays import HEARD
-from arramon_dataset.release.reconstruction import reconstruct
 from arramon_server.episodes.episode import Episode, Instructions
 from arramon_server.episodes.provenance import DRAWN, TEXT, Provenance
 from arramon_server.sim.assets.furniture import footprint_radius
 from arramon_server.sim.own_furniture import furnished
 from arramon_server.sim.section import ON_WALLS, Prop, Section
+from benchmarks.release.drawn_furniture import reconstruct
 
 SAMPLE = Path(__file__).parents[4] / "examples" / "sample" / "sample.json"
 
