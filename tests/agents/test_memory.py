@@ -115,7 +115,11 @@ def growth(agent: Agent, episodes: int) -> tuple[int, int]:
     return of_agent, after[1] - before[1] - of_agent
 
 
-QUICK = [("agents.follower", {}), ("agents.shortest_path", {}), ("examples.my_agent", {})]
+QUICK: list[tuple[str, dict[str, object]]] = [
+    ("agents.follower", {}),
+    ("agents.shortest_path", {}),
+    ("examples.my_agent", {}),
+]
 
 LEARNED: list[tuple[str, dict[str, object]]] = [
     ("agents.seeing_follower", {}),

@@ -5,9 +5,11 @@ from pathlib import Path
 
 import pytest
 
-torch = pytest.importorskip("torch", reason="the extra `agents` is not installed: scripts/setup")
+pytest.importorskip("torch", reason="the extra `agents` is not installed: scripts/setup")
 
-from arramon_agents.weights import (  # noqa: E402
+import torch
+
+from arramon_agents.weights import (
     BadWeights,
     file_of,
     find_initial,

@@ -56,7 +56,7 @@ def check_theirs(environment: Environment, folder: Path) -> None:
     assert len(files) > 100
     for file in files:
         assert file.hash is not None
-        digest = hashlib.new(file.hash.mode, file.locate().read_bytes()).digest()
+        digest = hashlib.new(file.hash.mode, Path(str(file.locate())).read_bytes()).digest()
         assert base64.urlsafe_b64encode(digest).rstrip(b"=").decode() == file.hash.value, file
     imported = environment.run(THEIRS, folder)
     assert imported.stdout == f"{environment.site / 'agents' / '__init__.py'} agents.agent\n", imported.stderr

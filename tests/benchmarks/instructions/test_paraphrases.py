@@ -7,9 +7,9 @@ MODULE = "benchmarks.instructions.paraphrases"
 
 def test_reading_and_playing() -> None:
     lines = printed(MODULE, "--lang", "en", "--play", 1)
-    for row, texts in (("the target is named right", 312), ("whole meaning of assembly", 40)):
+    for row, count in (("the target is named right", 312), ("whole meaning of assembly", 40)):
         share, number, *_ = numbers(lines, f"en {row}:")
-        assert (number, 0.5 < share <= 1.0) == (texts, True)
+        assert (number, 0.5 < share <= 1.0) == (count, True)
     for texts in ("paraphrases", "the grammar's texts"):
         assert numbers(lines, f"en follower with {texts}, ")[0] == 1
 
