@@ -4,7 +4,6 @@ import gc
 import json
 import os
 import signal
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -13,7 +12,7 @@ from sqlalchemy import Engine
 
 from arramon_server.runs.storage.database import Database
 from arramon_server.sim.raster.camera import compile_kernels
-from tests import ROOT, forked_pools, forked_testers, tiny
+from tests import forked_pools, tiny
 from tests.faults.clients import EPISODES, Peace, journal_url, undisturbed
 from tests.forked import Forked
 from tests.serving import Server
@@ -50,16 +49,10 @@ def interruptible() -> Iterator[None]:
     signal.signal(signal.SIGINT, before)
 
 
+@pytest.hookimpl(optionalhook=True)  # without pytest-xdist there is no such hook
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
     """`--numprocesses auto`: two for each core, as tests wait for servers and clocks; three took longer."""
     return 2 * (os.cpu_count() or 1)
-
-
-@pytest.hookimpl(optionalhook=True)
-def pytest_xdist_setupnodes(config: pytest.Config) -> None:
-    """Fork the test processes from this one, with everything imported; on Linux, as elsewhere forking is not safe."""
-    if sys.platform == "linux":
-        forked_testers.install(config)
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:
@@ -68,30 +61,10 @@ def pytest_sessionstart(session: pytest.Session) -> None:
         compile_kernels()
 
 
-LONGEST = (
-    "dataset/release/test_replay.py", "benchmarks/soak/test_run.py", "examples/test_learning.py",
-    "deploy/test_wheels.py",
-    "dataset/plans/test_build.py", "dataset/generation/test_command.py", "hostile/test_hostile.py",
-    "benchmarks/agents/test_ablations.py", "web/test_browser.py", "client/test_first_episodes.py",
-    "dataset/generation/test_killed.py", "dataset/generation/test_extra.py", "agents/test_train.py",
-    "conformance/test_checks.py", "sim/raster/test_camera.py", "faults/test_clock.py", "conformance/test_servers.py",
-    "process/test_site.py", "runs/play/test_two_engines.py", "benchmarks/simulation/test_camera_agreement.py",
-    "client/test_agent_names.py", "hostile/test_endings.py", "commands/test_demonstrations.py",
-    "demonstrations/test_export.py", "lang/test_hindi_agreement.py", "commands/test_cli.py",
-    "agents/training/test_demonstrations.py", "agents/vl/test_train.py",
-    "environments/test_experts.py", "faults/test_database.py", "faults/test_kill.py",
-)  # fmt: skip
-"""The files that take longest, in this order."""
-
-
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """The longest files come first, then those with slow tests: at the end, no process is to be left with one of them.
-
-    With xdist a file goes as a whole to one process, in this order.
-    """
+    """Files with slow tests come first: at the end, no process is to be left with one of them."""
     slow = {item.path for item in items if item.get_closest_marker("slow")}
-    places = {ROOT / "tests" / name: place for place, name in enumerate(LONGEST)}
-    items.sort(key=lambda item: (places.get(item.path, len(LONGEST)), item.path not in slow))
+    items.sort(key=lambda item: item.path not in slow)
 
 
 def pytest_collection_finish() -> None:

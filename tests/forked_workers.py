@@ -6,9 +6,8 @@ import subprocess
 import sys
 import time
 import traceback
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, NoReturn
@@ -23,29 +22,28 @@ LAUNCHER = 4
 """Number of words of a worker's command before the server's own arguments: the interpreter and the lifeline."""
 
 
-class ForkedProcess:
-    """A fork of this process with its own input and output: the part of `subprocess.Popen` that waits and signals.
-
-    Args:
-        work: what it does, given the file descriptors of its input and output; it ends the process itself.
+class ForkedWorker:
+    """`subprocess.Popen` for a worker: the same streams, session, environment and lifeline, but no new interpreter.
 
     Attributes:
         pid: the process.
-        input, output: file descriptors of the other ends, of this process.
+        returncode: its exit status, None while it runs or before `poll` or `wait` has seen its end.
+        stdin, stdout: this process's ends of its standard input and output.
     """
 
-    def __init__(self, work: Callable[[int, int], NoReturn]) -> None:
-        read_stdin, self.input = os.pipe()
-        self.output, write_stdout = os.pipe()
+    def __init__(self, command: Sequence[str], env: Mapping[str, str], **_streams: Any) -> None:
+        read_stdin, write_stdin = os.pipe()
+        read_stdout, write_stdout = os.pipe()
         self.returncode: int | None = None
         for stream in (sys.stdout, sys.stderr):
             with suppress(OSError):  # On a disk that is full the text stays in the buffer, as without a fork.
                 stream.flush()
         self.pid = os.fork()
         if self.pid == 0:
-            work(read_stdin, write_stdout)
+            _work(command, env, read_stdin, write_stdout)
         os.close(read_stdin)
         os.close(write_stdout)
+        self.stdin, self.stdout = os.fdopen(write_stdin, "w"), os.fdopen(read_stdout)
 
     def poll(self) -> int | None:
         if self.returncode is None:
@@ -57,7 +55,7 @@ class ForkedProcess:
         until = time.monotonic() + (timeout or 240.0)
         while (status := self.poll()) is None:
             if time.monotonic() > until:
-                raise subprocess.TimeoutExpired("a forked process", timeout or 240.0)
+                raise subprocess.TimeoutExpired("a forked worker", timeout or 240.0)
             time.sleep(0.005)
         return status
 
@@ -72,14 +70,6 @@ class ForkedProcess:
             os.kill(self.pid, number)
 
 
-class ForkedWorker(ForkedProcess):
-    """`subprocess.Popen` for a worker: the same streams, session, environment and lifeline, but no new interpreter."""
-
-    def __init__(self, command: Sequence[str], env: Mapping[str, str], **_streams: Any) -> None:
-        super().__init__(partial(_work, command, env))
-        self.stdin, self.stdout = os.fdopen(self.input, "w"), os.fdopen(self.output)
-
-
 def _work(command: Sequence[str], environment: Mapping[str, str], stdin: int, stdout: int) -> NoReturn:
     """In the new process: becomes the worker, and ends with it."""
     status = 1
@@ -89,7 +79,7 @@ def _work(command: Sequence[str], environment: Mapping[str, str], stdin: int, st
             signal.signal(number, signal.SIG_DFL)
         os.dup2(stdin, 0)
         os.dup2(stdout, sys.stdout.fileno())
-        let_go_of_files()
+        _let_go_of_files()
         os.environ.clear()
         os.environ.update(environment)
         # Chosen by the environment when the module was imported:
@@ -104,13 +94,11 @@ def _work(command: Sequence[str], environment: Mapping[str, str], stdin: int, st
         os._exit(status)
 
 
-def let_go_of_files(*kept: int | None) -> None:
-    """Close the parent's sockets and pipes in this fork, but for a few: a copy would keep them open.
-
-    Their numbers stay taken."""
+def _let_go_of_files() -> None:
+    """Close the parent's sockets and pipes in this fork: a copy would keep them open. Their numbers stay taken."""
     nothing = os.open(os.devnull, os.O_RDWR)
     for path in list(Path("/proc/self/fd").iterdir()):
-        if int(path.name) > 2 and int(path.name) not in (nothing, *kept):
+        if int(path.name) > 2 and int(path.name) != nothing:
             os.dup2(nothing, int(path.name))
 
 
