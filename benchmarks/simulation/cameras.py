@@ -99,7 +99,7 @@ def variations_of(section: Section, scene: Scene, number: int) -> list[Scene]:
     """
     made, count = [], len(section.props)
     for first in range(number):
-        further = (section.props[(7 * first + i) % count] for i in range(OWN))
+        further = (section.props[(7 * first + i) % count] for i in range(OWN if count else 0))
         own = OwnFurniture(
             added=tuple(replace(prop, x=prop.x + 1.0, z=prop.z + 1.0) for prop in further if prop.kind != PAINTED),
             left_out=tuple(i for i in range(first % 6, count, 6) if section.props[i].kind != PAINTED),

@@ -10,8 +10,8 @@ def test_reading_and_playing() -> None:
     for row, count in (("the target is named right", 312), ("whole meaning of assembly", 40)):
         share, number, *_ = numbers(lines, f"en {row}:")
         assert (number, 0.5 < share <= 1.0) == (count, True)
-    for texts in ("paraphrases", "the grammar's texts"):
-        assert numbers(lines, f"en follower with {texts}, ")[0] == 1
+    for played in ("paraphrases", "the grammar's texts"):
+        assert numbers(lines, f"en follower with {played}, ")[0] == 1
 
 
 def test_batches() -> None:
