@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator
 from contextlib import closing
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -13,6 +14,8 @@ from arramon_server.board.correcting import Correcting
 from arramon_server.episodes.splits import Split
 from arramon_server.errors import BadFile, Conflict, NotFound
 from arramon_server.runs.accounts.callers import HOST
+from arramon_server.runs.play.worlds import Worlds
+from arramon_server.runs.results import receipt_file
 from arramon_server.runs.results.receipt_file import rescore_file
 from arramon_server.runs.results.receipts import Receipts, document
 from arramon_server.runs.results.reports import make_report
@@ -179,8 +182,13 @@ def replaced(content: Any, path: tuple[str | int, ...], value: object) -> None:
 
 
 @pytest.mark.parametrize("value", [None, 7, -1, 1e300, 1 << 60, "\ud800", "\x1b[2J", [], {}, [[]], {"a": 1}, True])
-def test_a_receipt_that_a_stranger_signed_is_refused_or_differs_whatever_it_has(tmp_path: Path, value: object) -> None:
+def test_a_receipt_that_a_stranger_signed_is_refused_or_differs_whatever_it_has(
+    tmp_path: Path, value: object, monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
+) -> None:
     files = Files(tmp_path, hidden=False)
+    worlds = Worlds({files.split.name: files.split})  # built once: the split stays the same
+    request.addfinalizer(worlds.close)
+    monkeypatch.setattr(receipt_file, "Worlds", lambda _splits: SimpleNamespace(ground=worlds.ground, close=int))
     content = json.loads(files.payload)
     paths = [path for path in values_of(content) if path[0] not in ("format", "version")]
     assert len(paths) > 40
