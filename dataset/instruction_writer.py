@@ -8,6 +8,7 @@ from random import Random
 import arramon_lang as lang
 from arramon_client.agent import Agent
 from arramon_client.plugin.loader import load_agent
+from arramon_client.world import TURN, Action
 from arramon_dataset.alignment.model import contradicts
 from arramon_dataset.alignment.routes import Tokens
 from arramon_dataset.demands import add_demands
@@ -30,10 +31,10 @@ from arramon_server.episodes.episode import Episode, Instructions, Turn
 from arramon_server.episodes.splits import Split
 from arramon_server.scoring.episode import EpisodeScores
 from arramon_server.sim.cameras import Camera
-from arramon_server.sim.geometry import TURN, Pose
+from arramon_server.sim.geometry import Pose
 from arramon_server.sim.raster.camera import RasterCamera
 from arramon_server.sim.room_scene import room_scene
-from arramon_server.sim.rules import Action, PlacedObject
+from arramon_server.sim.rules import PlacedObject
 
 FOLLOWER = "agents.follower"
 """The agent that tests instructions, loaded by name because the server does not import agents."""

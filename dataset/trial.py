@@ -9,14 +9,14 @@ import numpy as np
 
 from arramon_client import agent as client
 from arramon_client.transport.images import THOUSANDTHS
+from arramon_client.world import STEP, Action
 from arramon_server.episodes.episode import Episode, Turn
 from arramon_server.runs.play.session import Session
 from arramon_server.scoring.episode import CTC_DISTANCES, EpisodeScores
 from arramon_server.scoring.metrics import NDTW_THRESHOLD
 from arramon_server.sim.cameras import Camera, colourless
-from arramon_server.sim.geometry import STEP
 from arramon_server.sim.labels import LABELS, places_of
-from arramon_server.sim.rules import Action, Ground, Limits, Phase, State
+from arramon_server.sim.rules import Ground, Limits, Phase, State
 from arramon_server.sim.view import view
 
 SIZE = 224

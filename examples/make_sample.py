@@ -12,10 +12,9 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
+from arramon_client.world import CELL_SIZE, EYE_HEIGHT
 from arramon_dataset.randomness import seeded
 from arramon_server.sim.catalogue import ALL_TYPES, ObjectType
-from arramon_server.sim.geometry import EYE_HEIGHT
-from arramon_server.sim.room import CELL
 from examples.sampling import english, hindi
 from examples.sampling.rooms import Order, draw_orders
 from examples.sampling.routes import Leg, legs_of, side_of
@@ -139,7 +138,10 @@ def write_record(
                 for spots, _, _ in walks
             ],
             "assem_path_gt": [
-                [[ROOM[0] + CELL * (cell.column - 2), ROOM[1], ROOM[2] + CELL * cell.row] for cell in order.path]
+                [
+                    [ROOM[0] + CELL_SIZE * (cell.column - 2), ROOM[1], ROOM[2] + CELL_SIZE * cell.row]
+                    for cell in order.path
+                ]
                 for order in orders
             ],
         },

@@ -14,13 +14,13 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+from arramon_client.world import PHASES
 from arramon_lang.language import ROOT, Language, load
 from arramon_lang.meaning import Thing
 
 BLOCKED = "blocked"
 SUSPICIOUS = "suspicious"
 
-PHASES = ("navigation", "assembly")
 
 MIN_WORDS = 6
 MAX_SPACES = 0.4

@@ -14,11 +14,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 
+from arramon_client.world import COLUMNS, ROOM_START, ROWS
 from arramon_lang.meaning import Assembly, Thing, Where
 from arramon_lang.street import DEGREES
 
-COLUMNS, ROWS = 5, 4
-START = (2, 0)
+START = ROOM_START
 """(column, row) of the agent, which initially faces +row."""
 
 Cell = tuple[int, int]

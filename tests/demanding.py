@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 
+from arramon_client.world import Action
 from arramon_server.episodes.demands import TurnDemands, write_demands
 from arramon_server.episodes.episode import Episode
 from arramon_server.episodes.splits import Split, folder_of, read_split, write_split
 from arramon_server.sim.catalogue import ALL_TYPES
-from arramon_server.sim.rules import Action
 from tests import tiny
 
 STEPS = ("ahead", "turn_at", "past", "to", "turn", "until", "face", "along", "between")

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 
+from arramon_client.world import Action
 from arramon_server.episodes.splits import Split
 from arramon_server.runs.play.session import Session
 from arramon_server.runs.play.worlds import Worlds
@@ -10,7 +11,7 @@ from arramon_server.runs.storage import causes
 from arramon_server.runs.storage.database import Database
 from arramon_server.runs.storage.journal import Journal
 from arramon_server.runs.storage.records import COMPLETE, RUNNING, Batch, Ending, Run
-from arramon_server.sim.rules import Action, Limits
+from arramon_server.sim.rules import Limits
 from tests import tiny
 
 STEPS = 8

@@ -2,12 +2,13 @@
 
 from pathlib import Path
 
+from arramon_client.world import Action
 from arramon_server.episodes.episode import Episode, Instructions, Turn
 from arramon_server.episodes.splits import Split, write_split
 from arramon_server.sim.catalogue import ObjectType
 from arramon_server.sim.geometry import Point, Pose
 from arramon_server.sim.room import Placement, Square
-from arramon_server.sim.rules import Action, Collectible, PlacedObject
+from arramon_server.sim.rules import Collectible, PlacedObject
 from arramon_server.sim.section import Building, Section
 
 F, L, R, P = Action.FORWARD, Action.LEFT, Action.RIGHT, Action.INTERACT

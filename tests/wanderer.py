@@ -15,10 +15,11 @@ RUN = "0" * 32
 
 def main(data: Path) -> None:
     from arramon.v1.chain import episode_head, run_digest
+    from arramon_client.world import Action
     from arramon_dataset.instruction_writer import generate_splits
     from arramon_server.runs.play.session import Session
     from arramon_server.runs.play.worlds import Worlds
-    from arramon_server.sim.rules import Action, Limits
+    from arramon_server.sim.rules import Limits
 
     (split,) = generate_splits(data, ["val_unseen"], scale=3 / 1155, seed=1, jobs=1, tell=lambda _: None)
     heads, scores, places, blocked = [], [], hashlib.sha256(), 0

@@ -8,9 +8,10 @@ from arramon_agents.follower.navigation_reference import ORDINALS, Marks, Refere
 from arramon_agents.follower.navigation_walk import Walker
 from arramon_agents.mapping.body import Body, rotated
 from arramon_agents.mapping.landmarks import Landmark, landmarks_ahead
-from arramon_agents.mapping.motion import HEADINGS, TURN, turns
+from arramon_agents.mapping.motion import TURN, turns
 from arramon_agents.mapping.target import REACH_TO, find_target, is_in_place, is_reached, knows_place
 from arramon_client.agent import Action
+from arramon_client.world import HEADINGS
 from arramon_lang.meaning import PLACES, Face, Navigation, Rotate, Step, Thing, Walk
 from arramon_lang.street import ACROSS, ALONG, BESIDE, DEGREES, NEAR, PAST
 

@@ -9,9 +9,10 @@ import numpy.typing as npt
 
 from arramon_agents.mapping.ground_map import Map
 from arramon_agents.mapping.landmarks import Landmarks
-from arramon_agents.mapping.motion import HEADINGS, STEPS, TURN, step_key
+from arramon_agents.mapping.motion import STEPS, TURN, step_key
 from arramon_agents.perception.scan import Eye
 from arramon_client.agent import Action, Label, Observation
+from arramon_client.world import HEADINGS
 
 if TYPE_CHECKING:
     from arramon_agents.perception.eyes.names import NamedThing  # It needs PyTorch.

@@ -11,18 +11,10 @@ import numpy.typing as npt
 from arramon_agents.mapping.landmarks import Landmark, Landmarks, fits
 from arramon_agents.perception.eyes.names import NamedThing
 from arramon_agents.perception.eyes.sight import label_of
-from arramon_agents.perception.eyes.vocabulary import (
-    COLLECTIBLES,
-    COLOURS,
-    KINDS,
-    LOOKS,
-    NONE,
-    SURFACES,
-    codes_of,
-    look_slices,
-)
+from arramon_agents.perception.eyes.vocabulary import COLOURS, KINDS, LOOKS, NONE, SURFACES, codes_of, look_slices
 from arramon_agents.perception.scan import Sighting
 from arramon_client.agent import Label
+from arramon_client.world import COLLECTIBLES
 from arramon_lang.meaning import Thing
 
 APART, LARGE_APART = 0.75, 2.0

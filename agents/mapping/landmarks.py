@@ -5,8 +5,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from arramon_agents.perception.scan import COLLECTIBLES, Sighting
+from arramon_agents.perception.scan import Sighting
 from arramon_client.agent import Label
+from arramon_client.world import COLLECTIBLES
 from arramon_lang.meaning import Thing
 from arramon_lang.street import OFF_AXIS, is_of_colour
 

@@ -8,8 +8,8 @@ from itertools import pairwise
 from arramon_agents.mapping.ground_map import CELL, SIDE, Map
 from arramon_agents.mapping.search import a_star
 from arramon_client.agent import Action
+from arramon_client.world import HEADINGS
 
-HEADINGS = 12
 TURN = 2.0 * math.pi / HEADINGS
 STEPS = tuple((math.sin(TURN * i), math.cos(TURN * i)) for i in range(HEADINGS))
 

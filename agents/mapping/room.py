@@ -8,15 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from arramon_agents.perception.scan import EYE_HEIGHT, FIELD_OF_VIEW
 from arramon_client.agent import Label
-from arramon_lang.room import COLUMNS, ROWS, Cell, Room, Standing
+from arramon_client.world import CELL_SIZE, COLUMNS, EYE_HEIGHT, FIELD_OF_VIEW, ROWS
+from arramon_lang.room import Cell, Room, Standing
 
 if TYPE_CHECKING:
     from arramon_agents.perception.eyes.names import NamedThing  # It needs PyTorch.
-
-CELL = 1.5
-"""Side of a cell, in units."""
 
 MIN_PIXELS = 4
 """Minimum number of pixels, over all frames, of an object or wall; fewer may be the edge of another object."""
@@ -131,8 +128,8 @@ def _places(
     right = ahead * (across + first) / focal
     height = EYE_HEIGHT - ahead * (down + first) / focal
     sine, cosine = math.sin(math.radians(heading)), math.cos(math.radians(heading))
-    column = cell[0] + (ahead * sine + right * cosine) / CELL
-    row = cell[1] + (ahead * cosine - right * sine) / CELL
+    column = cell[0] + (ahead * sine + right * cosine) / CELL_SIZE
+    row = cell[1] + (ahead * cosine - right * sine) / CELL_SIZE
     return column, row, height
 
 

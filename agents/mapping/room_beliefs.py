@@ -7,12 +7,13 @@ import numpy as np
 import numpy.typing as npt
 
 from arramon_agents.mapping.landmark_beliefs import FULL, MOST, SURE
-from arramon_agents.mapping.room import CELL, RoomSight
+from arramon_agents.mapping.room import RoomSight
 from arramon_agents.perception.eyes.names import NamedThing
 from arramon_agents.perception.eyes.sight import label_of
-from arramon_agents.perception.eyes.vocabulary import COLLECTIBLES, KINDS
+from arramon_agents.perception.eyes.vocabulary import KINDS
 from arramon_client.agent import Label
-from arramon_lang.room import COLUMNS, ROWS, Cell, Room, Standing
+from arramon_client.world import CELL_SIZE, COLLECTIBLES, COLUMNS, ROWS
+from arramon_lang.room import Cell, Room, Standing
 
 RADIUS = 0.2
 """Distance from the middle of a thing's visible side to its own middle, in units."""
@@ -45,8 +46,8 @@ class SeenRoom(RoomSight):
             if KINDS[int(named.kinds.argmax())] not in COLLECTIBLES:
                 continue
             right, ahead = named.thing.right, named.thing.ahead + RADIUS
-            column = round(cell[0] + (right * cos + ahead * sin) / CELL)
-            row = round(cell[1] + (ahead * cos - right * sin) / CELL)
+            column = round(cell[0] + (right * cos + ahead * sin) / CELL_SIZE)
+            row = round(cell[1] + (ahead * cos - right * sin) / CELL_SIZE)
             if not (0 <= column < COLUMNS and 0 <= row < ROWS):
                 continue
             # The lower end of a thing that is cut off at the frame's edge, or hidden, says nothing.

@@ -5,8 +5,7 @@ from heapq import heappop, heappush
 from typing import NamedTuple
 
 from arramon_client.agent import Action
-
-COLUMNS, ROWS = 5, 4
+from arramon_client.world import COLUMNS, ROWS
 
 AHEAD = ((0, 1), (1, 0), (0, -1), (-1, 0))
 """Offset (columns, rows) of the cell ahead, by heading in quarter turns clockwise from +row."""

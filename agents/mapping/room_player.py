@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING
 from arramon_agents.mapping.room import RoomSight
 from arramon_agents.mapping.room_path import RoomPose, plan, quarter_of
 from arramon_client.agent import Action, Observation
+from arramon_client.world import TURN
 from arramon_lang.meaning import Assembly
 from arramon_lang.room import START, Cell, Room, find_cell, is_all_there, quarter_after
 
 if TYPE_CHECKING:
     from arramon_agents.perception.eyes.names import NamedThing  # It needs PyTorch.
 
-TURN = 30
+DEGREES = round(TURN)
 """Degrees of one turn."""
 
 LOOKS = 11
@@ -97,4 +98,4 @@ class RoomFollower:
             column, row = RoomPose(*self._cell, self._heading // 90).ahead
             self._cell = column, row
         elif action is not Action.INTERACT:
-            self._heading = (self._heading + (TURN if action is Action.RIGHT else -TURN)) % 360
+            self._heading = (self._heading + (DEGREES if action is Action.RIGHT else -DEGREES)) % 360

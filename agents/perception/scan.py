@@ -12,13 +12,10 @@ import numpy as np
 import numpy.typing as npt
 
 from arramon_client.agent import Label
+from arramon_client.world import COLLECTIBLES, EYE_HEIGHT, FIELD_OF_VIEW
 
 Floats = npt.NDArray[np.float32]
 
-FIELD_OF_VIEW = 60.0
-"""Degrees, vertical and horizontal: frames are square."""
-
-EYE_HEIGHT = 0.525
 LOWEST, HIGHEST = 0.05, 0.62
 """Heights between which an object is an obstacle, in units."""
 
@@ -36,7 +33,6 @@ CLUSTER = 1.5
 
 GROUND = ("nothing", "road", "pavement", "roof", "floor", "start_tile", "ceiling")
 NOT_SOLID = ("banner", "awning", "shop_sign", "zebra_crossing")
-COLLECTIBLES = ("ball", "hourglass", "mug", "tv", "book", "bowl", "bucket")
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,9 +7,10 @@ from dataclasses import dataclass, field
 from arramon.v1.evaluation_pb2 import Oracle, Target
 from arramon_agents.mapping import room_path as room
 from arramon_agents.shortest_path.ground import Ground
-from arramon_agents.shortest_path.motion import TURN, Walk, plan
+from arramon_agents.shortest_path.motion import Walk, plan
 from arramon_agents.shortest_path.route import Router
 from arramon_client.agent import Action, Episode, Observation
+from arramon_client.world import TURN, turn_between
 
 TOLERANCE = 0.01
 """Maximum deviation of a pose from the expected one, in units and in degrees."""
@@ -146,7 +147,7 @@ def _after(pose: Pose, action: Action, *, in_room: bool) -> Pose:
 
 
 def _is_close(pose: Pose, expected: Pose) -> bool:
-    turned = abs((pose[2] - expected[2] + 180.0) % 360.0 - 180.0)
+    turned = abs(turn_between(expected[2], pose[2]))
     return math.dist(pose[:2], expected[:2]) <= TOLERANCE and turned <= TOLERANCE
 
 

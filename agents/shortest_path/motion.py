@@ -9,9 +9,7 @@ from arramon_agents.mapping.search import a_star
 from arramon_agents.shortest_path.ground import Ground, Place
 from arramon_agents.shortest_path.route import Route, Router
 from arramon_client.agent import Action
-
-HEADINGS = 12
-TURN = 360.0 / HEADINGS
+from arramon_client.world import HEADINGS, REACH_SIDE, TURN
 
 TURN_COST = 0.1
 """Cost of a turn; a step costs 1. Of two equally long paths, the one with fewer turns is preferred."""
@@ -22,8 +20,8 @@ STRAYING_COST = 1.0
 RESOLUTION = 0.25
 """Side of the search's squares, in units: poses in one square with the same heading count as one."""
 
-REACH_SIDE, REACH_FROM, REACH_TO = 0.5, 0.9, 2.0
-"""Range of the target at the goal, in units to the side and ahead; the release's paths end within 2 units of it."""
+REACH_FROM, REACH_TO = 0.9, 2.0
+"""Range of the target ahead at the goal, in units; the release's paths end within 2 units of it."""
 
 MAX_EXPANDED = 200_000
 """Number of poses expanded before the search gives up."""

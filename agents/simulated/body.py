@@ -13,20 +13,12 @@ from arramon_agents.mapping.motion import STEPS
 from arramon_agents.perception.eyes.names import NamedThing
 from arramon_agents.perception.eyes.objects import FARTHEST, FEWEST_PIXELS, Thing
 from arramon_agents.perception.eyes.sight import LABELS
-from arramon_agents.perception.eyes.vocabulary import (
-    COLLECTIBLE_COLOURS,
-    COLLECTIBLES,
-    COLOURS,
-    FURNITURE,
-    KINDS,
-    LOOKS,
-    NONE,
-    look_slices,
-)
+from arramon_agents.perception.eyes.vocabulary import COLOURS, KINDS, LOOKS, NONE, look_slices
 from arramon_agents.perception.scan import BEAM, CLUSTER, MAX_DISTANCE, Scan, Sighting
 from arramon_agents.simulated.world import FOCAL, Things, World
 from arramon_agents.vl_map.features import relative_to
 from arramon_client.agent import Action
+from arramon_client.world import COLLECTIBLE_COLOURS, COLLECTIBLES, FURNITURE
 
 RAYS = 56
 """Columns of a frame for which a ray is cast."""

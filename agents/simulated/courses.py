@@ -12,12 +12,13 @@ import arramon_lang as lang
 from arramon_agents.reading.reader.reader import LearnedReader
 from arramon_agents.reading.reader.slots import Row, rows_of
 from arramon_agents.simulated.world import Things, World
+from arramon_client.world import Action
 from arramon_lang.meaning import Navigation
 from arramon_server.episodes.episode import Episode
 from arramon_server.episodes.splits import Split, folder_of, folders_of, read_split
 from arramon_server.errors import ArraMonError
 from arramon_server.sim.own_furniture import furnished
-from arramon_server.sim.rules import Action, Collectible
+from arramon_server.sim.rules import Collectible
 
 EXTRA = "train_extra"
 """Split in generated sections, used for training too if the data folder has it."""

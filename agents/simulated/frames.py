@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from arramon_client.world import COLUMNS, ROWS
 from arramon_dataset.generation.streets import Streets
 from arramon_dataset.plans import build_section, read_plan
 from arramon_server.sim.cameras import Actor, Viewpoint
@@ -16,7 +17,7 @@ from arramon_server.sim.city import city_scene
 from arramon_server.sim.geometry import Point
 from arramon_server.sim.labels import LABELS, places_of
 from arramon_server.sim.raster.camera import RasterCamera
-from arramon_server.sim.room import COLUMNS, ROWS, Placement, Square
+from arramon_server.sim.room import Placement, Square
 from arramon_server.sim.room_scene import room_scene
 from arramon_server.sim.rules import Collectible, PlacedObject
 from arramon_server.sim.section import Section

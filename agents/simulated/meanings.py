@@ -7,13 +7,8 @@ from pathlib import Path
 from random import Random
 
 import arramon_lang as lang
-from arramon_agents.perception.eyes.vocabulary import (
-    BANNER_COLOURS,
-    COLLECTIBLE_COLOURS,
-    COLLECTIBLES,
-    FURNITURE,
-    LOOK_GROUPS,
-)
+from arramon_agents.perception.eyes.vocabulary import LOOK_GROUPS
+from arramon_client.world import BANNER_COLOURS, COLLECTIBLE_COLOURS, COLLECTIBLES, FURNITURE
 from arramon_lang.meaning import TURNS, Assembly, Face, Meaning, Navigation, Rotate, Step, Thing, Walk, Where
 from arramon_server.episodes.splits import folder_of, read_split
 from arramon_server.sim.assets.furniture import COLOURS

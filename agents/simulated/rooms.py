@@ -5,9 +5,10 @@ from dataclasses import dataclass
 from random import Random
 
 import arramon_lang as lang
-from arramon_agents.perception.eyes.vocabulary import COLLECTIBLE_COLOURS, COLLECTIBLES, LOOK_GROUPS
+from arramon_agents.perception.eyes.vocabulary import LOOK_GROUPS
 from arramon_agents.reading.reader.reader import LearnedReader
 from arramon_agents.reading.reader.slots import Row, rows_of
+from arramon_client.world import COLLECTIBLE_COLOURS, COLLECTIBLES
 from arramon_lang.room import Cell, Room, Standing
 from arramon_server.episodes.episode import Episode
 

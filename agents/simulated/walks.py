@@ -17,8 +17,8 @@ from arramon_agents.vl_map.features import DIRECTIONS, Sample
 from arramon_agents.vl_map.navigator import Choose, MapNavigator
 from arramon_agents.vl_map.options import DISTANCES, OPTIONS, WAYPOINTS
 from arramon_client.agent import Action
+from arramon_client.world import REACH_AHEAD, REACH_MARGIN, REACH_SIDE, STEPS_PER_PHASE
 from arramon_server.scoring.metrics import ndtw
-from arramon_server.sim.rules import REACH_AHEAD, REACH_MARGIN, REACH_SIDE, STEPS_PER_PHASE
 
 Choices = npt.NDArray[np.float32]
 

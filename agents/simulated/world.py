@@ -9,11 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from arramon_agents.perception.eyes.vocabulary import Codes, codes_of
+from arramon_client.world import AGENT_RADIUS
 from arramon_dataset.generation.ground import CELL, Ground
 from arramon_dataset.layout.solids import to_rectangle
 from arramon_server.sim.assets.furniture import piece_of
 from arramon_server.sim.city import label_of_prop
-from arramon_server.sim.geometry import AGENT_RADIUS
 from arramon_server.sim.rules import Collectible
 from arramon_server.sim.section import ON_WALLS, Prop, Section
 

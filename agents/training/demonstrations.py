@@ -21,9 +21,10 @@ import zstandard
 from arramon_agents.perception.encoder import GRID, VisualEncoder, quantise
 from arramon_agents.perception.registry import open_encoder
 from arramon_client.agent import Observation
-from arramon_client.environments.backend import ASSEMBLY, NAVIGATION, PHASES, Backend, Player, Settings
+from arramon_client.environments.backend import Backend, Player, Settings
 from arramon_client.environments.options import Options
 from arramon_client.environments.players import open_backend
+from arramon_client.world import ASSEMBLY, NAVIGATION, PHASES
 
 ROOMS = "drawn_rooms"
 """Name of the split of generated tasks in the room alone."""

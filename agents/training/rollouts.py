@@ -5,9 +5,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from arramon_client.agent import Agent, Episode, Observation, end_episode
-from arramon_client.environments.backend import PHASES, Player, Settings
+from arramon_client.environments.backend import Player, Settings
 from arramon_client.environments.options import Options
 from arramon_client.environments.players import open_backend
+from arramon_client.world import PHASES
 
 PARALLEL = 16
 """Number of episodes played in parallel."""

@@ -14,7 +14,7 @@ from arramon_agents.perception.eyes.grid import CHANNEL_NAMES
 from arramon_agents.training.demonstrations import Demonstration
 from arramon_agents.training.exchange import Exchange, read_meaning
 from arramon_client.agent import Action
-from arramon_client.environments.backend import NAVIGATION
+from arramon_client.world import NAVIGATION
 from arramon_lang.meaning import OTHER_SIDE, Face, Meaning, Navigation, Rotate, Step, Thing, Walk, Where
 
 MIRRORED = 0.5

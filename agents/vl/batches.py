@@ -14,7 +14,7 @@ from arramon_agents.training.batches import NO_ACTION, padded
 from arramon_agents.training.demonstrations import Demonstration
 from arramon_agents.vl.model import START, as_input
 from arramon_client.agent import Action
-from arramon_client.environments.backend import NAVIGATION
+from arramon_client.world import NAVIGATION
 
 
 @dataclass(frozen=True)

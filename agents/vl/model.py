@@ -20,8 +20,8 @@ from torch.nn import functional
 from arramon_agents.perception.encoder import GRID
 from arramon_agents.reading.text_encoders import make_reader
 from arramon_agents.vl.config import Config
+from arramon_client.world import PHASES
 
-PHASES = ("navigation", "assembly")
 ACTIONS = 4
 START = 4
 """Stands for the action before the first; a fifth output that is never right belongs to it in the original."""

@@ -13,10 +13,11 @@ from arramon_agents.reading.tokenizers import PRETRAINED, UNKNOWN, Words, train_
 from arramon_agents.training.place import Place, Tell
 from arramon_agents.training.recipe import as_json
 from arramon_agents.vl.config import Config
-from arramon_agents.vl.model import PHASES, Model
+from arramon_agents.vl.model import Model
 from arramon_agents.vl.policy import Policy, load_policy
 from arramon_agents.vl.recipe import Recipe
 from arramon_agents.weights import find_initial
+from arramon_client.world import PHASES
 
 
 def initial_policy(recipe: Recipe, texts: Sequence[str], place: Place, tell: Tell) -> Policy:

@@ -12,9 +12,10 @@ from arramon_agents.training.trainer import Loss
 from arramon_agents.training.variants import Variants
 from arramon_agents.vl.alignment import alignment_loss, other_texts
 from arramon_agents.vl.batches import as_tokens, draw_text, loss_of, make_batch
-from arramon_agents.vl.model import PHASES, Model
+from arramon_agents.vl.model import Model
 from arramon_agents.vl.policy import Policy
 from arramon_agents.vl.recipe import Recipe
+from arramon_client.world import PHASES
 
 
 class ImitationTask:

@@ -11,7 +11,7 @@ from arramon_agents.vl_grounded.placer import Placer
 from arramon_agents.vl_grounded.sight import Sight
 from arramon_agents.vl_grounded.walker import Walker
 from arramon_client.agent import Episode, Observation
-from arramon_client.environments.backend import NAVIGATION
+from arramon_client.world import NAVIGATION
 
 NAME = "vl_grounded"
 

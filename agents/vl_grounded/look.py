@@ -8,17 +8,17 @@ import numpy.typing as npt
 import torch
 
 from arramon_agents.mapping.room import RoomSight
-from arramon_agents.mapping.room_path import COLUMNS
-from arramon_agents.perception.eyes.vocabulary import COLLECTIBLES, COLOURS
+from arramon_agents.perception.eyes.vocabulary import COLOURS
 from arramon_agents.vl_grounded.naming import KINDS, LOOKS, Named
 from arramon_agents.vl_grounded.room import CELLS, LEVELS
 from arramon_client.agent import Action
+from arramon_client.world import COLLECTIBLES, COLUMNS, TURN
 from arramon_lang.room import Standing
+
+DEGREES = round(TURN)
 
 WAY = (*[Action.LEFT] * 3, *[Action.RIGHT] * 6)
 """Turns that show everything that is not behind the start tile, where there is only a wall."""
-
-TURN = 30
 
 
 class Look:
@@ -48,7 +48,7 @@ class Look:
         if not self._turns:
             return None
         action = self._turns.pop(0)
-        self.heading += TURN if action == Action.RIGHT else -TURN
+        self.heading += DEGREES if action == Action.RIGHT else -DEGREES
         return action
 
     def things(self) -> tuple[Standing, ...]:

@@ -7,7 +7,8 @@ import torch
 from torch import Tensor
 
 from arramon_agents.perception.eyes.grid import CHANNEL_NAMES
-from arramon_agents.perception.eyes.vocabulary import COLLECTIBLES, COLOURS, FURNITURE, LOOK_GROUPS
+from arramon_agents.perception.eyes.vocabulary import COLOURS, LOOK_GROUPS
+from arramon_client.world import COLLECTIBLES, FURNITURE
 
 FACADES = next(group.looks for group in LOOK_GROUPS if group.name == "facade")
 

@@ -7,9 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from arramon_client.agent import Action
-
-HEADINGS = 12
-"""Headings of the agent, 30 degrees apart."""
+from arramon_client.world import HEADINGS
 
 NUMBERS = HEADINGS + 7
 """Numbers of a step: its heading; the start's place, seen from here; the distance to it; steps since the last turn;

@@ -5,10 +5,11 @@ from collections import deque
 import torch
 from torch import Tensor
 
-from arramon_agents.mapping.room_path import COLUMNS, RoomPose, plan, quarter_of
+from arramon_agents.mapping.room_path import RoomPose, plan, quarter_of
 from arramon_agents.vl_grounded.look import Look, as_named
 from arramon_agents.vl_grounded.network import Grounded
 from arramon_client.agent import Action
+from arramon_client.world import COLUMNS
 from arramon_lang.room import START
 
 RESERVE = 26

@@ -9,9 +9,9 @@ In the comments B is the batch, T words, H = 192 numbers of a word, N = 20 cells
 import torch
 from torch import Tensor, nn
 
-from arramon_agents.mapping.room_path import COLUMNS, ROWS
 from arramon_agents.vl_grounded.naming import Named
 from arramon_agents.vl_grounded.reading import DROPOUT, WORD, Attention, Reading, match
+from arramon_client.world import COLUMNS, ROWS
 
 CELLS, LEVELS, STEPS, STATE = COLUMNS * ROWS, 2, 5, 128
 """N; levels of stacked things in a cell; steps in which an instruction is read; size of the state."""

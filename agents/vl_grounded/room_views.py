@@ -7,14 +7,15 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from arramon_agents.mapping.room_beliefs import SeenRoom
-from arramon_agents.mapping.room_path import COLUMNS, ROWS, RoomPose
+from arramon_agents.mapping.room_path import RoomPose
 from arramon_agents.perception.eyes.encoder import Eyes
 from arramon_agents.perception.eyes.encoder import load as load_eyes
 from arramon_agents.perception.eyes.sight import LABELS
 from arramon_agents.training.demonstrations import Source, backend_of, episodes_of, settings_of
-from arramon_agents.vl_grounded.look import TURN, Look
+from arramon_agents.vl_grounded.look import DEGREES, Look
 from arramon_client.agent import Action, Observation
-from arramon_client.environments.backend import ASSEMBLY, Player
+from arramon_client.environments.backend import Player
+from arramon_client.world import ASSEMBLY, COLUMNS, ROWS
 from arramon_lang.room import START, Cell, Standing
 
 VERSION = 1
@@ -122,7 +123,7 @@ def _place(player: Player, observation: Observation | None, heading: int) -> tup
         if action == Action.FORWARD:
             column, row = _ahead(column, row, heading)
         else:
-            heading += TURN if action == Action.RIGHT else -TURN
+            heading += DEGREES if action == Action.RIGHT else -DEGREES
     column, row = _ahead(column, row, heading)
     assert 0 <= column < COLUMNS
     assert 0 <= row < ROWS

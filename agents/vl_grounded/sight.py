@@ -13,9 +13,9 @@ from arramon_agents.perception.eyes.encoder import Eyes
 from arramon_agents.perception.eyes.grid import CHANNEL_NAMES
 from arramon_agents.perception.eyes.scores import LEAST_PIXELS, cells_showing, channels_of
 from arramon_agents.perception.eyes.sight import LABELS
-from arramon_agents.perception.eyes.vocabulary import COLLECTIBLES
 from arramon_agents.vl_grounded.look import Look
 from arramon_client.agent import Episode, Label, Observation
+from arramon_client.world import COLLECTIBLES
 from arramon_lang.room import START
 
 Features = npt.NDArray[np.uint8]

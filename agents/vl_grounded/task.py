@@ -11,10 +11,9 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
-from arramon_agents.mapping.room_path import COLUMNS
 from arramon_agents.perception.encoder import GRID
 from arramon_agents.perception.eyes.grid import CHANNEL_NAMES
-from arramon_agents.perception.eyes.vocabulary import COLLECTIBLE_COLOURS, COLLECTIBLES, COLOURS, LOOK_GROUPS
+from arramon_agents.perception.eyes.vocabulary import COLOURS, LOOK_GROUPS
 from arramon_agents.reading.tokenizers import Tokenizer
 from arramon_agents.training.batches import NO_ACTION, Epochs, padded
 from arramon_agents.training.demonstrations import Demonstration
@@ -26,7 +25,7 @@ from arramon_agents.vl_grounded.naming import KINDS, LOOKS
 from arramon_agents.vl_grounded.network import Grounded
 from arramon_agents.vl_grounded.odometry import odometry
 from arramon_agents.vl_grounded.room_views import RoomView
-from arramon_client.environments.backend import NAVIGATION
+from arramon_client.world import COLLECTIBLE_COLOURS, COLLECTIBLES, COLUMNS, NAVIGATION
 from arramon_lang.room import Standing
 
 NAMING, PLACING = 0.3, 1.0

@@ -33,7 +33,7 @@ from arramon_agents.vl_grounded.sight import EncodedSight
 from arramon_agents.vl_grounded.task import GroundedTask, Placing, Walk
 from arramon_agents.vl_grounded.words import begin, known_words, widened
 from arramon_agents.weights import SUFFIX, find_initial
-from arramon_client.environments.backend import ASSEMBLY, NAVIGATION
+from arramon_client.world import ASSEMBLY, NAVIGATION
 
 DECAY = 0.01
 """Weight decay."""

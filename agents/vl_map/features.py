@@ -10,17 +10,9 @@ import numpy.typing as npt
 
 from arramon_agents.mapping.ground_map import CELL, SIDE, Map
 from arramon_agents.mapping.landmark_beliefs import Belief
-from arramon_agents.perception.eyes.vocabulary import (
-    COLLECTIBLES,
-    COLOURED,
-    COLOURS,
-    FURNITURE,
-    KINDS,
-    LOOK_GROUPS,
-    LOOKS,
-    look_slices,
-)
+from arramon_agents.perception.eyes.vocabulary import COLOURED, COLOURS, KINDS, LOOK_GROUPS, LOOKS, look_slices
 from arramon_agents.reading.reader.slots import EMPTY, SLOTS, Row
+from arramon_client.world import COLLECTIBLES, FURNITURE
 from arramon_lang.meaning import OTHER_SIDE
 
 ROWS, THINGS, TRACE = 16, 24, 12

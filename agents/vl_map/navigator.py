@@ -10,12 +10,13 @@ import numpy.typing as npt
 from arramon_agents.mapping.body import Body
 from arramon_agents.mapping.landmark_beliefs import Belief, SeenLandmarks, certain_beliefs
 from arramon_agents.mapping.landmarks import Landmark
-from arramon_agents.mapping.motion import HEADINGS, can_step, find_path
+from arramon_agents.mapping.motion import can_step, find_path
 from arramon_agents.mapping.target import REACH_TO, is_reached
 from arramon_agents.reading.reader.slots import Row
 from arramon_agents.vl_map.features import DIRECTIONS, Moment, Sample, sample_of
 from arramon_agents.vl_map.options import DISTANCES, WAYPOINTS
 from arramon_client.agent import Action
+from arramon_client.world import HEADINGS
 
 MOVES = 3
 """Largest number of moves between two decisions."""

@@ -14,8 +14,9 @@ import torch
 from torch import Tensor, nn
 
 from arramon_agents.reading.reader.slots import ROTATE, SLOTS, TYPES, WHERE, Row, rows_of
+from arramon_client.world import COLUMNS, ROWS
 from arramon_lang.meaning import TURNS, Assembly
-from arramon_lang.room import COLUMNS, ROWS, START, Cell, Room
+from arramon_lang.room import START, Cell, Room
 
 PLACES, MARKS, TURNED = 4, 24, 2
 """Largest numbers of relations, of things and of turns in the input."""

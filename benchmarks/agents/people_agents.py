@@ -27,7 +27,7 @@ from arramon_agents.simulated.people import halves
 from arramon_agents.training.rollouts import Plan, play
 from arramon_agents.weights import SHIPPED, SUFFIX, file_of
 from arramon_client import load_agent
-from arramon_client.environments.backend import PHASES
+from arramon_client.world import PHASES
 from arramon_server.episodes.splits import folder_of, read_split
 from benchmarks.agents.results_tables import shown_difference
 from benchmarks.agents.study import write_page

@@ -20,10 +20,11 @@ from arramon.v1 import types_pb2
 from arramon_agents.random_walk import Agent as RandomWalk
 from arramon_client.play import Settings
 from arramon_client.transport.connection import connect
+from arramon_client.world import Action
 from arramon_server.episodes.splits import Split
 from arramon_server.runs.play.session import Session
 from arramon_server.runs.play.worlds import Worlds
-from arramon_server.sim.rules import Action, Limits
+from arramon_server.sim.rules import Limits
 from benchmarks.common import (
     add_data,
     add_json,

@@ -24,6 +24,7 @@ from itertools import islice
 from pathlib import Path
 from random import Random
 
+from arramon_client.world import AGENT_RADIUS, STEP, TURN, Action
 from arramon_dataset.generation.extra import extra_sections
 from arramon_dataset.plans import build_section, plan_ids, read_plan
 from arramon_server.episodes.episode import Episode
@@ -33,9 +34,9 @@ from arramon_server.runs.play.worlds import Worlds
 from arramon_server.sim.bullet import Obstacles
 from arramon_server.sim.city import city_scene
 from arramon_server.sim.footprints import TOUCHING, Footprint, Footprints, Place
-from arramon_server.sim.geometry import AGENT_RADIUS, STEP, TURN, Pose
+from arramon_server.sim.geometry import Pose
 from arramon_server.sim.physics import Physics
-from arramon_server.sim.rules import Action, Limits, Phase
+from arramon_server.sim.rules import Limits, Phase
 from arramon_server.sim.scene import Scene
 from arramon_server.sim.section import Section
 from benchmarks.common import OpenGround, add_json, markdown, parser_of, whole, write_json

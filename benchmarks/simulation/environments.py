@@ -28,11 +28,12 @@ import numpy as np
 import numpy.typing as npt
 
 from arramon_client.environments.two_agents import raw_env
+from arramon_client.world import STEPS_PER_PHASE, Action
 from arramon_server.episodes.episode import Episode
 from arramon_server.episodes.splits import Split
 from arramon_server.runs.play.session import Session
 from arramon_server.runs.play.worlds import Worlds
-from arramon_server.sim.rules import STEPS_PER_PHASE, Action, Limits
+from arramon_server.sim.rules import Limits
 from benchmarks.common import (
     add_data,
     add_json,

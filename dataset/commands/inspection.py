@@ -6,8 +6,9 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+from arramon_client.world import PHASES
 from arramon_dataset.instruction_check import check_texts
-from arramon_lang.quality import PHASES, Failure, is_blocked
+from arramon_lang.quality import Failure, is_blocked
 from arramon_server.commands import Commands
 from arramon_server.errors import BadInput
 

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from arramon_client.world import STEPS_PER_PHASE
 from arramon_dataset.demonstrations.request import Request
 from arramon_server.episodes.episode import Episode
 from arramon_server.episodes.splits import Split
@@ -11,7 +12,6 @@ from arramon_server.runs.results.reports import split_of
 from arramon_server.runs.storage.causes import AGENT_FINISHED
 from arramon_server.runs.storage.journal import Journal
 from arramon_server.runs.storage.records import RUNNING, Ending, Run
-from arramon_server.sim.rules import STEPS_PER_PHASE
 
 
 @dataclass(frozen=True, slots=True)

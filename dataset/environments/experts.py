@@ -10,13 +10,14 @@ from typing import Protocol
 
 from arramon_client import agent as client
 from arramon_client.plugin.loader import load_agent
+from arramon_client.world import COLUMNS, HEADINGS, ROWS, TURN, Action, turn_between
 from arramon_dataset.environments.slots import expert_slots
 from arramon_server.api.messages import oracle_message
 from arramon_server.episodes.episode import Episode
 from arramon_server.runs.play.session import Session
-from arramon_server.sim.geometry import TURN, Pose
-from arramon_server.sim.room import COLUMNS, ROWS, Square
-from arramon_server.sim.rules import Action, Ground, Limits, Phase, State, reachable
+from arramon_server.sim.geometry import Pose
+from arramon_server.sim.room import Square
+from arramon_server.sim.rules import Ground, Limits, Phase, State, reachable
 from arramon_server.sim.scene import Scene
 from arramon_server.sim.view import visible_pose
 
@@ -33,8 +34,8 @@ OFFSET = 0.00714
 LONGEST = 1000
 """Actions from which on a planned way is given up: it leads nowhere."""
 
-HEADINGS, QUARTER = 12, 3
-"""Headings of the agent, and how many of them make a quarter turn."""
+QUARTER = HEADINGS // 4
+"""Turns of a quarter."""
 
 Key = tuple[int, int]
 PhaseKey = tuple[int, Phase]
@@ -255,7 +256,7 @@ def _towards(pose: Pose, place: tuple[float, float]) -> Action:
 
 def _turn(heading: float, wanted: float) -> Action | None:
     """Return the turn towards a heading, the shorter way; None if the heading is right."""
-    turns = round(((wanted - heading + 180.0) % 360.0 - 180.0) / TURN)
+    turns = round(turn_between(heading, wanted) / TURN)
     if turns == 0:
         return None
     return Action.RIGHT if turns > 0 or turns == -6 else Action.LEFT

@@ -7,6 +7,7 @@ from pathlib import Path
 from arramon_client.environments.backend import Settings, SplitInfo
 from arramon_client.environments.backend import Texts as ClientTexts
 from arramon_client.errors import UsageError
+from arramon_client.world import STEPS_PER_PHASE
 from arramon_dataset.environments.library import DRAWN, Library, open_library
 from arramon_dataset.environments.player import LocalPlayer
 from arramon_server.episodes.episode import Episode
@@ -16,7 +17,6 @@ from arramon_server.errors import ArraMonError
 from arramon_server.sim.cameras import CAMERAS
 from arramon_server.sim.physics import problem_of_camera
 from arramon_server.sim.raster.camera import compile_kernels
-from arramon_server.sim.rules import STEPS_PER_PHASE
 
 CAMERA = "ARRAMON_CAMERA"
 """Environment variable that names the camera, as for the server."""

@@ -7,10 +7,11 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
+from arramon_client.world import COLUMNS, ROWS
 from arramon_dataset.pictures.canvas import BLACK, GREEN, PINK, SWATCHES, WHITE, Canvas
 from arramon_dataset.pictures.maps import EDGE, FLOOR, TILE, ground_map
 from arramon_server.runs.play.session import Session
-from arramon_server.sim.room import COLUMNS, ROWS, START
+from arramon_server.sim.room import START
 from arramon_server.sim.rules import Phase
 from arramon_server.sim.section import Section
 

@@ -11,8 +11,9 @@ import numpy.typing as npt
 
 from arramon.v1.chain import episode_head
 from arramon_client.agent import Label, Observation
-from arramon_client.environments.backend import NAVIGATION, Ending, Images, Scores, Settings, SplitInfo, Step
+from arramon_client.environments.backend import Ending, Images, Scores, Settings, SplitInfo, Step
 from arramon_client.errors import UsageError
+from arramon_client.world import NAVIGATION, Action
 from arramon_dataset.environments.library import Library
 from arramon_dataset.environments.rewards import NoReward, Reward, reward_of
 from arramon_server.episodes.episode import Episode
@@ -21,7 +22,7 @@ from arramon_server.scoring.episode import EpisodeScores
 from arramon_server.sim.cameras import Frame
 from arramon_server.sim.labels import LABELS
 from arramon_server.sim.own_furniture import furnished
-from arramon_server.sim.rules import Action, Limits, Phase, PhaseEnded, State
+from arramon_server.sim.rules import Limits, Phase, PhaseEnded, State
 from arramon_server.sim.view import visible_pose
 
 if TYPE_CHECKING:

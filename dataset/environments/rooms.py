@@ -7,12 +7,12 @@ import arramon_lang as lang
 from arramon_client.environments.backend import Settings, SplitInfo
 from arramon_client.environments.backend import Texts as ClientTexts
 from arramon_client.errors import UsageError
+from arramon_client.world import STEPS_PER_PHASE
 from arramon_dataset.environments.library import DRAWN, Library, library_of
 from arramon_dataset.generation.room_tasks import PREFIX, ROOM_SECTION, draw_task
 from arramon_server.episodes.episode import Episode
 from arramon_server.episodes.splits import ROOMS, SENSORS, Split
 from arramon_server.episodes.texts import instructions_in
-from arramon_server.sim.rules import STEPS_PER_PHASE
 
 SURVEYED = 24
 """Tasks whose instructions give the length that no instruction may exceed."""

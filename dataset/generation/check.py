@@ -5,6 +5,7 @@ from itertools import combinations
 
 import numpy as np
 
+from arramon_client.world import AGENT_RADIUS
 from arramon_dataset.generation.draft import Draft
 from arramon_dataset.generation.streets import TWINS_APART
 from arramon_dataset.layout.solids import Solids
@@ -12,7 +13,6 @@ from arramon_dataset.release.extras import DECOYS
 from arramon_server.episodes.episode import Episode, Turn
 from arramon_server.sim import rules
 from arramon_server.sim.catalogue import EXTENT
-from arramon_server.sim.geometry import AGENT_RADIUS
 from arramon_server.sim.room import START, Square
 from arramon_server.sim.rules import Blocked, Event, Ground, Limits, Moved, Phase, PhaseEnded, PickedUp, Placed, State
 

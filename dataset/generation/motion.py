@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from arramon_client.world import HEADINGS, REACH_SIDE, STEP, TURN, Action
 from arramon_dataset.generation.ground import CELL, FAR, Ground, Numbers
 from arramon_dataset.generation.search import Heap, a_star, dijkstra
-from arramon_server.sim.geometry import STEP, TURN, Pose
-from arramon_server.sim.rules import REACH_SIDE, Action
+from arramon_server.sim.geometry import Pose
 
 NEED = 420
 """Clearance that each sample of a step needs, in thousandths of a unit: samples are an eighth of a unit apart, in cells
@@ -42,8 +42,6 @@ REACH_ASIDE = REACH_SIDE - 0.05
 
 LIMIT = 400_000
 """Number of expanded poses after which a search fails."""
-
-HEADINGS = round(360.0 / TURN)
 
 
 @dataclass(frozen=True, eq=False)

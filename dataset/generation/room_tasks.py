@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from random import Random
 
 import arramon_lang as lang
+from arramon_client.world import Action
 from arramon_dataset.generation.rooms import draw_decoys, draw_tasks
 from arramon_dataset.generation.work import GeneratedEpisode
 from arramon_dataset.instructions.assembly.plan import plan_assembly
@@ -18,7 +19,7 @@ from arramon_server.episodes.splits import ROOMS
 from arramon_server.errors import ArraMonError
 from arramon_server.sim.catalogue import ALL_TYPES, ObjectType
 from arramon_server.sim.geometry import Point, Pose
-from arramon_server.sim.rules import Action, Collectible, PlacedObject
+from arramon_server.sim.rules import Collectible, PlacedObject
 from arramon_server.sim.section import Section
 
 PREFIX = "room-"

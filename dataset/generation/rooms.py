@@ -5,10 +5,11 @@ from dataclasses import dataclass
 from heapq import heappop, heappush
 from random import Random
 
+from arramon_client.world import COLUMNS, ROWS, Action
 from arramon_dataset.release.extras import DECOYS, arrange_decoys
 from arramon_server.sim.catalogue import ObjectType
-from arramon_server.sim.room import COLUMNS, ROWS, START, Placement, Square
-from arramon_server.sim.rules import Action, PlacedObject
+from arramon_server.sim.room import START, Placement, Square
+from arramon_server.sim.rules import PlacedObject
 
 FIRST_COLUMN = 1
 """First column that targets can be in: the original's are in columns 1 to 4, never 0."""

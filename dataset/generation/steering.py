@@ -13,10 +13,10 @@ from random import Random
 import numpy as np
 import numpy.typing as npt
 
+from arramon_client.world import HEADINGS, STEP, TURN, Action
 from arramon_dataset.generation.ground import CELL, Ground, Numbers
-from arramon_dataset.generation.motion import HEADINGS, NEED, REACH_ASIDE, REACH_FROM, REACH_TO, SIGHT
-from arramon_server.sim.geometry import STEP, TURN, Pose
-from arramon_server.sim.rules import Action
+from arramon_dataset.generation.motion import NEED, REACH_ASIDE, REACH_FROM, REACH_TO, SIGHT
+from arramon_server.sim.geometry import Pose
 
 OFF, BACK = 0.45, 0.5
 """Probabilities of a sidestep off the way and of one back to it, before each forward move that has room for one."""

@@ -8,6 +8,7 @@ from random import Random
 import numpy as np
 from scipy.spatial import cKDTree
 
+from arramon_client.world import STEPS_PER_PHASE, Action
 from arramon_dataset.generation.ground import Ground
 from arramon_dataset.generation.motion import NEED, REACH_TO, Field, Walker
 from arramon_dataset.generation.steering import steered
@@ -15,7 +16,7 @@ from arramon_dataset.release.extras import Points, distance_to_path, draw_distra
 from arramon_server.sim.assets.collectibles import height_of
 from arramon_server.sim.catalogue import ObjectType
 from arramon_server.sim.geometry import Point, Pose, wrap
-from arramon_server.sim.rules import STEPS_PER_PHASE, Action, Collectible, moved
+from arramon_server.sim.rules import Collectible, moved
 from arramon_server.sim.section import Section
 
 LATTICE = 0.5

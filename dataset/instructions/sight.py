@@ -10,15 +10,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from arramon_client.world import COLLECTIBLES, EYE_HEIGHT, FIELD_OF_VIEW, Action
 from arramon_dataset.instructions.sight_openings import openings
 from arramon_dataset.plans.graph import House, StreetGraph
-from arramon_server.sim.cameras import FIELD_OF_VIEW, Camera, Frame, Viewpoint, colourless
-from arramon_server.sim.catalogue import KINDS
+from arramon_server.sim.cameras import Camera, Frame, Viewpoint, colourless
 from arramon_server.sim.city import label_of_prop
-from arramon_server.sim.geometry import EYE_HEIGHT, Pose
+from arramon_server.sim.geometry import Pose
 from arramon_server.sim.labels import Label
 from arramon_server.sim.raster.compilation import cached
-from arramon_server.sim.rules import Action, Collectible, moved
+from arramon_server.sim.rules import Collectible, moved
 from arramon_server.sim.scene import Scene
 from arramon_server.sim.section import Section
 from arramon_server.sim.view import street_actor
@@ -34,12 +34,12 @@ agree: with 90 pixels a hydrant has its caps and a bin its lid, with 40 both are
 
 MIN_PIXELS_OF = {
     "building": 1200, "banner": 180, "shop_sign": 220, "speed_sign": 180, "zebra_crossing": 180, "bags": 130,
-    "tyre_stack": 130, "kiosk": 130, "dumpster": 130, "barrier": 130, "car": 130, **dict.fromkeys(KINDS, 45),
+    "tyre_stack": 130, "kiosk": 130, "dumpster": 130, "barrier": 130, "car": 130, **dict.fromkeys(COLLECTIBLES, 45),
 }  # fmt: skip
 """The same for other kinds. More pixels to read a sign, to tell a banner's shape or a facade, or for what is long and
 low or has no colour of its own; fewer for collectibles, which one looks for by colour and pattern."""
 
-MIN_ROWS_OF = {"zebra_crossing": 3, **dict.fromkeys(KINDS, 5)}
+MIN_ROWS_OF = {"zebra_crossing": 3, **dict.fromkeys(COLLECTIBLES, 5)}
 """Rows for kinds that are flat, or small."""
 
 MIN_GLIMPSE = 12

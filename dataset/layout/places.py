@@ -12,10 +12,11 @@ from random import Random
 import numpy as np
 from scipy.spatial import cKDTree
 
+from arramon_client.world import AGENT_RADIUS
 from arramon_dataset.layout.grid import Mask, Points, to_street_frame, to_world_frame
 from arramon_server.sim.assets import furniture
 from arramon_server.sim.assets.furniture import footprint_radius
-from arramon_server.sim.geometry import AGENT_RADIUS, wrap
+from arramon_server.sim.geometry import wrap
 from arramon_server.sim.section import ON_WALLS, Building, Prop
 
 PATH_GAP = AGENT_RADIUS + 0.1

@@ -1,7 +1,8 @@
 """The assembly room of a turn as text: a plan seen from above, and where each thing is as one sees it from the tile."""
 
+from arramon_client.world import COLUMNS, ROWS
 from arramon_server.episodes.episode import Episode
-from arramon_server.sim.room import COLUMNS, ROWS, START
+from arramon_server.sim.room import START
 from arramon_server.sim.rules import PlacedObject
 
 WALLS = "walls: brick ahead (beyond the top row), wood right, spotted left, striped behind (below the bottom row)"

@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
+from arramon_client.world import turn_between
 from arramon_dataset.generation.site import Site
 from arramon_dataset.instructions.sight import Landmark, find_landmarks, poses_along
-from arramon_dataset.plans.graph import turn as turn_between
 from arramon_server.episodes.episode import Episode, Turn
 from arramon_server.sim.geometry import Pose
 

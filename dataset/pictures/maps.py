@@ -4,13 +4,14 @@ from collections.abc import Mapping, Sequence
 
 from PIL import Image
 
+from arramon_client.world import COLUMNS, ROWS
 from arramon_dataset.pictures.canvas import BLACK, GREEN, PINK, SWATCHES, WHITE, Canvas, add_title
 from arramon_server.episodes.episode import Episode, Turn
 from arramon_server.episodes.provenance import AGREEMENT, COLOUR, DRAWN, TEXT, Origin, Provenance
 from arramon_server.sim.assets.facades import wall_colour
 from arramon_server.sim.assets.roadside import ZEBRA_LENGTH, ZEBRA_WIDTH
 from arramon_server.sim.own_furniture import furnished
-from arramon_server.sim.room import COLUMNS, ROWS, START
+from arramon_server.sim.room import START
 from arramon_server.sim.section import Prop, Section
 
 STREET, ROOF, EDGE = (214, 214, 210), (150, 140, 132), (96, 88, 82)

@@ -8,6 +8,7 @@ import numpy as np
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
+from arramon_client.world import FACADES
 from arramon_dataset.layout.grid import CELL, Grid, Mask, Points
 from arramon_dataset.layout.lots import Rectangle, cover, split
 from arramon_dataset.layout.masks import RING, connected_to, dilate, rectangle_mask, set_back, with_neighbours
@@ -15,7 +16,7 @@ from arramon_dataset.plans.plan import Plan
 from arramon_dataset.plans.strips import Surface, surface
 from arramon_dataset.randomness import seeded
 from arramon_server.sim.assets.markings import covers
-from arramon_server.sim.section import FACADES, Building
+from arramon_server.sim.section import Building
 
 SHORTEST, LONGEST = 3.5, 7.5
 """Range of a lot's side lengths, in units, where the ground is wide enough."""

@@ -6,6 +6,7 @@ from itertools import combinations
 import numpy as np
 from scipy import ndimage
 
+from arramon_client.world import AGENT_RADIUS, FACADES
 from arramon_dataset.layout.grid import Points, sample_points
 from arramon_dataset.layout.solids import Solids
 from arramon_dataset.plans.blocks import bounds_of
@@ -15,8 +16,7 @@ from arramon_dataset.plans.plan import Plan
 from arramon_dataset.plans.street_graph import street_graph
 from arramon_dataset.plans.strips import surface
 from arramon_server.sim.city import label_of_prop
-from arramon_server.sim.geometry import AGENT_RADIUS
-from arramon_server.sim.section import FACADES, Section
+from arramon_server.sim.section import Section
 
 EXTENT = (30.5, 49.5)
 """Range of a section's extent along x and z, in units."""

@@ -8,6 +8,8 @@ Sections that were reconstructed from paths have no plan, and so no graph.
 import math
 from dataclasses import dataclass
 
+from arramon_client.world import turn_between
+
 JUNCTIONS = ("crossing", "t_junction", "fork", "bend", "street_end", "square")
 """Kinds of junctions: four arms or more; three, two of them in line; three, no two in line; two, at an angle; one; an
 open square, however many streets leave it."""
@@ -78,7 +80,7 @@ class Junction:
             return "t_junction"
         if len(sides) != 1:
             return self.kind
-        return "right_turn" if turn(heading, sides[0].heading) > 0.0 else "left_turn"
+        return "right_turn" if turn_between(heading, sides[0].heading) > 0.0 else "left_turn"
 
 
 @dataclass(frozen=True, slots=True)
@@ -194,12 +196,7 @@ class StreetGraph:
 
 def apart(one: float, other: float) -> float:
     """Return the angle between two headings, in degrees from 0 to 180."""
-    return abs(turn(one, other))
-
-
-def turn(before: float, after: float) -> float:
-    """Return the smallest turn from one heading to another, in degrees in [-180, 180), positive clockwise."""
-    return (after - before + 180.0) % 360.0 - 180.0
+    return abs(turn_between(one, other))
 
 
 def _from_segment(p: tuple[float, float], a: tuple[float, float], b: tuple[float, float]) -> float:

@@ -7,6 +7,7 @@ from random import Random
 
 import numpy as np
 
+from arramon_client.world import SHOPS
 from arramon_dataset.layout.furnishing import COLOURS, SHAPE_COLOURS
 from arramon_dataset.layout.grid import Points, sample_points, to_street_frame
 from arramon_dataset.layout.places import AT_CORNERS, Surroundings, candidates, extents, free_of_others
@@ -14,7 +15,6 @@ from arramon_dataset.plans.plan import Plan
 from arramon_dataset.plans.zebras import zebra_crossings
 from arramon_dataset.randomness import seeded
 from arramon_server.sim.assets.banners import SHAPES
-from arramon_server.sim.assets.signs import SHOPS
 from arramon_server.sim.labels import Label
 from arramon_server.sim.section import Building, Prop
 

@@ -6,6 +6,7 @@ from itertools import combinations, pairwise
 
 import numpy as np
 
+from arramon_client.world import turn_between
 from arramon_dataset.layout.grid import Mask, Points
 from arramon_dataset.plans.plan import Plan
 from arramon_dataset.plans.strips import inside
@@ -146,7 +147,7 @@ def _bend(three: Points) -> float:
     """Return by how many degrees a line through three places turns at the second."""
     (x0, z0), (x1, z1), (x2, z2) = three.tolist()
     after = math.degrees(math.atan2(x2 - x1, z2 - z1))
-    return abs((after - math.degrees(math.atan2(x1 - x0, z1 - z0)) + 180.0) % 360.0 - 180.0)
+    return abs(turn_between(math.degrees(math.atan2(x1 - x0, z1 - z0)), after))
 
 
 def _crossings(tracks: tuple[Track, ...]) -> list[Points]:
@@ -229,7 +230,7 @@ def _without_doubles(mouths: list[Mouth], tracks: tuple[Track, ...]) -> list[Mou
             other
             for other in kept
             if math.dist(place, tracks[other.track].places[other.at]) < MERGED
-            and abs((heading - tracks[other.track].heading(other.at, other.way) + 180.0) % 360.0 - 180.0) < SAME_ARM
+            and abs(turn_between(tracks[other.track].heading(other.at, other.way), heading)) < SAME_ARM
         ]
         if not doubles:
             kept.append(mouth)

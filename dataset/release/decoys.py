@@ -7,11 +7,12 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from random import Random
 
+from arramon_client.world import COLLECTIBLES, COLUMNS, ROWS
 from arramon_dataset.instructions.assembly.sight import to_standing, whole_room
 from arramon_lang.meaning import Assembly, Thing, Where
 from arramon_lang.room import Landmark, find_cell, grade_relation, quarter_after
-from arramon_server.sim.catalogue import ALL_TYPES, KINDS, ObjectType
-from arramon_server.sim.room import COLUMNS, ROWS, Placement, Square
+from arramon_server.sim.catalogue import ALL_TYPES, ObjectType
+from arramon_server.sim.room import Placement, Square
 from arramon_server.sim.rules import PlacedObject
 
 CELLS = tuple(Square(column, row) for row in range(ROWS) for column in range(COLUMNS))
@@ -77,7 +78,7 @@ class Arrangement:
             elif (item := self._find(thing, where, subject, quarter, placed)) is not None:
                 known.append(to_standing(item))
                 self._relate_all(thing, item, quarter, placed)
-            elif thing.kind in KINDS or (not thing.kind and (thing.colour or thing.look)):
+            elif thing.kind in COLLECTIBLES or (not thing.kind and (thing.colour or thing.look)):
                 missing.append(thing)
         for thing in missing:
             new = self._add_decoy(thing, where, subject, known, quarter)

@@ -8,14 +8,15 @@ from random import Random
 import numpy as np
 import numpy.typing as npt
 
+from arramon_client.world import COLUMNS, REACH_AHEAD, REACH_SIDE, ROWS
 from arramon_dataset.randomness import seeded
 from arramon_dataset.release.decoys import Arrangement, leads_to
 from arramon_lang import Language, Mention
 from arramon_lang.meaning import Assembly
 from arramon_server.sim.catalogue import ALL_TYPES, EXTENT, ObjectType
 from arramon_server.sim.geometry import Point, Pose
-from arramon_server.sim.room import COLUMNS, ROWS, START, Placement, Square
-from arramon_server.sim.rules import REACH_AHEAD, REACH_SIDE, PlacedObject
+from arramon_server.sim.room import START, Placement, Square
+from arramon_server.sim.rules import PlacedObject
 
 Points = npt.NDArray[np.float64]
 

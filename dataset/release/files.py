@@ -12,13 +12,14 @@ from pydantic import Field, TypeAdapter
 from typing_extensions import TypedDict
 
 import arramon_lang as lang
+from arramon_client.world import CELL_SIZE, TURN, Action
 from arramon_server.episodes.episode import Episode, Instructions, Turn
 from arramon_server.episodes.files import parse, read_bytes
 from arramon_server.errors import BadFile
 from arramon_server.sim.catalogue import ObjectType
-from arramon_server.sim.geometry import TURN, Point, Pose, wrap
-from arramon_server.sim.room import CELL, START, Placement, Square
-from arramon_server.sim.rules import Action, Collectible, moved
+from arramon_server.sim.geometry import Point, Pose, wrap
+from arramon_server.sim.room import START, Placement, Square
+from arramon_server.sim.rules import Collectible, moved
 
 SECTION_STARTS = (0, 15000, 25000, 35000, 45000, 55000, 65000)
 """First `mapId` of each of the seven sections."""
@@ -151,7 +152,9 @@ def _turn(record: _Record, turn: int) -> Turn:
 def _squares(path: list[_Vector]) -> list[Square]:
     """Return the room's cells on an assembly path, which always begins at the start tile."""
     x0, _, z0 = path[0]
-    return [Square(START.column + round((x - x0) / CELL), START.row + round((z - z0) / CELL)) for x, _, z in path]
+    return [
+        Square(START.column + round((x - x0) / CELL_SIZE), START.row + round((z - z0) / CELL_SIZE)) for x, _, z in path
+    ]
 
 
 def _start_heading(turns: tuple[Turn, Turn]) -> float:

@@ -6,6 +6,7 @@ import numpy as np
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
+from arramon_client.world import FACADES
 from arramon_dataset.layout.grid import CELL, Grid, Mask, Points, sample_points
 from arramon_dataset.layout.lots import Rectangle, cover, split
 from arramon_dataset.layout.masks import (
@@ -19,7 +20,7 @@ from arramon_dataset.layout.masks import (
     with_neighbours,
 )
 from arramon_dataset.randomness import seeded
-from arramon_server.sim.section import FACADES, Building, Section
+from arramon_server.sim.section import Building, Section
 
 CARVE = 0.75
 """Ground closer than this to a path or a target is free, in units: no corner of a cell beyond it is within 0.57."""

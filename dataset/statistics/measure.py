@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
+from arramon_client.world import PHASES
 from arramon_dataset.statistics.diversity import SAMPLE, Diversity, diversity
 from arramon_dataset.statistics.lengths import PhaseLengths, lengths_of
 from arramon_dataset.statistics.properties import PROPERTIES, load_patterns
@@ -12,8 +13,6 @@ from arramon_dataset.statistics.words import words_of
 from arramon_lang import Language, Mention, UnknownLanguage, load
 from arramon_server.episodes.episode import Episode
 from arramon_server.errors import NotFound
-
-PHASES = ("navigation", "assembly")
 
 FREQUENT = 25
 """Number of most frequent words to report, as in the paper's figure."""

@@ -7,10 +7,11 @@ from pathlib import Path
 
 from PIL.Image import Image
 
+from arramon_client.world import PHASES
 from arramon_dataset.pictures.canvas import BLACK, WHITE, Canvas, Colour, add_title, stack
 from arramon_dataset.statistics import paper
 from arramon_dataset.statistics.histogram import BINS, bin_shares
-from arramon_dataset.statistics.measure import FREQUENT, PHASES, Figures
+from arramon_dataset.statistics.measure import FREQUENT, Figures
 from arramon_dataset.statistics.properties import PROPERTIES
 from arramon_server.errors import StorageError
 

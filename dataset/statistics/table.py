@@ -3,10 +3,11 @@
 import unicodedata
 from collections.abc import Iterable, Iterator, Sequence
 
+from arramon_client.world import PHASES
 from arramon_dataset.statistics import paper
 from arramon_dataset.statistics.histogram import BINS, bin_shares
 from arramon_dataset.statistics.lengths import MEASURES
-from arramon_dataset.statistics.measure import PHASES, Figures
+from arramon_dataset.statistics.measure import Figures
 from arramon_dataset.statistics.properties import PROPERTIES
 
 _NAMES = {

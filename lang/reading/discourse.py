@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
+from arramon_client.world import COLLECTIBLES
 from arramon_lang.clauses import focus_of, step_of
 from arramon_lang.grammar import Grammar
 from arramon_lang.meaning import TURNS, Assembly, Rotate, Step, Thing, Walk, Where
@@ -21,8 +22,6 @@ GROUND = ("street", "alley", "square")
 
 POINTS = ("intersection", "t_junction", "zebra_crossing", "corner", "street_end")
 """Kinds of places that one comes to."""
-
-_COLLECTIBLES = ("ball", "hourglass", "mug", "tv", "book", "bowl", "bucket")
 
 CROSSED = ("zebra_crossing", "intersection", "street", "square")
 """Kinds of things that one goes over."""
@@ -125,7 +124,7 @@ class Discourse:
             if "where" in bound:
                 if self.focus is None and item.label == "where":
                     self.focus = named[0] if named else None
-                if wheres and wheres[-1].things[-1].kind in _COLLECTIBLES:
+                if wheres and wheres[-1].things[-1].kind in COLLECTIBLES:
                     self.focus = wheres[-1].things[-1]
                 wheres += tuple(map(self._of_last_kinds, self.wheres(bound["where"])))
         wheres = tuple(each for where in wheres for each in _plainly(where, () if is_written else wheres))
@@ -180,7 +179,7 @@ class Discourse:
 
     def _of_last_kinds(self, where: Where) -> Where:
         """Return a relation to things with the kind of the last one where theirs is not said ("the yellow one")."""
-        return replace(where, things=tuple(self._of_last_kind(thing, _COLLECTIBLES) for thing in where.things))
+        return replace(where, things=tuple(self._of_last_kind(thing, COLLECTIBLES) for thing in where.things))
 
     def attribute(self, bound: Mapping[str, object], attribute: str) -> str:
         """Return what a clause's tables say of an attribute ("direction"), or ""."""

@@ -5,6 +5,7 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+from arramon_client.world import PHASES
 from arramon_lang.grammar import Grammar, Table
 from arramon_lang.lexicon import FUZZY_LENGTH, keys_of, within_one_edit
 from arramon_lang.meaning import Meaning
@@ -20,8 +21,6 @@ from arramon_lang.reading.noun_phrases import NounPhraseReader
 from arramon_lang.reading.outline import Said, said_of
 from arramon_lang.reading.parsing import TextParser
 from arramon_lang.tokens import Tokenizer
-
-PHASES = ("navigation", "assembly")
 
 ALSO_IN_NAVIGATION = (
     *("turn with", "short of", "all sides", "walk past crossed", "walk past zebra_crossing"),

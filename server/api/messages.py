@@ -6,6 +6,7 @@ from datetime import datetime
 
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
+from arramon_client.world import AGENT_RADIUS, Action
 from arramon_server.closing import NEVER, Closing
 from arramon_server.configuration.config import Config
 from arramon_server.episodes.episode import Episode
@@ -19,10 +20,10 @@ from arramon_server.runs.results.receipts import Receipt
 from arramon_server.runs.results.reports import Report
 from arramon_server.runs.storage.records import Ending, Progress, Run
 from arramon_server.scoring.aggregate import Interval
-from arramon_server.sim.geometry import AGENT_RADIUS, Pose
+from arramon_server.sim.geometry import Pose
 from arramon_server.sim.labels import LABELS
 from arramon_server.sim.room import Placement
-from arramon_server.sim.rules import Action, Phase
+from arramon_server.sim.rules import Phase
 from arramon_server.sim.scene import Scene
 
 ACTIONS = {

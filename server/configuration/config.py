@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+from arramon_client.world import STEPS_PER_PHASE
 from arramon_server.addresses import FORM, TCP_FORM, is_address, is_loopback, is_tcp_address
 from arramon_server.configuration.setting import setting, settings_of
 from arramon_server.errors import BadInput
@@ -10,7 +11,7 @@ from arramon_server.per_split import MOST, PerSplit
 from arramon_server.runs.play.clocks import Clocks
 from arramon_server.sim.cameras import CAMERAS
 from arramon_server.sim.physics import problem_of_camera
-from arramon_server.sim.rules import STEPS_PER_PHASE, Limits
+from arramon_server.sim.rules import Limits
 from arramon_server.split_times import NO_TIMES, SplitTimes
 from arramon_server.visible_text import is_visible
 

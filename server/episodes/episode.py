@@ -3,10 +3,11 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
+from arramon_client.world import Action
 from arramon_server.sim.geometry import Pose
 from arramon_server.sim.own_furniture import NO_FURNITURE, OwnFurniture
 from arramon_server.sim.room import Placement, Square
-from arramon_server.sim.rules import Action, Collectible, Layout, PlacedObject
+from arramon_server.sim.rules import Collectible, Layout, PlacedObject
 
 
 @dataclass(frozen=True, slots=True)

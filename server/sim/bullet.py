@@ -16,22 +16,12 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
+from arramon_client.world import AGENT_RADIUS, FIELD_OF_VIEW
 from arramon_server.sim.assets.collectibles import mesh_of, texture_of
-from arramon_server.sim.cameras import (
-    FAR,
-    FIELD_OF_VIEW,
-    NEAR,
-    THOUSANDTH,
-    Actor,
-    Frame,
-    Viewpoint,
-    label_of,
-    labels_of,
-)
+from arramon_server.sim.cameras import FAR, NEAR, THOUSANDTH, Actor, Frame, Viewpoint, label_of, labels_of
 from arramon_server.sim.catalogue import ObjectType
 from arramon_server.sim.daylight import AMBIENT, DIFFUSE, SUN, sky
 from arramon_server.sim.footprints import PROBE_HEIGHT, TOUCHING, Footprint, Place
-from arramon_server.sim.geometry import AGENT_RADIUS
 from arramon_server.sim.scene import Body, BoxCollider, Mesh, Scene
 from arramon_server.sim.variations import CACHED, SAME, Difference
 

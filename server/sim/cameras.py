@@ -7,12 +7,9 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from arramon_client.world import DEPTH_UNIT, EYE_HEIGHT
 from arramon_server.sim.catalogue import ALL_TYPES, ObjectType
-from arramon_server.sim.geometry import EYE_HEIGHT
 from arramon_server.sim.scene import Body, Scene
-
-FIELD_OF_VIEW = 60.0
-"""Degrees, vertical and horizontal: frames are square."""
 
 NEAR, FAR = 0.05, 120.0
 """Clipping distances, in units."""
@@ -20,7 +17,7 @@ NEAR, FAR = 0.05, 120.0
 CAMERAS = ("raster", "tiny")
 """Names of the cameras: `raster.RasterCamera`, compiled and fast, and `bullet.World`, the reference (TinyRenderer)."""
 
-THOUSANDTH = np.float32(0.001)
+THOUSANDTH = np.float32(DEPTH_UNIT)
 """Depth in units of a thousandth: a product with it, in float32, is what a client decodes from a message."""
 
 NOTHING = "nothing"

@@ -3,9 +3,7 @@
 from dataclasses import dataclass
 from itertools import product
 
-KINDS = ("ball", "hourglass", "mug", "tv", "book", "bowl", "bucket")
-PATTERNS = ("dotted", "striped")
-COLOURS = ("green", "red", "blue", "white", "yellow", "brown", "purple")
+from arramon_client.world import COLLECTIBLE_COLOURS, COLLECTIBLE_PATTERNS, COLLECTIBLES
 
 EXTENT = 0.15
 """Radius of a collectible's footprint in the city, in units; the pick-up box is tested against the object's extent."""
@@ -24,7 +22,12 @@ class ObjectType:
     kind: str
 
     def __post_init__(self) -> None:
-        for word, known in ((self.pattern, PATTERNS), (self.colour, COLOURS), (self.kind, KINDS)):
+        known_words = (
+            (self.pattern, COLLECTIBLE_PATTERNS),
+            (self.colour, COLLECTIBLE_COLOURS),
+            (self.kind, COLLECTIBLES),
+        )
+        for word, known in known_words:
             if word not in known:
                 raise ValueError(f"{word!r} is not one of {', '.join(known)}")
 
@@ -44,5 +47,5 @@ class ObjectType:
         return f"{self.pattern} {self.colour} {self.kind}"
 
 
-ALL_TYPES = tuple(ObjectType(*words) for words in product(PATTERNS, COLOURS, KINDS))
+ALL_TYPES = tuple(ObjectType(*words) for words in product(COLLECTIBLE_PATTERNS, COLLECTIBLE_COLOURS, COLLECTIBLES))
 """All 98 types."""

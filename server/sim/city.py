@@ -5,6 +5,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from arramon_client.world import FURNITURE
 from arramon_server.sim.assets.banners import banner_texture
 from arramon_server.sim.assets.facades import BAYS, STOREYS, facade
 from arramon_server.sim.assets.furniture import COLOURS, piece_of
@@ -16,7 +17,7 @@ from arramon_server.sim.assets.textures import GROUND_SPAN, Image, texture
 from arramon_server.sim.cameras import FAR
 from arramon_server.sim.labels import Label
 from arramon_server.sim.scene import Body, BoxCollider, Mesh, Scene
-from arramon_server.sim.section import PROP_KINDS, Building, Prop, Section
+from arramon_server.sim.section import Building, Prop, Section
 
 PAVEMENT = 0.8
 """Width of the pavement around a building, in units."""
@@ -83,7 +84,7 @@ def refurnished(scene: Scene, section: Section) -> Scene:
         ValueError: as in `city_scene`.
     """
     meshes, textures = dict(scene.meshes), dict(scene.textures)
-    kinds = frozenset(PROP_KINDS)
+    kinds = frozenset(FURNITURE)
     before = {body.name: body for body in scene.bodies if body.name.partition("/")[0] in kinds}
     props = [_same(body, before.get(body.name)) for body in _prop_bodies(section.props, meshes, textures)]
     rest = [body for body in scene.bodies if body.name not in before]

@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 import numpy.typing as npt
 
-from arramon_server.sim.cameras import FIELD_OF_VIEW
+from arramon_client.world import FIELD_OF_VIEW
 
 SUN = (0.5, -0.6, 0.9)
 """Direction to the sun, in the scene frame; not of unit length."""

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple, Self
 
-from arramon_server.sim.geometry import AGENT_RADIUS
+from arramon_client.world import AGENT_RADIUS
 from arramon_server.sim.scene import Body, Scene
 
 PROBE_HEIGHT = 0.1

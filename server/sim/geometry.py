@@ -9,17 +9,7 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-TURN = 30.0
-"""Degrees that one LEFT or RIGHT turns."""
-
-STEP = 1.0
-"""Units that one FORWARD moves in the city."""
-
-EYE_HEIGHT = 0.525
-"""Height of the agent's camera above the ground, and its y in every path."""
-
-AGENT_RADIUS = 0.25
-"""Radius of the agent's body, a disc, in units."""
+from arramon_client.world import STEP
 
 
 class Point(NamedTuple):

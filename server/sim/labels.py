@@ -7,17 +7,12 @@ from itertools import product
 import numpy as np
 import numpy.typing as npt
 
+from arramon_client.world import BANNER_COLOURS, BANNER_SHAPES, FACADES, FURNITURE, SHOPS, WALLS
 from arramon_server.sim.assets.furniture import COLOURS, SPOKEN_COLOURS
-from arramon_server.sim.assets.signs import SHOPS
 from arramon_server.sim.catalogue import ALL_TYPES, ObjectType
-from arramon_server.sim.section import FACADES, PROP_KINDS
 
-BANNER_COLOURS = ("red", "blue", "green", "yellow", "white", "black")
 SPOKEN_BANNER_COLOURS = ("orange", "brown")
 """Further colours of banners that people spoke of in imported texts."""
-
-BANNER_SHAPES = ("star", "diamond", "triangle", "circle", "hexagon", "dot")
-WALLS = ("wood", "brick", "spotted", "striped")
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -63,11 +58,11 @@ LABELS: tuple[Label, ...] = (
     *(Label("wall", look=look) for look in WALLS),
     *(Label("building", look=look) for look in FACADES),
     *(Label("banner", colour, shape) for colour, shape in product(BANNER_COLOURS, BANNER_SHAPES)),
-    *(Label(kind, colour) for kind in PROP_KINDS if kind not in _SHAPED for colour in COLOURS.get(kind, ("",))),
+    *(Label(kind, colour) for kind in FURNITURE if kind not in _SHAPED for colour in COLOURS.get(kind, ("",))),
     *(Label("shop_sign", look=shop) for shop in SHOPS),
     *(Label.of(type_) for type_ in ALL_TYPES),
     # At the end: what is learned of the labels before keeps its numbers.
-    *(Label(kind, colour) for kind in PROP_KINDS for colour in SPOKEN_COLOURS.get(kind, ())),
+    *(Label(kind, colour) for kind in FURNITURE for colour in SPOKEN_COLOURS.get(kind, ())),
     *(Label("banner", colour, shape) for colour, shape in product(SPOKEN_BANNER_COLOURS, BANNER_SHAPES)),
 )
 """All labels; a segmentation's numbers are indices into this table."""

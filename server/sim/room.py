@@ -1,11 +1,11 @@
-"""The assembly room: a grid of 5 columns and 4 rows between walls (measured in the release; paper, section 3.1)."""
+"""The assembly room: a grid of 5 columns and 4 rows between walls (measured in the release; paper, section 3.1).
+
+In the room's scene, cell (column, row) is centred on X = 1.5 column, Y = 1.5 row.
+"""
 
 from typing import NamedTuple
 
-COLUMNS, ROWS = 5, 4
-
-CELL = 1.5
-"""Side of a cell, in units. In the room's scene, cell (column, row) is centred on X = 1.5 column, Y = 1.5 row."""
+from arramon_client.world import COLUMNS, ROOM_START, ROWS
 
 OBJECT_SCALE = 2.0
 """Scale of collectibles in the room relative to the city, so that they fill a third of a cell."""
@@ -27,7 +27,7 @@ class Square(NamedTuple):
         return Square(self.column + column, self.row + row)
 
 
-START = Square(2, 0)
+START = Square(*ROOM_START)
 """The agent's cell at the start of each assembly, with heading 0: the checkered yellow tile, facing the brick wall."""
 
 

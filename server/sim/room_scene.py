@@ -5,10 +5,11 @@ inferred from the release's instructions: objects put against the wooden wall be
 wall in row 0, and "turn to face the dotted wall" is a turn to the left.
 """
 
+from arramon_client.world import CELL_SIZE, COLUMNS, ROWS
 from arramon_server.sim.assets.meshes import Vector, moved, quad
 from arramon_server.sim.assets.textures import texture
 from arramon_server.sim.labels import Label
-from arramon_server.sim.room import CELL, COLUMNS, ROWS, START
+from arramon_server.sim.room import START
 from arramon_server.sim.scene import Body, BoxCollider, Mesh, Scene
 
 WALL_HEIGHT = 3.0
@@ -22,8 +23,8 @@ _THICKNESS = 0.2
 
 def room_scene() -> Scene:
     """Build the room without any objects: cell (column, row) is centred on X = 1.5 column, Y = 1.5 row."""
-    west, east = -CELL / 2, (COLUMNS - 0.5) * CELL
-    south, north = -CELL / 2, (ROWS - 0.5) * CELL
+    west, east = -CELL_SIZE / 2, (COLUMNS - 0.5) * CELL_SIZE
+    south, north = -CELL_SIZE / 2, (ROWS - 0.5) * CELL_SIZE
     middle_x, middle_y = (west + east) / 2, (south + north) / 2
     wide, deep = east - west, north - south
     walls = (
@@ -45,12 +46,18 @@ def room_scene() -> Scene:
         for look, position, heading, length in walls
     ]
     bodies.append(
-        Body("start", "tile", "start", (START.column * CELL, START.row * CELL, 0.004), label=str(Label("start_tile")))
+        Body(
+            "start",
+            "tile",
+            "start",
+            (START.column * CELL_SIZE, START.row * CELL_SIZE, 0.004),
+            label=str(Label("start_tile")),
+        )
     )
     bodies.append(Body("floor", "floor", "floor", (middle_x, middle_y, 0.0), label="floor"))
     bodies.append(Body("ceiling", "ceiling", "ceiling", (middle_x, middle_y, WALL_HEIGHT), label=str(Label("ceiling"))))
     meshes = {f"wall/{look}": _wall(length) for look, _, _, length in walls}
-    meshes["tile"] = _flat(CELL * 0.94, CELL * 0.94, 1.0, 1.0)
+    meshes["tile"] = _flat(CELL_SIZE * 0.94, CELL_SIZE * 0.94, 1.0, 1.0)
     meshes["ceiling"] = moved(_flat(wide, deep, COLUMNS, ROWS), pitch=180.0)
     meshes["floor"] = _flat(wide, deep, COLUMNS, ROWS)
     names = {body.texture for body in bodies}

@@ -8,41 +8,21 @@ turn 1 changes the start of turn 2, as in the paper, but never its target.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from enum import Enum, IntEnum
+from enum import Enum
 from typing import Protocol
 
+import arramon_client.world as world
+from arramon_client.world import REACH_AHEAD, REACH_MARGIN, REACH_SIDE, STEP, STEPS_PER_PHASE, TURN, TURNS, Action
 from arramon_server.sim.catalogue import ObjectType
-from arramon_server.sim.geometry import STEP, TURN, Point, Pose, wrap
+from arramon_server.sim.geometry import Point, Pose, wrap
 from arramon_server.sim.room import START, Placement, Square
-
-TURNS = 2
-
-REACH_SIDE, REACH_AHEAD = 0.5, 3.0
-"""Extent of the pick-up box (paper, section 3.1) to each side and ahead, in units."""
-
-REACH_MARGIN = 0.05
-"""Tolerance for an object's own extent, in units: its centre may be that far outside the box. The ends of the release's
-ground-truth paths need 0.035."""
-
-
-STEPS_PER_PHASE = 150
-"""Step limit of a phase in the original."""
-
-
-class Action(IntEnum):
-    """Actions of the agent, with the release's numbers."""
-
-    FORWARD = 0
-    LEFT = 1
-    RIGHT = 2
-    INTERACT = 3
 
 
 class Phase(Enum):
     """The two halves of a turn."""
 
-    NAVIGATION = "navigation"
-    ASSEMBLY = "assembly"
+    NAVIGATION = world.NAVIGATION
+    ASSEMBLY = world.ASSEMBLY
 
 
 class Ground(Protocol):

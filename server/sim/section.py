@@ -2,16 +2,6 @@
 
 from dataclasses import dataclass
 
-FACADES = ("brick", "brown", "concrete", "glass", "white", "arched", "red", "grey", "yellow", "green", "blue")
-"""Facades of buildings."""
-
-PROP_KINDS = (
-    "cone", "phone_booth", "bench", "lamp_post", "traffic_light", "dumpster", "barrier", "barrel", "tyre_stack",
-    "hydrant", "mailbox", "bin", "bags", "tree", "stop_sign", "speed_sign", "banner", "car", "kiosk", "planter",
-    "awning", "shop_sign", "zebra_crossing",
-)  # fmt: skip
-"""Street furniture. What hangs on a wall or lies on the road stands in nobody's way; everything else is solid."""
-
 ON_WALLS = frozenset({"banner", "awning", "shop_sign"})
 """Kinds that hang on a wall, above the heads of agents or flat against it."""
 

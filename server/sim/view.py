@@ -3,11 +3,12 @@
 from dataclasses import dataclass
 from functools import lru_cache
 
+from arramon_client.world import CELL_SIZE
 from arramon_server.sim.assets.collectibles import height_of
 from arramon_server.sim.cameras import Actor, Viewpoint
 from arramon_server.sim.geometry import Pose
 from arramon_server.sim.remembered import Remembered
-from arramon_server.sim.room import CELL, OBJECT_SCALE
+from arramon_server.sim.room import OBJECT_SCALE
 from arramon_server.sim.rules import Collectible, Layout, Phase, PlacedObject, State
 
 CACHED_POSES = 4096
@@ -32,7 +33,7 @@ class View:
 def view(state: State, layout: Layout) -> View:
     """Return the agent's view in `state`. The object it carries is not visible, as in the original."""
     if state.phase is Phase.ASSEMBLY:
-        viewpoint = Viewpoint(state.square.column * CELL, state.square.row * CELL, state.room_heading)
+        viewpoint = Viewpoint(state.square.column * CELL_SIZE, state.square.row * CELL_SIZE, state.room_heading)
         # An agent may stand on a cell with objects; these are left out, so that it does not see their insides.
         around = tuple(item for item in state.room if (item.placement.column, item.placement.row) != state.square)
         if len(around) == len(state.room):
@@ -69,7 +70,7 @@ def room_actors(room: tuple[PlacedObject, ...]) -> tuple[Actor, ...]:
         cell = (item.placement.column, item.placement.row)
         base = heights.get(cell, 0.0)
         heights[cell] = base + OBJECT_SCALE * height_of(item.type.kind)
-        actors.append(Actor(item.type, (cell[0] * CELL, cell[1] * CELL, base), scale=OBJECT_SCALE))
+        actors.append(Actor(item.type, (cell[0] * CELL_SIZE, cell[1] * CELL_SIZE, base), scale=OBJECT_SCALE))
     return tuple(actors)
 
 

@@ -3,11 +3,12 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+from arramon_client.world import COLUMNS, ROWS
 from arramon_server.episodes.episode import Turn
 from arramon_server.runs.play.session import Session
 from arramon_server.scoring.trajectory import TurnRecord
 from arramon_server.sim.catalogue import ObjectType
-from arramon_server.sim.room import COLUMNS, ROWS, START, Square
+from arramon_server.sim.room import START, Square
 from arramon_server.sim.rules import Phase, PlacedObject
 
 CELL = 10

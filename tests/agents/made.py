@@ -7,8 +7,8 @@ import numpy as np
 from arramon_agents.perception.registry import open_encoder
 from arramon_agents.training.demonstrations import Demonstration
 from arramon_agents.training.place import Place
-from arramon_agents.vl.model import PHASES
 from arramon_agents.vl.recipe import Recipe
+from arramon_client.world import PHASES
 
 
 def recipe(agent: str = "vl", *, sees: bool = True, reads: bool = True, validate: int = 0, passes: int = 3) -> Recipe:

@@ -8,6 +8,7 @@ import numpy as np
 from arramon_agents.mapping.room import RoomSight
 from arramon_agents.mapping.room_player import RoomFollower
 from arramon_client.agent import Label, Observation
+from arramon_client.world import Action
 from arramon_lang.meaning import Assembly
 from arramon_server.sim.catalogue import ObjectType
 from arramon_server.sim.geometry import Pose
@@ -15,7 +16,7 @@ from arramon_server.sim.labels import LABELS, places_of
 from arramon_server.sim.raster.camera import RasterCamera
 from arramon_server.sim.room import Placement
 from arramon_server.sim.room_scene import room_scene
-from arramon_server.sim.rules import Action, Layout, Limits, Phase, Placed, PlacedObject, State, step
+from arramon_server.sim.rules import Layout, Limits, Phase, Placed, PlacedObject, State, step
 from arramon_server.sim.view import view
 
 CLIENT_LABELS = tuple(Label(label.kind, label.colour, label.look) for label in LABELS)

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from arramon.v1 import types_pb2
-from arramon_client import run_settings
+from arramon_client import run_settings, world
 from arramon_client.plugin import arguments
 from arramon_client.recording import files, recorder
 from arramon_client.transport.images import THOUSANDTHS, ImageDecoder
 from arramon_server.api.encoding import MessageEncoder
 from arramon_server.configuration.config import Config
 from arramon_server.episodes.splits import SENSORS, Split
-from arramon_server.sim import cameras, geometry, room, rules
+from arramon_server.sim import cameras, room, rules
 from arramon_server.sim.view import view
 from tests import ROOT, tiny
 
@@ -31,18 +31,19 @@ SENTENCES = [
     f"in steps of {float(THOUSANDTHS):.3f} |",
     f"| `depth`, largest | {LARGEST:.3f}: that far and beyond; nothing beyond {cameras.FAR:g} units is drawn |",
     f"| size | {CONFIG.image_sizes[0]} (default) or {CONFIG.image_sizes[1]}, or",
-    f"| field of view | {cameras.FIELD_OF_VIEW:g} degrees,",
-    f"| eye height | {geometry.EYE_HEIGHT:g} units, in the street and in the room |",
-    f"| forward, {rules.Action.FORWARD:d} | {geometry.STEP:g} unit ahead,",
-    f"| left, {rules.Action.LEFT:d}; right, {rules.Action.RIGHT:d} | {geometry.TURN:g} degrees |",
-    f"| pick up / place, {rules.Action.INTERACT:d} |",
-    f"one cell ahead ({room.CELL:g} units)",
-    f"| {geometry.TURN:g} degrees | {geometry.TURN:g} degrees |",
-    f"up to {rules.REACH_AHEAD + rules.REACH_MARGIN:g} units ahead and {rules.REACH_SIDE + rules.REACH_MARGIN:g} to",
-    f"a disc of radius {geometry.AGENT_RADIUS:g} units",
-    f"The room has {room.COLUMNS} columns and {room.ROWS} rows; every assembly begins at column {room.START.column},\n"
+    f"| field of view | {world.FIELD_OF_VIEW:g} degrees,",
+    f"| eye height | {world.EYE_HEIGHT:g} units, in the street and in the room |",
+    f"| forward, {world.Action.FORWARD:d} | {world.STEP:g} unit ahead,",
+    f"| left, {world.Action.LEFT:d}; right, {world.Action.RIGHT:d} | {world.TURN:g} degrees |",
+    f"| pick up / place, {world.Action.INTERACT:d} |",
+    f"one cell ahead ({world.CELL_SIZE:g} units)",
+    f"| {world.TURN:g} degrees | {world.TURN:g} degrees |",
+    f"up to {world.REACH_AHEAD + world.REACH_MARGIN:g} units ahead and {world.REACH_SIDE + world.REACH_MARGIN:g} to",
+    f"a disc of radius {world.AGENT_RADIUS:g} units",
+    f"The room has {world.COLUMNS} columns and {world.ROWS} rows; "
+    f"every assembly begins at column {room.START.column},\n"
     f"row {room.START.row}, heading 0",
-    f"A phase takes {rules.STEPS_PER_PHASE} steps at most",
+    f"A phase takes {world.STEPS_PER_PHASE} steps at most",
     f"`--parallel` ({run_settings.DEFAULT_PARALLEL} by default; "
     f"a server allows up to {CONFIG.max_episodes_per_stream} on",
     f"due {CONFIG.step_seconds:g} seconds from when",
@@ -72,7 +73,7 @@ def test_camera_height_is_equal_in_street_and_room() -> None:
     street = rules.begin(layout)
     for phase in rules.Phase:
         state = rules.State(street.pose, street.room, phase=phase)
-        assert view(state, layout).viewpoint.z == geometry.EYE_HEIGHT
+        assert view(state, layout).viewpoint.z == world.EYE_HEIGHT
 
 
 @pytest.mark.parametrize("encoding", [types_pb2.ENCODING_RAW, types_pb2.ENCODING_ZSTD, types_pb2.ENCODING_JPEG])

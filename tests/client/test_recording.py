@@ -21,8 +21,9 @@ from arramon_client.recording import recorder as recording_module
 from arramon_client.recording.files import depth_png, folder_name
 from arramon_client.recording.recorder import Recording
 from arramon_client.recording.trace import FROM_ACTIONS, FROM_POSE, Trace
-from arramon_server.sim import geometry, room
-from arramon_server.sim.rules import Action, Limits, Phase, State, step
+from arramon_client.world import Action
+from arramon_server.sim import geometry
+from arramon_server.sim.rules import Limits, Phase, State, step
 from tests import tiny
 from tests.client.fake import RUN, Servicer, World, serving
 
@@ -236,11 +237,3 @@ def test_an_observed_pose_takes_precedence() -> None:
     trace.move(observation(0), 0)
     assert trace.at(observation(1, pose=(5.0, 6.0, 30.0))) == (5.0, 6.0, 30.0)
     assert trace.source == FROM_POSE
-
-
-def test_the_traces_constants_equal_the_simulators() -> None:
-    from arramon_client.recording import trace
-
-    assert (trace.TURN, trace.STEP) == (geometry.TURN, geometry.STEP)
-    assert (trace.COLUMNS, trace.ROWS) == (room.COLUMNS, room.ROWS)
-    assert trace.ROOM_START[:2] == room.START

@@ -4,6 +4,7 @@ from pathlib import Path
 import pytest
 
 import arramon_lang as lang
+from arramon_client.world import Action
 from arramon_dataset.demands import episode_demands
 from arramon_dataset.generation import Site, problems
 from arramon_dataset.generation.split_maker import Progress
@@ -11,7 +12,6 @@ from arramon_dataset.instruction_writer import first_turn, passes
 from arramon_server.cli import main
 from arramon_server.episodes.splits import folder_of, read_split
 from arramon_server.scoring.episode import METRICS, EpisodeScores
-from arramon_server.sim.rules import Action
 
 F, L, R, P = Action.FORWARD, Action.LEFT, Action.RIGHT, Action.INTERACT
 

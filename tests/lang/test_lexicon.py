@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from arramon_client.world import COLLECTIBLE_COLOURS, COLLECTIBLE_PATTERNS, COLLECTIBLES
 from arramon_lang.language import ROOT, available, load
 from arramon_lang.lexicon import Lexicon, within_one_edit
 from arramon_lang.tokens import Tokenizer
-from arramon_server.sim.catalogue import COLOURS, KINDS, PATTERNS
 
 EMPTY: dict[str, Any] = {
     "kinds": {}, "patterned_kinds": {}, "patterns": {}, "colours": {},
@@ -23,10 +23,10 @@ EMPTY: dict[str, Any] = {
 def test_every_language_has_words_for_the_whole_catalogue(code: str) -> None:
     data = tomllib.loads((ROOT / code / "lexicon.toml").read_text(encoding="utf-8"))
     assert set(data) == set(EMPTY)
-    assert tuple(data["kinds"]) == KINDS
-    assert tuple(data["patterns"]) == PATTERNS
-    assert tuple(data["colours"]) == COLOURS
-    assert set(data["patterned_kinds"]) <= set(KINDS)
+    assert tuple(data["kinds"]) == COLLECTIBLES
+    assert tuple(data["patterns"]) == COLLECTIBLE_PATTERNS
+    assert tuple(data["colours"]) == COLLECTIBLE_COLOURS
+    assert set(data["patterned_kinds"]) <= set(COLLECTIBLES)
 
 
 @pytest.mark.parametrize("code", available())

@@ -4,8 +4,9 @@ import math
 
 import pytest
 
+from arramon_client.world import COLUMNS, ROWS
 from arramon_lang.meaning import Assembly, Thing, Where
-from arramon_lang.room import COLUMNS, ROWS, START, Room, Standing, find_cell, is_all_there, quarter_after, weigh_cells
+from arramon_lang.room import START, Room, Standing, find_cell, is_all_there, quarter_after, weigh_cells
 
 WALLS = {"brick": 0, "wood": 1, "striped": 2, "spotted": 3}
 MUG = Standing("mug", "red", "dotted", 1, 2)

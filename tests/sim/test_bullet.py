@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from arramon_client.world import AGENT_RADIUS, EYE_HEIGHT, FIELD_OF_VIEW
 from arramon_server.sim.assets.meshes import box, moved, quad
-from arramon_server.sim.cameras import FIELD_OF_VIEW, Actor, Frame, Viewpoint
+from arramon_server.sim.cameras import Actor, Frame, Viewpoint
 from arramon_server.sim.catalogue import ObjectType
-from arramon_server.sim.geometry import AGENT_RADIUS, EYE_HEIGHT
 from arramon_server.sim.scene import Body, BoxCollider, Scene
 from tests.physics import Obstacles, World
 

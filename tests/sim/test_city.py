@@ -5,13 +5,14 @@ from contextlib import closing
 import numpy as np
 import pytest
 
+from arramon_client.world import FACADES, FURNITURE
 from arramon_server.sim.assets.facades import BAYS, STOREYS
 from arramon_server.sim.cameras import Viewpoint
 from arramon_server.sim.city import building_mesh, city_scene
 from arramon_server.sim.labels import LABELS
 from arramon_server.sim.physics import physics_of
 from arramon_server.sim.raster.camera import RasterCamera
-from arramon_server.sim.section import FACADES, PROP_KINDS, Building, Prop, Section
+from arramon_server.sim.section import Building, Prop, Section
 
 BLOCKS = tuple(
     Building(x, z, 5.0, 4.0, 28.8, height, facade)
@@ -42,7 +43,7 @@ def test_bodies_have_their_names_labels_and_colliders() -> None:
 
 def test_every_prop_and_facade_has_a_mesh_and_a_texture() -> None:
     looks = {"banner": ("green", "dot", "white"), "shop_sign": ("", "hotel")}
-    props = tuple(Prop(kind, 3.0 * i, 0, 0, *looks.get(kind, ())) for i, kind in enumerate(PROP_KINDS))
+    props = tuple(Prop(kind, 3.0 * i, 0, 0, *looks.get(kind, ())) for i, kind in enumerate(FURNITURE))
     buildings = tuple(Building(12.0 * i, 20, 5, 5, 0, 3, facade) for i, facade in enumerate(FACADES))
     scene = city_scene(Section("all", 0.0, (0, 0, 100, 30), buildings, props))
     assert {body.texture for body in scene.bodies} == set(scene.textures)

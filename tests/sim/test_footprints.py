@@ -8,13 +8,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from arramon_client.world import AGENT_RADIUS, FURNITURE
 from arramon_server.sim.assets.furniture import COLOURS, SPOKEN_COLOURS, piece_of
 from arramon_server.sim.city import city_scene
 from arramon_server.sim.footprints import Footprint, Footprints, Place
-from arramon_server.sim.geometry import AGENT_RADIUS
 from arramon_server.sim.room_scene import room_scene
 from arramon_server.sim.scene import Body, BoxCollider, Scene
-from arramon_server.sim.section import PROP_KINDS
 from tests.dataset.plans.sections import ALL, section_of
 
 BOX = BoxCollider(2.0, 0.5, 2.0)
@@ -144,7 +143,7 @@ def test_further_bodies_need_a_collider() -> None:
 def test_every_collider_of_the_project_counts_by_its_footprint() -> None:
     """So nothing that can be built is refused, and nothing of it needs more than plane geometry."""
     found = 0
-    for kind in PROP_KINDS:
+    for kind in FURNITURE:
         for colour in ("", *COLOURS.get(kind, ()), *SPOKEN_COLOURS.get(kind, ())):
             collider = piece_of(kind, colour).collider
             if collider is not None:

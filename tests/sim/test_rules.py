@@ -6,11 +6,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from arramon_client.world import Action
 from arramon_server.sim.catalogue import ALL_TYPES, ObjectType
 from arramon_server.sim.geometry import Point, Pose
 from arramon_server.sim.room import START, Placement, Square
 from arramon_server.sim.rules import (
-    Action,
     Blocked,
     Collectible,
     Layout,

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import pytest
 
+from arramon_client.world import FACADES, FURNITURE, Action
 from arramon_lang.grammar import forms_of
 from arramon_lang.language import load
 from arramon_server.board.correcting import Correcting
@@ -16,8 +17,8 @@ from arramon_server.scoring.episode import METRICS
 from arramon_server.sim.bullet import Obstacles
 from arramon_server.sim.city import city_scene
 from arramon_server.sim.room import Placement
-from arramon_server.sim.rules import Action, Limits
-from arramon_server.sim.section import FACADES, PROP_KINDS, Building, Prop
+from arramon_server.sim.rules import Limits
+from arramon_server.sim.section import Building, Prop
 from arramon_server.web.episodes_page import FAILURES, NAVIGATION, NOTHING, OBJECT, PLACEMENT, Filter, failure_of
 from arramon_server.web.room_map import RoomWatch
 from arramon_server.web.section_map import labels
@@ -222,7 +223,7 @@ def test_things_are_named_in_the_language_of_the_page() -> None:
 @pytest.mark.parametrize("code", ["en", "hi"])
 def test_maps_know_all_words_of_written_instructions(code: str) -> None:
     nouns, texts = load(code).grammar.nouns, all_texts()[code]
-    for kind in PROP_KINDS:
+    for kind in FURNITURE:
         written = {form.replace("~", "") for form in forms_of(nouns[kind])}
         assert written <= set(texts(f"things.{kind}").split("|")), kind
     assert {f"things.building_{facade}" for facade in FACADES} <= texts.words.keys()

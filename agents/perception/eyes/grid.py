@@ -11,17 +11,14 @@ from torch.nn import functional
 from arramon_agents.perception.eyes.names import NamedThing
 from arramon_agents.perception.eyes.network import BLOCKS, Probabilities
 from arramon_agents.perception.eyes.vocabulary import (
-    BANNER_COLOURS,
-    COLLECTIBLE_COLOURS,
-    COLLECTIBLES,
     COLOURED,
     COLOURS,
-    FURNITURE,
     FURNITURE_COLOURS,
     KINDS,
     LOOK_GROUPS,
     look_slices,
 )
+from arramon_client.world import BANNER_COLOURS, COLLECTIBLE_COLOURS, COLLECTIBLES, FURNITURE
 
 GRID = 7
 """Rows and columns of cells."""

@@ -6,11 +6,7 @@ from functools import cache
 import numpy as np
 import numpy.typing as npt
 
-FIELD_OF_VIEW = 60.0
-"""Degrees, vertical and horizontal: frames are square."""
-
-EYE_HEIGHT = 0.525
-"""Height of the camera above the ground, in units."""
+from arramon_client.world import FIELD_OF_VIEW
 
 
 @cache

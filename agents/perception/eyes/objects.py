@@ -8,7 +8,8 @@ import numpy.typing as npt
 from scipy import ndimage
 
 from arramon_agents.perception.eyes.kernels import fill_crop, find_walls, mark_solid, measure_parts
-from arramon_agents.perception.eyes.lens import EYE_HEIGHT, rays
+from arramon_agents.perception.eyes.lens import rays
+from arramon_client.world import EYE_HEIGHT
 
 LOWEST, HIGHEST = 0.018, 2.2
 """Range of heights above the ground, in units, in which pixels are considered: above painted lines and pavements."""

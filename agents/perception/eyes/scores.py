@@ -8,7 +8,8 @@ import numpy.typing as npt
 
 from arramon_agents.perception.eyes.grid import CHANNEL_NAMES, GRID, GROUND
 from arramon_agents.perception.eyes.names import NamedThing
-from arramon_agents.perception.eyes.vocabulary import COLLECTIBLES, COLOURS, FURNITURE, KINDS, LOOK_GROUPS, look_slices
+from arramon_agents.perception.eyes.vocabulary import COLOURS, KINDS, LOOK_GROUPS, look_slices
+from arramon_client.world import COLLECTIBLES, FURNITURE
 
 LEAST_PIXELS = 16
 """Least number of a cell's pixels, of 1,024 at an image size of 224, for it to count as showing something."""

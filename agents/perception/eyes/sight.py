@@ -7,19 +7,11 @@ import numpy as np
 import numpy.typing as npt
 
 from arramon_agents.perception.eyes.encoder import BATCH, Eyes
-from arramon_agents.perception.eyes.lens import EYE_HEIGHT, rays
+from arramon_agents.perception.eyes.lens import rays
 from arramon_agents.perception.eyes.names import NamedThing
-from arramon_agents.perception.eyes.vocabulary import (
-    COLLECTIBLES,
-    COLOURED,
-    COLOURS,
-    FURNITURE,
-    KINDS,
-    LOOK_GROUPS,
-    SURFACES,
-    look_slices,
-)
+from arramon_agents.perception.eyes.vocabulary import COLOURED, COLOURS, KINDS, LOOK_GROUPS, SURFACES, look_slices
 from arramon_client.agent import Label
+from arramon_client.world import COLLECTIBLES, EYE_HEIGHT, FURNITURE
 
 FLAT = (*(kind for kind in SURFACES if kind not in ("building", "wall")), "zebra_crossing")
 """Kinds that are taken from the block predictions, besides buildings (by facade) and walls (by look)."""

@@ -10,16 +10,8 @@ from torch import Tensor
 from torch.nn import functional
 
 from arramon_agents.perception.eyes.network import BLOCKS, Predictions
-from arramon_agents.perception.eyes.vocabulary import (
-    COLLECTIBLES,
-    FURNITURE,
-    KINDS,
-    NONE,
-    SURFACES,
-    Codes,
-    codes_of,
-    look_slices,
-)
+from arramon_agents.perception.eyes.vocabulary import KINDS, NONE, SURFACES, Codes, codes_of, look_slices
+from arramon_client.world import COLLECTIBLES, FURNITURE
 
 WEIGHTS = {**dict.fromkeys(SURFACES, 0.5), **dict.fromkeys(FURNITURE, 1.0), **dict.fromkeys(COLLECTIBLES, 0.5)}
 """Weights of kinds in the loss: most of a frame is street and buildings, and another network names collectibles."""

@@ -12,8 +12,9 @@ from arramon_agents.perception.eyes.naming import NamingNetwork, to_network
 from arramon_agents.perception.eyes.network import EyesNetwork, Sizes, prepare
 from arramon_agents.perception.eyes.objects import Thing, crop, find_things
 from arramon_agents.perception.eyes.targets import LabelTable, among, loss_of
-from arramon_agents.perception.eyes.vocabulary import COLLECTIBLES, KINDS, NONE, look_slices
+from arramon_agents.perception.eyes.vocabulary import KINDS, NONE, look_slices
 from arramon_agents.training.trainer import Loss
+from arramon_client.world import COLLECTIBLES
 
 PUREST = 0.6
 """Least share of a thing's pixels with the same label for the thing to be trained on."""

@@ -2,21 +2,21 @@
 
 from typing import NamedTuple
 
+from arramon_client.world import (
+    BANNER_SHAPES,
+    COLLECTIBLE_COLOURS,
+    COLLECTIBLE_PATTERNS,
+    COLLECTIBLES,
+    FACADES,
+    FURNITURE,
+    SHOPS,
+    WALLS,
+)
+
 SURFACES = ("nothing", "road", "pavement", "roof", "floor", "start_tile", "ceiling", "wall", "building")
-FURNITURE = (
-    "cone", "phone_booth", "bench", "lamp_post", "traffic_light", "dumpster", "barrier", "barrel", "tyre_stack",
-    "hydrant", "mailbox", "bin", "bags", "tree", "stop_sign", "speed_sign", "banner", "car", "kiosk", "planter",
-    "awning", "shop_sign", "zebra_crossing",
-)  # fmt: skip
-COLLECTIBLES = ("ball", "hourglass", "mug", "tv", "book", "bowl", "bucket")
 
 KINDS = (*SURFACES, *FURNITURE, *COLLECTIBLES)
-COLOURS = (
-    "green", "red", "blue", "white", "yellow", "brown", "purple", "black", "orange", "silver", "concrete", "gold",
-)  # fmt: skip
-
-COLLECTIBLE_COLOURS = COLOURS[:7]
-BANNER_COLOURS = ("red", "blue", "green", "yellow", "white", "black")
+COLOURS = (*COLLECTIBLE_COLOURS, "black", "orange", "silver", "concrete", "gold")
 FURNITURE_COLOURS = ("orange", "red", "blue", "green", "silver", "concrete", "white", "yellow", "gold")
 
 COLOURED = ("cone", "dumpster", "barrier", "barrel", "car", "kiosk", "awning")
@@ -38,15 +38,11 @@ class LookGroup(NamedTuple):
 
 
 LOOK_GROUPS = (
-    LookGroup("pattern", COLLECTIBLES, ("dotted", "striped")),
-    LookGroup("shape", ("banner",), ("star", "diamond", "triangle", "circle", "hexagon", "dot")),
-    LookGroup("shop", ("shop_sign",), ("hotel", "cafe", "bank", "bakery", "pharmacy", "cinema")),
-    LookGroup(
-        "facade",
-        ("building",),
-        ("brick", "brown", "concrete", "glass", "white", "arched", "red", "grey", "yellow", "green", "blue"),
-    ),
-    LookGroup("wall", ("wall",), ("wood", "brick", "spotted", "striped")),
+    LookGroup("pattern", COLLECTIBLES, COLLECTIBLE_PATTERNS),
+    LookGroup("shape", ("banner",), BANNER_SHAPES),
+    LookGroup("shop", ("shop_sign",), SHOPS),
+    LookGroup("facade", ("building",), FACADES),
+    LookGroup("wall", ("wall",), WALLS),
 )
 LOOKS = tuple((group.name, look) for group in LOOK_GROUPS for look in group.looks)
 

@@ -6,7 +6,8 @@ A row is a step, the object to pick up, the object to place, or a relation of th
 from collections.abc import Sequence
 from dataclasses import replace
 
-from arramon_agents.perception.eyes.vocabulary import COLLECTIBLES, COLOURS, FURNITURE, LOOK_GROUPS
+from arramon_agents.perception.eyes.vocabulary import COLOURS, LOOK_GROUPS
+from arramon_client.world import COLLECTIBLES, FURNITURE
 from arramon_lang.meaning import (
     ATS,
     NUMBERS,

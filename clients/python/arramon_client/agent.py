@@ -2,23 +2,15 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from enum import IntEnum
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
+from arramon_client.world import Action as Action
+
 if TYPE_CHECKING:
     from arramon.v1 import evaluation_pb2
-
-
-class Action(IntEnum):
-    """The actions of one step, numbered as in the official release."""
-
-    FORWARD = 0
-    LEFT = 1
-    RIGHT = 2
-    INTERACT = 3
 
 
 @dataclass(frozen=True)

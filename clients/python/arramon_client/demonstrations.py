@@ -30,7 +30,6 @@ KINDS = {
 }
 """Types of a demonstration's fields."""
 
-PHASES = ("navigation", "assembly")
 """Names of the phases, by number."""
 
 

@@ -8,11 +8,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from random import Random
 
+from arramon_client.world import COLUMNS, ROWS
 from arramon_dataset.instructions.assembly.cells import fitting_cells
 from arramon_dataset.instructions.assembly.names import Names
 from arramon_dataset.instructions.assembly.sight import seen_room, whole_room
 from arramon_lang.meaning import Assembly, Thing, Where
-from arramon_lang.room import COLUMNS, ROWS, Standing, find_cell, quarter_after, relative
+from arramon_lang.room import Standing, find_cell, quarter_after, relative
 from arramon_server.sim.catalogue import ObjectType
 from arramon_server.sim.room import START, Placement
 from arramon_server.sim.rules import PlacedObject

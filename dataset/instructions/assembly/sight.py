@@ -5,10 +5,11 @@ from functools import cache, lru_cache
 
 import numpy as np
 
+from arramon_client.world import CELL_SIZE, TURN
 from arramon_lang.room import Room, Standing
 from arramon_server.sim.cameras import Camera, Viewpoint
 from arramon_server.sim.raster.camera import RasterCamera
-from arramon_server.sim.room import CELL, START
+from arramon_server.sim.room import START
 from arramon_server.sim.room_scene import room_scene
 from arramon_server.sim.rules import PlacedObject
 from arramon_server.sim.view import room_actors
@@ -16,7 +17,7 @@ from arramon_server.sim.view import room_actors
 SIZE = 128
 """Side length of a frame, in pixels."""
 
-TURN = 30
+DEGREES = round(TURN)
 """Angle between two frames in degrees: that of the agent's turns."""
 
 MIN_PIXELS = 50
@@ -41,8 +42,8 @@ def seen_room(room: tuple[PlacedObject, ...]) -> Room:
     camera = _camera(threading.get_ident())
     actors = room_actors(room)
     most = np.zeros(len(camera.labels), dtype=np.int64)
-    for heading in range(0, 360, TURN):
-        viewpoint = Viewpoint(START.column * CELL, START.row * CELL, float(heading))
+    for heading in range(0, 360, DEGREES):
+        viewpoint = Viewpoint(START.column * CELL_SIZE, START.row * CELL_SIZE, float(heading))
         segmentation = camera.render(viewpoint, actors, SIZE, segmentation=True).segmentation
         assert segmentation is not None  # Requested above.
         most = np.maximum(most, np.bincount(segmentation.ravel(), minlength=len(most)))

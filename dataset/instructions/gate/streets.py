@@ -3,7 +3,8 @@
 import math
 from collections.abc import Iterator
 
-from arramon_dataset.instructions.gate.world import GateWorld, turn_between
+from arramon_client.world import turn_between
+from arramon_dataset.instructions.gate.world import GateWorld
 from arramon_dataset.plans.graph import ROADS, Junction
 from arramon_lang.meaning import Rotate, Step, Thing
 

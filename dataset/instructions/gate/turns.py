@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 
+from arramon_client.world import turn_between
 from arramon_dataset.instructions.gate.progress import AT, HINDSIGHT, Progress, middle, nearest
 from arramon_dataset.instructions.gate.streets import (
     faults_of_heading,
@@ -11,7 +12,7 @@ from arramon_dataset.instructions.gate.streets import (
     faults_of_turn_by,
     is_beyond_turn,
 )
-from arramon_dataset.instructions.gate.world import PEAK, TOLD_BEND, GateWorld, turn_between
+from arramon_dataset.instructions.gate.world import PEAK, TOLD_BEND, GateWorld
 from arramon_lang.meaning import PLACES, Rotate, Thing
 from arramon_lang.street import DEGREES
 

@@ -4,10 +4,11 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
+from arramon_client.world import turn_between
 from arramon_dataset.instructions.gate.progress import AT, BY, Progress, middle, nearest, places_ahead
 from arramon_dataset.instructions.gate.sides import faults_of_passing, faults_of_side, poses_of_part
 from arramon_dataset.instructions.gate.turns import TURN_REACH
-from arramon_dataset.instructions.gate.world import GateWorld, turn_between
+from arramon_dataset.instructions.gate.world import GateWorld
 from arramon_lang.meaning import PLACES, Thing, Walk
 
 STRAIGHT = 18.0

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
+from arramon_client.world import bearing, turn_between
 from arramon_dataset.instructions.sight import Landmark
 from arramon_dataset.plans.graph import Corner, Junction, Road, StreetGraph
 from arramon_server.sim.geometry import Pose
@@ -102,16 +103,16 @@ class GateWorld:
         """Return the direction in which the path arrives at one of its places, in degrees."""
         if index == 0:
             return self.start.heading
-        return _bearing(self.path[max(index - STRIDE, 0)], self.path[index])
+        return bearing(self.path[max(index - STRIDE, 0)], self.path[index])
 
     def heading_after(self, index: int) -> float:
         """Return the direction in which the path leaves one of its places, in degrees; at its end, that to the goal."""
         after = min(index + STRIDE, len(self.path) - 1)
-        return _bearing(self.path[index], self.path[after] if after > index else self.goal)
+        return bearing(self.path[index], self.path[after] if after > index else self.goal)
 
     def heading_between(self, first: int, last: int) -> float:
         """Return the direction of the path from a place to a later one, in degrees; that of its start without one."""
-        return self.start.heading if first >= last else _bearing(self.path[first], self.path[last])
+        return self.start.heading if first >= last else bearing(self.path[first], self.path[last])
 
     def heading_of_move(self, index: int) -> float:
         """Return the direction of the path from one of its places to the next, in degrees; before the first, its start.
@@ -122,7 +123,7 @@ class GateWorld:
         if index < 0:
             return self.start.heading
         at = min(index, len(self.path) - 2)
-        return self.start.heading if at < 0 else _bearing(self.path[at], self.path[at + 1])
+        return self.start.heading if at < 0 else bearing(self.path[at], self.path[at + 1])
 
     @cached_property
     def bends(self) -> dict[int, float]:
@@ -156,8 +157,8 @@ class GateWorld:
         if before - WIDE_STRIDE < 0 or after + 2 >= len(self.path):
             return None
         last = min(after + WIDE_STRIDE, len(self.path) - 1)
-        arrival = _bearing(self.path[before - WIDE_STRIDE], self.path[before])
-        return turn_between(arrival, _bearing(self.path[after], self.path[last]))
+        arrival = bearing(self.path[before - WIDE_STRIDE], self.path[before])
+        return turn_between(arrival, bearing(self.path[after], self.path[last]))
 
     def turn_near(self, index: int, degrees: float, reach: int) -> int | None:
         """Return the index within `reach` places of the bend most nearly by `degrees`; None if there is none."""
@@ -185,12 +186,3 @@ class GateWorld:
             and abs(turn_between(self.poses[number].heading, on)) <= FACING
             for number in mark.seen
         )
-
-
-def turn_between(before: float, after: float) -> float:
-    """Return the smallest turn from one heading to another, in degrees in [-180, 180), positive clockwise."""
-    return (after - before + 180.0) % 360.0 - 180.0
-
-
-def _bearing(start: Place, end: Place) -> float:
-    return math.degrees(math.atan2(end[0] - start[0], end[1] - start[1])) % 360.0

@@ -4,11 +4,11 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+from arramon_client.world import COLLECTIBLES
 from arramon_dataset.instructions.navigation.choice import fits, perceived_distance
 from arramon_dataset.instructions.sight import Landmark
 from arramon_lang.meaning import Thing
 from arramon_lang.street import GROUP
-from arramon_server.sim.catalogue import KINDS
 from arramon_server.sim.geometry import Pose
 
 SEPARATE = 4.0
@@ -17,7 +17,7 @@ SEPARATE = 4.0
 CLEARLY_FARTHER = 1.35
 """Minimum ratio of the perceived distances of any other thing of the same name and of a group's nearest."""
 
-NEVER_SEVERAL = (*KINDS, "building", "intersection", "junction", "corner")
+NEVER_SEVERAL = (*COLLECTIBLES, "building", "intersection", "junction", "corner")
 """Kinds of which several are not named together."""
 
 

@@ -5,9 +5,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import combinations
 
+from arramon_client.world import COLLECTIBLES, bearing, turn_between
 from arramon_dataset.instructions.navigation.choice import counted_name, name_of
 from arramon_dataset.instructions.navigation.groups import NEVER_SEVERAL, Group, group_of
-from arramon_dataset.instructions.navigation.legs import bearing, turn_between
 from arramon_dataset.instructions.navigation.places import MAX_BEND
 from arramon_dataset.instructions.navigation.route import (
     MAX_STEP_LENGTH,
@@ -22,7 +22,6 @@ from arramon_dataset.instructions.navigation.route import (
 from arramon_dataset.instructions.sight import Landmark
 from arramon_lang.meaning import Rotate, Step, Thing, Walk
 from arramon_lang.street import ALONG, DEGREES, NEAR, PAST
-from arramon_server.sim.catalogue import KINDS
 from arramon_server.sim.geometry import Pose
 from arramon_server.sim.labels import Label
 
@@ -97,7 +96,7 @@ def _named(route: Route, mark: Landmark, seen: list[Landmark], waypoint: Waypoin
     until = route.departures[min(waypoint.number + 12, route.last)]
     name = name_of(mark, route.of_kind(mark.label.kind), waypoint.pose, until, route.random)
     kind = mark.label.kind
-    cost = COLLECTIBLE_COST if kind in KINDS else BUILDING_COST if kind == "building" else 0.0
+    cost = COLLECTIBLE_COST if kind in COLLECTIBLES else BUILDING_COST if kind == "building" else 0.0
     if name is not None:
         return name[0], cost + (0.0 if name[1] else AMBIGUITY_COST)
     if kind == "building":

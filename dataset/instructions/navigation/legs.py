@@ -5,6 +5,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
+from arramon_client.world import bearing, turn_between
+
 Place = tuple[float, float]
 """(x, z), in units."""
 
@@ -56,16 +58,6 @@ def legs_of(path: Sequence[Place]) -> list[Leg]:
         for a, b in pairwise(corners)
         if path[a] != path[b]
     ]
-
-
-def bearing(start: Place, end: Place) -> float:
-    """Return the direction from one place to another, in degrees clockwise from +z, in [0, 360)."""
-    return math.degrees(math.atan2(end[0] - start[0], end[1] - start[1])) % 360.0
-
-
-def turn_between(before: float, after: float) -> float:
-    """Return the smallest turn from one heading to another, in degrees in [-180, 180), positive clockwise."""
-    return (after - before + 180.0) % 360.0 - 180.0
 
 
 def max_deviation(path: Sequence[Place], first: int, last: int, start: Place, end: Place) -> float:

@@ -4,10 +4,10 @@ from collections.abc import Mapping
 from dataclasses import replace
 from random import Random
 
+from arramon_client.world import COLLECTIBLES
 from arramon_dataset.instructions.navigation.choice import NEVER_BARE
 from arramon_lang.meaning import PLACES, Navigation, Thing
 from arramon_lang.reference import map_mentions, mentions
-from arramon_server.sim.catalogue import KINDS
 
 NEXT_SHARE = 0.5
 """Probability that another thing of a kind farther on is called the next one, rather than another."""
@@ -16,7 +16,7 @@ NEXT_SHARE = 0.5
 COUNTED_ON_SHARE = 0.6
 """Probability that another thing of a kind farther on is called the next one, though its colour would tell it apart."""
 
-NOT_COUNTED_ON = (*KINDS, *NEVER_BARE, "building")
+NOT_COUNTED_ON = (*COLLECTIBLES, *NEVER_BARE, "building")
 """Kinds of which that is not said: there are too many of them in sight."""
 
 

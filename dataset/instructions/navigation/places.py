@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 
-from arramon_dataset.instructions.navigation.legs import turn_between
+from arramon_client.world import turn_between
 from arramon_dataset.instructions.navigation.route import MAX_DEVIATION, Option, Route, Waypoint, turn_word, turns_on
 from arramon_dataset.instructions.sight import Landmark
 from arramon_dataset.plans.graph import Junction, StreetGraph

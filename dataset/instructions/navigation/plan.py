@@ -11,10 +11,11 @@ from dataclasses import replace
 from random import Random
 from typing import Protocol
 
+from arramon_client.world import bearing, turn_between
 from arramon_dataset.instructions.navigation.choice import fits, full_name
 from arramon_dataset.instructions.navigation.landmarks import PLACES as OPEN_PLACES
 from arramon_dataset.instructions.navigation.landmarks import landmark_options
-from arramon_dataset.instructions.navigation.legs import Place, bearing, max_deviation, turn_between
+from arramon_dataset.instructions.navigation.legs import Place, max_deviation
 from arramon_dataset.instructions.navigation.names import distinguish
 from arramon_dataset.instructions.navigation.places import place_options
 from arramon_dataset.instructions.navigation.route import (

@@ -5,7 +5,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from random import Random
 
-from arramon_dataset.instructions.navigation.legs import Place, bearing, legs_of, max_deviation, turn_between
+from arramon_client.world import bearing, turn_between
+from arramon_dataset.instructions.navigation.legs import Place, legs_of, max_deviation
 from arramon_dataset.instructions.sight import Landmark
 from arramon_dataset.plans.graph import StreetGraph
 from arramon_lang.meaning import Rotate, Step, Walk

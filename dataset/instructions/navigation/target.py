@@ -4,12 +4,12 @@ import math
 from collections.abc import Sequence
 from random import Random
 
+from arramon_client.world import COLLECTIBLES
 from arramon_dataset.instructions.navigation.choice import full_name
 from arramon_dataset.instructions.navigation.groups import groups_around
 from arramon_dataset.instructions.sight import Landmark
 from arramon_lang.meaning import Thing, Where
 from arramon_server.sim.assets.roadside import ZEBRA_LENGTH, ZEBRA_WIDTH
-from arramon_server.sim.catalogue import KINDS
 from arramon_server.sim.geometry import Pose
 from arramon_server.sim.labels import Label
 from arramon_server.sim.rules import Collectible
@@ -124,7 +124,7 @@ def _where(
             or any(mark.label == other.label for other in elsewhere or ())
         ):
             continue
-        liking = COLLECTIBLE_LIKING if mark.label.kind in KINDS else 0.0
+        liking = COLLECTIBLE_LIKING if mark.label.kind in COLLECTIBLES else 0.0
         near.append((distance + random.random() - liking, right, ahead, mark))
     if not near or (random.random() < UNPLACED and is_alone):
         return ()

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+import arramon_client.world as world
 from arramon_dataset.release.landmarks.alignment import align
 from arramon_dataset.release.landmarks.kernels import frames_of, likelihood
 from arramon_dataset.release.landmarks.mentions import FACADES
@@ -12,7 +13,6 @@ from arramon_dataset.release.landmarks.mixture import Ballot, peaks_of
 from arramon_dataset.release.landmarks.recovery import CERTAIN, SIGNIFICANT, Map, Told
 from arramon_dataset.release.landmarks.walks import Indices, Numbers
 from arramon_server.episodes.provenance import Recovered
-from arramon_server.sim import section as world
 from arramon_server.sim.section import Building
 
 ALONG = 1.0

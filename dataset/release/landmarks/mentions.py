@@ -4,8 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import arramon_lang as lang
+from arramon_client.world import BANNER_COLOURS
 from arramon_lang.reading.outline import Said
-from arramon_server.sim.labels import BANNER_COLOURS, SPOKEN_BANNER_COLOURS
+from arramon_server.sim.labels import SPOKEN_BANNER_COLOURS
 
 METAL, METAL_BENCH = ("bench", "silver"), "metal_bench"
 """Kind and colour of benches of metal, and their sort."""

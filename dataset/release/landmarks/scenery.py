@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from arramon_client.world import BANNER_SHAPES
 from arramon_dataset.layout import furnishing
 from arramon_dataset.layout.grid import to_street_frame, to_world_frame
 from arramon_dataset.layout.places import (
@@ -22,7 +23,6 @@ from arramon_dataset.release.landmarks.recovery import Landmark
 from arramon_dataset.release.landmarks.walks import Numbers
 from arramon_server.sim.assets import furniture
 from arramon_server.sim.geometry import wrap
-from arramon_server.sim.labels import BANNER_SHAPES
 from arramon_server.sim.section import ON_WALLS, Building, Prop
 
 TO_CORNER = 2.0

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
 
+from arramon_client.world import Action
 from arramon_server.errors import LONGEST_QUOTE, quoted
 from arramon_server.runs.play.events import EpisodeEnded, Event, Observed, PhaseOver, Problem
 from arramon_server.runs.play.faults import EpisodeFault, contained
@@ -13,7 +14,6 @@ from arramon_server.runs.play.timekeeper import Timekeeper
 from arramon_server.runs.storage import causes
 from arramon_server.runs.storage.journal import Journal
 from arramon_server.runs.storage.records import Batch, Claim
-from arramon_server.sim.rules import Action
 
 
 @dataclass(slots=True)

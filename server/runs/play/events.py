@@ -2,11 +2,12 @@
 
 from dataclasses import dataclass
 
+from arramon_client.world import Action
 from arramon_server.episodes.episode import Episode
 from arramon_server.runs.play.clocks import TimeLeft
 from arramon_server.runs.storage.records import Progress, Run
 from arramon_server.sim.cameras import Frame
-from arramon_server.sim.rules import Action, PhaseEnded, State
+from arramon_server.sim.rules import PhaseEnded, State
 from arramon_server.sim.scene import Scene
 
 

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 
+from arramon_client.world import EYE_HEIGHT, Action
 from arramon_server.episodes.episode import Episode
 from arramon_server.runs.play.thinking import Thinking
 from arramon_server.runs.storage.causes import AGENT_FINISHED, SERVER_FAULT, STEP_LIMIT
@@ -10,8 +11,7 @@ from arramon_server.runs.storage.records import Claim, Ending, Run
 from arramon_server.scoring.episode import METRICS, EpisodeScores, score_episode
 from arramon_server.scoring.trajectory import EpisodeRecord, Point2, TurnRecord
 from arramon_server.sim import rules
-from arramon_server.sim.geometry import EYE_HEIGHT
-from arramon_server.sim.rules import Action, Event, Ground, Limits, Moved, Phase, PhaseEnded, PickedUp, Placed, State
+from arramon_server.sim.rules import Event, Ground, Limits, Moved, Phase, PhaseEnded, PickedUp, Placed, State
 
 
 class Session:

@@ -7,11 +7,11 @@ from itertools import groupby
 import numpy as np
 import numpy.typing as npt
 
+from arramon_client.world import Action
 from arramon_server.episodes.demands import TurnDemands
 from arramon_server.episodes.episode import Turn
 from arramon_server.episodes.splits import Split
 from arramon_server.scoring.disclosure import PublishedSums
-from arramon_server.sim.rules import Action
 
 Mask = npt.NDArray[np.bool_]
 

@@ -10,8 +10,9 @@ from functools import cache
 import numpy as np
 import numpy.typing as npt
 
+from arramon_client.world import COLLECTIBLES
 from arramon_server.sim.assets.meshes import Vector, arc, ball, box, lathe, mapped, merge, moved, painted, quad, tube
-from arramon_server.sim.catalogue import KINDS, ObjectType
+from arramon_server.sim.catalogue import ObjectType
 from arramon_server.sim.scene import Mesh
 
 TEXTURE_SIZE = 128
@@ -54,8 +55,8 @@ def mesh_of(kind: str) -> Mesh:
     Raises:
         ValueError: for a kind that is not in the catalogue.
     """
-    if kind not in KINDS:
-        raise ValueError(f"{kind!r} is not one of {', '.join(KINDS)}")
+    if kind not in COLLECTIBLES:
+        raise ValueError(f"{kind!r} is not one of {', '.join(COLLECTIBLES)}")
     return _mesh(kind)
 
 

@@ -9,8 +9,8 @@ from functools import cache
 
 import numpy as np
 
+from arramon_client.world import FACADES
 from arramon_server.sim.assets.textures import Colour, Image, bricks, fill, grid, paint, plain, speckled
-from arramon_server.sim.section import FACADES
 
 BAYS, STOREYS = 3, 4
 """Bays and storeys of a texture. On higher buildings its upper three storeys are repeated."""

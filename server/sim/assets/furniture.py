@@ -8,6 +8,7 @@ from collections.abc import Callable
 from functools import cache
 from itertools import pairwise
 
+from arramon_client.world import FURNITURE
 from arramon_server.sim.assets import roadside
 from arramon_server.sim.assets.banners import banner_mesh
 from arramon_server.sim.assets.meshes import ball, box, lathe, mapped, merge, moved, plate, stretched
@@ -15,7 +16,6 @@ from arramon_server.sim.assets.palette import SPEED_FACE, STOP_FACE, STRIPES
 from arramon_server.sim.assets.pieces import Piece, facing, in_colour, pole
 from arramon_server.sim.assets.signs import shop_sign_mesh
 from arramon_server.sim.scene import BoxCollider
-from arramon_server.sim.section import PROP_KINDS
 
 COLOURS: dict[str, tuple[str, ...]] = {
     "cone": ("orange", "red", "blue"),
@@ -58,8 +58,8 @@ def piece_of(kind: str, colour: str = "") -> Piece:
     Raises:
         ValueError: for an unknown kind, or a colour that the kind does not have.
     """
-    if kind not in PROP_KINDS:
-        raise ValueError(f"{kind!r} is not one of {', '.join(PROP_KINDS)}")
+    if kind not in FURNITURE:
+        raise ValueError(f"{kind!r} is not one of {', '.join(FURNITURE)}")
     colours = (*COLOURS.get(kind, ()), *SPOKEN_COLOURS.get(kind, ()))
     if kind in COLOURS or (kind in SPOKEN_COLOURS and colour):
         chosen = colour or COLOURS[kind][0]

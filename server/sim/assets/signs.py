@@ -2,6 +2,7 @@
 
 from functools import cache
 
+from arramon_client.world import SHOPS
 from arramon_server.sim.assets.meshes import box, merge, moved, painted
 from arramon_server.sim.assets.palette import write
 from arramon_server.sim.assets.pieces import facing
@@ -15,7 +16,6 @@ _BOARDS: dict[str, tuple[Colour, Colour]] = {
 }  # fmt: skip
 """Colours of each board and of what it shows."""
 
-SHOPS = tuple(_BOARDS)
 """What the signs are for."""
 
 WIDTH, HEIGHT, BASE = 1.44, 0.54, 0.92

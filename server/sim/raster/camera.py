@@ -10,9 +10,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from arramon_client.world import COLLECTIBLES, FIELD_OF_VIEW
 from arramon_server.sim.assets.collectibles import mesh_of, texture_of
-from arramon_server.sim.cameras import FAR, FIELD_OF_VIEW, NEAR, Actor, Frame, Viewpoint, label_of, labels_of
-from arramon_server.sim.catalogue import ALL_TYPES, KINDS
+from arramon_server.sim.cameras import FAR, NEAR, Actor, Frame, Viewpoint, label_of, labels_of
+from arramon_server.sim.catalogue import ALL_TYPES
 from arramon_server.sim.daylight import AMBIENT, DIFFUSE, SUN, sky
 from arramon_server.sim.raster import compilation
 from arramon_server.sim.raster.arrays import Bodies, FrameConstants, Integers, Scratch, Textures, new_scratch
@@ -91,7 +92,7 @@ class RasterCamera:
     def __init__(self, scene: Scene, *, mipmaps: bool = True) -> None:
         self._labels = labels_of(scene)
         numbers, meshes, covers = indices_of(self._labels), indices_of(scene.meshes), indices_of(scene.textures)
-        self._geometry = geometry([*scene.meshes.values(), *map(mesh_of, KINDS)])
+        self._geometry = geometry([*scene.meshes.values(), *map(mesh_of, COLLECTIBLES)])
         self._textures = textures(list(scene.textures.values()))
         self._actor_textures = _collectible_textures()
         self._levels = LEVELS if mipmaps else 1
@@ -100,9 +101,9 @@ class RasterCamera:
         self._numbers = meshes, covers, numbers
         self._own = self._place(scene)
         self._placed = lru_cache(CACHED)(self._place)
-        self._most = int(self._polygons[-len(KINDS) :].max())
+        self._most = int(self._polygons[-len(COLLECTIBLES) :].max())
         self._actor_looks = {
-            type_: (len(meshes) + KINDS.index(type_.kind), number, numbers[str(type_)])
+            type_: (len(meshes) + COLLECTIBLES.index(type_.kind), number, numbers[str(type_)])
             for number, type_ in enumerate(ALL_TYPES)
         }
         self._posed: Remembered[tuple[Actor, ...], Bodies] = Remembered(
@@ -200,7 +201,7 @@ class RasterCamera:
     def _scratch(self, size: int, room: _Room) -> Scratch:
         flat = self._geometry
         each = flat.meshes[:, 1] - flat.meshes[:, 0]
-        clusters = room.clusters + room.actors * int(each[-len(KINDS) :].max())
+        clusters = room.clusters + room.actors * int(each[-len(COLLECTIBLES) :].max())
         points = int((flat.clusters[:, 2] - flat.clusters[:, 0]).max())
         polygons = room.end + room.actors * self._most
         return new_scratch(size, polygons, clusters, points, int(flat.shapes[:, 1].max()))

@@ -56,7 +56,7 @@ class Street:
             body.perceive(self.observe(state, layout))
             actions.append(navigator.act())
             body.record_action(actions[-1])
-            state, _ = rules.step(state, rules.Action(actions[-1]), layout, self.world, Limits())
+            state, _ = rules.step(state, Action(actions[-1]), layout, self.world, Limits())
         return state, actions
 
 
@@ -127,7 +127,7 @@ def test_a_blocked_step_is_detected_by_the_frame(street: Street) -> None:
     for _ in range(3):  # the street ends at z = -23
         body.perceive(street.observe(state, layout))
         body.record_action(Action.FORWARD)
-        state, _ = rules.step(state, rules.Action.FORWARD, layout, street.world, Limits())
+        state, _ = rules.step(state, Action.FORWARD, layout, street.world, Limits())
     body.perceive(street.observe(state, layout))
     assert (body.x, body.z, body.travelled) == (0.0, 0.0, 0)
     assert body.closed_steps == {(0, 0, 0)}

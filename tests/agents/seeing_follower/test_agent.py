@@ -9,11 +9,12 @@ import pytest
 import arramon_lang as lang
 from arramon_agents.perception.eyes.encoder import load as load_eyes
 from arramon_agents.perception.eyes.sight import LABELS, see
-from arramon_agents.perception.eyes.vocabulary import COLLECTIBLE_COLOURS, COLLECTIBLES, LOOK_GROUPS
+from arramon_agents.perception.eyes.vocabulary import LOOK_GROUPS
 from arramon_agents.reading.reader.reader import LearnedReader, load
 from arramon_agents.seeing_follower import Agent
 from arramon_agents.simulated.frames import FrameSource, label_names
 from arramon_client.agent import Episode, Observation
+from arramon_client.world import COLLECTIBLE_COLOURS, COLLECTIBLES
 from arramon_lang.meaning import Navigation, Rotate, Thing, Walk
 
 TEXTS = 25

@@ -7,10 +7,10 @@ import pytest
 import torch
 
 from arramon_agents.reading.tokenizers import SPECIAL, UNKNOWN, Words
-from arramon_agents.vl.model import PHASES
 from arramon_agents.vl.policy import load_policy, save_policy
 from arramon_agents.vl.start import initial_policy
 from arramon_agents.vl.train import Imitation
+from arramon_client.world import PHASES
 from tests.agents.made import demonstrations, place, recipe
 
 NEW = ["veer left", "veer right", "once"]

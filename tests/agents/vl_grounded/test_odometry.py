@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from arramon_agents.vl_grounded.odometry import HEADINGS, NUMBERS, odometry
+from arramon_agents.vl_grounded.odometry import NUMBERS, odometry
+from arramon_client.world import HEADINGS
 
 
 @pytest.mark.parametrize(

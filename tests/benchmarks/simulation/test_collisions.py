@@ -8,9 +8,9 @@ from random import Random
 
 import pytest
 
+from arramon_client.world import AGENT_RADIUS, STEP
 from arramon_server.sim.city import city_scene
 from arramon_server.sim.footprints import TOUCHING, Footprint, Footprints
-from arramon_server.sim.geometry import AGENT_RADIUS, STEP
 from tests.dataset.plans.sections import section_of
 from tests.physics import needs_pybullet
 

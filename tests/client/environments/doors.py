@@ -13,10 +13,11 @@ import numpy as np
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
-from arramon_client.environments.backend import PHASES, Player
+from arramon_client.environments.backend import Player
 from arramon_client.environments.two_agents import parallel_env, raw_env
 from arramon_client.observations import observation_of
 from arramon_client.transport.images import ImageDecoder
+from arramon_client.world import PHASES
 from tests.api.player import Player as Stream
 from tests.api.player import create
 from tests.serving import METADATA, Server

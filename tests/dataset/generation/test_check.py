@@ -6,13 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from arramon_client.world import Action
 from arramon_dataset.generation import Draft, Site, problems
 from arramon_dataset.generation.streets import TWIN_PATH, TWINS_APART
 from arramon_dataset.plans import build_section, read_plan
 from arramon_dataset.release.extras import distance_to_path
 from arramon_server.sim.geometry import Point
 from arramon_server.sim.room import START, Placement
-from arramon_server.sim.rules import Action, PlacedObject
+from arramon_server.sim.rules import PlacedObject
 
 
 @pytest.fixture(scope="module")

@@ -2,6 +2,7 @@ import math
 
 import numpy as np
 
+from arramon_client.world import Action
 from arramon_dataset.generation.ground import Ground
 from arramon_dataset.generation.motion import REACH_FROM, REACH_TO
 from arramon_dataset.generation.steering import ASIDE, steered
@@ -9,7 +10,6 @@ from arramon_dataset.generation.streets import follow_actions
 from arramon_dataset.layout.solids import Solids
 from arramon_dataset.randomness import seeded
 from arramon_server.sim.geometry import Pose
-from arramon_server.sim.rules import Action
 from arramon_server.sim.section import Building, Section
 from tests.dataset.generation.places import CROSSING
 

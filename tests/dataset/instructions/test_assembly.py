@@ -5,13 +5,14 @@ from collections.abc import Iterator
 
 import pytest
 
+from arramon_client.world import COLUMNS, ROWS
 from arramon_dataset.instructions.assembly.plan import plan_assembly
 from arramon_dataset.instructions.assembly.sight import seen_room, whole_room
 from arramon_dataset.randomness import seeded
 from arramon_dataset.release.extras import arrange_decoys
 from arramon_lang.meaning import Assembly, Thing
 from arramon_server.sim.catalogue import ALL_TYPES, ObjectType
-from arramon_server.sim.room import COLUMNS, ROWS, START, Placement, Square
+from arramon_server.sim.room import START, Placement, Square
 from arramon_server.sim.rules import PlacedObject
 from tests.agents.playing_room import play, things
 

@@ -2,7 +2,8 @@
 
 import pytest
 
-from arramon_dataset.instructions.navigation.legs import bearing, legs_of, max_deviation, turn_between
+from arramon_client.world import bearing, turn_between
+from arramon_dataset.instructions.navigation.legs import legs_of, max_deviation
 from tests.dataset.instructions.town import PATH
 
 

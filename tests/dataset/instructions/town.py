@@ -1,8 +1,9 @@
 """A small crossing for tests: four blocks, streets 6 units wide along both axes, some furniture and collectibles."""
 
+from arramon_client.world import Action
 from arramon_server.sim.catalogue import ObjectType
 from arramon_server.sim.geometry import Point, Pose
-from arramon_server.sim.rules import Action, Collectible
+from arramon_server.sim.rules import Collectible
 from arramon_server.sim.section import Building, Prop, Section
 
 F, L, R, P = Action.FORWARD, Action.LEFT, Action.RIGHT, Action.INTERACT

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from arramon_client.world import COLUMNS, ROWS
 from arramon_dataset.pictures.canvas import BLACK, GREEN, PINK, SWATCHES, WHITE, Canvas
 from arramon_dataset.pictures.maps import (
     AGREED,
@@ -20,7 +21,7 @@ from arramon_dataset.pictures.maps import (
     section_map,
 )
 from arramon_dataset.plans import Plan, Street, build_section
-from arramon_server.sim.room import COLUMNS, ROWS, START
+from arramon_server.sim.room import START
 from arramon_server.sim.section import Prop
 from tests import tiny
 from tests.dataset import recovered

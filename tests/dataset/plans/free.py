@@ -6,9 +6,9 @@ from functools import cache
 import numpy as np
 from scipy import ndimage
 
+from arramon_client.world import AGENT_RADIUS
 from arramon_dataset.layout.grid import Mask, Points
 from arramon_dataset.layout.solids import Solids, to_rectangle
-from arramon_server.sim.geometry import AGENT_RADIUS
 from arramon_server.sim.section import Section
 
 CELL = 0.1

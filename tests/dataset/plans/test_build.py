@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from arramon_client.world import AGENT_RADIUS, FACADES
 from arramon_dataset.layout.grid import sample_points
 from arramon_dataset.plans import build_section, read_plan
 from arramon_dataset.plans.landmarks import crossings, distances
@@ -17,10 +18,9 @@ from arramon_dataset.plans.strips import surface
 from arramon_server.episodes.files import write_section
 from arramon_server.sim.cameras import NOTHING, Viewpoint
 from arramon_server.sim.city import city_scene, label_of_prop
-from arramon_server.sim.geometry import AGENT_RADIUS
 from arramon_server.sim.physics import physics_of
 from arramon_server.sim.raster.camera import RasterCamera
-from arramon_server.sim.section import FACADES, Section
+from arramon_server.sim.section import Section
 from tests.dataset.plans.free import CELL, clearance, free_points
 from tests.dataset.plans.sections import ALL, plan_of, section_of
 

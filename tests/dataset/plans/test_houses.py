@@ -2,11 +2,12 @@
 
 import pytest
 
+from arramon_client.world import FACADES
 from arramon_dataset.plans.graph import Road
 from arramon_dataset.plans.houses import COLOURS, corners_of, house_of, size_of
 from arramon_dataset.plans.plan import Plan, Street
 from arramon_dataset.plans.survey import tracks_of
-from arramon_server.sim.section import FACADES, Building, Prop, Section
+from arramon_server.sim.section import Building, Prop, Section
 
 PLAN = Plan("x", "X", 0.0, (0.0, 0.0), (Street("Main", 6.0, ((0.0, -10.0), (0.0, 10.0))),))
 ROAD = Road("street/0", "Main", "street", 6.0, ((0.0, -10.0), (0.0, 10.0)), ())

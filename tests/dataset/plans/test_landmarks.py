@@ -7,12 +7,11 @@ from itertools import combinations
 import numpy as np
 import pytest
 
+from arramon_client.world import BANNER_COLOURS, BANNER_SHAPES, SHOPS
 from arramon_dataset.layout.grid import Points
 from arramon_dataset.plans import Plan, Street, build_section
 from arramon_dataset.plans.landmarks import COUNTS, crossings
 from arramon_server.sim.assets.furniture import COLOURS, piece_of
-from arramon_server.sim.assets.signs import SHOPS
-from arramon_server.sim.labels import BANNER_COLOURS, BANNER_SHAPES
 from arramon_server.sim.section import ON_WALLS, Building, Prop, Section
 
 SLANTED = Plan(

@@ -9,14 +9,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import ndimage
 
+from arramon_client.world import AGENT_RADIUS, FACADES, FURNITURE
 from arramon_dataset.layout.grid import CELL, Grid, Points, sample_points, to_street_frame
 from arramon_dataset.layout.lots import Rectangle, cover, split
 from arramon_dataset.layout.places import extents
 from arramon_dataset.randomness import seeded
 from arramon_dataset.release.reconstruction import remove_thin, street_heading
 from arramon_server.sim.assets.furniture import footprint_radius
-from arramon_server.sim.geometry import AGENT_RADIUS, Pose
-from arramon_server.sim.section import FACADES, PROP_KINDS, Prop, Section
+from arramon_server.sim.geometry import Pose
+from arramon_server.sim.section import Prop, Section
 from benchmarks.release.drawn_furniture import COUNTS, reconstruct
 from tests.release import VAL_SEEN, needs_release
 
@@ -171,7 +172,7 @@ def test_furniture_is_spaced_apart_and_of_every_kind() -> None:
     kinds = Counter(prop.kind for prop in section.props)
 
     assert 60 <= len(section.props) <= 100
-    assert set(kinds) == set(COUNTS) == set(PROP_KINDS) - NOT_IN_THE_ORIGINAL
+    assert set(kinds) == set(COUNTS) == set(FURNITURE) - NOT_IN_THE_ORIGINAL
     assert kinds.most_common(1)[0][0] == "cone"
     props = list(standing(section))
     for i, prop in enumerate(props):

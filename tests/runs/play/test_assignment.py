@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
+from arramon_client.world import Action
 from arramon_server.runs.play import engine as engines
 from arramon_server.runs.play.engine import Engine
 from arramon_server.runs.play.events import Observed, Opened
 from arramon_server.runs.storage.records import Batch, Run
-from arramon_server.sim.rules import Action
 from tests.runs.engines import House, Seat, quick, until
 
 __all__ = ["quick"]

@@ -5,13 +5,13 @@ from pathlib import Path
 
 import pytest
 
+from arramon_client.world import Action
 from arramon_server.runs.play import engine as engines
 from arramon_server.runs.play import stream as streams
 from arramon_server.runs.play.events import Observed
 from arramon_server.runs.play.stream import MAX_TOGETHER, Act
 from arramon_server.runs.storage.journal import Journal
 from arramon_server.runs.storage.records import Batch
-from arramon_server.sim.rules import Action
 from tests.runs.engines import House, Seat, until
 
 EPISODES = 8

@@ -7,10 +7,11 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from arramon_client.world import COLLECTIBLE_COLOURS, COLLECTIBLE_PATTERNS, COLLECTIBLES
 from arramon_server.sim.assets.collectibles import height_of, mesh_of, texture_of
 from arramon_server.sim.assets.meshes import quad
 from arramon_server.sim.cameras import Actor, Viewpoint
-from arramon_server.sim.catalogue import ALL_TYPES, COLOURS, EXTENT, KINDS, PATTERNS, ObjectType
+from arramon_server.sim.catalogue import ALL_TYPES, EXTENT, ObjectType
 from arramon_server.sim.scene import Body, Scene
 from tests.physics import World
 
@@ -19,7 +20,7 @@ APART = 10.0
 types apart. The closest pair measures 14; a brown bucket is 15 from a red one."""
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", COLLECTIBLES)
 def test_collectibles_stay_within_their_size(kind: str) -> None:
     mesh = mesh_of(kind)
     assert np.hypot(mesh.vertices[:, 0], mesh.vertices[:, 1]).max() <= EXTENT + 1e-6
@@ -44,7 +45,7 @@ def test_textures_hold_mostly_their_own_colour() -> None:
 
 
 def test_dots_are_round_and_stripes_run_around() -> None:
-    dotted, striped = (texture_of(ObjectType(p, "red", "ball"))[16:, :, 1] > 128 for p in PATTERNS)
+    dotted, striped = (texture_of(ObjectType(p, "red", "ball"))[16:, :, 1] > 128 for p in COLLECTIBLE_PATTERNS)
     assert (striped == striped[:, :1]).all()
     row = dotted[-16:, : 128 // 6]
     assert abs(row.any(axis=0).sum() - row.any(axis=1).sum()) <= 1
@@ -76,7 +77,7 @@ def test_all_98_collectibles_look_different_at_three_units(world: World, heading
         assert width >= 9, kind
         assert max(height, width) <= 22, kind
     closest = min((difference(views[a], views[b]), str(a), str(b)) for a, b in combinations(ALL_TYPES, 2))
-    assert len(views) == len(PATTERNS) * len(COLOURS) * len(KINDS) == 98
+    assert len(views) == len(COLLECTIBLE_PATTERNS) * len(COLLECTIBLE_COLOURS) * len(COLLECTIBLES) == 98
     assert closest[0] > APART, closest
 
 

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from arramon_client.world import EYE_HEIGHT, FURNITURE
 from arramon_server.sim.assets.furniture import COLOURS, SPOKEN_COLOURS, footprint_radius, piece_of
 from arramon_server.sim.assets.roadside import ZEBRA_LENGTH, ZEBRA_WIDTH
 from arramon_server.sim.footprints import PROBE_HEIGHT
-from arramon_server.sim.geometry import EYE_HEIGHT
-from arramon_server.sim.section import ON_WALLS, PROP_KINDS
+from arramon_server.sim.section import ON_WALLS
 
 HEIGHTS = {
     "cone": 0.43, "phone_booth": 0.85, "bench": 0.4, "lamp_post": 2.08, "traffic_light": 1.6, "dumpster": 0.5,
@@ -18,7 +18,7 @@ WIDER_ABOVE = ("lamp_post", "traffic_light", "tree", "stop_sign", "speed_sign")
 
 
 def test_every_kind_that_stands_is_in_the_table() -> None:
-    assert {*HEIGHTS, *ON_WALLS, "zebra_crossing"} == set(PROP_KINDS)
+    assert {*HEIGHTS, *ON_WALLS, "zebra_crossing"} == set(FURNITURE)
 
 
 @pytest.mark.parametrize("kind", sorted(ON_WALLS))

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from arramon_client.world import COLLECTIBLES, FURNITURE
 from arramon_server.sim.assets.collectibles import mesh_of
 from arramon_server.sim.assets.furniture import COLOURS, piece_of
 from arramon_server.sim.assets.meshes import (
@@ -19,9 +20,7 @@ from arramon_server.sim.assets.meshes import (
     stretched,
     tube,
 )
-from arramon_server.sim.catalogue import KINDS
 from arramon_server.sim.scene import Mesh
-from arramon_server.sim.section import PROP_KINDS
 
 SQUARE = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
 MESHES = {
@@ -33,8 +32,8 @@ MESHES = {
     "plate": merge(*plate(SQUARE, 0.2)),
     "moved": moved(box(1, 2, 3), (1, 2, 3), turn=40, pitch=30),
     "stretched": stretched(ball(1.0, 1.0), 2.0, 1.0, 0.5),
-    **{kind: mesh_of(kind) for kind in KINDS},
-    **{f"{kind} {colour}": piece_of(kind, colour).mesh for kind in PROP_KINDS for colour in COLOURS.get(kind, ("",))},
+    **{kind: mesh_of(kind) for kind in COLLECTIBLES},
+    **{f"{kind} {colour}": piece_of(kind, colour).mesh for kind in FURNITURE for colour in COLOURS.get(kind, ("",))},
 }
 
 

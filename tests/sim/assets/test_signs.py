@@ -5,8 +5,8 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from arramon_server.sim.assets.signs import BASE, HEIGHT, SHOPS, shop_sign_mesh, shop_sign_texture
-from arramon_server.sim.geometry import EYE_HEIGHT
+from arramon_client.world import EYE_HEIGHT, SHOPS
+from arramon_server.sim.assets.signs import BASE, HEIGHT, shop_sign_mesh, shop_sign_texture
 
 
 @pytest.mark.parametrize("shop", SHOPS)

@@ -5,12 +5,12 @@ from itertools import combinations
 import numpy as np
 import pytest
 
+from arramon_client.world import FACADES
 from arramon_server.sim.assets.banners import COLOURS, SHAPES, banner_mesh, banner_texture
 from arramon_server.sim.assets.facades import BAYS, STOREYS, facade
 from arramon_server.sim.assets.palette import COLOURS as PALETTE
 from arramon_server.sim.assets.palette import palette, swatch
 from arramon_server.sim.assets.textures import bricks, plain, speckled, texture
-from arramon_server.sim.section import FACADES
 
 NAMES = (
     "asphalt",

@@ -11,15 +11,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from arramon_client.world import EYE_HEIGHT, FACADES, FURNITURE
 from arramon_server.sim.assets.meshes import box, merge, moved, quad
 from arramon_server.sim.cameras import Actor, Camera, Frame, Viewpoint, colourless, label_of, labels_of
 from arramon_server.sim.catalogue import ALL_TYPES, ObjectType
 from arramon_server.sim.city import city_scene
-from arramon_server.sim.geometry import EYE_HEIGHT
 from arramon_server.sim.raster.camera import RasterCamera, compile_kernels, is_compiled
 from arramon_server.sim.room_scene import room_scene
 from arramon_server.sim.scene import Body, Scene
-from arramon_server.sim.section import FACADES, PROP_KINDS, Building, Prop, Section
+from arramon_server.sim.section import Building, Prop, Section
 from tests.physics import World
 
 BALL, MUG = ObjectType("dotted", "red", "ball"), ObjectType("striped", "blue", "mug")
@@ -31,7 +31,7 @@ BLOCKS = tuple(
     for i, (facade, (x, z)) in enumerate(zip(FACADES, CENTRES, strict=True))
 )
 PROPS = tuple(
-    Prop(kind, -8.0 + i, 6.5 + math.sin(i), 40.0 * i, *LOOKS.get(kind, ())) for i, kind in enumerate(PROP_KINDS)
+    Prop(kind, -8.0 + i, 6.5 + math.sin(i), 40.0 * i, *LOOKS.get(kind, ())) for i, kind in enumerate(FURNITURE)
 )
 STREET = city_scene(Section("toy", 28.8, (-20.0, -8.0, 20.0, 20.0), BLOCKS, PROPS))
 """Every facade and every kind of furniture on a street."""

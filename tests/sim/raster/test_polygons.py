@@ -3,20 +3,19 @@
 import numpy as np
 import pytest
 
+from arramon_client.world import COLLECTIBLES, FURNITURE
 from arramon_server.sim.assets.collectibles import mesh_of
 from arramon_server.sim.assets.furniture import piece_of
 from arramon_server.sim.assets.meshes import box, lathe, merge, moved, painted, plate, quad
-from arramon_server.sim.catalogue import KINDS
 from arramon_server.sim.raster.polygons import polygons
 from arramon_server.sim.scene import Mesh
-from arramon_server.sim.section import PROP_KINDS
 
 SQUARE = quad([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)])
 HEXAGON = [(2, 0), (1, 2), (-1, 2), (-2, 0), (-1, -2), (1, -2)]
 NEXT_TO_IT = moved(SQUARE, (1, 0, 0))
 CONTINUED = quad([(1, 0, 0), (2, 0, 0), (2, 1, 0), (1, 1, 0)], (1, 2), (0, 1))
 BENT = quad([(1, 0, 0), (1, 0, 1), (1, 1, 1), (1, 1, 0)])
-MESHES = {kind: mesh_of(kind) for kind in KINDS} | {kind: piece_of(kind).mesh for kind in PROP_KINDS}
+MESHES = {kind: mesh_of(kind) for kind in COLLECTIBLES} | {kind: piece_of(kind).mesh for kind in FURNITURE}
 
 
 @pytest.mark.parametrize(

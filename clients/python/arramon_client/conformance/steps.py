@@ -8,6 +8,7 @@ from arramon_client.conformance.outcomes import expect, expect_equal, need
 from arramon_client.conformance.player import Player, forfeit, without_clocks
 from arramon_client.conformance.suite import check
 from arramon_client.conformance.target import FORWARD, LEFT, RIGHT, Target
+from arramon_client.world import TURN, turn_between
 
 STEPS = 3
 """Number of steps that a check takes, less than any reasonable step limit."""
@@ -140,8 +141,8 @@ def turn(target: Target) -> None:
         left = player.observation()
         player.act(left, RIGHT)
         back = player.observation()
-        for seen, expected in ((left, (start.pose.heading - 30.0) % 360.0), (back, start.pose.heading)):
-            off = abs((seen.pose.heading - expected + 180.0) % 360.0 - 180.0)
+        for seen, expected in ((left, (start.pose.heading - TURN) % 360.0), (back, start.pose.heading)):
+            off = abs(turn_between(expected, seen.pose.heading))
             expect(off < 1e-3, f"the heading is {seen.pose.heading:g} degrees, expected {expected:g}")
             expect(0.0 <= seen.pose.heading < 360.0, f"the heading is {seen.pose.heading:g}, expected 0 to below 360")
             place = (seen.pose.x, seen.pose.z)

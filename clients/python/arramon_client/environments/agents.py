@@ -9,13 +9,13 @@ from gymnasium.utils import seeding
 
 from arramon_client.agent import Observation
 from arramon_client.environments.arguments import seed_of, whole
-from arramon_client.environments.backend import ASSEMBLY, NAVIGATION, PHASES
 from arramon_client.environments.episodes import Episodes, checked
 from arramon_client.environments.errors import BadArgument
 from arramon_client.environments.options import make_options
 from arramon_client.environments.players import open_player
 from arramon_client.environments.snapshots import Copyable
 from arramon_client.environments.spaces import NO_ACTION, Dict, action_space
+from arramon_client.world import ASSEMBLY, NAVIGATION, PHASES
 
 NAVIGATOR, ASSEMBLER = "navigator", "assembler"
 AGENTS = (NAVIGATOR, ASSEMBLER)

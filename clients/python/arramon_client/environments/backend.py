@@ -8,9 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from arramon_client.agent import Label, Observation
-
-NAVIGATION, ASSEMBLY = "navigation", "assembly"
-PHASES = (NAVIGATION, ASSEMBLY)
+from arramon_client.world import NAVIGATION, PHASES
 
 REWARDS = ("sparse", "progress", "none")
 """Names of the rewards."""

@@ -11,13 +11,13 @@ from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode
 
 from arramon_client.agent import Observation
-from arramon_client.environments.backend import PHASES
 from arramon_client.environments.batches import Arrays, Batch
 from arramon_client.environments.episodes import Episodes
 from arramon_client.environments.members import Member
 from arramon_client.environments.options import Options
 from arramon_client.environments.players import Opened, open_player
 from arramon_client.environments.spaces import NO_ACTION
+from arramon_client.world import PHASES
 
 IMAGES = ("rgb", "depth", "segmentation")
 

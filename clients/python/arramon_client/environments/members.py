@@ -7,12 +7,13 @@ import numpy as np
 import numpy.typing as npt
 
 from arramon_client.agent import Label
-from arramon_client.environments.backend import NAVIGATION, PHASES, Player
+from arramon_client.environments.backend import Player
 from arramon_client.environments.episodes import Episodes
 from arramon_client.environments.labels import FactoredLabels, factored
 from arramon_client.environments.pictures import Picture
 from arramon_client.environments.spaces import NO_ACTION, action_space
 from arramon_client.environments.tokens import Tokenizer
+from arramon_client.world import NAVIGATION, PHASES
 
 
 class Member:

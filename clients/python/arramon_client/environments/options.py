@@ -6,17 +6,12 @@ from pathlib import Path
 from typing import Any
 
 from arramon_client.environments.arguments import check_names, folder, listed, names, one_of, text, whole
-from arramon_client.environments.backend import (
-    ASSEMBLY,
-    EXPERTS,
-    NAVIGATION,
-    PHASES,
-    REWARDS,
-)
+from arramon_client.environments.backend import EXPERTS, REWARDS
 from arramon_client.environments.errors import BadArgument
 from arramon_client.environments.spaces import KEYS, SENSORS
 from arramon_client.environments.tokens import Tokenizer
 from arramon_client.transport.access import Access
+from arramon_client.world import ASSEMBLY, NAVIGATION, PHASES
 
 SMALLEST, LARGEST, STRIDE = 8, 448, 8
 """Sizes of images in this process, in pixels: multiples of STRIDE, and SIZES."""

@@ -6,9 +6,10 @@ import gymnasium
 import numpy as np
 import numpy.typing as npt
 
-from arramon_client.environments.backend import PHASES, Player
+from arramon_client.environments.backend import Player
 from arramon_client.environments.spaces import Dict
 from arramon_client.printable import many_lines
+from arramon_client.world import PHASES
 
 SIZE = 336
 """Side length of view and map, in pixels."""

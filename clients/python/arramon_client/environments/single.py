@@ -10,7 +10,6 @@ from gymnasium import spaces
 
 from arramon_client.agent import Label
 from arramon_client.environments.arguments import check_names, seed_of
-from arramon_client.environments.backend import ASSEMBLY
 from arramon_client.environments.conversion import let_texts_pass
 from arramon_client.environments.episodes import Episodes
 from arramon_client.environments.errors import BadArgument
@@ -21,6 +20,7 @@ from arramon_client.environments.players import open_player
 from arramon_client.environments.registration import PlainSpec
 from arramon_client.environments.snapshots import Copyable
 from arramon_client.environments.spaces import NO_ACTION, Dict, action_space
+from arramon_client.world import ASSEMBLY
 
 RENDER_MODES = ("human", "rgb_array")
 

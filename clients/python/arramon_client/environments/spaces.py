@@ -10,8 +10,9 @@ import numpy.typing as npt
 from gymnasium import spaces
 
 from arramon_client.agent import Action, Observation
-from arramon_client.environments.backend import PHASES, Settings, Texts
+from arramon_client.environments.backend import Settings, Texts
 from arramon_client.environments.tokens import Tokenizer
+from arramon_client.world import PHASES
 
 NO_ACTION = len(Action)
 """`last_action` before the first step."""

@@ -5,16 +5,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from arramon_client.agent import Action, Observation
+from arramon_client.world import COLUMNS, ROOM_START, ROWS, STEP, TURN
 
 Pose = tuple[float, float, float]
 """x, z and heading in degrees clockwise from +z; in the room x and z are column and row."""
 
-TURN, STEP = 30.0, 1.0
-"""Turn in degrees, and move in the street in units; in the room a move is one cell."""
-
-COLUMNS, ROWS = 5, 4
-ROOM_START: Pose = (2.0, 0.0, 0.0)
-"""Size of the room in cells, and the pose at which every assembly phase begins."""
+START: Pose = (float(ROOM_START[0]), float(ROOM_START[1]), 0.0)
+"""The pose at which every assembly phase begins, in cells."""
 
 FROM_POSE, FROM_ACTIONS = "pose", "actions"
 """Sources of a trace: the pose sensor, or dead reckoning."""
@@ -31,14 +28,14 @@ class Trace:
     """
 
     street: Pose = (0.0, 0.0, 0.0)
-    room: Pose = ROOM_START
+    room: Pose = START
     source: str = FROM_ACTIONS
 
     def at(self, observation: Observation) -> Pose:
         """Return the pose at an observation: the observation's own pose if it has one, else the reckoned one."""
         outdoors = observation.phase == "navigation"
         if not outdoors and observation.phase_step == 0:
-            self.room = ROOM_START
+            self.room = START
         if observation.pose is not None:
             self.source = FROM_POSE
             if outdoors:

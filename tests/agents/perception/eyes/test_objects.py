@@ -5,8 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from arramon_agents.perception.eyes.lens import EYE_HEIGHT, rays
+from arramon_agents.perception.eyes.lens import rays
 from arramon_agents.perception.eyes.objects import CROP, crop, find_things
+from arramon_client.world import EYE_HEIGHT
 
 SIZE = 224
 

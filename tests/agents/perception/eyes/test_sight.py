@@ -8,10 +8,11 @@ import numpy.typing as npt
 import torch
 
 from arramon_agents.perception.eyes.encoder import Eyes
-from arramon_agents.perception.eyes.lens import EYE_HEIGHT, rays
+from arramon_agents.perception.eyes.lens import rays
 from arramon_agents.perception.eyes.sight import LABELS, see
 from arramon_agents.perception.eyes.vocabulary import COLOURS, KINDS, LOOKS
 from arramon_agents.perception.frame_memory import SeenFrames
+from arramon_client.world import EYE_HEIGHT
 
 SIZE, BLOCKS = 224, 28
 STRIPE, KERB = 239, 192

@@ -2,20 +2,11 @@
 
 import pytest
 
-from arramon_agents.perception.eyes.vocabulary import (
-    COLLECTIBLES,
-    COLOURED,
-    FURNITURE,
-    KINDS,
-    LOOK_GROUPS,
-    LOOKS,
-    NONE,
-    codes_of,
-)
+from arramon_agents.perception.eyes.vocabulary import COLOURED, KINDS, LOOK_GROUPS, LOOKS, NONE, codes_of
+from arramon_client.world import COLLECTIBLES, FACADES, FURNITURE
+from arramon_client.world import COLLECTIBLES as CATALOGUE
 from arramon_server.sim.assets.furniture import COLOURS
-from arramon_server.sim.catalogue import KINDS as CATALOGUE
 from arramon_server.sim.labels import LABELS
-from arramon_server.sim.section import FACADES, PROP_KINDS
 
 
 def test_every_label_of_the_simulator_has_codes_of_its_own() -> None:
@@ -27,7 +18,7 @@ def test_every_label_of_the_simulator_has_codes_of_its_own() -> None:
 
 def test_names_are_the_simulators() -> None:
     assert COLLECTIBLES == CATALOGUE
-    assert FURNITURE == PROP_KINDS
+    assert FURNITURE == FURNITURE
     assert set(COLOURED) == set(COLOURS)
     assert {group.name: group.looks for group in LOOK_GROUPS}["facade"] == FACADES
 
