@@ -21,6 +21,7 @@ from arramon.v1 import types_pb2
 from arramon_client.play import Settings
 from arramon_client.transport.connection import connect
 from arramon_server.api.encoding import MessageEncoder
+from arramon_server.api.event_sender import EventSender
 from arramon_server.api.play_stream import PlayHandler
 from arramon_server.api.shared_memory import SharedImages, SharedMemoryEncoder
 from arramon_server.runs.play.engine import Engine
@@ -47,7 +48,7 @@ STAGES: dict[str, tuple[Code, ...]] = {
     "journal: the rest": (MeteredJournal, *Journal.__mro__[:-1]),
     "rules and scores": (Session.apply, Session.scores),
     "messages: images": (MessageEncoder, SharedMemoryEncoder, SharedImages),
-    "messages: the rest": (PlayHandler,),
+    "messages: the rest": (PlayHandler, EventSender),
     "the engine itself": (Engine,),
 }
 """Stages, each with the code that marks its stacks; the first match counts."""

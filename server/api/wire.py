@@ -16,6 +16,9 @@ Data: TypeAlias = bytes | memoryview
 Parts: TypeAlias = list[Data]
 """A message in its wire format, in parts."""
 
+EncodedImage: TypeAlias = tuple[str, Image, Data]
+"""The name of an image's field, the image without its data, and the data."""
+
 _LENGTH_DELIMITED = 2
 """The wire type of strings, bytes and messages."""
 
@@ -30,12 +33,12 @@ def response_of(events: Sequence[Parts]) -> bytes:
     return b"".join(part for event in events for part in _field(_EVENTS, event))
 
 
-def observation_event(message: pb.Observation, images: Sequence[tuple[str, Image, Data]]) -> Parts:
+def observation_event(message: pb.Observation, images: Sequence[EncodedImage]) -> Parts:
     """Return an `Event` with an observation.
 
     Args:
         message: the observation without images.
-        images: for each the name of its field, the image without its data, and the data.
+        images: its encoded images.
     """
     with_data = []
     for name, image, data in images:

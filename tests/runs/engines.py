@@ -16,13 +16,14 @@ from arramon_server.runs.play import engine as engines
 from arramon_server.runs.play import upkeep
 from arramon_server.runs.play.clocks import Clocks
 from arramon_server.runs.play.engine import Engine
-from arramon_server.runs.play.events import EpisodeEnded, Event, Observed, RunEnded
+from arramon_server.runs.play.events import Encoding, EpisodeEnded, Event, Observed, RunEnded
 from arramon_server.runs.play.stream import MAX_BACKLOG, Act, Stream
 from arramon_server.runs.storage import tables
 from arramon_server.runs.storage.database import Database
 from arramon_server.runs.storage.journal import Journal
 from arramon_server.runs.storage.records import RUNNING, Run
 from arramon_server.runs.storage.run_activity import RunActivity
+from arramon_server.sim.cameras import Frame
 from tests import tiny
 
 CLOCKS = Clocks(60.0, 100.0)
@@ -101,7 +102,7 @@ class House:
 
 
 class Seat:
-    """A stream that has joined an engine, seen from the client.
+    """A stream that has joined an engine, seen from the client, and its transport.
 
     Attributes:
         events: that it was told.
@@ -133,15 +134,29 @@ class Seat:
             images="",
             history=history,
             adopt=adopt,
-            prepare=lambda _: None,
-            deliver=self._deliver,
-            close=self.closed.append,
-            backlog=lambda: 0 if self.reads or not self.events else MAX_BACKLOG,
+            transport=self,
         )
         engine.join(self.stream)
 
-    def _deliver(self, events: Sequence[Event]) -> None:
+    @property
+    def compresses(self) -> bool:
+        return True
+
+    @property
+    def backlog(self) -> int:
+        return 0 if self.reads or not self.events else MAX_BACKLOG
+
+    def canvas(self, episode_id: str) -> Frame | None:
+        return None
+
+    def begin_encoding(self, event: Observed) -> Encoding:
+        return lambda: [event.frame]
+
+    def send(self, events: Sequence[Event]) -> None:
         self.events.extend(events)
+
+    def close(self, error: ArraMonError | None) -> None:
+        self.closed.append(error)
 
     async def next(self, kind: type[Event]) -> Event:
         """Return the next event of a kind, and drop those before it."""

@@ -80,7 +80,7 @@ class Delivery:
             return list(events)
         works = [partial(self._draw, stream, event) for event in events]
         # Threads draw, unless they have frames to compress.
-        results = self._threads.run(works) if stream.prepare is None else [work() for work in works]
+        results = [work() for work in works] if stream.transport.compresses else self._threads.run(works)
         drawn: list[Event] = []
         for result in results:
             if isinstance(result, EpisodeFault):
@@ -102,12 +102,12 @@ class Delivery:
                     event.state,
                     stream.image_size,
                     segmentation="segmentation" in stream.run.sensors,
-                    into=stream.canvas(event.episode.episode_id) if event.taken is None else None,
+                    into=stream.transport.canvas(event.episode.episode_id) if event.taken is None else None,
                 )
-                drawn = event.drawn(frame)
+                drawn = event.with_images(frame)
                 self._meter.took(Stage.DRAW, time.perf_counter() - started)
-                if stream.prepare is not None:
-                    stream.prepare(drawn)
+                if stream.transport.compresses:
+                    drawn = event.with_images(frame, stream.transport.begin_encoding(drawn))
         except EpisodeFault as fault:
             return fault
         return drawn
@@ -119,7 +119,7 @@ class Delivery:
         claim, started = stream.claim_of(_episode_id(events[0])), time.perf_counter()
         try:
             with contained(stream.run, claim, "delivering"):
-                stream.deliver(events)
+                stream.transport.send(events)
             self._meter.took(Stage.ENCODE, time.perf_counter() - started)
         except EpisodeFault:
             if len(events) > 1:

@@ -111,7 +111,7 @@ class Engine:
     def join(self, stream: Stream) -> None:
         """Add a stream, and assign episodes to it."""
         if self._stopped:
-            stream.close(Unavailable("this server process is shutting down; reconnect to reach another one"))
+            stream.transport.close(Unavailable("this server process is shutting down; reconnect to reach another one"))
             return
         for other in list(self._streams):
             if (other.run.run_id, other.player) == (stream.run.run_id, stream.player):
@@ -282,7 +282,7 @@ class Engine:
             stream.since = None
         if done.run_ended and stream in self._streams:
             self._streams.remove(stream)
-            stream.close(None)
+            stream.transport.close(None)
 
     def _sweep(self) -> None:
         """Once a second: upkeep, and what silent streams are due: clocks, the end of their run, further episodes."""
@@ -385,7 +385,7 @@ class Engine:
 
     def _drop(self, stream: Stream, error: ArraMonError | None) -> None:
         self.leave(stream)
-        stream.close(error)
+        stream.transport.close(error)
 
 
 def _holders(streams: Iterable[Stream]) -> dict[tuple[str, str], Stream]:

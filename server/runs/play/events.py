@@ -1,6 +1,8 @@
 """Events that the engine delivers to a stream. `arramon_server.api` translates them to protocol buffers."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any, TypeAlias
 
 from arramon_client.world import Action
 from arramon_server.episodes.episode import Episode
@@ -9,6 +11,9 @@ from arramon_server.runs.storage.records import Progress, Run
 from arramon_server.sim.cameras import Frame
 from arramon_server.sim.rules import PhaseEnded, State
 from arramon_server.sim.scene import Scene
+
+Encoding: TypeAlias = Callable[[], Sequence[Any]]
+"""Completes the encoding of an observation's images, and returns them as their transport sends them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +49,7 @@ class Observed:
         frame: its images; None until it is drawn, and if the run asked for none.
         taken: the action that was taken here, in a history.
         time_left: for the answer; None in a history, and without clocks.
+        encoding: encoding of the frame, which runs in a thread; None if it has not begun.
     """
 
     run: Run
@@ -53,10 +59,13 @@ class Observed:
     frame: Frame | None = None
     taken: Action | None = None
     time_left: TimeLeft | None = None
+    encoding: Encoding | None = None
 
-    def drawn(self, frame: Frame) -> "Observed":
+    def with_images(self, frame: Frame, encoding: Encoding | None = None) -> "Observed":
         """Return this observation with its images. `dataclasses.replace` takes more than twice as long."""
-        return Observed(self.run, self.episode, self.state, self.steps_left, frame, self.taken, self.time_left)
+        return Observed(
+            self.run, self.episode, self.state, self.steps_left, frame, self.taken, self.time_left, encoding
+        )
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,16 +3,15 @@
 import asyncio
 import time
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from arramon_server.errors import ArraMonError
 from arramon_server.runs.play.clocks import StreamClock
-from arramon_server.runs.play.events import Event, Observed, RunEnded
+from arramon_server.runs.play.events import Event, RunEnded
 from arramon_server.runs.play.session import Session
+from arramon_server.runs.play.transport import Transport
 from arramon_server.runs.storage.records import OPEN, Claim, Run
-from arramon_server.sim.cameras import Frame
 
 IMAGES = frozenset(("rgb", "depth", "segmentation"))
 """Sensors for which a frame must be drawn."""
@@ -80,12 +79,7 @@ class Stream:
         images: encoding and size of the images, such as "lossless-224"; empty without images.
         history: whether the agent needs each open episode from its first observation on.
         adopt: whether to take over at once what other players left open.
-        prepare: begins to compress an observation's frame in the threads, while the next one is drawn; None if frames
-            are not compressed, so that the threads can draw.
-        canvas: returns what the latest observation of an episode is drawn into; None for a new frame.
-        deliver: hands events to the transport.
-        close: ends the stream, with an error or without.
-        backlog: returns the number of delivered bytes that have not left the server.
+        transport: encodes and sends the events.
         clock: of its episodes; None if the run has no clocks.
         asked: messages of actions that arrived, oldest first; `ask` adds to them.
         due: time by `time.monotonic` at which they are applied even if few have arrived.
@@ -104,11 +98,7 @@ class Stream:
     images: str
     history: bool
     adopt: bool
-    prepare: Callable[[Observed], None] | None
-    deliver: Callable[[Sequence[Event]], None]
-    close: Callable[[ArraMonError | None], None]
-    backlog: Callable[[], int]
-    canvas: Callable[[str], Frame | None] = lambda _: None
+    transport: Transport
     clock: StreamClock | None = None
     asked: deque[ActionBatch] = field(default_factory=deque)
     due: float = 0.0
@@ -148,7 +138,7 @@ class Stream:
     @property
     def lags(self) -> bool:
         """Whether so much waits for the client to read it that nothing more is drawn."""
-        return self.backlog() >= MAX_BACKLOG
+        return self.transport.backlog >= MAX_BACKLOG
 
     @property
     def can_open(self) -> bool:

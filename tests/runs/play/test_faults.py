@@ -104,14 +104,14 @@ def test_an_event_that_cannot_be_delivered_affects_no_other_episode(tmp_path: Pa
         run = house.run()
         async with house.engine() as engine:
             seat = Seat(engine, run, episodes=3)
-            whole = seat.stream.deliver
+            whole = seat.send
 
             def deliver(events: list[Event]) -> None:
                 if any(isinstance(event, Observed) and event.episode.episode_id == "2" for event in events):
                     raise UnicodeEncodeError("utf-8", "\ud800", 0, 1, "a defect")
                 whole(events)
 
-            seat.stream.deliver = deliver  # type: ignore[assignment]
+            seat.send = deliver  # type: ignore[assignment]
             await seat.play()
         assert house.causes() == {"AGENT_FINISHED": 2, "SERVER_FAULT": 1}
 
