@@ -11,12 +11,12 @@ from arramon_client import agent as client
 from arramon_client.transport.images import THOUSANDTHS
 from arramon_client.world import STEP, Action
 from arramon_server.episodes.episode import Episode, Turn
-from arramon_server.runs.play.session import Session
+from arramon_server.runs.play.session import EpisodeSession
 from arramon_server.scoring.episode import CTC_DISTANCES, EpisodeScores
 from arramon_server.scoring.metrics import NDTW_THRESHOLD
 from arramon_server.sim.cameras import Camera, colourless
 from arramon_server.sim.labels import LABELS, places_of
-from arramon_server.sim.rules import Ground, Limits, Phase, State
+from arramon_server.sim.rules import CollisionCheck, Limits, Phase, State
 from arramon_server.sim.view import view
 
 SIZE = 224
@@ -36,7 +36,7 @@ class TrialWorld:
         room: camera of the room.
     """
 
-    ground: Ground
+    ground: CollisionCheck
     street: Camera
     room: Camera
 
@@ -94,7 +94,7 @@ def play(
     Raises:
         KeyError: if the episode has no instructions in the language.
     """
-    session = Session(episode, world.ground, Limits())
+    session = EpisodeSession(episode, world.ground, Limits())
     for _ in _steps(session, agent, language, world, size, split):
         pass
     return session.scores()
@@ -102,7 +102,7 @@ def play(
 
 def leads(agent: client.Agent, episode: Episode, language: str, world: TrialWorld, hope: Hope) -> EpisodeScores | None:
     """Play an episode as `play` does; return None as soon as there is no hope left."""
-    session = Session(episode, world.ground, Limits())
+    session = EpisodeSession(episode, world.ground, Limits())
     with closing(_steps(session, agent, language, world, SIZE, "trial")) as steps:
         for _ in steps:
             if not hope.holds(session.state):
@@ -111,7 +111,7 @@ def leads(agent: client.Agent, episode: Episode, language: str, world: TrialWorl
 
 
 def _steps(
-    session: Session, agent: client.Agent, language: str, world: TrialWorld, size: int, split: str
+    session: EpisodeSession, agent: client.Agent, language: str, world: TrialWorld, size: int, split: str
 ) -> Generator[None, None, None]:
     """Play an episode to its end, and yield before each action."""
     episode = session.episode
@@ -127,7 +127,7 @@ def _steps(
 
 
 def _observe(
-    session: Session,
+    session: EpisodeSession,
     language: str,
     world: TrialWorld,
     places: Mapping[bool, np.ndarray[tuple[int], np.dtype[np.uint16]]],

@@ -11,7 +11,7 @@ REASON = "pybullet is not installed: pip install 'arramon-server[pybullet]' comp
 
 if TYPE_CHECKING or has_pybullet():
     from arramon_server.sim.bullet import Obstacles as Obstacles
-    from arramon_server.sim.bullet import World as World
+    from arramon_server.sim.bullet import ReferenceCamera as World
 else:
 
     class _Skipping:

@@ -5,12 +5,12 @@ from datetime import UTC, datetime
 
 from arramon_client.world import Action
 from arramon_server.episodes.splits import Split
-from arramon_server.runs.play.session import Session
+from arramon_server.runs.play.session import EpisodeSession
 from arramon_server.runs.play.worlds import Worlds
 from arramon_server.runs.storage import causes
 from arramon_server.runs.storage.database import Database
 from arramon_server.runs.storage.journal import Journal
-from arramon_server.runs.storage.records import COMPLETE, RUNNING, Batch, Ending, Run
+from arramon_server.runs.storage.records import COMPLETE, RUNNING, CommitBatch, EpisodeEnding, Run
 from arramon_server.sim.rules import Limits
 from tests import tiny
 
@@ -47,8 +47,8 @@ def play(
     journal.create(run, list(actions))
     for claim in journal.claim(run_id, journal.pending(run_id), "player", "worker"):
         episode = split.episodes[claim.episode_id]
-        session = Session(episode, worlds.ground(split.name, episode), Limits(STEPS))
-        batch = Batch()
+        session = EpisodeSession(episode, worlds.ground(split.name, episode), Limits(STEPS))
+        batch = CommitBatch()
         for step, action in enumerate(actions[claim.episode_id]):
             session.apply(Action(action))
             batch.add_step(run_id, claim.episode_id, claim.epoch, step, action)
@@ -60,7 +60,7 @@ def play(
         if cause is not None:
             scores = [dict(turn) for turn in session.scores().turns]
             taken = len(actions[claim.episode_id])
-            batch.endings.append(Ending(run_id, claim.episode_id, cause, taken, scores, "", claim.epoch))
+            batch.endings.append(EpisodeEnding(run_id, claim.episode_id, cause, taken, scores, "", claim.epoch))
         journal.commit(batch)
     worlds.close()
     if over:

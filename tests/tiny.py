@@ -7,7 +7,7 @@ from arramon_server.episodes.episode import Episode, Instructions, Turn
 from arramon_server.episodes.splits import Split, write_split
 from arramon_server.sim.catalogue import ObjectType
 from arramon_server.sim.geometry import Point, Pose
-from arramon_server.sim.room import Placement, Square
+from arramon_server.sim.room import RoomCell, RoomPosition
 from arramon_server.sim.rules import Collectible, PlacedObject
 from arramon_server.sim.section import Building, Section
 
@@ -31,21 +31,21 @@ def episode(episode_id: str, languages: tuple[str, ...] = ("en", "hi")) -> Episo
         Turn(
             path=((0.0, 0.0), (0.0, 1.0), (0.0, 2.0)),
             actions=(F, F, P),
-            room_path=(Square(2, 0), Square(2, 1)),
+            room_path=(RoomCell(2, 0), RoomCell(2, 1)),
             room_actions=(F, P),
             street=(Collectible(TARGETS[0], Point(0.0, 0.1, 3.5)), *others),
-            target_cell=Placement(2, 1, 2),
+            target_cell=RoomPosition(2, 1, 2),
         ),
         Turn(
             path=((0.0, 2.0), (1.0, 2.0), (2.0, 2.0)),
             actions=(R, R, R, F, F, P),
-            room_path=(Square(2, 0), Square(2, 1)),
+            room_path=(RoomCell(2, 0), RoomCell(2, 1)),
             room_actions=(F, P),
             street=(Collectible(TARGETS[1], Point(3.5, 0.1, 2.0)), *others),
-            target_cell=Placement(2, 2, 2),
+            target_cell=RoomPosition(2, 2, 2),
         ),
     )
-    decoys = (PlacedObject(ObjectType("dotted", "white", "bowl"), Placement(0, 1, 0)),)
+    decoys = (PlacedObject(ObjectType("dotted", "white", "bowl"), RoomPosition(0, 1, 0)),)
     instructions = {code: (texts[code], texts[code]) for code in languages}
     return Episode(episode_id, "1", Pose(0.0, 0.0, 0.0), turns, decoys, instructions)
 

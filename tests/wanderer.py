@@ -17,7 +17,7 @@ def main(data: Path) -> None:
     from arramon.v1.chain import episode_head, run_digest
     from arramon_client.world import Action
     from arramon_dataset.instruction_writer import generate_splits
-    from arramon_server.runs.play.session import Session
+    from arramon_server.runs.play.session import EpisodeSession
     from arramon_server.runs.play.worlds import Worlds
     from arramon_server.sim.rules import Limits
 
@@ -25,7 +25,7 @@ def main(data: Path) -> None:
     heads, scores, places, blocked = [], [], hashlib.sha256(), 0
     with closing(Worlds({split.name: split})) as worlds:
         for episode in split.episodes.values():
-            session, step = Session(episode, worlds.ground(split.name, episode), Limits(60)), 0
+            session, step = EpisodeSession(episode, worlds.ground(split.name, episode), Limits(60)), 0
             while not session.state.finished:
                 # Ahead while that is possible, otherwise a turn to a side that changes now and then.
                 before = session.state

@@ -17,7 +17,7 @@ from arramon_server.sim.city import city_scene
 from arramon_server.sim.geometry import Point
 from arramon_server.sim.labels import LABELS, places_of
 from arramon_server.sim.raster.camera import RasterCamera
-from arramon_server.sim.room import Placement, Square
+from arramon_server.sim.room import RoomCell, RoomPosition
 from arramon_server.sim.room_scene import room_scene
 from arramon_server.sim.rules import Collectible, PlacedObject
 from arramon_server.sim.section import Section
@@ -175,7 +175,7 @@ def _seen_from(
 
 
 def _in_room(random: np.random.Generator) -> tuple[Viewpoint, Sequence[Actor]]:
-    square = Square(int(random.integers(COLUMNS)), int(random.integers(ROWS)))
+    square = RoomCell(int(random.integers(COLUMNS)), int(random.integers(ROWS)))
     heading = 30.0 * random.integers(12)
     levels: dict[tuple[int, int], int] = {}
     room = []
@@ -184,7 +184,7 @@ def _in_room(random: np.random.Generator) -> tuple[Viewpoint, Sequence[Actor]]:
         if cell != tuple(square) and levels.get(cell, 0) < 2:
             levels[cell] = levels.get(cell, 0) + 1
             type_ = ALL_TYPES[random.integers(len(ALL_TYPES))]
-            room.append(PlacedObject(type_, Placement(cell[0], levels[cell], cell[1])))
+            room.append(PlacedObject(type_, RoomPosition(cell[0], levels[cell], cell[1])))
     actors = room_actors(tuple(room))
     return Viewpoint(square.column * 1.5, square.row * 1.5, float(heading)), actors
 

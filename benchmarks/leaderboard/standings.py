@@ -27,9 +27,9 @@ from arramon_server.board.standings import BOTH
 from arramon_server.episodes.splits import Split, read_splits
 from arramon_server.runs.play.clocks import Clocks
 from arramon_server.runs.storage.database import Database
-from arramon_server.runs.storage.epochs import Epochs
+from arramon_server.runs.storage.epochs import EpochStore
 from arramon_server.runs.storage.journal import Journal
-from arramon_server.runs.storage.records import COMPLETE, Progress, Run
+from arramon_server.runs.storage.records import COMPLETE, Run, RunProgress
 from arramon_server.scoring.aggregate import table_rows, with_total
 from arramon_server.scoring.episode import METRICS
 from arramon_server.web.comparison_page import ComparisonPage
@@ -82,7 +82,7 @@ def _measure(database: Database, split: Split, number: int) -> None:
     print(f"{len(lines)} standings, ranks 1 to {lines[-1].rank}")
 
     splits = {split.name: split}
-    epochs = EpochBoard(board, entries, Epochs(database), Journal(database), splits)
+    epochs = EpochBoard(board, entries, EpochStore(database), Journal(database), splits)
     pages, comparisons, renderer = StandingsPage(board, splits, epochs), ComparisonPage(board), Renderer()
     for code, texts in all_texts().items():
         choice = Choice(split.name, "en")
@@ -124,7 +124,7 @@ def _publish(
     ids = tuple(sorted(split.episodes))
     Journal(database).create(run, ids[:1])
     sections = np.unique([split.episodes[name].section for name in ids], return_inverse=True)[1]
-    progress = Progress(
+    progress = RunProgress(
         len(ids),
         len(ids),
         90 * len(ids),

@@ -29,11 +29,11 @@ from arramon_server.episodes.splits import Split, folder_of, read_split
 from arramon_server.sim.cameras import Actor, Camera, Frame, Viewpoint
 from arramon_server.sim.city import city_scene, refurnished
 from arramon_server.sim.own_furniture import NO_FURNITURE, furnished
-from arramon_server.sim.physics import VariedGround, physics_of
+from arramon_server.sim.physics import VariedCollisionCheck, physics_of
 from arramon_server.sim.raster.camera import RasterCamera
 from arramon_server.sim.scene import Scene
 from arramon_server.sim.section import Section
-from arramon_server.sim.variations import Difference
+from arramon_server.sim.variations import SceneDifference
 from benchmarks.common import add_json, aligned, mean_and_error, parser_of, whole, write_json
 from benchmarks.release.drawn_furniture import reconstruct
 
@@ -102,7 +102,7 @@ class City:
         if episode.furniture.is_empty:
             return TrialWorld(self._physics, self._camera, room_camera())
         scene = refurnished(self._scene, furnished(self.section, episode.furniture))
-        ground = VariedGround(self._physics, Difference.between(self._scene, scene))
+        ground = VariedCollisionCheck(self._physics, SceneDifference.between(self._scene, scene))
         return TrialWorld(ground, VariedCamera(self._camera, scene), room_camera())
 
 

@@ -25,8 +25,8 @@ from arramon_client.transport.images import ImageDecoder
 from arramon_server.api.encoding import MessageEncoder
 from arramon_server.episodes.episode import Episode
 from arramon_server.episodes.splits import read_splits
-from arramon_server.runs.play.session import Session
-from arramon_server.sim.bullet import World
+from arramon_server.runs.play.session import EpisodeSession
+from arramon_server.sim.bullet import ReferenceCamera
 from arramon_server.sim.cameras import Frame
 from arramon_server.sim.city import city_scene
 from arramon_server.sim.room_scene import room_scene
@@ -84,8 +84,10 @@ def rendered(count: int) -> dict[int, list[Frame]]:
     """Draw `count` frames of each size, evenly from all episodes and phases."""
     with data_or_sample(None) as data, ExitStack() as stack:
         (split,) = read_splits(data).values()
-        cities = {name: stack.enter_context(World(city_scene(section))) for name, section in split.sections.items()}
-        room = stack.enter_context(World(room_scene()))
+        cities = {
+            name: stack.enter_context(ReferenceCamera(city_scene(section))) for name, section in split.sections.items()
+        }
+        room = stack.enter_context(ReferenceCamera(room_scene()))
         seen = [
             (episode, state)
             for episode in split.episodes.values()
@@ -101,8 +103,8 @@ def rendered(count: int) -> dict[int, list[Frame]]:
     return frames
 
 
-def _states(episode: Episode, ground: World) -> list[State]:
-    session = Session(episode, ground, Limits(steps_per_phase=10_000))
+def _states(episode: Episode, ground: ReferenceCamera) -> list[State]:
+    session = EpisodeSession(episode, ground, Limits(steps_per_phase=10_000))
     actions = [actions for turn in episode.turns for actions in (turn.actions, turn.room_actions)]
     return [before for phase in actions for before, _ in session.replay(phase)]
 

@@ -25,7 +25,7 @@ from arramon_server.api.event_sender import EventSender
 from arramon_server.api.play_stream import PlayHandler
 from arramon_server.api.shared_memory import SharedImages, SharedMemoryEncoder
 from arramon_server.runs.play.engine import Engine
-from arramon_server.runs.play.session import Session
+from arramon_server.runs.play.session import EpisodeSession
 from arramon_server.runs.play.worlds import Worlds
 from arramon_server.runs.storage.journal import Journal
 from arramon_server.runs.storage.metered_journal import MeteredJournal
@@ -46,7 +46,7 @@ STAGES: dict[str, tuple[Code, ...]] = {
     "view: poses of the objects": (Worlds.render,),
     "journal: commit": (MeteredJournal.commit, Journal.commit),
     "journal: the rest": (MeteredJournal, *Journal.__mro__[:-1]),
-    "rules and scores": (Session.apply, Session.scores),
+    "rules and scores": (EpisodeSession.apply, EpisodeSession.scores),
     "messages: images": (MessageEncoder, SharedMemoryEncoder, SharedImages),
     "messages: the rest": (PlayHandler, EventSender),
     "the engine itself": (Engine,),

@@ -17,7 +17,7 @@ from uuid import uuid4
 
 from arramon_server.runs.storage.database import Database
 from arramon_server.runs.storage.journal import Journal
-from arramon_server.runs.storage.records import RUNNING, Batch, Run
+from arramon_server.runs.storage.records import RUNNING, CommitBatch, Run
 from benchmarks.common import add_rounds, aligned, parser_of, whole
 
 SIZES = (1, 16, 128)
@@ -37,7 +37,7 @@ class Bench:
         """Return the mean duration of a commit, in milliseconds."""
         started = time.perf_counter()
         for _ in range(commits):
-            batch = Batch()
+            batch = CommitBatch()
             for claim in self._claims:
                 batch.add_step(self._run_id, claim.episode_id, claim.epoch, self._step, self._step % 4)
             self._journal.commit(batch)

@@ -22,7 +22,7 @@ from arramon_client.play import Settings
 from arramon_client.transport.connection import connect
 from arramon_client.world import Action
 from arramon_server.episodes.splits import Split
-from arramon_server.runs.play.session import Session
+from arramon_server.runs.play.session import EpisodeSession
 from arramon_server.runs.play.worlds import Worlds
 from arramon_server.sim.rules import Limits
 from benchmarks.common import (
@@ -97,12 +97,14 @@ def in_process(split: Split, seconds: float, size: int = 224) -> Measured:
     worlds, limits, agent = Worlds({split.name: split}), Limits(), RandomWalk()
     waiting = cycle(split.in_playing_order(next(iter(split.languages))))
 
-    def begin() -> Session:
+    def begin() -> EpisodeSession:
         episode = next(waiting)
-        return Session(episode, worlds.ground(split.name, episode), limits)
+        return EpisodeSession(episode, worlds.ground(split.name, episode), limits)
 
     for section in {episode.section: episode for episode in split.episodes.values()}.values():
-        worlds.render(split.name, section, Session(section, worlds.ground(split.name, section), limits).state, size)
+        worlds.render(
+            split.name, section, EpisodeSession(section, worlds.ground(split.name, section), limits).state, size
+        )
     sessions = [begin() for _ in range(16)]
     steps, started, worked = 0, time.perf_counter(), time.process_time()
     while time.perf_counter() - started < seconds:

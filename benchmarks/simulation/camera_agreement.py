@@ -26,8 +26,8 @@ from PIL import Image
 
 from arramon_dataset.plans import Plan, build_section, plan_ids, read_plan
 from arramon_server.episodes.splits import Split, read_splits
-from arramon_server.runs.play.session import Session
-from arramon_server.sim.bullet import World
+from arramon_server.runs.play.session import EpisodeSession
+from arramon_server.sim.bullet import ReferenceCamera
 from arramon_server.sim.cameras import Actor, Frame, Viewpoint
 from arramon_server.sim.catalogue import ALL_TYPES
 from arramon_server.sim.city import city_scene
@@ -127,7 +127,7 @@ def _views(split: Split, section: str | None, every: int) -> Iterator[View]:
     for episode in split.in_playing_order(language):
         if section is not None and episode.section != section:
             continue
-        session = Session(episode, OpenGround(), Limits(steps_per_phase=10_000))
+        session = EpisodeSession(episode, OpenGround(), Limits(steps_per_phase=10_000))
         for turn in episode.turns:
             for state, _ in session.replay((*turn.actions, *turn.room_actions)):
                 seen = view(state, episode.layout)
@@ -157,7 +157,7 @@ def _views_along(plan: Plan) -> Iterator[View]:
 def _compare(place: str, scene: Scene, views: Iterator[View], size: int, pictures: Path | None) -> Row:
     row, worst = Row(place), 0
     fast, plain = RasterCamera(scene), RasterCamera(scene, mipmaps=False)
-    with World(scene) as reference:
+    with ReferenceCamera(scene) as reference:
         for seen in views:
             cameras = (reference, fast, plain)
             frames = [camera.render(seen.viewpoint, seen.actors, size, segmentation=True) for camera in cameras]

@@ -25,11 +25,11 @@ from itertools import cycle, islice
 from typing import Any
 
 from arramon_server.episodes.splits import Split, read_splits
-from arramon_server.runs.play.session import Session
-from arramon_server.sim.bullet import World
+from arramon_server.runs.play.session import EpisodeSession
+from arramon_server.sim.bullet import ReferenceCamera
 from arramon_server.sim.cameras import Camera
 from arramon_server.sim.city import city_scene, refurnished
-from arramon_server.sim.own_furniture import PAINTED, Moved, OwnFurniture, furnished
+from arramon_server.sim.own_furniture import PAINTED, MovedProp, OwnFurniture, furnished
 from arramon_server.sim.raster.camera import RasterCamera
 from arramon_server.sim.rules import Limits
 from arramon_server.sim.scene import Scene
@@ -86,7 +86,7 @@ def views_of(split: Split, section: str) -> Iterator[View]:
     """Yield every fifth view along the ground-truth paths in a section's streets."""
     for episode in split.in_playing_order(min(split.languages)):
         if episode.section == section:
-            session = Session(episode, OpenGround(), Limits(steps_per_phase=10_000))
+            session = EpisodeSession(episode, OpenGround(), Limits(steps_per_phase=10_000))
             for turn in episode.turns:
                 seen = [view(state, episode.layout) for state, _ in session.replay((*turn.actions, *turn.room_actions))]
                 yield from [each for each in seen if not each.indoors][::5]
@@ -104,7 +104,7 @@ def variations_of(section: Section, scene: Scene, number: int) -> list[Scene]:
             added=tuple(replace(prop, x=prop.x + 1.0, z=prop.z + 1.0) for prop in further if prop.kind != PAINTED),
             left_out=tuple(i for i in range(first % 6, count, 6) if section.props[i].kind != PAINTED),
             moved=tuple(
-                Moved(i, section.props[i].x + 1.0, section.props[i].z, section.props[i].heading)
+                MovedProp(i, section.props[i].x + 1.0, section.props[i].z, section.props[i].heading)
                 for i in range((first + 1) % 6, count, 6)
                 if section.props[i].kind != PAINTED
             ),
@@ -138,7 +138,9 @@ def drawing(
     return measure
 
 
-def _rows(reference: World, fast: RasterCamera, views: list[View], own: Sequence[Scene], given: Namespace) -> list[Row]:
+def _rows(
+    reference: ReferenceCamera, fast: RasterCamera, views: list[View], own: Sequence[Scene], given: Namespace
+) -> list[Row]:
     rows = []
     for size in (224, 128):
         for name, camera, segmentation, variations in (
@@ -201,7 +203,7 @@ def main() -> None:
     section = min(split.sections)
     scene, views = city_scene(split.sections[section]), list(islice(views_of(split, section), arguments.views))
     own = variations_of(split.sections[section], scene, VARIATIONS)
-    with World(scene) as reference:
+    with ReferenceCamera(scene) as reference:
         rows = _rows(reference, RasterCamera(scene), views, own, arguments)
         for _ in range(arguments.rounds):
             for row in rows:

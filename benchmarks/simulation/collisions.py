@@ -29,7 +29,7 @@ from arramon_dataset.generation.extra import extra_sections
 from arramon_dataset.plans import build_section, plan_ids, read_plan
 from arramon_server.episodes.episode import Episode
 from arramon_server.episodes.splits import Split, read_splits
-from arramon_server.runs.play.session import Session
+from arramon_server.runs.play.session import EpisodeSession
 from arramon_server.runs.play.worlds import Worlds
 from arramon_server.sim.bullet import Obstacles
 from arramon_server.sim.city import city_scene
@@ -196,7 +196,7 @@ def on_ground_truths(split: Split, section: str) -> Counts:
 
 def _ways(episode: Episode) -> Iterator[Way]:
     """Yield the steps of an episode's ground truth, and one in each direction from each place on it."""
-    session, seen = Session(episode, OpenGround(), Limits(10_000)), set[tuple[float, float]]()
+    session, seen = EpisodeSession(episode, OpenGround(), Limits(10_000)), set[tuple[float, float]]()
     for action in (action for turn in episode.turns for action in (*turn.actions, *turn.room_actions)):
         pose, phase = session.state.pose, session.state.phase
         if phase is Phase.NAVIGATION and action is Action.FORWARD:

@@ -31,7 +31,7 @@ from arramon_client.environments.two_agents import raw_env
 from arramon_client.world import STEPS_PER_PHASE, Action
 from arramon_server.episodes.episode import Episode
 from arramon_server.episodes.splits import Split
-from arramon_server.runs.play.session import Session
+from arramon_server.runs.play.session import EpisodeSession
 from arramon_server.runs.play.worlds import Worlds
 from arramon_server.sim.rules import Limits
 from benchmarks.common import (
@@ -132,12 +132,12 @@ def bare(split: Split, walk: Walk, size: int, share: slice = slice(None), *, tur
     worlds, limits = Worlds({split.name: split}), Limits()
     episodes, actions = walk.episodes[share], walk.actions[:, share].tolist()
 
-    def advance(session: Session, action: int) -> None:
+    def advance(session: EpisodeSession, action: int) -> None:
         session.apply(Action(action))
         worlds.render(split.name, session.episode, session.state, size)
 
-    def begin(episode: Episode) -> Session:
-        session = Session(episode, worlds.ground(split.name, episode), limits)
+    def begin(episode: Episode) -> EpisodeSession:
+        session = EpisodeSession(episode, worlds.ground(split.name, episode), limits)
         worlds.render(split.name, episode, session.state, size)
         return session
 

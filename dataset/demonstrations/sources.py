@@ -11,7 +11,7 @@ from arramon_server.errors import BadInput, Conflict
 from arramon_server.runs.results.reports import split_of
 from arramon_server.runs.storage.causes import AGENT_FINISHED
 from arramon_server.runs.storage.journal import Journal
-from arramon_server.runs.storage.records import RUNNING, Ending, Run
+from arramon_server.runs.storage.records import RUNNING, EpisodeEnding, Run
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +86,7 @@ def recorded_run(journal: Journal, run: Run, split: Split, request: Request) -> 
     return Sources(tuple(chosen), left_out, run.steps_per_phase)
 
 
-def _recorded(journal: Journal, ending: Ending) -> Sequence[int]:
+def _recorded(journal: Journal, ending: EpisodeEnding) -> Sequence[int]:
     return journal.actions(ending.run_id, ending.episode_id)[: ending.steps] if ending.has_played else ()
 
 

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from arramon_dataset.demonstrations.sources import Source
 from arramon_server.episodes.episode import Episode
 from arramon_server.errors import ArraMonError
-from arramon_server.runs.play.session import Session
+from arramon_server.runs.play.session import EpisodeSession
 from arramon_server.runs.storage.causes import AGENT_FINISHED, TIME_LIMIT
-from arramon_server.sim.rules import Ground, Limits, Phase
+from arramon_server.sim.rules import CollisionCheck, Limits, Phase
 from arramon_server.sim.view import visible_pose
 
 PHASES = (Phase.NAVIGATION, Phase.ASSEMBLY)
@@ -35,13 +35,13 @@ class Trajectory:
     scores: Scores
 
 
-def follow(source: Source, episode: Episode, ground: Ground, steps_per_phase: int) -> Trajectory:
+def follow(source: Source, episode: Episode, ground: CollisionCheck, steps_per_phase: int) -> Trajectory:
     """Play the actions of a demonstration by the rules, and return the trajectory.
 
     Raises:
         ArraMonError: if they do not fit the episode.
     """
-    session = Session(episode, ground, Limits(steps_per_phase))
+    session = EpisodeSession(episode, ground, Limits(steps_per_phase))
     turns, phases, poses = [], [], []
     try:
         for state, _ in session.replay(source.actions):
@@ -55,7 +55,7 @@ def follow(source: Source, episode: Episode, ground: Ground, steps_per_phase: in
     return Trajectory(turns, phases, poses, finished, scores_of(source, session))
 
 
-def scores_of(source: Source, session: Session) -> Scores:
+def scores_of(source: Source, session: EpisodeSession) -> Scores:
     """Return the scores of a session that has played all actions, and check its end.
 
     Raises:

@@ -14,10 +14,10 @@ from arramon_client.world import COLUMNS, HEADINGS, ROWS, TURN, Action, turn_bet
 from arramon_dataset.environments.slots import expert_slots
 from arramon_server.api.messages import oracle_message
 from arramon_server.episodes.episode import Episode
-from arramon_server.runs.play.session import Session
+from arramon_server.runs.play.session import EpisodeSession
 from arramon_server.sim.geometry import Pose
-from arramon_server.sim.room import Square
-from arramon_server.sim.rules import Ground, Limits, Phase, State, reachable
+from arramon_server.sim.room import RoomCell
+from arramon_server.sim.rules import CollisionCheck, Limits, Phase, State, reachable
 from arramon_server.sim.scene import Scene
 from arramon_server.sim.view import visible_pose
 
@@ -44,7 +44,7 @@ PhaseKey = tuple[int, Phase]
 class Expert(Protocol):
     """Knows the ground truth of one episode."""
 
-    def action(self, session: Session) -> Action:
+    def action(self, session: EpisodeSession) -> Action:
         """Return the right action in the present state of the episode."""
 
 
@@ -61,16 +61,16 @@ class ShortestExpert:
         way_back: returns the action that leads back the way that the agent came; None if there is none.
     """
 
-    def __init__(self, episode: Episode, scene: Scene, way_back: Callable[[Session], Action | None]) -> None:
+    def __init__(self, episode: Episode, scene: Scene, way_back: Callable[[EpisodeSession], Action | None]) -> None:
         self._way_back = way_back
         self._agent = _shortest_path_agent(threading.get_ident())
         # The agent serves all experts of the thread, which may play the same episode: its memory of each is apart.
         slot = expert_slots().take(self)
         self._episode = client.Episode(str(slot), "", "", oracle=oracle_message(episode, scene))
         self._step, self._advised = -1, Action.FORWARD
-        self._rooms = [room_advice(Square(turn.target_cell.column, turn.target_cell.row)) for turn in episode.turns]
+        self._rooms = [room_advice(RoomCell(turn.target_cell.column, turn.target_cell.row)) for turn in episode.turns]
 
-    def action(self, session: Session) -> Action:
+    def action(self, session: EpisodeSession) -> Action:
         """Return the right action in the present state of the episode."""
         state = session.state
         if state.phase is Phase.ASSEMBLY:
@@ -116,12 +116,12 @@ class ReferenceExpert:
         ground: of its section.
     """
 
-    def __init__(self, episode: Episode, scene: Scene, ground: Ground) -> None:
+    def __init__(self, episode: Episode, scene: Scene, ground: CollisionCheck) -> None:
         self._episode, self._scene, self._ground = episode, scene, ground
         self._references = dict(_references(episode, ground))
         self._shortest: ShortestExpert | None = None
 
-    def action(self, session: Session) -> Action:
+    def action(self, session: EpisodeSession) -> Action:
         """Return the right action in the present state of the episode."""
         found = self.way(session)
         if found is not None:
@@ -141,7 +141,7 @@ class ReferenceExpert:
         """Return the shortest way from a state in the city to the target or to the path; None if there is none."""
         assert self._shortest is not None
         path = self._references[state.turn, state.phase]
-        trial = Session(self._episode, self._ground, Limits(steps_per_phase=2 * LONGEST))
+        trial = EpisodeSession(self._episode, self._ground, Limits(steps_per_phase=2 * LONGEST))
         trial.state = state
         poses = []
         for _ in range(LONGEST):
@@ -156,7 +156,7 @@ class ReferenceExpert:
             trial.apply(action)
         return None
 
-    def way(self, session: Session) -> Action | None:
+    def way(self, session: EpisodeSession) -> Action | None:
         """Return the action back to the path or on along it; None where no way of the agent links it to the path."""
         state = session.state
         pose = visible_pose(state)
@@ -174,15 +174,15 @@ class ReferenceExpert:
 
 
 @cache
-def room_advice(target: Square) -> Mapping[tuple[Square, int], Action]:
+def room_advice(target: RoomCell) -> Mapping[tuple[RoomCell, int], Action]:
     """Return the first action of the shortest way to place an object, by cell and heading in turns of 30 degrees.
 
     Args:
         target: the cell in which it is to be placed. Objects stop nobody in the room.
     """
-    squares = [Square(column, row) for column in range(COLUMNS) for row in range(ROWS)]
-    before: dict[tuple[Square, int], list[tuple[Square, int, Action]]] = {}
-    advice: dict[tuple[Square, int], Action] = {}
+    squares = [RoomCell(column, row) for column in range(COLUMNS) for row in range(ROWS)]
+    before: dict[tuple[RoomCell, int], list[tuple[RoomCell, int, Action]]] = {}
+    advice: dict[tuple[RoomCell, int], Action] = {}
     for square in squares:
         for heading in range(HEADINGS):
             for action, turned in ((Action.RIGHT, 1), (Action.LEFT, -1)):
@@ -203,7 +203,7 @@ def room_advice(target: Square) -> Mapping[tuple[Square, int], Action]:
     return advice
 
 
-def expert_of(name: str, episode: Episode, scene: Scene, ground: Ground) -> Expert:
+def expert_of(name: str, episode: Episode, scene: Scene, ground: CollisionCheck) -> Expert:
     """Return the expert of an episode by name: "reference" or "shortest"."""
     reference = ReferenceExpert(episode, scene, ground)
     return ShortestExpert(episode, scene, reference.way) if name == "shortest" else reference
@@ -235,9 +235,9 @@ class _Reference:
         self.next, self.headings = {**way.next, **self.next}, {**way.headings, **self.headings}
 
 
-def _references(episode: Episode, ground: Ground) -> Iterator[tuple[PhaseKey, _Reference]]:
+def _references(episode: Episode, ground: CollisionCheck) -> Iterator[tuple[PhaseKey, _Reference]]:
     """Yield turn and phase with their reference, by playing the ground truth."""
-    session = Session(episode, ground, Limits(steps_per_phase=1_000_000))
+    session = EpisodeSession(episode, ground, Limits(steps_per_phase=1_000_000))
     for number, turn in enumerate(episode.turns, start=1):
         for phase, actions in ((Phase.NAVIGATION, turn.actions), (Phase.ASSEMBLY, turn.room_actions)):
             yield (number, phase), _Reference([visible_pose(state) for state, _ in session.replay(actions)])
@@ -294,7 +294,7 @@ def _first_step(start: Key, links: Links, goals: Mapping[Key, object]) -> tuple[
 _ROOM: Links = {
     _key(column, row): [
         (float(ahead.column), float(ahead.row))
-        for ahead in (Square(column, row).ahead(heading) for heading in (0.0, 90.0, 180.0, 270.0))
+        for ahead in (RoomCell(column, row).ahead(heading) for heading in (0.0, 90.0, 180.0, 270.0))
         if ahead.is_inside()
     ]
     for column in range(COLUMNS)

@@ -10,7 +10,7 @@ from PIL import Image
 from arramon_client.world import COLUMNS, ROWS
 from arramon_dataset.pictures.canvas import BLACK, GREEN, PINK, SWATCHES, WHITE, Canvas
 from arramon_dataset.pictures.maps import EDGE, FLOOR, TILE, ground_map
-from arramon_server.runs.play.session import Session
+from arramon_server.runs.play.session import EpisodeSession
 from arramon_server.sim.room import START
 from arramon_server.sim.rules import Phase
 from arramon_server.sim.section import Section
@@ -22,7 +22,7 @@ CACHED_MAPS = 8
 """Maps of sections that are kept."""
 
 
-def phase_map(session: Session, section: Section, size: int, *, shows_targets: bool) -> npt.NDArray[np.uint8]:
+def phase_map(session: EpisodeSession, section: Section, size: int, *, shows_targets: bool) -> npt.NDArray[np.uint8]:
     """Return a picture of the present phase from above.
 
     Args:
@@ -43,7 +43,7 @@ def phase_map(session: Session, section: Section, size: int, *, shows_targets: b
     return np.asarray(square)
 
 
-def _street(session: Session, section: Section, shows_targets: bool) -> Image.Image:
+def _street(session: EpisodeSession, section: Section, shows_targets: bool) -> Image.Image:
     state, canvas = session.state, Canvas(_ground(section).bounds, SCALE, WHITE)
     canvas.image.paste(_ground(section).image)
     turn = session.episode.turns[state.turn - 1]
@@ -59,7 +59,7 @@ def _street(session: Session, section: Section, shows_targets: bool) -> Image.Im
     return canvas.image
 
 
-def _room(session: Session, section: Section, shows_targets: bool) -> Image.Image:  # noqa: ARG001 - as in the street
+def _room(session: EpisodeSession, section: Section, shows_targets: bool) -> Image.Image:  # noqa: ARG001 - as in the street
     state, canvas = session.state, Canvas((-0.5, -0.5, COLUMNS - 0.5, ROWS - 0.5), 80.0, FLOOR)
     canvas.rectangle(*START, (0.5, 0.5), 0.0, TILE)
     for column in range(COLUMNS + 1):

@@ -17,7 +17,7 @@ from arramon_client.world import NAVIGATION, Action
 from arramon_dataset.environments.library import Library
 from arramon_dataset.environments.rewards import NoReward, Reward, reward_of
 from arramon_server.episodes.episode import Episode
-from arramon_server.runs.play.session import Session
+from arramon_server.runs.play.session import EpisodeSession
 from arramon_server.scoring.episode import EpisodeScores
 from arramon_server.sim.cameras import Frame
 from arramon_server.sim.labels import LABELS
@@ -56,7 +56,7 @@ class LocalPlayer:
         self._info, self._settings, self._find = info, settings, find
         self._limits = Limits(info.steps_per_phase)
         self._images = tuple(name for name in IMAGES if name in settings.sensors)
-        self._session: Session | None = None
+        self._session: EpisodeSession | None = None
         self._seen: State  # The latest state that takes an action.
         self._canvas = new_canvas(settings.image_size)
         """What is drawn though it is not wanted, and labels before they are the environment's."""
@@ -84,7 +84,7 @@ class LocalPlayer:
         return "" if self._seen.phase is Phase.ASSEMBLY else self._played.episode.section
 
     @property
-    def session(self) -> Session:
+    def session(self) -> EpisodeSession:
         """The present episode as the rules see it: state, trajectory, scores.
 
         Raises:
@@ -111,7 +111,7 @@ class LocalPlayer:
         episode = self._find(episode_id, seed)
         if self._settings.language not in episode.instructions:
             raise UsageError(f"the episode {episode_id!r} has no instructions in {self._settings.language!r}")
-        self._session = Session(episode, self._worlds.ground(self._name, episode), self._limits)
+        self._session = EpisodeSession(episode, self._worlds.ground(self._name, episode), self._limits)
         self._reward = reward_of(self._settings.reward, episode)
         self._expert = None
         if self._settings.expert is not None:
@@ -214,12 +214,12 @@ class LocalPlayer:
         self._session = None
 
     @property
-    def _played(self) -> Session:
+    def _played(self) -> EpisodeSession:
         if self._session is None:
             raise UsageError("no episode has begun")
         return self._session
 
-    def _skip(self, session: Session, until: tuple[int, str] = (1, NAVIGATION)) -> None:
+    def _skip(self, session: EpisodeSession, until: tuple[int, str] = (1, NAVIGATION)) -> None:
         """Play the ground truth up to a phase, and on to the next phase that is the agent's, or the end."""
         while not session.state.finished:
             state = session.state
@@ -238,7 +238,7 @@ class LocalPlayer:
                     f"phase of turn {state.turn} from where the agent is; play that phase too"
                 )
 
-    def _drawn(self, session: Session, into: Images) -> Images:
+    def _drawn(self, session: EpisodeSession, into: Images) -> Images:
         """Return the images of the latest state, in new arrays or in those of `into`."""
         canvas = self._canvas
         images = {name: into[name] if name in into else np.empty_like(canvas[name]) for name in self._images}
@@ -256,7 +256,7 @@ class LocalPlayer:
             images["segmentation"][...] = frame.segmentation
         return images
 
-    def _observation(self, session: Session, state: State, images: Images) -> Observation:
+    def _observation(self, session: EpisodeSession, state: State, images: Images) -> Observation:
         """Return the observation of a state with its images."""
         sensors, language = self._settings.sensors, self._settings.language
         pose = visible_pose(state) if "pose" in sensors else None

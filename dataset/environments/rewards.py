@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from arramon_server.episodes.episode import Episode
-from arramon_server.runs.play.session import Session
+from arramon_server.runs.play.session import EpisodeSession
 from arramon_server.scoring.episode import score_turn
 from arramon_server.scoring.trajectory import TurnRecord
 from arramon_server.sim.rules import Phase, PhaseEnded, State
@@ -20,7 +20,7 @@ PHASE_METRICS = {Phase.NAVIGATION: ("nDTW", "CTC-3"), Phase.ASSEMBLY: ("rPOD@CTC
 class Reward(Protocol):
     """Rewards of one episode."""
 
-    def of(self, before: State, session: Session, ended: Sequence[PhaseEnded]) -> float:
+    def of(self, before: State, session: EpisodeSession, ended: Sequence[PhaseEnded]) -> float:
         """Return the reward of the action that was just applied.
 
         Args:
@@ -33,7 +33,7 @@ class Reward(Protocol):
 class NoReward:
     """Always 0."""
 
-    def of(self, before: State, session: Session, ended: Sequence[PhaseEnded]) -> float:  # noqa: ARG002
+    def of(self, before: State, session: EpisodeSession, ended: Sequence[PhaseEnded]) -> float:  # noqa: ARG002
         """Return 0."""
         return 0.0
 
@@ -41,7 +41,7 @@ class NoReward:
 class SparseReward:
     """The paper's metrics at the end of each phase, 0 before: 1 for a perfect phase, 4 for a perfect episode."""
 
-    def of(self, before: State, session: Session, ended: Sequence[PhaseEnded]) -> float:  # noqa: ARG002
+    def of(self, before: State, session: EpisodeSession, ended: Sequence[PhaseEnded]) -> float:  # noqa: ARG002
         """Return the mean of `PHASE_METRICS` of each phase that ended."""
         if not ended:
             return 0.0
@@ -67,7 +67,7 @@ class ProgressReward:
             for phase, points in ((Phase.NAVIGATION, turn.path), (Phase.ASSEMBLY, turn.room_path))
         }
 
-    def of(self, before: State, session: Session, ended: Sequence[PhaseEnded]) -> float:
+    def of(self, before: State, session: EpisodeSession, ended: Sequence[PhaseEnded]) -> float:
         """Return what was gained by the action."""
         gained = 0.0
         after = session.state

@@ -13,8 +13,19 @@ from arramon_dataset.release.extras import DECOYS
 from arramon_server.episodes.episode import Episode, Turn
 from arramon_server.sim import rules
 from arramon_server.sim.catalogue import EXTENT
-from arramon_server.sim.room import START, Square
-from arramon_server.sim.rules import Blocked, Event, Ground, Limits, Moved, Phase, PhaseEnded, PickedUp, Placed, State
+from arramon_server.sim.room import START, RoomCell
+from arramon_server.sim.rules import (
+    Blocked,
+    CollisionCheck,
+    Event,
+    Limits,
+    Moved,
+    Phase,
+    PhaseEnded,
+    PickedUp,
+    Placed,
+    State,
+)
 
 PATH_TOLERANCE = 1e-5
 """Maximum distance between the stored path and the replayed positions, in units."""
@@ -23,7 +34,7 @@ MIN_SEPARATION = 0.5
 """Minimum distance between the centres of two objects in one street, in units."""
 
 
-def problems(episode: Draft | Episode, solids: Solids, ground: Ground) -> tuple[str, ...]:
+def problems(episode: Draft | Episode, solids: Solids, ground: CollisionCheck) -> tuple[str, ...]:
     """Return descriptions of everything wrong with an episode; empty if it is valid.
 
     The ground truth is replayed with the rules and must match its paths, objects and cells. Nothing may lie or start
@@ -56,7 +67,7 @@ def _street_problems(episode: Draft | Episode, solids: Solids) -> Iterator[str]:
 
 def _room_problems(episode: Draft | Episode) -> Iterator[str]:
     first, second = episode.turns
-    cells = [Square(decoy.placement.column, decoy.placement.row) for decoy in episode.decoys]
+    cells = [RoomCell(decoy.placement.column, decoy.placement.row) for decoy in episode.decoys]
     types = [decoy.type for decoy in episode.decoys] + [turn.target.type for turn in episode.turns]
     if len(cells) != DECOYS:
         yield f"there are {len(cells)} decoys, expected {DECOYS}"
@@ -66,13 +77,13 @@ def _room_problems(episode: Draft | Episode) -> Iterator[str]:
         yield "two of the decoys and the targets look the same"
     if START in cells or not all(cell.is_inside() for cell in cells):
         yield "a decoy is on the start tile or outside the room"
-    stands = {Square(turn.target_cell.column, turn.target_cell.row) for turn in (first, second)}
+    stands = {RoomCell(turn.target_cell.column, turn.target_cell.row) for turn in (first, second)}
     for number, turn in enumerate(episode.turns, start=1):
         if (set(turn.room_path) - stands) & set(cells):
             yield f"turn {number}: a decoy blocks the path of the assembly"
 
 
-def _replay_problems(episode: Draft | Episode, ground: Ground) -> Iterator[str]:
+def _replay_problems(episode: Draft | Episode, ground: CollisionCheck) -> Iterator[str]:
     state = rules.begin(episode.layout)
     for number, turn in enumerate(episode.turns, start=1):
         for phase, actions in ((Phase.NAVIGATION, turn.actions), (Phase.ASSEMBLY, turn.room_actions)):

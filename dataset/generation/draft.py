@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from arramon_server.episodes.episode import Episode, Instructions, Turn
 from arramon_server.sim.geometry import Pose
-from arramon_server.sim.rules import Layout, PlacedObject
+from arramon_server.sim.rules import EpisodeLayout, PlacedObject
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,9 +27,9 @@ class Draft:
     decoys: tuple[PlacedObject, ...]
 
     @property
-    def layout(self) -> Layout:
+    def layout(self) -> EpisodeLayout:
         """The part of the episode that the rules depend on."""
-        return Layout(self.start, tuple(turn.street for turn in self.turns), self.decoys)
+        return EpisodeLayout(self.start, tuple(turn.street for turn in self.turns), self.decoys)
 
     def with_instructions(self, instructions: Mapping[str, tuple[Instructions, Instructions]]) -> Episode:
         """Return the episode with these instructions, by language code."""

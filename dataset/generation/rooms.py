@@ -8,7 +8,7 @@ from random import Random
 from arramon_client.world import COLUMNS, ROWS, Action
 from arramon_dataset.release.extras import DECOYS, arrange_decoys
 from arramon_server.sim.catalogue import ObjectType
-from arramon_server.sim.room import START, Placement, Square
+from arramon_server.sim.room import START, RoomCell, RoomPosition
 from arramon_server.sim.rules import PlacedObject
 
 FIRST_COLUMN = 1
@@ -18,10 +18,10 @@ ON_DECOY, ON_FIRST = 0.29, 0.06
 """Share of targets on top of a decoy, and share of second targets on top of the first, as in the original."""
 
 TARGET_CELLS = tuple(
-    Square(column, row)
+    RoomCell(column, row)
     for column in range(FIRST_COLUMN, COLUMNS)
     for row in range(ROWS)
-    if Square(column, row) != START
+    if RoomCell(column, row) != START
 )
 
 QUARTER = 3
@@ -38,8 +38,8 @@ class AssemblyTask:
         actions: actions of the ground truth, the placement included.
     """
 
-    cell: Placement
-    path: tuple[Square, ...]
+    cell: RoomPosition
+    path: tuple[RoomCell, ...]
     actions: tuple[Action, ...]
 
 
@@ -52,12 +52,12 @@ def draw_tasks(random: Random) -> tuple[AssemblyTask, AssemblyTask]:
     # Paths avoid the other turn's cell: it holds an object in turn 2, and may hold a decoy in turn 1.
     walks = (walk_to(first, {second} - {first}), walk_to(second, {first} - {second}))
     return tuple(  # type: ignore[return-value]  # Two of them.
-        AssemblyTask(Placement(cell.column, level, cell.row), path, (*actions, Action.INTERACT))
+        AssemblyTask(RoomPosition(cell.column, level, cell.row), path, (*actions, Action.INTERACT))
         for cell, level, (path, actions) in zip((first, second), levels, walks, strict=True)
     )
 
 
-def walk_to(target: Square, blocked: Collection[Square]) -> tuple[tuple[Square, ...], tuple[Action, ...]]:
+def walk_to(target: RoomCell, blocked: Collection[RoomCell]) -> tuple[tuple[RoomCell, ...], tuple[Action, ...]]:
     """Return the shortest path from START until `target` is the cell ahead: cells, and actions without the placement.
 
     Args:
@@ -67,8 +67,8 @@ def walk_to(target: Square, blocked: Collection[Square]) -> tuple[tuple[Square, 
     Raises:
         ValueError: if there is no path.
     """
-    queue: list[tuple[int, int, int, tuple[Square, ...], tuple[Action, ...]]] = [(0, 0, 0, (START,), ())]
-    closed: set[tuple[Square, int]] = set()
+    queue: list[tuple[int, int, int, tuple[RoomCell, ...], tuple[Action, ...]]] = [(0, 0, 0, (START,), ())]
+    closed: set[tuple[RoomCell, int]] = set()
     pushed = 0
     while queue:
         cost, _, quarter, path, actions = heappop(queue)
@@ -104,4 +104,4 @@ def draw_decoys(
     found = arrange_decoys(key, targets, (first.cell, second.cell), (first.path, second.path), ((), ()))
     if len(found) < DECOYS:
         return None
-    return tuple(PlacedObject(kind, Placement(cell.column, 1, cell.row)) for kind, cell in found)
+    return tuple(PlacedObject(kind, RoomPosition(cell.column, 1, cell.row)) for kind, cell in found)

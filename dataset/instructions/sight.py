@@ -16,7 +16,7 @@ from arramon_dataset.plans.graph import House, StreetGraph
 from arramon_server.sim.cameras import Camera, Frame, Viewpoint, colourless
 from arramon_server.sim.city import label_of_prop
 from arramon_server.sim.geometry import Pose
-from arramon_server.sim.labels import Label
+from arramon_server.sim.labels import SegmentationLabel
 from arramon_server.sim.raster.compilation import cached
 from arramon_server.sim.rules import Collectible, moved
 from arramon_server.sim.scene import Scene
@@ -74,7 +74,7 @@ class Landmark:
         heading: direction of its front in degrees; of a zebra crossing, that of the street. 0 for all but furniture.
     """
 
-    label: Label
+    label: SegmentationLabel
     x: float
     z: float
     seen: tuple[int, ...]
@@ -159,10 +159,10 @@ def _things(
         found.append(Landmark(label_of_prop(prop), prop.x, prop.z, (), identity=identity, heading=prop.heading))
     for number, item in enumerate(street):
         x, z = item.position.x, item.position.z
-        found.append(Landmark(Label.of(item.type), x, z, (), identity=f"collectible/{number}"))
+        found.append(Landmark(SegmentationLabel.of(item.type), x, z, (), identity=f"collectible/{number}"))
     for house in () if graph is None else graph.houses:
         x, z = _nearest_wall(house, poses)
-        found.append(Landmark(Label("building", look=house.look), x, z, (), identity=house.identity))
+        found.append(Landmark(SegmentationLabel("building", look=house.look), x, z, (), identity=house.identity))
     return found
 
 
@@ -170,8 +170,13 @@ def _places_of(graph: StreetGraph | None) -> list[Landmark]:
     """Return the junctions and corners of a graph, not yet seen."""
     if graph is None:
         return []
-    junctions = [Landmark(Label("junction", look=j.kind), j.x, j.z, (), identity=j.identity) for j in graph.junctions]
-    return [*junctions, *(Landmark(Label("corner"), c.x, c.z, (), identity=c.identity) for c in graph.corners)]
+    junctions = [
+        Landmark(SegmentationLabel("junction", look=j.kind), j.x, j.z, (), identity=j.identity) for j in graph.junctions
+    ]
+    return [
+        *junctions,
+        *(Landmark(SegmentationLabel("corner"), c.x, c.z, (), identity=c.identity) for c in graph.corners),
+    ]
 
 
 def _nearest_wall(house: House, poses: Sequence[Pose]) -> tuple[float, float]:
@@ -313,7 +318,7 @@ def _openings(poses: Sequence[Pose], section: Section, graph: StreetGraph | None
         seen = tuple(range(arrivals[opening.first], arrivals[opening.last] + 1))
         found.append(
             Landmark(
-                Label("intersection", look=opening.side),
+                SegmentationLabel("intersection", look=opening.side),
                 opening.x,
                 opening.z,
                 seen,

@@ -7,7 +7,7 @@ from PIL import Image
 from arramon_client.world import COLUMNS, ROWS
 from arramon_dataset.pictures.canvas import BLACK, GREEN, PINK, SWATCHES, WHITE, Canvas, add_title
 from arramon_server.episodes.episode import Episode, Turn
-from arramon_server.episodes.provenance import AGREEMENT, COLOUR, DRAWN, TEXT, Origin, Provenance
+from arramon_server.episodes.provenance import AGREEMENT, COLOUR, DRAWN, TEXT, PropOrigin, Provenance
 from arramon_server.sim.assets.facades import wall_colour
 from arramon_server.sim.assets.roadside import ZEBRA_LENGTH, ZEBRA_WIDTH
 from arramon_server.sim.own_furniture import furnished
@@ -31,7 +31,7 @@ LEGEND = (
 def ground_map(
     section: Section,
     scale: float = 16.0,
-    origins: Sequence[Origin] = (),
+    origins: Sequence[PropOrigin] = (),
     facades: Mapping[int, float] | None = None,
     walked: Sequence[Sequence[tuple[float, float]]] = (),
 ) -> Canvas:
@@ -54,13 +54,13 @@ def ground_map(
     for index, votes in sorted((facades or {}).items()):
         building = section.buildings[index]
         canvas.label(building.x, building.z, f"{building.facade} {votes:.0f}", anchor="mm", colour=AGREED)
-    named = list(zip(section.props, origins or [Origin(DRAWN)] * len(section.props), strict=True))
+    named = list(zip(section.props, origins or [PropOrigin(DRAWN)] * len(section.props), strict=True))
     for prop, origin in sorted(named, key=lambda each: each[1].votes):  # What is recovered lies on top.
         _prop(canvas, prop, origin)
     return canvas
 
 
-def _prop(canvas: Canvas, prop: Prop, origin: Origin) -> None:
+def _prop(canvas: Canvas, prop: Prop, origin: PropOrigin) -> None:
     if prop.kind == "zebra_crossing":
         half = (ZEBRA_WIDTH / 2, ZEBRA_LENGTH / 2)
         canvas.rectangle(prop.x, prop.z, half, prop.heading, WHITE)
@@ -76,7 +76,7 @@ def name_of(prop: Prop) -> str:
     return " ".join(filter(None, (prop.colour, prop.shape, prop.kind.replace("_", " "))))
 
 
-def _votes(origin: Origin) -> str:
+def _votes(origin: PropOrigin) -> str:
     return f" {origin.votes:.0f}" if origin.name == AGREEMENT else ""
 
 

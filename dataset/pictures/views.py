@@ -6,7 +6,7 @@ from PIL import Image
 
 from arramon_dataset.pictures.canvas import WHITE, add_title, stack, wrap_text
 from arramon_server.episodes.episode import Episode
-from arramon_server.runs.play.session import Session
+from arramon_server.runs.play.session import EpisodeSession
 from arramon_server.runs.play.worlds import Worlds
 from arramon_server.sim.rules import Limits, State
 
@@ -28,7 +28,7 @@ def contact_sheet(episode: Episode, split: str, worlds: Worlds, size: int = 224)
 
 def _phases(episode: Episode, split: str, worlds: Worlds) -> Iterator[tuple[list[str], list[State]]]:
     """Yield, for each phase, its title and the states before each action of the ground truth."""
-    session = Session(episode, worlds.ground(split, episode), Limits(steps_per_phase=10_000))
+    session = EpisodeSession(episode, worlds.ground(split, episode), Limits(steps_per_phase=10_000))
     language = min(episode.instructions)
     for number, turn in enumerate(episode.turns, start=1):
         for phase, actions in (("navigation", turn.actions), ("assembly", turn.room_actions)):

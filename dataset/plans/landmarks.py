@@ -15,7 +15,7 @@ from arramon_dataset.plans.plan import Plan
 from arramon_dataset.plans.zebras import zebra_crossings
 from arramon_dataset.randomness import seeded
 from arramon_server.sim.assets.banners import SHAPES
-from arramon_server.sim.labels import Label
+from arramon_server.sim.labels import SegmentationLabel
 from arramon_server.sim.section import Building, Prop
 
 COUNTS = {
@@ -63,7 +63,7 @@ class Stops:
     weights: Points
     seen: Points
     crossings: Points
-    labels: list[Label] = field(default_factory=list)
+    labels: list[SegmentationLabel] = field(default_factory=list)
 
 
 def furnish(plan: Plan, buildings: Sequence[Building], seed: str) -> tuple[Prop, ...]:
@@ -139,12 +139,14 @@ def looks_of(kind: str) -> list[tuple[str, str]]:
     return [(colour, shape) for colour in sorted(set(COLOURS.get(kind, ("",)))) for shape in shapes]
 
 
-def label_of(kind: str, look: tuple[str, str]) -> Label:
+def label_of(kind: str, look: tuple[str, str]) -> SegmentationLabel:
     """Return the label of a prop."""
-    return Label(kind, *look)
+    return SegmentationLabel(kind, *look)
 
 
-def landmark_values(surroundings: Surroundings, stops: Stops, places: Points, labels: Sequence[Label]) -> Points:
+def landmark_values(
+    surroundings: Surroundings, stops: Stops, places: Points, labels: Sequence[SegmentationLabel]
+) -> Points:
     """Return the value of landmarks: higher where there are few, almost 0 near one with the same label.
 
     Returns:

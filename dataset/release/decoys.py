@@ -12,10 +12,10 @@ from arramon_dataset.instructions.assembly.sight import to_standing, whole_room
 from arramon_lang.meaning import Assembly, Thing, Where
 from arramon_lang.room import Landmark, find_cell, grade_relation, quarter_after
 from arramon_server.sim.catalogue import ALL_TYPES, ObjectType
-from arramon_server.sim.room import Placement, Square
+from arramon_server.sim.room import RoomCell, RoomPosition
 from arramon_server.sim.rules import PlacedObject
 
-CELLS = tuple(Square(column, row) for row in range(ROWS) for column in range(COLUMNS))
+CELLS = tuple(RoomCell(column, row) for row in range(ROWS) for column in range(COLUMNS))
 
 MIN_FIT = 0.5
 """Minimum fit of a random placement of a decoy, relative to the best placement."""
@@ -24,7 +24,7 @@ MIN_GRADE = 0.3
 """Minimum grade of a relation at which an existing object is accepted as the meaning of an incomplete name."""
 
 
-def leads_to(meaning: Assembly, room: Sequence[PlacedObject], placement: Placement) -> bool:
+def leads_to(meaning: Assembly, room: Sequence[PlacedObject], placement: RoomPosition) -> bool:
     """Return whether an instruction, followed in a room, leads to the cell of a placement."""
     return find_cell(meaning, whole_room(tuple(room)))[0] == (placement.column, placement.row)
 
@@ -43,15 +43,15 @@ class Arrangement:
         random: draws what the instructions leave open.
     """
 
-    floor: dict[Square, ObjectType]
-    blocked: Collection[Square]
-    walked: Collection[Square]
+    floor: dict[RoomCell, ObjectType]
+    blocked: Collection[RoomCell]
+    walked: Collection[RoomCell]
     excluded: Collection[ObjectType]
     max_decoys: int
     is_random: bool
     random: Random
 
-    def add(self, meaning: Assembly, placement: Placement, placed: Sequence[PlacedObject]) -> None:
+    def add(self, meaning: Assembly, placement: RoomPosition, placed: Sequence[PlacedObject]) -> None:
         """Place the objects that an instruction mentions and that do not exist yet.
 
         Args:
@@ -64,9 +64,11 @@ class Arrangement:
 
     def items(self) -> list[PlacedObject]:
         """Return the decoys with their placements."""
-        return [PlacedObject(type_, Placement(cell.column, 1, cell.row)) for cell, type_ in sorted(self.floor.items())]
+        return [
+            PlacedObject(type_, RoomPosition(cell.column, 1, cell.row)) for cell, type_ in sorted(self.floor.items())
+        ]
 
-    def _relate(self, where: Where, subject: Placement, quarter: int, placed: Sequence[PlacedObject]) -> None:
+    def _relate(self, where: Where, subject: RoomPosition, quarter: int, placed: Sequence[PlacedObject]) -> None:
         """Place the landmarks of a relation so that it holds for `subject`, then those that their names refer to."""
         known: list[Landmark] = []
         missing: list[Thing] = []
@@ -91,7 +93,7 @@ class Arrangement:
             self._relate(where, item.placement, quarter, placed)
 
     def _find(
-        self, thing: Thing, where: Where, subject: Placement, quarter: int, placed: Sequence[PlacedObject]
+        self, thing: Thing, where: Where, subject: RoomPosition, quarter: int, placed: Sequence[PlacedObject]
     ) -> PlacedObject | None:
         """Return an existing object that the name means: by its complete name, or by the relation."""
         fitting = [item for item in (*self.items(), *placed) if fits(thing, item.type)]
@@ -102,7 +104,7 @@ class Arrangement:
         return max(good)[2] if good else None
 
     def _add_decoy(
-        self, thing: Thing, where: Where, subject: Placement, known: Sequence[Landmark], quarter: int
+        self, thing: Thing, where: Where, subject: RoomPosition, known: Sequence[Landmark], quarter: int
     ) -> PlacedObject | None:
         """Add and return a decoy with that name for which the relation holds, or None if no cell or type is left."""
         used = {*self.excluded, *self.floor.values()}
@@ -113,7 +115,7 @@ class Arrangement:
         type_ = self.random.choice(types)
         graded = {}
         for cell in self.random.sample(cells, len(cells)):
-            mark = to_standing(PlacedObject(type_, Placement(cell.column, 1, cell.row)))
+            mark = to_standing(PlacedObject(type_, RoomPosition(cell.column, 1, cell.row)))
             if where.relation == "between" and known:
                 at = subject.column, subject.row
                 graded[cell] = grade_relation(where, at, subject.level, (known[0], mark), quarter)
@@ -123,10 +125,10 @@ class Arrangement:
         good = [cell for cell in graded if graded[cell] >= (MIN_FIT if self.is_random else 1.0) * best]
         cell = good[0] if self.is_random else min(good, key=lambda cell: cell in self.walked)
         self.floor[cell] = type_
-        return PlacedObject(type_, Placement(cell.column, 1, cell.row))
+        return PlacedObject(type_, RoomPosition(cell.column, 1, cell.row))
 
 
-def grade_alone(where: Where, subject: Placement, landmark: Landmark, quarter: int) -> float:
+def grade_alone(where: Where, subject: RoomPosition, landmark: Landmark, quarter: int) -> float:
     """Return how well `subject` is in the relation to one landmark; for "between", how near it is."""
     if where.relation == "between":
         where = Where("near", where.things[:1])

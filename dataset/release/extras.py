@@ -15,7 +15,7 @@ from arramon_lang import Language, Mention
 from arramon_lang.meaning import Assembly
 from arramon_server.sim.catalogue import ALL_TYPES, EXTENT, ObjectType
 from arramon_server.sim.geometry import Point, Pose
-from arramon_server.sim.room import START, Placement, Square
+from arramon_server.sim.room import START, RoomCell, RoomPosition
 from arramon_server.sim.rules import PlacedObject
 
 Points = npt.NDArray[np.float64]
@@ -163,11 +163,11 @@ def shared_attributes(one: ObjectType, other: ObjectType) -> tuple[str, ...]:
 def arrange_decoys(
     episode_id: str,
     targets: tuple[ObjectType, ObjectType],
-    placements: tuple[Placement, Placement],
-    walks: tuple[Sequence[Square], Sequence[Square]],
+    placements: tuple[RoomPosition, RoomPosition],
+    walks: tuple[Sequence[RoomCell], Sequence[RoomCell]],
     references: tuple[Sequence[Reference], Sequence[Reference]],
     meanings: tuple[Assembly | None, Assembly | None] = (None, None),
-) -> tuple[tuple[ObjectType, Square], ...]:
+) -> tuple[tuple[ObjectType, RoomCell], ...]:
     """Return eight objects on the room's floor for the first assembly phase; fewer if there is no room.
 
     If a target goes on top of an object other than the first turn's target, a decoy is placed there: the one that the
@@ -188,11 +188,11 @@ def arrange_decoys(
     random = seeded(episode_id, "decoys")
     told = [(turn, meaning) for turn, meaning in enumerate(meanings) if meaning is not None and meaning.where]
     first = PlacedObject(targets[0], placements[0])
-    best: tuple[tuple[ObjectType, Square], ...] = ()
+    best: tuple[tuple[ObjectType, RoomCell], ...] = ()
     most = -1
     for attempt in range(ATTEMPTS if told else 1):
         room = _arrange(attempt, targets, placements, walks, references, meanings, random)
-        items = [PlacedObject(kind, Placement(cell.column, 1, cell.row)) for cell, kind in room.items()]
+        items = [PlacedObject(kind, RoomPosition(cell.column, 1, cell.row)) for cell, kind in room.items()]
         true = sum(leads_to(meaning, items + [first] * turn, placements[turn]) for turn, meaning in told)
         if true > most:
             best, most = tuple((kind, cell) for cell, kind in sorted(room.items())), true
@@ -204,17 +204,17 @@ def arrange_decoys(
 def _arrange(
     attempt: int,
     targets: tuple[ObjectType, ObjectType],
-    placements: tuple[Placement, Placement],
-    walks: tuple[Sequence[Square], Sequence[Square]],
+    placements: tuple[RoomPosition, RoomPosition],
+    walks: tuple[Sequence[RoomCell], Sequence[RoomCell]],
     references: tuple[Sequence[Reference], Sequence[Reference]],
     meanings: tuple[Assembly | None, Assembly | None],
     random: Random,
-) -> dict[Square, ObjectType]:
+) -> dict[RoomCell, ObjectType]:
     """Return one room for `arrange_decoys`; attempt 0 puts everything in its best place."""
-    cells = [Square(place.column, place.row) for place in placements]
+    cells = [RoomCell(place.column, place.row) for place in placements]
     stands = [turn for turn in (0, 1) if placements[turn].level == 2 and not (turn == 1 and rests_on_first(placements))]
     walked = {*walks[0], *walks[1]}
-    room: dict[Square, ObjectType] = {}
+    room: dict[RoomCell, ObjectType] = {}
     for turn in stands:
         if cells[turn] not in room:
             room[cells[turn]] = stand_type(targets, turn, references[turn], room, random)
@@ -224,7 +224,7 @@ def _arrange(
         if meaning is not None:
             arrangement.add(meaning, placements[turn], [PlacedObject(targets[0], placements[0])] * turn)
     shut = {START, *walked, *cells, *room}
-    free = [Square(column, row) for row in range(ROWS) for column in range(COLUMNS)]
+    free = [RoomCell(column, row) for row in range(ROWS) for column in range(COLUMNS)]
     free = [cell for cell in free if cell not in shut]
     for turn in (0, 1):
         for reference in references[turn]:
@@ -239,7 +239,7 @@ def _arrange(
     return room | dict(zip(random.sample(free, count), random.sample(others, count), strict=True))
 
 
-def rests_on_first(placements: tuple[Placement, Placement]) -> bool:
+def rests_on_first(placements: tuple[RoomPosition, RoomPosition]) -> bool:
     """Return whether the second turn's target goes on top of the first's, which is on the floor."""
     first, second = placements
     return first.level == 1 and (first.column, first.row) == (second.column, second.row)
@@ -249,7 +249,7 @@ def stand_type(
     targets: tuple[ObjectType, ObjectType],
     turn: int,
     references: Sequence[Reference],
-    room: dict[Square, ObjectType],
+    room: dict[RoomCell, ObjectType],
     random: Random,
 ) -> ObjectType:
     """Return the type of the object below the target: as the instruction names it, or any that matches its words.
@@ -265,10 +265,10 @@ def stand_type(
     return random.choice(fitting or unlike)
 
 
-def related_cell(target: Square, relation: str | None, free: Sequence[Square]) -> Square:
+def related_cell(target: RoomCell, relation: str | None, free: Sequence[RoomCell]) -> RoomCell:
     """Return the free cell of an object to which the target has that relation; if taken, the nearest free cell."""
     columns, rows = OFFSETS.get(relation or "", (0, 0))
-    wanted = Square(target.column + columns, target.row + rows)
+    wanted = RoomCell(target.column + columns, target.row + rows)
     if wanted in free:
         return wanted
     return min(free, key=lambda cell: (abs(cell.column - target.column) + abs(cell.row - target.row), cell))

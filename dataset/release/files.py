@@ -18,7 +18,7 @@ from arramon_server.episodes.files import parse, read_bytes
 from arramon_server.errors import BadFile
 from arramon_server.sim.catalogue import ObjectType
 from arramon_server.sim.geometry import Point, Pose, wrap
-from arramon_server.sim.room import START, Placement, Square
+from arramon_server.sim.room import START, RoomCell, RoomPosition
 from arramon_server.sim.rules import Collectible, moved
 
 SECTION_STARTS = (0, 15000, 25000, 35000, 45000, 55000, 65000)
@@ -53,7 +53,7 @@ class _ActionIDs(TypedDict):
 
 class _ObjectPositions(TypedDict):
     navi_obj_pos_gt: tuple[_Vector, _Vector]
-    assem_obj_pos_gt: tuple[Placement, Placement]
+    assem_obj_pos_gt: tuple[RoomPosition, RoomPosition]
 
 
 class _Record(TypedDict):
@@ -149,11 +149,12 @@ def _turn(record: _Record, turn: int) -> Turn:
     )
 
 
-def _squares(path: list[_Vector]) -> list[Square]:
+def _squares(path: list[_Vector]) -> list[RoomCell]:
     """Return the room's cells on an assembly path, which always begins at the start tile."""
     x0, _, z0 = path[0]
     return [
-        Square(START.column + round((x - x0) / CELL_SIZE), START.row + round((z - z0) / CELL_SIZE)) for x, _, z in path
+        RoomCell(START.column + round((x - x0) / CELL_SIZE), START.row + round((z - z0) / CELL_SIZE))
+        for x, _, z in path
     ]
 
 

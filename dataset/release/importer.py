@@ -20,7 +20,7 @@ from arramon_server.episodes.provenance import Provenance, origins_of
 from arramon_server.episodes.splits import Split, folder_of, read_split, write_split
 from arramon_server.errors import BadFile, BadInput
 from arramon_server.sim.own_furniture import OwnFurniture
-from arramon_server.sim.room import Placement
+from arramon_server.sim.room import RoomPosition
 from arramon_server.sim.rules import Collectible, PlacedObject, moved
 from arramon_server.sim.section import Section
 
@@ -182,7 +182,7 @@ def add_objects(episode: Episode, ground: Points) -> Episode:
         _references(episode),
         _meanings(episode),
     )
-    placed = tuple(PlacedObject(kind, Placement(cell.column, 1, cell.row)) for kind, cell in room)
+    placed = tuple(PlacedObject(kind, RoomPosition(cell.column, 1, cell.row)) for kind, cell in room)
     return replace(episode, turns=(first, second), decoys=placed)
 
 

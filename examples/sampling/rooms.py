@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from random import Random
 
 from arramon_server.sim.catalogue import ALL_TYPES, ObjectType
-from arramon_server.sim.room import START, Placement, Square
+from arramon_server.sim.room import START, RoomCell, RoomPosition
 
 RELATIONS = ("on_top_of", "left_of", "right_of", "behind", "in_front_of")
 
@@ -14,11 +14,11 @@ OFFSETS = {"on_top_of": (0, 0), "left_of": (1, 0), "right_of": (-1, 0), "behind"
 """The landmark's position, in (columns, rows) from the target's cell, as the agent sees it from the start tile."""
 
 PLAIN = {
-    "ahead_1": Square(2, 1),
-    "ahead_2": Square(2, 2),
-    "brick_wall": Square(2, 3),
-    "turn_right": Square(3, 0),
-    "turn_left": Square(1, 0),
+    "ahead_1": RoomCell(2, 1),
+    "ahead_2": RoomCell(2, 2),
+    "brick_wall": RoomCell(2, 3),
+    "turn_right": RoomCell(3, 0),
+    "turn_left": RoomCell(1, 0),
 }
 """Relations without a landmark, and their target cells."""
 
@@ -38,9 +38,9 @@ class Order:
 
     relation: str
     landmark: ObjectType | None
-    stand: Square | None
-    placement: Placement
-    path: tuple[Square, ...]
+    stand: RoomCell | None
+    placement: RoomPosition
+    path: tuple[RoomCell, ...]
     actions: tuple[int, ...]
 
 
@@ -52,7 +52,7 @@ def draw_orders(targets: tuple[ObjectType, ObjectType], stacked: bool, random: R
         if first is None or (stacked and first.placement.level > 1):
             continue
         landmark = targets[0] if stacked or random.random() < 0.25 else decoys[1]
-        known = Square(first.placement.column, first.placement.row) if landmark is targets[0] else None
+        known = RoomCell(first.placement.column, first.placement.row) if landmark is targets[0] else None
         if known and first.placement.level > 1:
             continue
         relations = ("on_top_of",) if stacked else RELATIONS[1:] if known else ()
@@ -65,18 +65,18 @@ def draw_orders(targets: tuple[ObjectType, ObjectType], stacked: bool, random: R
             return first, second
 
 
-def _cells(order: Order) -> set[Square]:
+def _cells(order: Order) -> set[RoomCell]:
     """Return the cells that the order fills."""
-    cells = {Square(order.placement.column, order.placement.row), order.stand}
+    cells = {RoomCell(order.placement.column, order.placement.row), order.stand}
     return {cell for cell in cells if cell is not None}
 
 
 def _draw(
     landmark: ObjectType,
-    known: Square | None,
+    known: RoomCell | None,
     relations: Sequence[str],
     random: Random,
-    taken: Collection[Square] = (),
+    taken: Collection[RoomCell] = (),
 ) -> Order | None:
     """Draw an order; None if the draw is invalid.
 
@@ -94,10 +94,10 @@ def _draw(
         columns, rows = OFFSETS[relation]
         if known:
             stand = known
-            target = Square(stand.column - columns, stand.row - rows)
+            target = RoomCell(stand.column - columns, stand.row - rows)
         else:
-            target = Square(random.randint(1, 4), random.randint(0, 3))
-            stand = Square(target.column + columns, target.row + rows)
+            target = RoomCell(random.randint(1, 4), random.randint(0, 3))
+            stand = RoomCell(target.column + columns, target.row + rows)
             if stand in taken:
                 return None
     on_top = relation == "on_top_of"
@@ -107,13 +107,13 @@ def _draw(
     way = _way(target, {target, *taken, *({stand} if stand else ())})
     if way is None:
         return None
-    placement = Placement(target.column, 2 if on_top else 1, target.row)
+    placement = RoomPosition(target.column, 2 if on_top else 1, target.row)
     return Order(relation, None if stand is None else landmark, stand, placement, *way)
 
 
-def _way(target: Square, filled: Collection[Square]) -> tuple[tuple[Square, ...], tuple[int, ...]] | None:
+def _way(target: RoomCell, filled: Collection[RoomCell]) -> tuple[tuple[RoomCell, ...], tuple[int, ...]] | None:
     """Return cells and actions of the shortest way from the start tile to a cell that faces `target`; None if none."""
-    waiting: list[tuple[int, Square, int, tuple[Square, ...], tuple[int, ...]]] = [(0, START, 0, (START,), ())]
+    waiting: list[tuple[int, RoomCell, int, tuple[RoomCell, ...], tuple[int, ...]]] = [(0, START, 0, (START,), ())]
     seen = set()
     while waiting:
         cost, cell, quarter, path, actions = heapq.heappop(waiting)

@@ -11,15 +11,15 @@ from arramon_server.api.wire import EncodedImage, Parts, observation_event, resp
 from arramon_server.errors import ArraMonError
 from arramon_server.image_threads import ImageThreads
 from arramon_server.runs.play.events import (
+    ActionProblem,
     Encoding,
     EpisodeEnded,
     EpisodeStarted,
     Event,
     Observed,
-    Opened,
     PhaseOver,
-    Problem,
     RunEnded,
+    StreamOpened,
 )
 from arramon_server.sim.cameras import Frame
 from arramon_server.sim.view import visible_pose
@@ -110,7 +110,7 @@ class EventSender:
                 end.episode_id, end.episodes_ended = episode_id, ended
                 end.cause = types_pb2.Cause.Value(f"CAUSE_{cause}")
                 self._encoder.forget(episode_id)
-            case Opened(run, progress, episode_ids):
+            case StreamOpened(run, progress, episode_ids):
                 opened = message.opened
                 opened.run.CopyFrom(run_message(run, progress))
                 opened.episode_ids.extend(episode_ids)
@@ -118,7 +118,7 @@ class EventSender:
                 opened.image_size = self._image_size
                 if "segmentation" in run.sensors:
                     opened.labels.extend(LABEL_MESSAGES)
-            case Problem(code, text, episode_id, step):
+            case ActionProblem(code, text, episode_id, step):
                 problem = message.problem
                 problem.message, problem.episode_id, problem.step = text, episode_id, step
                 problem.code = pb.Problem.Code.Value(f"CODE_{code}")

@@ -16,13 +16,13 @@ from arramon_server.runs.accounts.quotas import Quota
 from arramon_server.runs.accounts.usage import Usage
 from arramon_server.runs.play.clocks import Clocks
 from arramon_server.runs.results.breakdown import Breakdown
-from arramon_server.runs.results.receipts import Receipt
+from arramon_server.runs.results.receipts import SignedReceipt
 from arramon_server.runs.results.reports import Report
-from arramon_server.runs.storage.records import Ending, Progress, Run
+from arramon_server.runs.storage.records import EpisodeEnding, Run, RunProgress
 from arramon_server.scoring.aggregate import Interval
 from arramon_server.sim.geometry import Pose
 from arramon_server.sim.labels import LABELS
-from arramon_server.sim.room import Placement
+from arramon_server.sim.room import RoomPosition
 from arramon_server.sim.rules import Phase
 from arramon_server.sim.scene import Scene
 
@@ -38,7 +38,7 @@ LABEL_MESSAGES = tuple(pb.Label(kind=label.kind, colour=label.colour, look=label
 PHASES = {Phase.NAVIGATION: types_pb2.PHASE_NAVIGATION, Phase.ASSEMBLY: types_pb2.PHASE_ASSEMBLY}
 
 
-def run_message(run: Run, progress: Progress) -> pb.Run:
+def run_message(run: Run, progress: RunProgress) -> pb.Run:
     """Return the message for a run and its progress."""
     return pb.Run(
         run_id=run.run_id,
@@ -148,7 +148,7 @@ def breakdown_message(report: Report, breakdown: Breakdown) -> pb.Breakdown:
     )
 
 
-def receipt_message(receipt: Receipt) -> pb.Receipt:
+def receipt_message(receipt: SignedReceipt) -> pb.Receipt:
     """Return the message for a signed receipt."""
     return pb.Receipt(payload=receipt.payload, signature=receipt.signature, public_key=receipt.public_key)
 
@@ -158,7 +158,7 @@ def pose_message(pose: Pose) -> types_pb2.Pose:
     return types_pb2.Pose(x=pose.x, z=pose.z, heading=pose.heading)
 
 
-def cell_message(cell: Placement) -> types_pb2.Cell:
+def cell_message(cell: RoomPosition) -> types_pb2.Cell:
     """Return the message for a cell of the assembly room."""
     return types_pb2.Cell(column=cell.column, level=cell.level, row=cell.row)
 
@@ -205,7 +205,7 @@ def score_message(metric: str, interval: Interval) -> pb.Score:
     return score
 
 
-def _episode_scores(ending: Ending) -> pb.EpisodeScores:
+def _episode_scores(ending: EpisodeEnding) -> pb.EpisodeScores:
     turns = [
         row_message(f"turn {number}", {metric: Interval(value, value, value) for metric, value in scores.items()})
         for number, scores in enumerate(ending.scores, start=1)

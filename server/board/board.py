@@ -38,7 +38,7 @@ from arramon_server.runs.play.clocks import Clocks
 from arramon_server.runs.results.reports import coarse_progress
 from arramon_server.runs.storage import causes
 from arramon_server.runs.storage.corrections import Correction, voided_by
-from arramon_server.runs.storage.records import Progress, Run
+from arramon_server.runs.storage.records import Run, RunProgress
 from arramon_server.scoring.aggregate import MIN_SECTION, Interval, table_rows
 from arramon_server.scoring.episode import METRICS
 from arramon_server.scoring.languages import LanguageGap
@@ -438,7 +438,7 @@ class Board:
         marks = tuple(mark for mark in Mark if found[mark] and not (frozen and mark in RESULTS))
         if frozen:
             episodes = scores.progress.episodes
-            progress = Progress(episodes, episodes, 0, {}, scores.progress.images, published=True)
+            progress = RunProgress(episodes, episodes, 0, {}, scores.progress.images, published=True)
             scores = Scores(progress, {}, scores.signature)
         return Entry(
             run,

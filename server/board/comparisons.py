@@ -15,7 +15,7 @@ from arramon_server.scoring.aggregate import Interval
 from arramon_server.scoring.episode import METRICS
 from arramon_server.scoring.intervals import Floats
 from arramon_server.scoring.masking import Noise, difference, p_class, shown_deviation
-from arramon_server.scoring.paired import Difference, difference_bounds, holm, permutation_tests
+from arramon_server.scoring.paired import MeanDifference, difference_bounds, holm, permutation_tests
 
 LEVEL = 0.05
 """Probability of any false claim in a family of comparisons."""
@@ -37,7 +37,7 @@ class Compared:
         shown: 1 if the first is shown to be better, -1 if it is shown to be worse, otherwise 0.
     """
 
-    difference: Difference
+    difference: MeanDifference
     corrected: float
     shown: int
 
@@ -91,9 +91,9 @@ class Family:
         p, corrected = float(self._p[a, b]), float(self._corrected[a, b])
         if self._masked:
             found = masked_difference(one, other, self._metric, len(self._strata))
-            return Compared(Difference(found.mean, found.low, found.high, p_class(p)), p_class(corrected), shown)
+            return Compared(MeanDifference(found.mean, found.low, found.high, p_class(p)), p_class(corrected), shown)
         bounds = difference_bounds(self._scores[a] - self._scores[b], self._strata)
-        return Compared(Difference(*bounds, p=p), corrected, shown)
+        return Compared(MeanDifference(*bounds, p=p), corrected, shown)
 
 
 def masked_difference(one: Standing, other: Standing, metric: str, episodes: int) -> Interval:

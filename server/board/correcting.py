@@ -8,7 +8,7 @@ import sqlalchemy as sa
 
 from arramon_server.board.entries import Entries, Scores
 from arramon_server.board.episode_table import EpisodeTable
-from arramon_server.episodes.changes import Changes, changes_between, named
+from arramon_server.episodes.changes import EpisodeChanges, changes_between, named
 from arramon_server.episodes.splits import Split, check_split
 from arramon_server.errors import BadInput, Conflict, NotFound
 from arramon_server.runs.play.worlds import Worlds
@@ -19,9 +19,9 @@ from arramon_server.runs.results.signing import SigningKey
 from arramon_server.runs.storage import tables
 from arramon_server.runs.storage.corrections import MAX_REASON, Correction, CorrectionKind, Corrections
 from arramon_server.runs.storage.database import Database
-from arramon_server.runs.storage.epochs import Epochs
+from arramon_server.runs.storage.epochs import EpochStore
 from arramon_server.runs.storage.journal import Journal
-from arramon_server.runs.storage.records import RUNNING, Ending, Run
+from arramon_server.runs.storage.records import RUNNING, EpisodeEnding, Run
 from arramon_server.visible_text import invisible_part
 
 
@@ -124,7 +124,7 @@ class Correcting:
         after = self._splits[name]
         if before.data_hash == after.data_hash:
             raise Conflict(f"the data of split {name!r} has not changed: both are {after.data_hash[:12]}")
-        if Epochs(self._database).find(name) is not None:
+        if EpochStore(self._database).find(name) is not None:
             raise Conflict(
                 f"split {name!r} is an epoch: the host has committed to its data, which cannot be corrected; void the "
                 f"episodes that are wrong (`arramon-server void {name} EPISODE`)"
@@ -138,7 +138,7 @@ class Correcting:
             )
         return self._rescore(before, after, changes, reason)
 
-    def _rescore(self, before: Split, after: Split, changes: Changes, reason: str) -> Iterator[Rescored]:
+    def _rescore(self, before: Split, after: Split, changes: EpisodeChanges, reason: str) -> Iterator[Rescored]:
         correction = self._correction(before, after, changes, reason)
         with closing(Worlds({after.name: after})) as worlds:
             for run in self._runs_on(after.name):
@@ -160,7 +160,7 @@ class Correcting:
                 has_new_receipt = self._receipts.revise(replace(run, data_hash=after.data_hash))
                 yield Rescored(run, "", changed, has_new_receipt)
 
-    def _correction(self, before: Split, after: Split, changes: Changes, reason: str) -> Correction:
+    def _correction(self, before: Split, after: Split, changes: EpisodeChanges, reason: str) -> Correction:
         """Return the correction from one state of the data to the other; an earlier call may have written it.
 
         Only the latest correction of the data is continued: a run may be scored again once for each, and data that was
@@ -173,8 +173,8 @@ class Correcting:
         return self._corrections.add(after.name, CorrectionKind.RESCORE, reason, changes.all, data)
 
     def _scored(
-        self, run: Run, before: Split, after: Split, changes: Changes, ending: Ending, worlds: Worlds
-    ) -> Ending:
+        self, run: Run, before: Split, after: Split, changes: EpisodeChanges, ending: EpisodeEnding, worlds: Worlds
+    ) -> EpisodeEnding:
         """Return the ending of an episode on the data as it is now.
 
         Raises:
@@ -192,7 +192,7 @@ class Correcting:
         check_same_way(run, before, after, ending, worlds, self._journal.actions)
         return again
 
-    def _write(self, run: Run, after: Split, correction: Correction, endings: Sequence[Ending]) -> None:
+    def _write(self, run: Run, after: Split, correction: Correction, endings: Sequence[EpisodeEnding]) -> None:
         """Write the new scores of a run in one transaction."""
         now = replace(run, data_hash=after.data_hash)
         play = self._journal.play(run)

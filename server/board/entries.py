@@ -22,7 +22,7 @@ from arramon_server.runs.storage import tables
 from arramon_server.runs.storage.corrections import Correction, Corrections
 from arramon_server.runs.storage.database import Database, utc
 from arramon_server.runs.storage.journal import Journal, run_of
-from arramon_server.runs.storage.records import Progress, Run
+from arramon_server.runs.storage.records import Run, RunProgress
 from arramon_server.scoring.aggregate import Interval, Sections
 from arramon_server.scoring.masking import rounded_rows
 
@@ -40,7 +40,7 @@ class Scores:
         signature: settings under which the scores were reached, in one line.
     """
 
-    progress: Progress
+    progress: RunProgress
     rows: Rows
     signature: str
 
@@ -365,8 +365,8 @@ def _written(scores: Scores) -> dict[str, Any]:
 
 def _read(written: Mapping[str, Any]) -> Scores:
     kept = written["progress"]  # written by this release or, in an imported database, by another one
-    known = {name: kept[name] for name in Progress.__slots__ if name in kept}
-    progress = Progress(**{**known, "images": tuple(known["images"])})
+    known = {name: kept[name] for name in RunProgress.__slots__ if name in kept}
+    progress = RunProgress(**{**known, "images": tuple(known["images"])})
     rows = {
         row: {metric: _interval(numbers) for metric, numbers in values.items()}
         for row, values in written["rows"].items()

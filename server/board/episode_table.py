@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from arramon_server.board.standings import HEADLINE
-from arramon_server.runs.storage.records import Ending
+from arramon_server.runs.storage.records import EpisodeEnding
 from arramon_server.scoring.aggregate import with_total
 from arramon_server.scoring.episode import METRICS
 from arramon_server.scoring.intervals import Floats
@@ -32,7 +32,7 @@ class EpisodeTable:
     play: str = ""
 
     @classmethod
-    def of(cls, endings: Iterable[Ending], play: str) -> "EpisodeTable":
+    def of(cls, endings: Iterable[EpisodeEnding], play: str) -> "EpisodeTable":
         """Return the scores of a run from the endings of its episodes, and the digest of its play."""
         ordered = sorted(endings, key=lambda ending: ending.episode_id)
         scores = np.array([[[turn[name] for name in METRICS] for turn in ending.scores] for ending in ordered])

@@ -10,7 +10,7 @@ from arramon_server.board.standings import BOTH, COLUMNS, HEADLINE, SEED, TOTAL,
 from arramon_server.episodes.epochs import LIST_FORMAT, LIST_VERSION, Statement, epoch_of, read_statement
 from arramon_server.episodes.splits import Split
 from arramon_server.errors import BadInput, Conflict, NotFound, quoted
-from arramon_server.runs.storage.epochs import EpochRecord, Epochs, EpochState
+from arramon_server.runs.storage.epochs import EpochRecord, EpochState, EpochStore
 from arramon_server.runs.storage.journal import Journal
 from arramon_server.scoring.aggregate import Interval
 from arramon_server.scoring.leakage import Scored, changes
@@ -99,7 +99,7 @@ class EpochBoard:
     """
 
     def __init__(
-        self, board: Board, entries: Entries, epochs: Epochs, journal: Journal, splits: Mapping[str, Split]
+        self, board: Board, entries: Entries, epochs: EpochStore, journal: Journal, splits: Mapping[str, Split]
     ) -> None:
         self._board = board
         self._entries = entries

@@ -10,7 +10,7 @@ from arramon_server.board.cost import NO_COST, Cost, mean_cost
 from arramon_server.runs.accounts.attempts import NONE, Attempts
 from arramon_server.runs.results.receipts import Superseded
 from arramon_server.runs.storage.corrections import Correction
-from arramon_server.runs.storage.records import Progress, Run
+from arramon_server.runs.storage.records import Run, RunProgress
 from arramon_server.scoring.aggregate import Interval
 from arramon_server.scoring.languages import LanguageGap
 from arramon_server.scoring.seeds import SeedSpread
@@ -132,7 +132,7 @@ class Entry:
     """
 
     run: Run
-    progress: Progress
+    progress: RunProgress
     rows: Rows
     signature: str
     published_at: datetime

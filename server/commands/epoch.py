@@ -15,7 +15,7 @@ from arramon_server.commands.journal import open_journal
 from arramon_server.configuration.config import Config
 from arramon_server.episodes.epochs import Statement, digest_of, epoch_of, read_statement
 from arramon_server.errors import BadFile, Conflict
-from arramon_server.runs.storage.epochs import Epochs
+from arramon_server.runs.storage.epochs import EpochStore
 
 
 def add(commands: Commands, common: argparse.ArgumentParser) -> None:
@@ -42,19 +42,19 @@ def add(commands: Commands, common: argparse.ArgumentParser) -> None:
 def next_number(config: Config, base: str) -> int:
     """Return the number of the next epoch of a hidden split: 1 if the host has opened none."""
     with open_journal(config, new=True) as database:
-        known = [found for record in Epochs(database).all() if (found := epoch_of(record.split))]
+        known = [found for record in EpochStore(database).all() if (found := epoch_of(record.split))]
     return 1 + max((number for split, number in known if split == base), default=0)
 
 
 def open_epoch(config: Config, statement: Statement) -> bytes:
     """Record that an epoch is open, and return the commitment that is published of it."""
     with open_journal(config) as database:
-        return Epochs(database).open(statement.split, statement.written()).commitment
+        return EpochStore(database).open(statement.split, statement.written()).commitment
 
 
 def _close(arguments: argparse.Namespace) -> None:
     with open_journal(arguments.settings) as database:
-        running = Epochs(database).close(arguments.split)
+        running = EpochStore(database).close(arguments.split)
     print(f"closed: {arguments.split}; no new runs begin on it")
     if running:
         print(f"{len(running)} runs are still being played, and may be played to their end:", file=sys.stderr)
@@ -66,7 +66,7 @@ def _reveal(arguments: argparse.Namespace) -> None:
 
     config: Config = arguments.settings
     with open_journal(config) as database:
-        epochs = Epochs(database)
+        epochs = EpochStore(database)
         record = epochs.of(arguments.split)
         path = secret_path(config.data, arguments.split)
         if not path.exists():
@@ -82,7 +82,7 @@ def _reveal(arguments: argparse.Namespace) -> None:
     print(f"anyone can generate it: {statement.command} {secret}")
 
 
-def _forfeit(config: Config, epochs: Epochs, split: str) -> None:
+def _forfeit(config: Config, epochs: EpochStore, split: str) -> None:
     # Imported only here: the simulator takes half a second to load.
     from arramon_server.runs.cancellation import Canceller
 
@@ -100,7 +100,7 @@ def _list(arguments: argparse.Namespace) -> None:
     from arramon_server.board.epochs import as_file, epoch_with_statement
 
     with open_journal(arguments.settings, read_only=True) as database:
-        epochs = [epoch_with_statement(record) for record in Epochs(database).all()]
+        epochs = [epoch_with_statement(record) for record in EpochStore(database).all()]
     if arguments.json:
         print(json.dumps(as_file(epochs), indent=2, ensure_ascii=False))
         return

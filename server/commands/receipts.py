@@ -14,7 +14,7 @@ from arramon_server.configuration.sources import add_flag
 from arramon_server.episodes.splits import read_split, read_splits
 from arramon_server.errors import BadInput, Conflict
 from arramon_server.runs.results.receipt_file import rescore_file
-from arramon_server.runs.results.rescoring import Rescored, Rescorer
+from arramon_server.runs.results.rescoring import Rescorer, RescoringResult
 from arramon_server.runs.results.signing import KnownKeys, SigningKey
 from arramon_server.runs.storage.journal import Journal
 from arramon_server.runs.storage.records import RUNNING
@@ -147,7 +147,7 @@ def _over(journal: Journal) -> list[str]:
     return found[::-1]
 
 
-def _lines(rescored: Rescored) -> list[str]:
+def _lines(rescored: RescoringResult) -> list[str]:
     played = f"run {rescored.run_id}: {rescored.episodes} episodes, {rescored.steps} steps"
     if not rescored.differences:
         return [f"{played}: identical" + ("" if rescored.has_receipt else "; it has no receipt yet")]

@@ -8,7 +8,7 @@ from datetime import datetime
 
 from arramon_server.commands import Commands
 from arramon_server.commands.journal import open_journal
-from arramon_server.runs.accounts.accounts import Accounts, Token
+from arramon_server.runs.accounts.accounts import AccessToken, Accounts
 from arramon_server.runs.accounts.callers import Role
 
 
@@ -60,7 +60,7 @@ def _revoke(arguments: argparse.Namespace) -> None:
     print(f"token {token.token_id} of {token.participant} is revoked")
 
 
-def _row(token: Token) -> tuple[str, ...]:
+def _row(token: AccessToken) -> tuple[str, ...]:
     times = (_time(time) for time in (token.created_at, token.expires_at, token.revoked_at))
     return (token.token_id, token.participant, token.role.value, *times, token.note or "-")
 

@@ -13,7 +13,7 @@ MOST_NAMED = 5
 
 
 @dataclass(frozen=True, slots=True)
-class Changes:
+class EpisodeChanges:
     """Ids of the episodes that changed; each is in one set or several.
 
     Attributes:
@@ -33,7 +33,7 @@ class Changes:
         return self.world | self.truth | self.texts
 
 
-def changes_between(before: Split, after: Split) -> Changes:
+def changes_between(before: Split, after: Split) -> EpisodeChanges:
     """Return what changed in a split's episodes.
 
     Raises:
@@ -53,7 +53,7 @@ def changes_between(before: Split, after: Split) -> Changes:
     if spoken := [one.episode_id for one, other in pairs if one.instructions.keys() != other.instructions.keys()]:
         raise Conflict(f"other languages than before in {named(spoken)} of split {after.name!r}; expected the same")
     redrawn = {name for name, section in before.sections.items() if after.sections.get(name) != section}
-    return Changes(
+    return EpisodeChanges(
         frozenset(two.episode_id for one, two in pairs if one.section in redrawn or _world(one) != _world(two)),
         frozenset(two.episode_id for one, two in pairs if _truth(one) != _truth(two)),
         frozenset(two.episode_id for one, two in pairs if one.instructions != two.instructions),

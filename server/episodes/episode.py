@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from arramon_client.world import Action
 from arramon_server.sim.geometry import Pose
 from arramon_server.sim.own_furniture import NO_FURNITURE, OwnFurniture
-from arramon_server.sim.room import Placement, Square
-from arramon_server.sim.rules import Collectible, Layout, PlacedObject
+from arramon_server.sim.room import RoomCell, RoomPosition
+from arramon_server.sim.rules import Collectible, EpisodeLayout, PlacedObject
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,10 +38,10 @@ class Turn:
 
     path: tuple[tuple[float, float], ...]
     actions: tuple[Action, ...]
-    room_path: tuple[Square, ...]
+    room_path: tuple[RoomCell, ...]
     room_actions: tuple[Action, ...]
     street: tuple[Collectible, ...]
-    target_cell: Placement
+    target_cell: RoomPosition
 
     def __post_init__(self) -> None:
         for name in ("path", "actions", "room_path", "room_actions", "street"):
@@ -81,9 +81,9 @@ class Episode:
             raise ValueError("there are no instructions in any language")
 
     @property
-    def layout(self) -> Layout:
+    def layout(self) -> EpisodeLayout:
         """The part of the episode that the rules depend on."""
-        return Layout(self.start, (self.turns[0].street, self.turns[1].street), self.decoys)
+        return EpisodeLayout(self.start, (self.turns[0].street, self.turns[1].street), self.decoys)
 
     def instruction(self, language: str, turn: int, phase: str) -> str:
         """Return the instruction of a phase ("navigation" or "assembly") of turn 1 or 2."""

@@ -19,7 +19,7 @@ OWN_ORIGINS = (COLOUR, TEXT, DRAWN)
 
 
 @dataclass(frozen=True, slots=True)
-class Origin:
+class PropOrigin:
     """The origin of one prop.
 
     Attributes:
@@ -85,15 +85,15 @@ class Provenance:
         """Return the votes of the buildings whose facade was recovered, by index."""
         return {each.index: each.votes for each in self.buildings}
 
-    def origins(self, section: Section, episode: Episode | None = None) -> tuple[Origin, ...]:
+    def origins(self, section: Section, episode: Episode | None = None) -> tuple[PropOrigin, ...]:
         """Return the origin of each prop of the section, or of `own_furniture.furnished` for an episode, in order."""
         votes = self.prop_votes()
         gone = () if episode is None else episode.furniture.left_out
         kept = [index for index in range(len(section.props)) if index not in gone]
         added = () if episode is None else self.own.get(episode.episode_id, (DRAWN,) * len(episode.furniture.added))
         return (
-            *(Origin(AGREEMENT, votes[index]) if index in votes else Origin(DRAWN) for index in kept),
-            *map(Origin, added),
+            *(PropOrigin(AGREEMENT, votes[index]) if index in votes else PropOrigin(DRAWN) for index in kept),
+            *map(PropOrigin, added),
         )
 
     def check(self, section: Section, episodes: Mapping[str, Episode]) -> None:
@@ -116,7 +116,7 @@ class Provenance:
 
 
 @dataclass(frozen=True, slots=True)
-class Origins:
+class OriginCounts:
     """Numbers of things by origin.
 
     Attributes:
@@ -142,12 +142,12 @@ class Origins:
         )
 
 
-def origins_of(provenance: Iterable[Provenance], sections: Mapping[str, Section]) -> Origins:
+def origins_of(provenance: Iterable[Provenance], sections: Mapping[str, Section]) -> OriginCounts:
     """Return how many things have which origin in the sections that have a provenance."""
     listed = list(provenance)
     own = Counter(origin for each in listed for origins in each.own.values() for origin in origins)
     agreed = sum(len(each.props) for each in listed)
-    return Origins(
+    return OriginCounts(
         agreed_props=agreed,
         agreed_facades=sum(len(each.buildings) for each in listed),
         drawn_props=sum(len(sections[each.section].props) for each in listed) - agreed,

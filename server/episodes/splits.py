@@ -26,7 +26,7 @@ from arramon_server.episodes.files import (
     write_section,
 )
 from arramon_server.episodes.provenance import Provenance
-from arramon_server.episodes.texts import Texts, texts_by_language
+from arramon_server.episodes.texts import TextSummary, texts_by_language
 from arramon_server.errors import BadFile, NotFound, StorageError
 from arramon_server.sim.section import Section
 
@@ -80,7 +80,7 @@ class Split:
         return languages_of(self.episodes.values())
 
     @cached_property
-    def texts(self) -> Mapping[str, Texts]:
+    def texts(self) -> Mapping[str, TextSummary]:
         """What the instructions in each language are made of, by code."""
         return texts_by_language(self.episodes.values())
 

@@ -7,7 +7,7 @@ from arramon_server.episodes.episode import Episode
 
 
 @dataclass(frozen=True, slots=True)
-class Texts:
+class TextSummary:
     """Alphabet and lengths of the instructions in one language.
 
     Attributes:
@@ -21,7 +21,7 @@ class Texts:
     longest_utf8: int
 
     @classmethod
-    def of(cls, instructions: Iterable[str]) -> "Texts":
+    def of(cls, instructions: Iterable[str]) -> "TextSummary":
         """Return the summary of some texts."""
         texts = list(instructions)
         return cls(
@@ -41,8 +41,8 @@ def instructions_in(episodes: Iterable[Episode], language: str) -> list[str]:
     ]
 
 
-def texts_by_language(episodes: Iterable[Episode]) -> dict[str, Texts]:
+def texts_by_language(episodes: Iterable[Episode]) -> dict[str, TextSummary]:
     """Return the summary of each language's instructions, by code."""
     listed = list(episodes)
     languages = sorted({language for episode in listed for language in episode.instructions})
-    return {language: Texts.of(instructions_in(listed, language)) for language in languages}
+    return {language: TextSummary.of(instructions_in(listed, language)) for language in languages}

@@ -39,7 +39,7 @@ from arramon_server.runs.results.receipts import Receipts
 from arramon_server.runs.results.signing import KnownKeys, SigningKey
 from arramon_server.runs.service import Runs
 from arramon_server.runs.storage.database import Database
-from arramon_server.runs.storage.epochs import Epochs
+from arramon_server.runs.storage.epochs import EpochStore
 from arramon_server.runs.storage.metered_journal import MeteredJournal
 from arramon_server.runs.storage.run_activity import RunActivity
 from arramon_server.runs.storage.run_counts import runs_by_state
@@ -110,7 +110,7 @@ def wire(config: Config, splits: Mapping[str, Split], database: Database) -> Par
         entries, splits, steps_per_phase=limits.steps_per_phase, clocks=config.clocks, local=local, closing=closing
     )
     publishing = Publishing(journal, splits, entries, receipts, closing)
-    epochs = EpochBoard(board, entries, Epochs(database), journal, splits)
+    epochs = EpochBoard(board, entries, EpochStore(database), journal, splits)
     add_LeaderboardServicer_to_server(BoardServicer(board, publishing, epochs), server)
     health_servicer = health.HealthServicer()
     health_pb2_grpc.add_HealthServicer_to_server(health_servicer, server)

@@ -22,7 +22,7 @@ from arramon_server.runs.results.breakdown import Breakdown, Breakdowns
 from arramon_server.runs.results.reports import Report, coarse_progress, report_of, split_of
 from arramon_server.runs.storage.epochs import check_open
 from arramon_server.runs.storage.journal import Journal, run_not_found
-from arramon_server.runs.storage.records import LEASE, NO_CODE, RUNNING, Code, Progress, Run
+from arramon_server.runs.storage.records import LEASE, NO_CODE, RUNNING, Code, Run, RunProgress
 from arramon_server.sim.rules import Limits
 from arramon_server.visible_text import is_visible
 
@@ -167,7 +167,7 @@ class Runs:
             raise run_not_found(run_id)
         return run
 
-    def progress_for(self, caller: Caller, run_id: str) -> tuple[Run, Progress]:
+    def progress_for(self, caller: Caller, run_id: str) -> tuple[Run, RunProgress]:
         """Return a run that the caller may see, and its progress: rounded where it is a reader of a hidden split.
 
         Raises:
@@ -182,11 +182,11 @@ class Runs:
             return replace(run, bank_left=None), coarse_progress(progress)
         return run, progress
 
-    def progress(self, run_id: str) -> Progress:
+    def progress(self, run_id: str) -> RunProgress:
         """Return the progress of a run."""
         return self._journal.progress(run_id)
 
-    def progress_of(self, run_ids: Sequence[str]) -> dict[str, Progress]:
+    def progress_of(self, run_ids: Sequence[str]) -> dict[str, RunProgress]:
         """Return the progress of several runs, by run."""
         return self._journal.progress_of(run_ids)
 

@@ -34,7 +34,7 @@ class Scored:
 
 
 @dataclass(frozen=True, slots=True)
-class Changes:
+class ScoreChanges:
     """Changes of several agents: the newer mean minus the older one, with 95% intervals within [-1, 1].
 
     Attributes:
@@ -49,7 +49,7 @@ class Changes:
 
 
 @dataclass(frozen=True, slots=True)
-class _Shown:
+class _MaskedFigure:
     """A figure of one epoch: a mean, or a difference of two; its largest variance by episode, and that of rounding."""
 
     value: float
@@ -57,7 +57,7 @@ class _Shown:
     rounding: float
 
 
-def changes(older: Scored, newer: Scored) -> Changes:
+def changes(older: Scored, newer: Scored) -> ScoreChanges:
     """Return the changes of agents that played both epochs.
 
     Args:
@@ -67,33 +67,33 @@ def changes(older: Scored, newer: Scored) -> Changes:
     each = tuple(_change(older, newer, *(_own(one, at) for one in (older, newer))) for at in agents)
     mean = _change(older, newer, *(_mean(one) for one in (older, newer)))
     if len(agents) < 2:
-        return Changes(each, None, mean)
+        return ScoreChanges(each, None, mean)
     apart = tuple(_change(older, newer, *(_apart(one, at) for one in (older, newer))) for at in agents)
-    return Changes(each, apart, mean)
+    return ScoreChanges(each, apart, mean)
 
 
-def _own(scored: Scored, at: int) -> _Shown:
+def _own(scored: Scored, at: int) -> _MaskedFigure:
     mean = scored.means[at]
-    return _Shown(mean, mean * (1.0 - mean), shown_deviation(scored.episodes) ** 2)
+    return _MaskedFigure(mean, mean * (1.0 - mean), shown_deviation(scored.episodes) ** 2)
 
 
-def _mean(scored: Scored) -> _Shown:
+def _mean(scored: Scored) -> _MaskedFigure:
     agents = len(scored.means)
     mean = sum(scored.means) / agents
-    return _Shown(mean, mean * (1.0 - mean), shown_deviation(scored.episodes) ** 2)
+    return _MaskedFigure(mean, mean * (1.0 - mean), shown_deviation(scored.episodes) ** 2)
 
 
-def _apart(scored: Scored, at: int) -> _Shown:
+def _apart(scored: Scored, at: int) -> _MaskedFigure:
     """Return an agent's mean minus that of the mean of all others, see `masking.difference` for the variance."""
     means, runs = ([*whole[:at], *whole[at + 1 :]] for whole in (scored.means, scored.runs))
     rest = Scored(means, runs, scored.episodes)
     own, others = _own(scored, at), _mean(rest)
     value = own.value - others.value
     largest = min(own.value + others.value, 2.0 - own.value - others.value) - value**2
-    return _Shown(value, max(largest, 0.0), own.rounding + others.rounding)
+    return _MaskedFigure(value, max(largest, 0.0), own.rounding + others.rounding)
 
 
-def _change(older: Scored, newer: Scored, before: _Shown, after: _Shown) -> Interval:
+def _change(older: Scored, newer: Scored, before: _MaskedFigure, after: _MaskedFigure) -> Interval:
     mean = round(after.value - before.value, 4)
     if min(older.episodes, newer.episodes) < LEAST:
         return Interval(mean, -1.0, 1.0)

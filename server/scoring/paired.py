@@ -34,7 +34,7 @@ _NEWTON = 60
 
 
 @dataclass(frozen=True, slots=True)
-class Difference:
+class MeanDifference:
     """Difference of two runs' means on the same episodes.
 
     Attributes:

@@ -23,7 +23,7 @@ from arramon_server.sim.catalogue import ObjectType
 from arramon_server.sim.daylight import AMBIENT, DIFFUSE, SUN, sky
 from arramon_server.sim.footprints import PROBE_HEIGHT, TOUCHING, Footprint, Place
 from arramon_server.sim.scene import Body, BoxCollider, Mesh, Scene
-from arramon_server.sim.variations import CACHED, SAME, Difference
+from arramon_server.sim.variations import CACHED, SAME, SceneDifference
 
 
 @contextmanager
@@ -51,7 +51,7 @@ _NUDGE = 1e-4
 
 
 class Obstacles:
-    """The solid bodies of a scene in one pybullet client, for collision checks (`rules.Ground`).
+    """The solid bodies of a scene in one pybullet client, for collision checks (`rules.CollisionCheck`).
 
     It decides as `footprints.Footprints` does: pybullet's answers differ from the exact distance only for bodies that
     the agent all but touches, and about these the exact distance decides. Use it as a context manager, or `close` it.
@@ -213,7 +213,7 @@ class Obstacles:
         return shape
 
 
-class World(Obstacles):
+class ReferenceCamera(Obstacles):
     """A scene with collisions and visual shapes: the reference camera (`cameras.Camera`)."""
 
     def _fill(self, scene: Scene) -> None:
@@ -223,7 +223,7 @@ class World(Obstacles):
         self._bodies: dict[str, int] = {}
         self._actors: dict[tuple[ObjectType, float], list[int]] = {}
         self._further: dict[tuple[str, str, float, str], list[int]] = {}
-        self._varied = lru_cache(CACHED)(partial(Difference.between, scene))
+        self._varied = lru_cache(CACHED)(partial(SceneDifference.between, scene))
         self._extents = _extents(scene)
         self._drawn = np.ones(len(scene.bodies), dtype=bool)
         textures = self._load(scene.textures.values())

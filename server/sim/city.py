@@ -15,7 +15,7 @@ from arramon_server.sim.assets.palette import palette
 from arramon_server.sim.assets.signs import shop_sign_texture
 from arramon_server.sim.assets.textures import GROUND_SPAN, Image, texture
 from arramon_server.sim.cameras import FAR
-from arramon_server.sim.labels import Label
+from arramon_server.sim.labels import SegmentationLabel
 from arramon_server.sim.scene import Body, BoxCollider, Mesh, Scene
 from arramon_server.sim.section import Building, Prop, Section
 
@@ -65,7 +65,7 @@ def city_scene(section: Section, spare: Iterable[Prop] = ()) -> Scene:
                 place,
                 building.heading,
                 collider=collider,
-                label=str(Label("building", look=building.facade)),
+                label=str(SegmentationLabel("building", look=building.facade)),
             )
         )
     for name, label, cover, mesh in _ground(section):
@@ -134,12 +134,12 @@ def _prop_body(prop: Prop, number: int, meshes: dict[str, Mesh], textures: dict[
     return Body(f"{prop.kind}/{number}", mesh, cover, place, prop.heading, collider=piece.collider, label=label)
 
 
-def label_of_prop(prop: Prop) -> Label:
+def label_of_prop(prop: Prop) -> SegmentationLabel:
     """Return the segmentation label of a prop."""
     if prop.kind in ("banner", "shop_sign"):
-        return Label(prop.kind, prop.colour, prop.shape)
+        return SegmentationLabel(prop.kind, prop.colour, prop.shape)
     colours = COLOURS.get(prop.kind, ("",))
-    return Label(prop.kind, prop.colour or colours[0])
+    return SegmentationLabel(prop.kind, prop.colour or colours[0])
 
 
 def building_mesh(building: Building, number: int = 0) -> Mesh:

@@ -107,7 +107,7 @@ class _Solid(NamedTuple):
 
 
 class Footprints:
-    """The solid bodies of a scene on the ground plane, for collision checks (`rules.Ground`). Thread-safe.
+    """The solid bodies of a scene on the ground plane, for collision checks (`rules.CollisionCheck`). Thread-safe.
 
     Args:
         scene: its bodies.

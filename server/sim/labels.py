@@ -16,7 +16,7 @@ SPOKEN_BANNER_COLOURS = ("orange", "brown")
 
 
 @dataclass(frozen=True, slots=True, order=True)
-class Label:
+class SegmentationLabel:
     """A visually distinguishable kind of object or surface.
 
     Attributes:
@@ -33,7 +33,7 @@ class Label:
     look: str = ""
 
     @classmethod
-    def of(cls, type_: ObjectType) -> "Label":
+    def of(cls, type_: ObjectType) -> "SegmentationLabel":
         """Return the label of a collectible."""
         return cls(type_.kind, type_.colour, type_.pattern)
 
@@ -44,32 +44,37 @@ class Label:
 
 _SHAPED = ("banner", "shop_sign")
 
-NOTHING = Label("nothing")
+NOTHING = SegmentationLabel("nothing")
 """Label of the sky."""
 
-LABELS: tuple[Label, ...] = (
+LABELS: tuple[SegmentationLabel, ...] = (
     NOTHING,
-    Label("road"),
-    Label("pavement"),
-    Label("roof"),
-    Label("floor"),
-    Label("start_tile"),
-    Label("ceiling"),
-    *(Label("wall", look=look) for look in WALLS),
-    *(Label("building", look=look) for look in FACADES),
-    *(Label("banner", colour, shape) for colour, shape in product(BANNER_COLOURS, BANNER_SHAPES)),
-    *(Label(kind, colour) for kind in FURNITURE if kind not in _SHAPED for colour in COLOURS.get(kind, ("",))),
-    *(Label("shop_sign", look=shop) for shop in SHOPS),
-    *(Label.of(type_) for type_ in ALL_TYPES),
+    SegmentationLabel("road"),
+    SegmentationLabel("pavement"),
+    SegmentationLabel("roof"),
+    SegmentationLabel("floor"),
+    SegmentationLabel("start_tile"),
+    SegmentationLabel("ceiling"),
+    *(SegmentationLabel("wall", look=look) for look in WALLS),
+    *(SegmentationLabel("building", look=look) for look in FACADES),
+    *(SegmentationLabel("banner", colour, shape) for colour, shape in product(BANNER_COLOURS, BANNER_SHAPES)),
+    *(
+        SegmentationLabel(kind, colour)
+        for kind in FURNITURE
+        if kind not in _SHAPED
+        for colour in COLOURS.get(kind, ("",))
+    ),
+    *(SegmentationLabel("shop_sign", look=shop) for shop in SHOPS),
+    *(SegmentationLabel.of(type_) for type_ in ALL_TYPES),
     # At the end: what is learned of the labels before keeps its numbers.
-    *(Label(kind, colour) for kind in FURNITURE for colour in SPOKEN_COLOURS.get(kind, ())),
-    *(Label("banner", colour, shape) for colour, shape in product(SPOKEN_BANNER_COLOURS, BANNER_SHAPES)),
+    *(SegmentationLabel(kind, colour) for kind in FURNITURE for colour in SPOKEN_COLOURS.get(kind, ())),
+    *(SegmentationLabel("banner", colour, shape) for colour, shape in product(SPOKEN_BANNER_COLOURS, BANNER_SHAPES)),
 )
 """All labels; a segmentation's numbers are indices into this table."""
 
 _PLACES = {
     **{str(label): i for i, label in enumerate(LABELS)},
-    **{str(t): LABELS.index(Label.of(t)) for t in ALL_TYPES},
+    **{str(t): LABELS.index(SegmentationLabel.of(t)) for t in ALL_TYPES},
 }
 
 

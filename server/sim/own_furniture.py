@@ -14,7 +14,7 @@ _LABELS = frozenset(LABELS)
 
 
 @dataclass(frozen=True, slots=True)
-class Moved:
+class MovedProp:
     """A prop of the section that stands elsewhere in one episode.
 
     Attributes:
@@ -40,7 +40,7 @@ class OwnFurniture:
     """
 
     added: tuple[Prop, ...] = ()
-    moved: tuple[Moved, ...] = ()
+    moved: tuple[MovedProp, ...] = ()
     left_out: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Protocol
 from arramon_server.sim.cameras import CAMERAS
 from arramon_server.sim.footprints import Footprints, Place
 from arramon_server.sim.scene import Body, Scene
-from arramon_server.sim.variations import Difference
+from arramon_server.sim.variations import SceneDifference
 
 if TYPE_CHECKING:
-    from arramon_server.sim.bullet import World
+    from arramon_server.sim.bullet import ReferenceCamera
 
 WITH_PYBULLET = "tiny"
 """The camera that needs pybullet."""
@@ -61,16 +61,16 @@ def physics_of(scene: Scene) -> Physics:
     return Obstacles(scene)
 
 
-def world_of(scene: Scene) -> "World":
+def reference_camera_of(scene: Scene) -> "ReferenceCamera":
     """Return the reference camera of a scene, which checks its collisions, too; it needs pybullet.
 
     Raises:
         ValueError: as `physics_of`.
         ModuleNotFoundError: if pybullet is not installed.
     """
-    from arramon_server.sim.bullet import World
+    from arramon_server.sim.bullet import ReferenceCamera
 
-    return World(scene)
+    return ReferenceCamera(scene)
 
 
 def problem_of_camera(name: str) -> str:
@@ -82,15 +82,15 @@ def problem_of_camera(name: str) -> str:
     return ""
 
 
-class VariedGround:
-    """Collision checks (`rules.Ground`) in a variation of a scene.
+class VariedCollisionCheck:
+    """Collision checks (`rules.CollisionCheck`) in a variation of a scene.
 
     Args:
         physics: of the scene.
         difference: between the scene and the variation.
     """
 
-    def __init__(self, physics: Physics, difference: Difference) -> None:
+    def __init__(self, physics: Physics, difference: SceneDifference) -> None:
         self._physics = physics
         self._absent = difference.absent
         self._solid = tuple(body for body in difference.further if body.collider is not None)

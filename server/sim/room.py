@@ -11,7 +11,7 @@ OBJECT_SCALE = 2.0
 """Scale of collectibles in the room relative to the city, so that they fill a third of a cell."""
 
 
-class Square(NamedTuple):
+class RoomCell(NamedTuple):
     """A cell of the floor."""
 
     column: int
@@ -21,17 +21,17 @@ class Square(NamedTuple):
         """Return whether it is one of the room's cells."""
         return 0 <= self.column < COLUMNS and 0 <= self.row < ROWS
 
-    def ahead(self, heading: float) -> "Square":
+    def ahead(self, heading: float) -> "RoomCell":
         """Return the next cell in a heading that is a multiple of 90 degrees (0 towards +row, 90 towards +column)."""
         column, row = ((0, 1), (1, 0), (0, -1), (-1, 0))[round(heading / 90.0) % 4]
-        return Square(self.column + column, self.row + row)
+        return RoomCell(self.column + column, self.row + row)
 
 
-START = Square(*ROOM_START)
+START = RoomCell(*ROOM_START)
 """The agent's cell at the start of each assembly, with heading 0: the checkered yellow tile, facing the brick wall."""
 
 
-class Placement(NamedTuple):
+class RoomPosition(NamedTuple):
     """Position of an object in the room: the release's `[column, level, row]`."""
 
     column: int

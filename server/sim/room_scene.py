@@ -8,7 +8,7 @@ wall in row 0, and "turn to face the dotted wall" is a turn to the left.
 from arramon_client.world import CELL_SIZE, COLUMNS, ROWS
 from arramon_server.sim.assets.meshes import Vector, moved, quad
 from arramon_server.sim.assets.textures import texture
-from arramon_server.sim.labels import Label
+from arramon_server.sim.labels import SegmentationLabel
 from arramon_server.sim.room import START
 from arramon_server.sim.scene import Body, BoxCollider, Mesh, Scene
 
@@ -41,7 +41,7 @@ def room_scene() -> Scene:
             position,
             heading,
             collider=BoxCollider(length / 2, _THICKNESS, WALL_HEIGHT),
-            label=str(Label("wall", look=look)),
+            label=str(SegmentationLabel("wall", look=look)),
         )
         for look, position, heading, length in walls
     ]
@@ -51,11 +51,15 @@ def room_scene() -> Scene:
             "tile",
             "start",
             (START.column * CELL_SIZE, START.row * CELL_SIZE, 0.004),
-            label=str(Label("start_tile")),
+            label=str(SegmentationLabel("start_tile")),
         )
     )
     bodies.append(Body("floor", "floor", "floor", (middle_x, middle_y, 0.0), label="floor"))
-    bodies.append(Body("ceiling", "ceiling", "ceiling", (middle_x, middle_y, WALL_HEIGHT), label=str(Label("ceiling"))))
+    bodies.append(
+        Body(
+            "ceiling", "ceiling", "ceiling", (middle_x, middle_y, WALL_HEIGHT), label=str(SegmentationLabel("ceiling"))
+        )
+    )
     meshes = {f"wall/{look}": _wall(length) for look, _, _, length in walls}
     meshes["tile"] = _flat(CELL_SIZE * 0.94, CELL_SIZE * 0.94, 1.0, 1.0)
     meshes["ceiling"] = moved(_flat(wide, deep, COLUMNS, ROWS), pitch=180.0)

@@ -1,4 +1,4 @@
-"""The rules of the task: pure functions `(state, action) -> state, events`, except for collision checks (`Ground`).
+"""The rules of the task: pure functions `(state, action) -> state, events`, except for collision checks (`CollisionCheck`).
 
 Kinematics, pick-up box, room and fallbacks are those of the paper (sections 3 and 4, appendix D) and of its release, as
 measured. In the room only the walls stop the agent, not the objects: 139 of val-seen's 1,065 second turns walk through
@@ -15,7 +15,7 @@ import arramon_client.world as world
 from arramon_client.world import REACH_AHEAD, REACH_MARGIN, REACH_SIDE, STEP, STEPS_PER_PHASE, TURN, TURNS, Action
 from arramon_server.sim.catalogue import ObjectType
 from arramon_server.sim.geometry import Point, Pose, wrap
-from arramon_server.sim.room import START, Placement, Square
+from arramon_server.sim.room import START, RoomCell, RoomPosition
 
 
 class Phase(Enum):
@@ -25,7 +25,7 @@ class Phase(Enum):
     ASSEMBLY = world.ASSEMBLY
 
 
-class Ground(Protocol):
+class CollisionCheck(Protocol):
     """Collision checks that the rules need from a section.
 
     The agent is a disc of AGENT_RADIUS that moves straight, and each solid body a rectangle. A body blocks the way if
@@ -68,11 +68,11 @@ class PlacedObject:
     """An object in the room."""
 
     type: ObjectType
-    placement: Placement
+    placement: RoomPosition
 
 
 @dataclass(frozen=True, slots=True)
-class Layout:
+class EpisodeLayout:
     """The initial layout of an episode: start pose and objects.
 
     Attributes:
@@ -107,7 +107,7 @@ class State:
     phase: Phase = Phase.NAVIGATION
     step: int = 0
     phase_step: int = 0
-    square: Square = START
+    square: RoomCell = START
     room_heading: float = 0.0
     carried: ObjectType | None = None
     finished: bool = False
@@ -128,7 +128,7 @@ class PickedUp:
     """An object was picked up.
 
     Attributes:
-        index: its index in the turn's `Layout.streets`; 0 is the target.
+        index: its index in the turn's `EpisodeLayout.streets`; 0 is the target.
     """
 
     index: int
@@ -138,7 +138,7 @@ class PickedUp:
 class Placed:
     """The object carried was placed in the room."""
 
-    placement: Placement
+    placement: RoomPosition
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,12 +158,12 @@ Event = Moved | Blocked | PickedUp | Placed | PhaseEnded
 Outcome = tuple[State, tuple[Event, ...]]
 
 
-def begin(layout: Layout) -> State:
+def begin(layout: EpisodeLayout) -> State:
     """Return the state before the first step."""
     return State(pose=layout.start, room=layout.decoys)
 
 
-def step(state: State, action: Action, layout: Layout, ground: Ground, limits: Limits) -> Outcome:
+def step(state: State, action: Action, layout: EpisodeLayout, ground: CollisionCheck, limits: Limits) -> Outcome:
     """Apply one action.
 
     Args:
@@ -191,7 +191,7 @@ def step(state: State, action: Action, layout: Layout, ground: Ground, limits: L
     return state, events
 
 
-def time_out(state: State, layout: Layout) -> Outcome:
+def time_out(state: State, layout: EpisodeLayout) -> Outcome:
     """End an episode whose time is up: the current phase and all later ones end as at their step limit.
 
     This counts no step.
@@ -221,7 +221,7 @@ def reachable(pose: Pose, street: Sequence[Collectible]) -> int | None:
     return min(found)[1] if found else None
 
 
-def height_at(room: Sequence[PlacedObject], square: Square) -> int:
+def height_at(room: Sequence[PlacedObject], square: RoomCell) -> int:
     """Return the number of objects stacked on a cell."""
     return sum((item.placement.column, item.placement.row) == square for item in room)
 
@@ -241,7 +241,7 @@ def _changed(
     pose: Pose | None = None,
     step: int | None = None,
     phase_step: int | None = None,
-    square: Square | None = None,
+    square: RoomCell | None = None,
     room_heading: float | None = None,
 ) -> State:
     """Return a state with some attributes changed, as `replace` does, which takes four times as long."""
@@ -259,7 +259,7 @@ def _changed(
     )
 
 
-def _act_in_city(state: State, action: Action, layout: Layout, ground: Ground) -> Outcome:
+def _act_in_city(state: State, action: Action, layout: EpisodeLayout, ground: CollisionCheck) -> Outcome:
     if action is Action.INTERACT:
         index = reachable(state.pose, layout.streets[state.turn - 1])
         return (state, ()) if index is None else _pick_up(state, layout, index, forced=False)
@@ -271,7 +271,7 @@ def _act_in_city(state: State, action: Action, layout: Layout, ground: Ground) -
     return _changed(state, pose=after), (Moved(),)
 
 
-def _act_in_room(state: State, action: Action, layout: Layout, ground: Ground) -> Outcome:  # noqa: ARG001 (as in the city)
+def _act_in_room(state: State, action: Action, layout: EpisodeLayout, ground: CollisionCheck) -> Outcome:  # noqa: ARG001 (as in the city)
     if action in (Action.LEFT, Action.RIGHT):
         return _changed(state, room_heading=wrap(state.room_heading + _turn(action))), ()
     ahead = _square_ahead(state)
@@ -282,7 +282,7 @@ def _act_in_room(state: State, action: Action, layout: Layout, ground: Ground) -
     return _changed(state, square=ahead), (Moved(),)
 
 
-def _square_ahead(state: State) -> Square | None:
+def _square_ahead(state: State) -> RoomCell | None:
     """Return the cell ahead; None at an oblique heading or towards a wall."""
     if state.room_heading % 90.0:
         return None
@@ -290,7 +290,7 @@ def _square_ahead(state: State) -> Square | None:
     return ahead if ahead.is_inside() else None
 
 
-def _force(state: State, layout: Layout) -> Outcome:
+def _force(state: State, layout: EpisodeLayout) -> Outcome:
     """End a phase by force, as at its step limit (paper, appendix D.1)."""
     if state.phase is Phase.ASSEMBLY:
         return _place(state, _square_ahead(state) or state.square, forced=True)
@@ -303,7 +303,7 @@ def _force(state: State, layout: Layout) -> Outcome:
     return _pick_up(state, layout, nearest, forced=True)
 
 
-def _pick_up(state: State, layout: Layout, index: int, *, forced: bool) -> Outcome:
+def _pick_up(state: State, layout: EpisodeLayout, index: int, *, forced: bool) -> Outcome:
     after = replace(
         state,
         phase=Phase.ASSEMBLY,
@@ -315,10 +315,10 @@ def _pick_up(state: State, layout: Layout, index: int, *, forced: bool) -> Outco
     return after, (PickedUp(index), PhaseEnded(state.turn, Phase.NAVIGATION, forced))
 
 
-def _place(state: State, square: Square, *, forced: bool) -> Outcome:
+def _place(state: State, square: RoomCell, *, forced: bool) -> Outcome:
     if state.carried is None:
         raise ValueError("nothing is carried in the assembly phase; the state was not made by these rules")
-    placement = Placement(square.column, height_at(state.room, square) + 1, square.row)
+    placement = RoomPosition(square.column, height_at(state.room, square) + 1, square.row)
     last = state.turn == TURNS
     after = replace(
         state,

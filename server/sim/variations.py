@@ -9,7 +9,7 @@ CACHED = 512
 
 
 @dataclass(frozen=True, eq=False)
-class Difference:
+class SceneDifference:
     """The difference between a scene and a variation of it.
 
     Attributes:
@@ -21,7 +21,7 @@ class Difference:
     further: tuple[Body, ...]
 
     @classmethod
-    def between(cls, scene: Scene, variation: Scene) -> "Difference":
+    def between(cls, scene: Scene, variation: Scene) -> "SceneDifference":
         """Return the difference; bodies that are the same object are in both."""
         there = set(scene.bodies)
         return cls(
@@ -30,5 +30,5 @@ class Difference:
         )
 
 
-SAME = Difference(frozenset(), ())
+SAME = SceneDifference(frozenset(), ())
 """No difference."""

@@ -7,9 +7,9 @@ from arramon_client.world import CELL_SIZE
 from arramon_server.sim.assets.collectibles import height_of
 from arramon_server.sim.cameras import Actor, Viewpoint
 from arramon_server.sim.geometry import Pose
-from arramon_server.sim.remembered import Remembered
+from arramon_server.sim.identity_cache import IdentityCache
 from arramon_server.sim.room import OBJECT_SCALE
-from arramon_server.sim.rules import Collectible, Layout, Phase, PlacedObject, State
+from arramon_server.sim.rules import Collectible, EpisodeLayout, Phase, PlacedObject, State
 
 CACHED_POSES = 4096
 """Number of streets and rooms whose actors are cached, as they rarely change between steps."""
@@ -30,7 +30,7 @@ class View:
     actors: tuple[Actor, ...]
 
 
-def view(state: State, layout: Layout) -> View:
+def view(state: State, layout: EpisodeLayout) -> View:
     """Return the agent's view in `state`. The object it carries is not visible, as in the original."""
     if state.phase is Phase.ASSEMBLY:
         viewpoint = Viewpoint(state.square.column * CELL_SIZE, state.square.row * CELL_SIZE, state.room_heading)
@@ -74,6 +74,8 @@ def room_actors(room: tuple[PlacedObject, ...]) -> tuple[Actor, ...]:
     return tuple(actors)
 
 
-_actors_of_street: Remembered[tuple[Collectible, ...], tuple[Actor, ...]] = Remembered(street_actors, CACHED_POSES)
-_actors_of_room: Remembered[tuple[PlacedObject, ...], tuple[Actor, ...]] = Remembered(room_actors, CACHED_POSES)
+_actors_of_street: IdentityCache[tuple[Collectible, ...], tuple[Actor, ...]] = IdentityCache(
+    street_actors, CACHED_POSES
+)
+_actors_of_room: IdentityCache[tuple[PlacedObject, ...], tuple[Actor, ...]] = IdentityCache(room_actors, CACHED_POSES)
 """By identity first: streets and rooms stay the same objects from step to step, and to hash them takes microseconds."""

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
-from arramon_server.runs.results.breakdown import Breakdown, Line
-from arramon_server.runs.results.groups import Group
+from arramon_server.runs.results.breakdown import Breakdown, BreakdownLine
+from arramon_server.runs.results.groups import TurnGroup
 from arramon_server.scoring.aggregate import Interval
 from arramon_server.scoring.breakdown import SHOWN
 from arramon_server.scoring.disclosure import LEAST
@@ -73,7 +73,7 @@ def _remarks(t: Texts, found: Breakdown) -> list[str]:
     return said
 
 
-def _row(t: Texts, line: Line) -> Row:
+def _row(t: Texts, line: BreakdownLine) -> Row:
     scores = line.found.scores
     return Row(
         _name(t, line.group),
@@ -83,7 +83,7 @@ def _row(t: Texts, line: Line) -> Row:
     )
 
 
-def _name(t: Texts, group: Group) -> str:
+def _name(t: Texts, group: TurnGroup) -> str:
     if group.name:
         kind = "relation" if group.aspect == "placement" else group.aspect
         return t.named("groups", f"{kind}.{group.name}")

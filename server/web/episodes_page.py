@@ -10,7 +10,7 @@ from arramon_server.board.board import Board
 from arramon_server.board.standings import Entry
 from arramon_server.errors import NotFound, quoted
 from arramon_server.runs.storage.corrections import voided_by
-from arramon_server.runs.storage.records import Ending
+from arramon_server.runs.storage.records import EpisodeEnding
 from arramon_server.scoring.episode import Scores
 from arramon_server.web.filters import METRICS
 from arramon_server.web.paths import Paths, PlayedEpisode
@@ -62,7 +62,7 @@ class Filter:
                 raise NotFound(f"there is no {name} {quoted(value)}")
         return cls(**chosen)
 
-    def fits(self, ending: Ending) -> bool:
+    def fits(self, ending: EpisodeEnding) -> bool:
         """Return whether an episode is among those chosen."""
         if self.cause not in (ALL, ending.cause):
             return False
@@ -173,7 +173,7 @@ class EpisodesPage:
             "pile_name": lambda pile: _pile_name(t, pile),
         }
 
-    def _endings(self, run_id: str) -> tuple[Entry, list[Ending]]:
+    def _endings(self, run_id: str) -> tuple[Entry, list[EpisodeEnding]]:
         """Return a run and the endings of its episodes in the order of their ids."""
         entry = self._board.entry(run_id)
         if self._paths.split(entry) is None:
@@ -181,7 +181,7 @@ class EpisodesPage:
         return entry, sorted(self._paths.endings(entry), key=lambda ending: _natural(ending.episode_id))
 
 
-def _failures(ending: Ending) -> list[str]:
+def _failures(ending: EpisodeEnding) -> list[str]:
     return [failure_of(turn) for turn in ending.scores]
 
 

@@ -8,17 +8,17 @@ from arramon_server.board.standings import Entry, Version
 from arramon_server.episodes.episode import Episode
 from arramon_server.episodes.splits import Split
 from arramon_server.errors import NotFound, quoted
-from arramon_server.runs.play.session import Session
+from arramon_server.runs.play.session import EpisodeSession
 from arramon_server.runs.storage import causes
 from arramon_server.runs.storage.journal import Journal
-from arramon_server.runs.storage.records import Ending, Run
+from arramon_server.runs.storage.records import EpisodeEnding, Run
 from arramon_server.sim.city import city_scene, refurnished
 from arramon_server.sim.own_furniture import OwnFurniture, furnished
-from arramon_server.sim.physics import Physics, VariedGround, physics_of
-from arramon_server.sim.rules import Ground, Limits
+from arramon_server.sim.physics import Physics, VariedCollisionCheck, physics_of
+from arramon_server.sim.rules import CollisionCheck, Limits
 from arramon_server.sim.scene import Scene
 from arramon_server.sim.section import Section
-from arramon_server.sim.variations import Difference
+from arramon_server.sim.variations import SceneDifference
 from arramon_server.web import room_map, section_map
 
 EXAMPLES = 8
@@ -42,7 +42,7 @@ class PlayedEpisode:
     """
 
     episode: Episode
-    ending: Ending
+    ending: EpisodeEnding
     ground: section_map.Ground
     tracks: tuple[section_map.Track, ...]
     rooms: tuple[room_map.Room, ...]
@@ -81,7 +81,7 @@ class Paths:
             return None
         return split
 
-    def endings(self, entry: Entry) -> list[Ending]:
+    def endings(self, entry: Entry) -> list[EpisodeEnding]:
         """Return the endings of a run's episodes, in playing order."""
         return self._cached_endings(entry.version)
 
@@ -112,7 +112,7 @@ class Paths:
         tracks, rooms = self._cached_tracks(entry.run, episode_id, ending.cause if ending.has_played else "")
         return PlayedEpisode(episode, ending, ground, tracks, rooms, furnished_section)
 
-    def _read_endings(self, version: Version) -> list[Ending]:
+    def _read_endings(self, version: Version) -> list[EpisodeEnding]:
         return self._journal.endings(version.run_id)
 
     def _tracks(
@@ -122,14 +122,14 @@ class Paths:
         split = self._splits[run.split]
         episode = split.episodes[episode_id]
         section = split.sections[episode.section]
-        session = Session(episode, self._ground(section, episode.furniture), Limits(run.steps_per_phase))
+        session = EpisodeSession(episode, self._ground(section, episode.furniture), Limits(run.steps_per_phase))
         watch = room_map.RoomWatch(session)
         watch.replay(self._journal.actions(run.run_id, episode_id) if cause else ())
         if cause == causes.TIME_LIMIT and not session.state.finished:
             session.run_out()
         return tuple(section_map.track(section, turn) for turn in session.record().turns), watch.rooms()
 
-    def _ground(self, section: Section, furniture: OwnFurniture) -> Ground:
+    def _ground(self, section: Section, furniture: OwnFurniture) -> CollisionCheck:
         """Return what an episode's rules ask; the latest section is cached, as readers tend to stay in one."""
         if self._last is None or self._last[0] is not section:
             self.close()
@@ -138,9 +138,11 @@ class Paths:
         _, scene, physics = self._last
         if furniture.is_empty:
             return physics
-        return VariedGround(physics, Difference.between(scene, refurnished(scene, furnished(section, furniture))))
+        return VariedCollisionCheck(
+            physics, SceneDifference.between(scene, refurnished(scene, furnished(section, furniture)))
+        )
 
 
-def _similarity(ending: Ending) -> float:
+def _similarity(ending: EpisodeEnding) -> float:
     """Return the mean nDTW of both turns."""
     return sum(turn["nDTW"] for turn in ending.scores) / len(ending.scores)

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 from arramon_client.world import COLUMNS, ROWS
 from arramon_server.episodes.episode import Turn
-from arramon_server.runs.play.session import Session
+from arramon_server.runs.play.session import EpisodeSession
 from arramon_server.scoring.trajectory import TurnRecord
 from arramon_server.sim.catalogue import ObjectType
-from arramon_server.sim.room import START, Square
+from arramon_server.sim.room import START, RoomCell
 from arramon_server.sim.rules import Phase, PlacedObject
 
 CELL = 10
@@ -66,9 +66,9 @@ class RoomWatch:
         session: at its beginning.
     """
 
-    def __init__(self, session: Session) -> None:
+    def __init__(self, session: EpisodeSession) -> None:
         self._session = session
-        self._ways: tuple[list[Square], list[Square]] = ([], [])
+        self._ways: tuple[list[RoomCell], list[RoomCell]] = ([], [])
         self._carried: list[ObjectType | None] = [None, None]
 
     def replay(self, actions: Iterable[int]) -> None:
@@ -95,7 +95,7 @@ def _room(
     held: Sequence[PlacedObject],
     turn: Turn,
     played: TurnRecord,
-    way: Sequence[Square],
+    way: Sequence[RoomCell],
     carried: ObjectType | None,
 ) -> Room:
     placed = played.placed_cell
@@ -105,9 +105,9 @@ def _room(
         _points(turn.room_path),
         _points(way) if len(way) > 1 else "",
         _centre(START),
-        _centre(Square(cell.column, cell.row)),
+        _centre(RoomCell(cell.column, cell.row)),
         cell.level,
-        _centre(Square(placed[0], placed[2])) if placed else None,
+        _centre(RoomCell(placed[0], placed[2])) if placed else None,
         placed[1] if placed else 0,
         played.placement_forced,
         carried,
@@ -115,19 +115,19 @@ def _room(
 
 
 def _piles(held: Sequence[PlacedObject]) -> tuple[Pile, ...]:
-    found: dict[Square, list[PlacedObject]] = {}
+    found: dict[RoomCell, list[PlacedObject]] = {}
     for one in held:
-        found.setdefault(Square(one.placement.column, one.placement.row), []).append(one)
+        found.setdefault(RoomCell(one.placement.column, one.placement.row), []).append(one)
     return tuple(
         Pile(*_centre(square), tuple(one.type for one in sorted(pile, key=lambda one: one.placement.level)))
         for square, pile in sorted(found.items())
     )
 
 
-def _centre(square: Square) -> tuple[float, float]:
+def _centre(square: RoomCell) -> tuple[float, float]:
     """Return the centre of a cell; row 0, where the agent starts, is at the bottom."""
     return (square.column + 0.5) * CELL, (ROWS - square.row - 0.5) * CELL
 
 
-def _points(squares: Sequence[Square]) -> str:
+def _points(squares: Sequence[RoomCell]) -> str:
     return " ".join(f"{x:g},{y:g}" for x, y in map(_centre, squares))

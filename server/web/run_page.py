@@ -13,7 +13,7 @@ from arramon_server.errors import NotFound
 from arramon_server.runs.results.breakdown import Breakdowns
 from arramon_server.runs.storage import causes
 from arramon_server.runs.storage.corrections import voided_by
-from arramon_server.runs.storage.records import CANCELLED, Progress, Run
+from arramon_server.runs.storage.records import CANCELLED, Run, RunProgress
 from arramon_server.scoring.episode import GATES, PLACEMENT
 from arramon_server.visible_text import shown
 from arramon_server.web import curves
@@ -170,7 +170,7 @@ def _clocks(t: Texts, run: Run) -> str:
     return t("run.clock_values", **{name: t("format.seconds", number=t.decimal(v)) for name, v in clocks.items()})
 
 
-def _thinking(t: Texts, progress: Progress) -> str:
+def _thinking(t: Texts, progress: RunProgress) -> str:
     if progress.seconds_a_step is None:
         return "–"
     seconds = t("format.seconds", number=t.amount(progress.seconds_a_step))

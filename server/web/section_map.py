@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from arramon_server.episodes.provenance import AGREEMENT, COLOUR, DRAWN, TEXT, Origin
+from arramon_server.episodes.provenance import AGREEMENT, COLOUR, DRAWN, TEXT, PropOrigin
 from arramon_server.scoring.trajectory import Point2, TurnRecord
 from arramon_server.sim.section import Building, Section
 
@@ -109,7 +109,7 @@ def _overlap(one: tuple[float, float, float, float], other: tuple[float, float, 
     return one[0] < other[2] and other[0] < one[2] and one[1] < other[3] and other[1] < one[3]
 
 
-def ground(section: Section, origins: Sequence[Origin] = ()) -> Ground:
+def ground(section: Section, origins: Sequence[PropOrigin] = ()) -> Ground:
     """Return the map of a section.
 
     Args:
@@ -117,7 +117,7 @@ def ground(section: Section, origins: Sequence[Origin] = ()) -> Ground:
         origins: of each of its props; none if all were drawn.
     """
     x0, z0, x1, z1 = section.bounds
-    named = list(zip(section.props, origins or [Origin(DRAWN)] * len(section.props), strict=True))
+    named = list(zip(section.props, origins or [PropOrigin(DRAWN)] * len(section.props), strict=True))
     placed = [(_place(section, (prop.x, prop.z)), origin) for prop, origin in named]
     return Ground(
         round(x1 - x0 + 2 * MARGIN, 1),

@@ -14,9 +14,9 @@ from arramon_server.sim.catalogue import ObjectType
 from arramon_server.sim.geometry import Pose
 from arramon_server.sim.labels import LABELS, places_of
 from arramon_server.sim.raster.camera import RasterCamera
-from arramon_server.sim.room import Placement
+from arramon_server.sim.room import RoomPosition
 from arramon_server.sim.room_scene import room_scene
-from arramon_server.sim.rules import Layout, Limits, Phase, Placed, PlacedObject, State, step
+from arramon_server.sim.rules import EpisodeLayout, Limits, Phase, Placed, PlacedObject, State, step
 from arramon_server.sim.view import view
 
 CLIENT_LABELS = tuple(Label(label.kind, label.colour, label.look) for label in LABELS)
@@ -35,7 +35,7 @@ def things(*lines: str) -> tuple[PlacedObject, ...]:
     found = []
     for line in lines:
         *name, column, level, row = line.split()
-        found.append(PlacedObject(ObjectType.parse(" ".join(name)), Placement(int(column), int(level), int(row))))
+        found.append(PlacedObject(ObjectType.parse(" ".join(name)), RoomPosition(int(column), int(level), int(row))))
     return tuple(found)
 
 
@@ -44,7 +44,7 @@ def begin(room: tuple[PlacedObject, ...], carried: ObjectType) -> State:
 
 
 def observe(state: State, *, steps_left: int = 150, size: int = 128) -> Observation:
-    seen = view(state, Layout(HERE, ((), ()), ()))
+    seen = view(state, EpisodeLayout(HERE, ((), ()), ()))
     frame = camera().render(seen.viewpoint, seen.actors, size, segmentation=True)
     assert frame.segmentation is not None
     segmentation = places_of(camera().labels)[frame.segmentation]
@@ -55,12 +55,12 @@ def observe(state: State, *, steps_left: int = 150, size: int = 128) -> Observat
 
 def play(
     meaning: Assembly, room: tuple[PlacedObject, ...], carried: ObjectType, *, steps: int = 150, size: int = 128
-) -> tuple[Placement, bool, int]:
+) -> tuple[RoomPosition, bool, int]:
     """Where the follower puts the object, whether the step limit forced it, and after how many steps."""
     follower, state, layout = (
         RoomFollower(meaning, RoomSight(CLIENT_LABELS)),
         begin(room, carried),
-        Layout(HERE, ((), ()), ()),
+        EpisodeLayout(HERE, ((), ()), ()),
     )
     for taken in range(1, steps + 1):
         action = Action(follower.act(observe(state, steps_left=steps, size=size)))

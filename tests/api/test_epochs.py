@@ -14,7 +14,7 @@ from arramon_client.cli import main
 from arramon_client.results import COLUMNS
 from arramon_server.episodes.epochs import Statement, digest_of
 from arramon_server.runs.storage.database import Database
-from arramon_server.runs.storage.epochs import Epochs
+from arramon_server.runs.storage.epochs import EpochStore
 from tests import tiny
 from tests.api.people import Person, token_of
 from tests.api.player import Player, create
@@ -78,8 +78,8 @@ class _Opened(closing["Database"]):
     def __init__(self, url: str) -> None:
         super().__init__(Database(url))
 
-    def __enter__(self) -> Epochs:  # type: ignore[override]
-        return Epochs(super().__enter__())
+    def __enter__(self) -> EpochStore:  # type: ignore[override]
+        return EpochStore(super().__enter__())
 
 
 @pytest.fixture

@@ -23,9 +23,18 @@ from arramon_server.runs.results.receipts import Receipts
 from arramon_server.runs.results.signing import SigningKey
 from arramon_server.runs.storage import tables
 from arramon_server.runs.storage.database import Database
-from arramon_server.runs.storage.epochs import Epochs
+from arramon_server.runs.storage.epochs import EpochStore
 from arramon_server.runs.storage.journal import Journal
-from arramon_server.runs.storage.records import COMPLETE, NO_CODE, RUNNING, Batch, Code, Ending, Progress, Run
+from arramon_server.runs.storage.records import (
+    COMPLETE,
+    NO_CODE,
+    RUNNING,
+    Code,
+    CommitBatch,
+    EpisodeEnding,
+    Run,
+    RunProgress,
+)
 from arramon_server.scoring.aggregate import ROWS, Interval
 from arramon_server.scoring.episode import METRICS
 from tests import tiny
@@ -51,7 +60,7 @@ class House:
         receipts = Receipts(self.database, self.splits, SigningKey(folder / "key.pem"))
         self.publishing = Publishing(self.journal, self.splits, self.entries, receipts)
         self.board = Board(self.entries, self.splits, steps_per_phase=STEPS, clocks=CLOCKS)
-        self.epochs = Epochs(self.database)
+        self.epochs = EpochStore(self.database)
 
     @property
     def epoch_board(self) -> EpochBoard:
@@ -115,10 +124,10 @@ class House:
         self.journal.create(run, order[: len(values)])
         if over:
             endings = [
-                Ending(run_id, episode, why, 7, [dict.fromkeys(METRICS, value)] * 2, "", 0, *thinking)
+                EpisodeEnding(run_id, episode, why, 7, [dict.fromkeys(METRICS, value)] * 2, "", 0, *thinking)
                 for episode, value, why in zip(order, values, chain(causes, repeat(cause)), strict=False)
             ]
-            batch = Batch(endings=endings)
+            batch = CommitBatch(endings=endings)
             for at, (episode, value) in enumerate(zip(order, values, strict=False)):
                 digits = np.base_repr(round(value * 10_000), 4) + (at == 0) * detour * "1"
                 for step, digit in enumerate(digits):
@@ -166,5 +175,5 @@ def standing(
     rows = {row: dict.fromkeys(COLUMNS, interval(0.0)) for row in ROWS}
     rows["total"] = {**rows["total"], **totals}
     published_at = NOON + timedelta(minutes=published)
-    progress = Progress(episodes=6, ended=6, steps=42, causes={"AGENT_FINISHED": 6})
+    progress = RunProgress(episodes=6, ended=6, steps=42, causes={"AGENT_FINISHED": 6})
     return Standing((Entry(run, progress, rows, f"agent:{name}", published_at, "", coverage, marks),), rows)

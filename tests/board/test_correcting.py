@@ -30,7 +30,7 @@ from arramon_server.runs.results.signing import SigningKey
 from arramon_server.runs.storage import tables
 from arramon_server.runs.storage.records import CANCELLED, Code
 from arramon_server.sim.geometry import Pose
-from arramon_server.sim.room import Placement
+from arramon_server.sim.room import RoomPosition
 from arramon_server.sim.section import Building, Section
 from tests import tiny
 from tests.board.made import House
@@ -114,7 +114,7 @@ def ptc(standing: Standing) -> float:
 def moved_cell(episode: Episode) -> Episode:
     """The first turn's target belongs where `FAILING` puts it."""
     first, second = episode.turns
-    return replace(episode, turns=(replace(first, target_cell=Placement(2, 1, 3)), second))
+    return replace(episode, turns=(replace(first, target_cell=RoomPosition(2, 1, 3)), second))
 
 
 def test_a_void_episode_counts_in_no_run(host: Host) -> None:

@@ -21,7 +21,7 @@ from arramon_server.runs.storage.database import Database
 from arramon_server.runs.storage.journal import Journal
 from arramon_server.runs.transfer.export import export
 from arramon_server.runs.transfer.restore import import_archive
-from arramon_server.sim.room import Placement
+from arramon_server.sim.room import RoomPosition
 from tests import tiny
 from tests.played import play
 
@@ -166,7 +166,7 @@ def corrected(data: Path) -> Path:
     episodes = []
     for number in range(6):
         one = tiny.episode(str(number), ("en",) if number % 3 == 0 else ("en", "hi"))
-        first = replace(one.turns[0], target_cell=Placement(2, 1, 3))
+        first = replace(one.turns[0], target_cell=RoomPosition(2, 1, 3))
         episodes.append(replace(one, turns=(first, one.turns[1])) if number == 0 else one)
     write_split(data, "tiny", hidden=False, source="tests", episodes=episodes, sections=[tiny.SECTION])
     return old

@@ -12,7 +12,7 @@ from arramon_server.episodes import episode as episodes
 from arramon_server.sim.city import city_scene
 from arramon_server.sim.physics import physics_of
 from arramon_server.sim.raster.camera import RasterCamera
-from arramon_server.sim.room import Placement, Square
+from arramon_server.sim.room import RoomCell, RoomPosition
 from arramon_server.sim.room_scene import room_scene
 from tests.dataset.instructions.town import ACTIONS, PATH, START, STREET, P, crossing
 
@@ -45,9 +45,9 @@ def place() -> Iterator[TrialWorld]:
 
 
 def episode() -> episodes.Episode:
-    cell = Placement(2, 1, 1)
-    first = episodes.Turn(PATH, ACTIONS, (Square(2, 0),), (P,), STREET, cell)
-    second = episodes.Turn((PATH[-1],), (P,), (Square(2, 0),), (P,), STREET, Placement(2, 2, 1))
+    cell = RoomPosition(2, 1, 1)
+    first = episodes.Turn(PATH, ACTIONS, (RoomCell(2, 0),), (P,), STREET, cell)
+    second = episodes.Turn((PATH[-1],), (P,), (RoomCell(2, 0),), (P,), STREET, RoomPosition(2, 2, 1))
     texts = tuple(episodes.Instructions(f"go {i}", f"put {i}") for i in (1, 2))
     return episodes.Episode("e", "test", START, (first, second), (), {"en": (texts[0], texts[1])})
 

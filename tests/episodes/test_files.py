@@ -11,7 +11,7 @@ import pytest
 from arramon_server.episodes.files import FORMAT, Header, read_episodes, read_section, write_episodes
 from arramon_server.episodes.splits import read_split, read_splits, write_split
 from arramon_server.errors import BadFile, NotFound, StorageError
-from arramon_server.sim.own_furniture import Moved, OwnFurniture
+from arramon_server.sim.own_furniture import MovedProp, OwnFurniture
 from arramon_server.sim.section import Prop
 from tests import tiny
 
@@ -105,7 +105,7 @@ def test_own_furniture_is_read_back_from_version_2(tmp_path: Path) -> None:
     cone, banner = Prop("cone", 1.0, 2.0, 30.0, "blue"), Prop("banner", 0.0, 11.0, 180.0, "red", "star", "white")
     section = replace(tiny.SECTION, props=(cone, banner))
     own = replace(
-        tiny.episode("0"), furniture=OwnFurniture(added=(cone,), moved=(Moved(0, 3.0, 4.0, 0.0),), left_out=(1,))
+        tiny.episode("0"), furniture=OwnFurniture(added=(cone,), moved=(MovedProp(0, 3.0, 4.0, 0.0),), left_out=(1,))
     )
     split = write_split(
         tmp_path, "own", hidden=False, source="tests", episodes=[own, tiny.episode("1")], sections=[section]

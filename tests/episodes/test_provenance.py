@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from arramon_server.episodes.provenance import Origins, Provenance, Recovered, origins_of
+from arramon_server.episodes.provenance import OriginCounts, Provenance, Recovered, origins_of
 from arramon_server.episodes.splits import Split, read_split, write_split
 from arramon_server.errors import BadFile
 from arramon_server.sim.own_furniture import OwnFurniture
@@ -47,7 +47,9 @@ def test_provenance_is_read_back_and_part_of_the_hash(tmp_path: Path) -> None:
 def test_origins_are_counted_apart(tmp_path: Path) -> None:
     split = write(tmp_path, PROVENANCE)
     origins = origins_of(split.provenance.values(), split.sections)
-    assert origins == Origins(agreed_props=1, agreed_facades=1, drawn_props=1, own_coloured=1, own_text=1, own_drawn=2)
+    assert origins == OriginCounts(
+        agreed_props=1, agreed_facades=1, drawn_props=1, own_coloured=1, own_text=1, own_drawn=2
+    )
     assert str(origins) == (
         "1 landmarks and 1 facades recovered by agreement, 1 put where an episode's own text says, "
         "1 landmarks in the colour that an episode's own text says, 3 drawn (2 for single episodes)"
@@ -55,7 +57,7 @@ def test_origins_are_counted_apart(tmp_path: Path) -> None:
 
 
 def test_nothing_is_counted_where_nothing_was_recovered(tmp_path: Path) -> None:
-    assert origins_of([], tiny.write(tmp_path).sections) == Origins(0, 0, 0, 0, 0, 0)
+    assert origins_of([], tiny.write(tmp_path).sections) == OriginCounts(0, 0, 0, 0, 0, 0)
 
 
 @pytest.mark.parametrize(

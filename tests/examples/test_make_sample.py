@@ -16,7 +16,7 @@ from arramon_dataset.release.files import read_release
 from arramon_dataset.release.importer import import_release
 from arramon_server.episodes.episode import Episode
 from arramon_server.sim.catalogue import ObjectType
-from arramon_server.sim.room import Square
+from arramon_server.sim.room import RoomCell
 from arramon_server.sim.rules import moved
 from benchmarks.release.drawn_furniture import reconstruct
 from examples.sampling import english, hindi
@@ -92,7 +92,7 @@ def test_assembly_instructions_match_the_rooms(tmp_path: Path) -> None:
     checked = 0
     for episode in split.episodes.values():
         first, second = episode.turns
-        room = {Square(item.placement.column, item.placement.row): item.type for item in episode.decoys}
+        room = {RoomCell(item.placement.column, item.placement.row): item.type for item in episode.decoys}
         assert len(room) == 8
         for number, turn in enumerate((first, second)):
             cell = turn.target_cell
@@ -101,9 +101,9 @@ def test_assembly_instructions_match_the_rooms(tmp_path: Path) -> None:
                     name = reference.complete_type()
                     if reference.relation is not None and name is not None:
                         columns, rows = OFFSETS[reference.relation]
-                        assert room[Square(cell.column + columns, cell.row + rows)] == name, texts[number].assembly
+                        assert room[RoomCell(cell.column + columns, cell.row + rows)] == name, texts[number].assembly
                         checked += 1
-            room.setdefault(Square(cell.column, cell.row), turn.target.type)
+            room.setdefault(RoomCell(cell.column, cell.row), turn.target.type)
     assert checked > 40
 
 

@@ -96,11 +96,11 @@ def test_gzip_files_are_read_whole_or_refused(tmp_path: Path, cut: int) -> None:
 
 def test_files_of_usual_data_are_far_from_the_bounds(tmp_path: Path) -> None:
     """Steps are what compresses best in an export."""
-    from arramon_server.runs.transfer.archive import _MAX_RATIO, _MIN_SIZE, Writer
+    from arramon_server.runs.transfer.archive import _MAX_RATIO, _MIN_SIZE, ArchiveWriter
 
     file = tmp_path / "file"
     with file.open("wb") as out:
-        writer = Writer(out)
+        writer = ArchiveWriter(out)
         with writer.frame():
             writer.write({"table": "steps", "columns": columns_of(tables.steps)})
             for episode in range(300):

@@ -2,7 +2,7 @@
 
 import pytest
 
-from arramon_server.sim.own_furniture import Moved, OwnFurniture, furnished
+from arramon_server.sim.own_furniture import MovedProp, OwnFurniture, furnished
 from arramon_server.sim.section import Prop, Section
 
 PROPS = (
@@ -16,7 +16,7 @@ BIN = Prop("bin", 5.0, 5.0, 0.0)
 
 
 def test_section_in_an_episode() -> None:
-    own = OwnFurniture(added=(BIN,), moved=(Moved(1, 7.0, 8.0, 45.0),), left_out=(0,))
+    own = OwnFurniture(added=(BIN,), moved=(MovedProp(1, 7.0, 8.0, 45.0),), left_out=(0,))
     assert furnished(SECTION, own).props == (Prop("bench", 7.0, 8.0, 45.0), PROPS[2], PROPS[3], BIN)
     assert not own.is_empty
 
@@ -58,7 +58,7 @@ def test_props_that_do_not_exist(prop: Prop, what: str) -> None:
 
 def test_a_prop_is_changed_once() -> None:
     with pytest.raises(ValueError, match="prop 1 is moved or left out twice"):
-        OwnFurniture(moved=(Moved(1, 0.0, 0.0, 0.0),), left_out=(1,))
+        OwnFurniture(moved=(MovedProp(1, 0.0, 0.0, 0.0),), left_out=(1,))
 
 
 @pytest.mark.parametrize(
@@ -66,7 +66,7 @@ def test_a_prop_is_changed_once() -> None:
     [
         (OwnFurniture(left_out=(4,)), "names prop 4 of section '1', which has 4"),
         (OwnFurniture(left_out=(-1,)), "names prop -1 of section '1', which has 4"),
-        (OwnFurniture(moved=(Moved(2, 0.0, 0.0, 0.0),)), "changes prop 2 of section '1', a zebra_crossing"),
+        (OwnFurniture(moved=(MovedProp(2, 0.0, 0.0, 0.0),)), "changes prop 2 of section '1', a zebra_crossing"),
     ],
 )
 def test_the_section_must_have_what_is_changed(own: OwnFurniture, what: str) -> None:

@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 from arramon_client.world import Action
 from arramon_server.sim.catalogue import ALL_TYPES, ObjectType
 from arramon_server.sim.geometry import Point, Pose
-from arramon_server.sim.room import START, Placement, Square
+from arramon_server.sim.room import START, RoomCell, RoomPosition
 from arramon_server.sim.rules import (
     Blocked,
     Collectible,
-    Layout,
+    EpisodeLayout,
     Limits,
     Moved,
     Phase,
@@ -46,14 +46,14 @@ def item(kind: ObjectType, x: float, z: float) -> Collectible:
     return Collectible(kind, Point(x, 0.1, z))
 
 
-LAYOUT = Layout(
+LAYOUT = EpisodeLayout(
     start=Pose(0.0, 0.0, 0.0),
     streets=((item(MUG, 0.2, 2.0), item(TV, 5.0, 5.0)), (item(BALL, 0.0, 3.0),)),
-    decoys=(PlacedObject(TV, Placement(1, 1, 1)),),
+    decoys=(PlacedObject(TV, RoomPosition(1, 1, 1)),),
 )
 
 
-def play(actions: list[Action], layout: Layout = LAYOUT, limit: int = 150) -> tuple[State, list[object]]:
+def play(actions: list[Action], layout: EpisodeLayout = LAYOUT, limit: int = 150) -> tuple[State, list[object]]:
     state = begin(layout)
     happened: list[object] = []
     for action in actions:
@@ -126,13 +126,13 @@ def test_a_distracter_can_be_picked_up() -> None:
 @pytest.mark.parametrize(
     ("actions", "placement"),
     [
-        ([P], Placement(2, 1, 1)),
-        ([F, P], Placement(2, 1, 2)),
-        ([R, R, R, P], Placement(3, 1, 0)),
-        ([F, L, L, L, P], Placement(1, 2, 1)),  # on top of the decoy
+        ([P], RoomPosition(2, 1, 1)),
+        ([F, P], RoomPosition(2, 1, 2)),
+        ([R, R, R, P], RoomPosition(3, 1, 0)),
+        ([F, L, L, L, P], RoomPosition(1, 2, 1)),  # on top of the decoy
     ],
 )
-def test_place_puts_the_object_one_cell_ahead(actions: list[Action], placement: Placement) -> None:
+def test_place_puts_the_object_one_cell_ahead(actions: list[Action], placement: RoomPosition) -> None:
     state, events = play([P, *actions])
     assert events[-2:] == [Placed(placement), PhaseEnded(1, Phase.ASSEMBLY, forced=False)]
     assert state.room[-1] == PlacedObject(MUG, placement)
@@ -156,7 +156,7 @@ def test_impossible_actions_in_the_room_only_count_a_step(actions: list[Action])
 
 def test_objects_in_the_room_do_not_block_the_agent() -> None:
     state, events = play([P, F, L, L, L, F])
-    assert (state.square, events[-1]) == (Square(1, 1), Moved())
+    assert (state.square, events[-1]) == (RoomCell(1, 1), Moved())
 
 
 def test_turn_two_starts_where_turn_one_ended() -> None:
@@ -167,7 +167,7 @@ def test_turn_two_starts_where_turn_one_ended() -> None:
 def test_second_object_can_be_placed_on_the_first() -> None:
     state, _ = play([P, P, F, P, P])
     assert state.finished
-    assert [o.placement for o in state.room[-2:]] == [Placement(2, 1, 1), Placement(2, 2, 1)]
+    assert [o.placement for o in state.room[-2:]] == [RoomPosition(2, 1, 1), RoomPosition(2, 2, 1)]
 
 
 def test_stepping_a_finished_episode_is_an_error() -> None:
@@ -190,27 +190,27 @@ def test_the_step_that_reaches_the_limit_still_acts() -> None:
 @pytest.mark.parametrize(
     ("actions", "placement"),
     [
-        ([L, R], Placement(2, 1, 1)),  # one cell ahead
-        ([L, L], Placement(2, 1, 0)),  # oblique: at the agent's feet
-        ([F, F], Placement(2, 1, 3)),
-        ([F, R], Placement(2, 1, 1)),
+        ([L, R], RoomPosition(2, 1, 1)),  # one cell ahead
+        ([L, L], RoomPosition(2, 1, 0)),  # oblique: at the agent's feet
+        ([F, F], RoomPosition(2, 1, 3)),
+        ([F, R], RoomPosition(2, 1, 1)),
     ],
 )
-def test_step_limit_forces_placement_of_the_object(actions: list[Action], placement: Placement) -> None:
+def test_step_limit_forces_placement_of_the_object(actions: list[Action], placement: RoomPosition) -> None:
     _, events = play([R, P, *actions], limit=2)
     assert events[-2:] == [Placed(placement), PhaseEnded(1, Phase.ASSEMBLY, forced=True)]
 
 
 def test_forced_placement_facing_a_wall_uses_the_agents_cell() -> None:
     _, events = play([P, R, R, R, R, R, R], limit=6)
-    assert Placed(Placement(2, 1, 0)) in events
+    assert Placed(RoomPosition(2, 1, 0)) in events
 
 
 LAYOUTS = st.builds(
-    lambda xs, decoys: Layout(
+    lambda xs, decoys: EpisodeLayout(
         Pose(0.0, 0.0, 28.8),
         (tuple(item(t, x, z) for t, x, z in xs), tuple(item(t, z, x) for t, x, z in xs)),
-        tuple(PlacedObject(ALL_TYPES[i], Placement(c, 1, r)) for i, (c, r) in enumerate(decoys)),
+        tuple(PlacedObject(ALL_TYPES[i], RoomPosition(c, 1, r)) for i, (c, r) in enumerate(decoys)),
     ),
     st.lists(st.tuples(st.sampled_from(ALL_TYPES), st.floats(-5, 5), st.floats(-5, 5)), min_size=1, max_size=4),
     st.sets(st.tuples(st.integers(0, 4), st.integers(0, 3)).filter(lambda c: c != (2, 0)), max_size=8),
@@ -219,7 +219,7 @@ LAYOUTS = st.builds(
 
 @settings(max_examples=60, deadline=None)
 @given(layout=LAYOUTS, actions=st.lists(st.sampled_from(Action), max_size=60), limit=st.integers(1, 12))
-def test_random_play_keeps_the_invariants(layout: Layout, actions: list[Action], limit: int) -> None:
+def test_random_play_keeps_the_invariants(layout: EpisodeLayout, actions: list[Action], limit: int) -> None:
     state = begin(layout)
     for action in actions:
         if state.finished:
@@ -231,14 +231,14 @@ def test_random_play_keeps_the_invariants(layout: Layout, actions: list[Action],
         assert state.square.is_inside()
         assert (state.carried is not None) == (state.phase is Phase.ASSEMBLY and not state.finished)
         for placed in state.room:
-            square = Square(placed.placement.column, placed.placement.row)
+            square = RoomCell(placed.placement.column, placed.placement.row)
             assert square.is_inside()
             assert placed.placement.level <= height_at(state.room, square)
 
 
 @settings(max_examples=20, deadline=None)
 @given(layout=LAYOUTS, seed=st.integers(0, 10_000))
-def test_step_limits_always_finish_an_episode(layout: Layout, seed: int) -> None:
+def test_step_limits_always_finish_an_episode(layout: EpisodeLayout, seed: int) -> None:
     state = begin(layout)
     for number in range(4 * 5):
         if not state.finished:
@@ -251,11 +251,11 @@ def test_timeout_ends_all_remaining_phases() -> None:
     assert events == (
         PickedUp(0),
         PhaseEnded(1, Phase.NAVIGATION, forced=True),
-        Placed(Placement(2, 1, 1)),
+        Placed(RoomPosition(2, 1, 1)),
         PhaseEnded(1, Phase.ASSEMBLY, forced=True),
         PickedUp(0),
         PhaseEnded(2, Phase.NAVIGATION, forced=True),
-        Placed(Placement(2, 2, 1)),
+        Placed(RoomPosition(2, 2, 1)),
         PhaseEnded(2, Phase.ASSEMBLY, forced=True),
     )
     assert state.finished
@@ -266,7 +266,7 @@ def test_timeout_ends_all_remaining_phases() -> None:
 
 def test_timeout_in_the_room_places_the_carried_object() -> None:
     state, events = time_out(play([P, F, R])[0], LAYOUT)  # oblique: onto the agent's own cell
-    assert events[:2] == (Placed(Placement(2, 1, 1)), PhaseEnded(1, Phase.ASSEMBLY, forced=True))
+    assert events[:2] == (Placed(RoomPosition(2, 1, 1)), PhaseEnded(1, Phase.ASSEMBLY, forced=True))
     assert [event.turn for event in events if isinstance(event, PhaseEnded)] == [1, 2, 2]
     assert state.step == 3
 

@@ -9,7 +9,7 @@ from arramon_server.sim.cameras import Viewpoint, labels_of
 from arramon_server.sim.city import city_scene, refurnished
 from arramon_server.sim.raster.camera import RasterCamera
 from arramon_server.sim.section import Building, Prop, Section
-from arramon_server.sim.variations import SAME, Difference
+from arramon_server.sim.variations import SAME, SceneDifference
 
 CONES = (Prop("cone", 0.0, 3.0, 0.0, "orange"), Prop("cone", 1.0, 4.0, 0.0, "blue"))
 BARREL = Prop("barrel", -1.0, 4.0, 0.0, "gold")
@@ -20,17 +20,17 @@ HERE = Viewpoint(0.0, 0.0, 0.0)
 def test_difference_names_what_is_absent_and_what_is_further() -> None:
     scene = city_scene(SECTION)
     variation = refurnished(scene, replace(SECTION, props=(CONES[0], BARREL)))
-    difference = Difference.between(scene, variation)
+    difference = SceneDifference.between(scene, variation)
     assert [body.name for body in difference.absent] == ["cone/1"]
     assert [body.name for body in difference.further] == ["barrel/0"]
-    none = Difference.between(scene, refurnished(scene, SECTION))
+    none = SceneDifference.between(scene, refurnished(scene, SECTION))
     assert (none.absent, none.further) == (SAME.absent, SAME.further)
 
 
 def test_props_that_stand_elsewhere_are_other_bodies() -> None:
     scene = city_scene(SECTION)
     variation = refurnished(scene, replace(SECTION, props=(CONES[0], replace(CONES[1], x=2.0))))
-    difference = Difference.between(scene, variation)
+    difference = SceneDifference.between(scene, variation)
     assert [body.position for body in difference.absent] == [(1.0, 4.0, 0.0)]
     assert [body.position for body in difference.further] == [(2.0, 4.0, 0.0)]
 

@@ -8,10 +8,10 @@ from arramon_server.board.board import Board
 from arramon_server.episodes.episode import Episode, Instructions
 from arramon_server.episodes.splits import Split, write_split
 from arramon_server.runs.accounts.callers import HOST
-from arramon_server.runs.play.session import Session
+from arramon_server.runs.play.session import EpisodeSession
 from arramon_server.runs.results.receipts import Receipts
 from arramon_server.runs.results.signing import SigningKey
-from arramon_server.runs.storage.records import COMPLETE, RUNNING, Batch, Code, Ending, Run
+from arramon_server.runs.storage.records import COMPLETE, RUNNING, Code, CommitBatch, EpisodeEnding, Run
 from arramon_server.scoring.episode import METRICS
 from arramon_server.sim.catalogue import ObjectType
 from arramon_server.sim.city import city_scene
@@ -70,7 +70,7 @@ class WebHouse(House):
         self.journal.create(run, [episode.episode_id for episode in order])
         with closing(physics_of(city_scene(tiny.SECTION))) as ground:
             for episode in order:
-                self.journal.commit(_played(run_id, Session(episode, ground, Limits(STEPS))))
+                self.journal.commit(_played(run_id, EpisodeSession(episode, ground, Limits(STEPS))))
         self.journal.set_state(run_id, COMPLETE)
         return self.publish(run_id)
 
@@ -151,14 +151,14 @@ def _peculiar(number: int) -> Episode:
     )
 
 
-def _played(run_id: str, session: Session) -> Batch:
+def _played(run_id: str, session: EpisodeSession) -> CommitBatch:
     """All steps of an episode's ground truth, and its ending."""
-    batch, episode = Batch(), session.episode
+    batch, episode = CommitBatch(), session.episode
     actions = [action for turn in episode.turns for action in (*turn.actions, *turn.room_actions)]
     for step, action in enumerate(actions):
         session.apply(action)
         batch.add_step(run_id, episode.episode_id, 0, step, action)
     scores = [dict(turn) for turn in session.scores().turns]
     assert set(scores[0]) == set(METRICS)
-    batch.endings.append(Ending(run_id, episode.episode_id, "AGENT_FINISHED", len(actions), scores))
+    batch.endings.append(EpisodeEnding(run_id, episode.episode_id, "AGENT_FINISHED", len(actions), scores))
     return batch

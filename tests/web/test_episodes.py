@@ -9,14 +9,14 @@ from arramon_client.world import FACADES, FURNITURE, Action
 from arramon_lang.grammar import forms_of
 from arramon_lang.language import load
 from arramon_server.board.correcting import Correcting
-from arramon_server.runs.play.session import Session
+from arramon_server.runs.play.session import EpisodeSession
 from arramon_server.runs.results.signing import SigningKey
 from arramon_server.runs.storage.causes import AGENT_FINISHED, FORFEITED
-from arramon_server.runs.storage.records import COMPLETE, Batch, Ending
+from arramon_server.runs.storage.records import COMPLETE, CommitBatch, EpisodeEnding
 from arramon_server.scoring.episode import METRICS
 from arramon_server.sim.bullet import Obstacles
 from arramon_server.sim.city import city_scene
-from arramon_server.sim.room import Placement
+from arramon_server.sim.room import RoomPosition
 from arramon_server.sim.rules import Limits
 from arramon_server.sim.section import Building, Prop
 from arramon_server.web.episodes_page import FAILURES, NAVIGATION, NOTHING, OBJECT, PLACEMENT, Filter, failure_of
@@ -48,8 +48,8 @@ def test_a_turn_fails_at_the_first_thing_that_went_wrong(failed: str) -> None:
     assert failure_of(TURNS[failed]) == failed
 
 
-def ending(one: str, two: str, cause: str = AGENT_FINISHED) -> Ending:
-    return Ending("r", "0", cause, 7, [TURNS[one], TURNS[two]])
+def ending(one: str, two: str, cause: str = AGENT_FINISHED) -> EpisodeEnding:
+    return EpisodeEnding("r", "0", cause, 7, [TURNS[one], TURNS[two]])
 
 
 @pytest.mark.parametrize(("chosen", "first", "second", "fits"), [
@@ -77,7 +77,7 @@ def mixed(web: WebHouse, count: int = 12) -> str:
         replace(ending(NOTHING, NOTHING if int(name) % 2 else PLACEMENT), run_id=run_id, episode_id=name)
         for name in order
     ]
-    web.journal.commit(Batch(endings=found))
+    web.journal.commit(CommitBatch(endings=found))
     web.journal.set_state(run_id, COMPLETE)
     return web.publish(run_id)
 
@@ -169,7 +169,7 @@ def test_the_room_is_drawn_with_what_lies_in_it(shown: WebHouse, language: str) 
 
 def test_rooms_as_they_were_played() -> None:
     with Obstacles(city_scene(tiny.SECTION)) as ground:
-        session = Session(tiny.episode("0"), ground, Limits(150))
+        session = EpisodeSession(tiny.episode("0"), ground, Limits(150))
         watch = RoomWatch(session)
         watch.replay((*tiny.ACTIONS[:3], Action.RIGHT, Action.LEFT, *tiny.ACTIONS[3:10], Action.INTERACT))
         first, second = watch.rooms()
@@ -182,11 +182,11 @@ def test_rooms_as_they_were_played() -> None:
 
 def test_a_room_that_was_not_reached_shows_what_would_have_been_there() -> None:
     with Obstacles(city_scene(tiny.SECTION)) as ground:
-        session = Session(tiny.episode("0"), ground, Limits(150))
+        session = EpisodeSession(tiny.episode("0"), ground, Limits(150))
         first, second = RoomWatch(session).rooms()
     assert [len(room.piles) for room in (first, second)] == [1, 1]
     assert (first.played, first.placed, first.carried) == ("", None, None)
-    assert Placement(2, 1, 2).level == first.target_level
+    assert RoomPosition(2, 1, 2).level == first.target_level
 
 
 SECTION = replace(

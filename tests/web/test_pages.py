@@ -15,7 +15,7 @@ import pytest
 from arramon_client.receipts import read_receipt
 from arramon_server.runs.play.clocks import Clocks
 from arramon_server.runs.storage import causes
-from arramon_server.runs.storage.records import COMPLETE, Batch, Ending
+from arramon_server.runs.storage.records import COMPLETE, CommitBatch, EpisodeEnding
 from arramon_server.scoring.episode import METRICS
 from arramon_server.web import pages, texts
 from tests import tiny
@@ -399,7 +399,7 @@ def test_timed_out_and_faulty_episodes_are_drawn_as_scored(web: WebHouse) -> Non
     ended = {"quokka-0": causes.TIME_LIMIT, "quokka-1": causes.FORFEITED}
     play(web.database, web.splits["open"], run, actions, ended=ended, over=False)
     unplayed = [dict.fromkeys(METRICS, 0.0)] * 2
-    web.journal.commit(Batch(endings=[Ending(run, "quokka-2", causes.SERVER_FAULT, 0, unplayed, epoch=1)]))
+    web.journal.commit(CommitBatch(endings=[EpisodeEnding(run, "quokka-2", causes.SERVER_FAULT, 0, unplayed, epoch=1)]))
     web.journal.set_state(run, COMPLETE)
     web.publish(run)
     walked = "26.44,26 26.44,25 26.44,24"

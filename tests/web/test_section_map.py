@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from arramon_server.episodes.provenance import AGREEMENT, DRAWN, TEXT, Origin
+from arramon_server.episodes.provenance import AGREEMENT, DRAWN, TEXT, PropOrigin
 from arramon_server.scoring.trajectory import TurnRecord
 from arramon_server.sim.section import Building, Prop, Section
 from arramon_server.web.section_map import ground, track
@@ -25,7 +25,7 @@ def test_ground_map_has_scaled_roofs_and_props() -> None:
 
 def test_recovered_and_own_furniture_is_kept_apart_from_what_was_drawn() -> None:
     props = (*SECTION.props, Prop("bin", 0.0, 0.0, 0.0), Prop("bench", 2.0, 2.0, 0.0))
-    origins = (Origin(AGREEMENT, 23.6), Origin(DRAWN), Origin(TEXT))
+    origins = (PropOrigin(AGREEMENT, 23.6), PropOrigin(DRAWN), PropOrigin(TEXT))
     seen = ground(replace(SECTION, props=props), origins)
     assert (seen.agreed, seen.props, seen.told) == (((17.0, 34.0, 24),), ((16.0, 36.0),), ((18.0, 34.0),))
 

@@ -15,7 +15,7 @@ from arramon_dataset.instructions.assembly.sight import seen_room, whole_room
 from arramon_lang.meaning import Assembly, Thing, Where
 from arramon_lang.room import Standing, find_cell, quarter_after, relative
 from arramon_server.sim.catalogue import ObjectType
-from arramon_server.sim.room import START, Placement
+from arramon_server.sim.room import START, RoomPosition
 from arramon_server.sim.rules import PlacedObject
 
 TRIES = 60
@@ -61,7 +61,7 @@ class _Option:
 
 
 def plan_assembly(
-    target_type: ObjectType, target_cell: Placement, room: tuple[PlacedObject, ...], random: Random
+    target_type: ObjectType, target_cell: RoomPosition, room: tuple[PlacedObject, ...], random: Random
 ) -> Assembly | None:
     """Return a meaning that identifies the target's cell and clearly no other, or None if none was found.
 
@@ -91,7 +91,7 @@ def plan_assembly(
     return None
 
 
-def _draw_turns(cell: Placement, random: Random) -> tuple[str, ...]:
+def _draw_turns(cell: RoomPosition, random: Random) -> tuple[str, ...]:
     across, ahead = cell.column - START.column, cell.row - START.row
     aside = 0 if ahead == 0 else 1 if abs(across) > 1.5 * ahead else 2 if abs(across) >= ahead else 3
     share = TURN_FIRST[aside][0 if cell.level == 1 else 1]
@@ -100,7 +100,7 @@ def _draw_turns(cell: Placement, random: Random) -> tuple[str, ...]:
     return ("right",) if across > 0 else ("left",)
 
 
-def _draw(turns: tuple[str, ...], cell: Placement, names: Names, random: Random) -> Assembly | None:
+def _draw(turns: tuple[str, ...], cell: RoomPosition, names: Names, random: Random) -> Assembly | None:
     """Return one random plan, or None if it does not identify the cell."""
     thing = names.name_target(random)
     where: tuple[Where, ...] = ()
@@ -131,7 +131,7 @@ def _draw(turns: tuple[str, ...], cell: Placement, names: Names, random: Random)
     return Assembly(turns, thing, where)
 
 
-def _leads(meaning: Assembly, cell: Placement, names: Names) -> bool:
+def _leads(meaning: Assembly, cell: RoomPosition, names: Names) -> bool:
     """Return whether the target's cell fits clearly best and alone, in the whole room and in its visible part."""
     if len(meaning.where) == 1 and meaning.where[0].things[0].kind == "wall":
         return False  # A wall has several cells along it, even if the others are occupied.
@@ -168,7 +168,7 @@ def _name_landmarks(option: _Option, names: Names, random: Random) -> tuple[Wher
     return tuple(Where(relation, named, exactly) for relation in option.relations)
 
 
-def _options(cell: Placement, names: Names) -> Iterator[_Option]:
+def _options(cell: RoomPosition, names: Names) -> Iterator[_Option]:
     """Yield all relations that hold for the cell, as seen in the agent's viewing direction."""
     here = (cell.column, cell.row)
     before = [item for item in names.seen.things if _is_before(item, names.quarter) and item.cell != here]

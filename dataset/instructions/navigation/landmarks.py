@@ -23,7 +23,7 @@ from arramon_dataset.instructions.sight import Landmark
 from arramon_lang.meaning import Rotate, Step, Thing, Walk
 from arramon_lang.street import ALONG, DEGREES, NEAR, PAST
 from arramon_server.sim.geometry import Pose
-from arramon_server.sim.labels import Label
+from arramon_server.sim.labels import SegmentationLabel
 
 AMBIGUITY_COST = 2.0
 """Cost of naming a landmark that could be confused with one not visible from the path."""
@@ -52,7 +52,7 @@ ASIDE = 1.3
 BESIDE_WALL = 5.0
 """Maximum distance of a building's wall from the walk past it, in units."""
 
-UNTOLD = Label("building", look="grey")
+UNTOLD = SegmentationLabel("building", look="grey")
 """Not named: nearly every building looks grey to somebody."""
 
 PLACES = ("intersection", "junction", "corner")

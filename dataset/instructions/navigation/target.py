@@ -11,7 +11,7 @@ from arramon_dataset.instructions.sight import Landmark
 from arramon_lang.meaning import Thing, Where
 from arramon_server.sim.assets.roadside import ZEBRA_LENGTH, ZEBRA_WIDTH
 from arramon_server.sim.geometry import Pose
-from arramon_server.sim.labels import Label
+from arramon_server.sim.labels import SegmentationLabel
 from arramon_server.sim.rules import Collectible
 
 NEAR = 3.0
@@ -61,7 +61,7 @@ def describe(
     """
     every = marks
     marks = [mark for mark in marks if mark.seen]
-    own, at = Label.of(target.type), (target.position.x, target.position.z)
+    own, at = SegmentationLabel.of(target.type), (target.position.x, target.position.z)
     if not any(
         mark.label == own
         and math.dist((mark.x, mark.z), (target.position.x, target.position.z)) < 0.1

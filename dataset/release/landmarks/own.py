@@ -19,7 +19,7 @@ from arramon_dataset.release.landmarks.walks import Indices, Numbers
 from arramon_server.sim.assets import furniture
 from arramon_server.sim.assets.furniture import footprint_radius
 from arramon_server.sim.geometry import wrap
-from arramon_server.sim.own_furniture import Moved
+from arramon_server.sim.own_furniture import MovedProp
 from arramon_server.sim.section import ON_WALLS, Prop
 
 EXPLAINED = 0.3
@@ -135,7 +135,7 @@ def front(place: Numbers, heading: float, walked: Numbers) -> float:
     return round(wrap(heading + 90.0 * turns), 3)
 
 
-def moved_off(props: Sequence[Prop], room: Room) -> tuple[list[Moved], list[int]]:
+def moved_off(props: Sequence[Prop], room: Room) -> tuple[list[MovedProp], list[int]]:
     """Return which of a section's props an episode moves off its own paths and objects, and which it leaves out.
 
     A prop stands as near to its place as it can, and is left out if that is nowhere.
@@ -157,7 +157,7 @@ def moved_off(props: Sequence[Prop], room: Room) -> tuple[list[Moved], list[int]
             left_out.append(index)
             continue
         to = room.ground.places[free[int(np.hypot(*(room.ground.places[free] - place).T).argmin())]]
-        moved.append(Moved(index, *_rounded(to), prop.heading))
+        moved.append(MovedProp(index, *_rounded(to), prop.heading))
         standing = [*others, (float(to[0]), float(to[1]), prop.kind)]
     return moved, left_out
 

@@ -33,7 +33,7 @@ ANONYMOUS_NAME = "anonymous"
 
 
 @dataclass(frozen=True, slots=True)
-class Token:
+class AccessToken:
     """Data about a token, without its secret.
 
     Attributes:
@@ -98,11 +98,11 @@ class Accounts:
             connection.execute(tables.tokens.insert(), [row])
         return f"{PREFIX}_{token_id}_{secret}"
 
-    def tokens(self) -> list[Token]:
+    def tokens(self) -> list[AccessToken]:
         """Return all tokens, the oldest first."""
         return [_token(row) for row in self._database.read(_TOKENS.order_by(tables.tokens.c.created_at))]
 
-    def revoke(self, token_id: str) -> Token:
+    def revoke(self, token_id: str) -> AccessToken:
         """Revoke a token. A token that was revoked before keeps the time of its revocation.
 
         Raises:
@@ -220,8 +220,8 @@ _TOKENS = sa.select(
 ).join_from(tables.tokens, tables.participants)
 
 
-def _token(row: Row[Any]) -> Token:
+def _token(row: Row[Any]) -> AccessToken:
     times: Sequence[datetime | None] = [utc(row._mapping[name]) for name in ("created_at", "expires_at", "revoked_at")]
     created_at, expires_at, revoked_at = times
     assert created_at is not None
-    return Token(row.token_id, row.participant, Role(row.role), row.note, created_at, expires_at, revoked_at)
+    return AccessToken(row.token_id, row.participant, Role(row.role), row.note, created_at, expires_at, revoked_at)

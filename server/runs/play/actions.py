@@ -6,14 +6,14 @@ from functools import partial
 
 from arramon_client.world import Action
 from arramon_server.errors import LONGEST_QUOTE, quoted
-from arramon_server.runs.play.events import EpisodeEnded, Event, Observed, PhaseOver, Problem
-from arramon_server.runs.play.faults import EpisodeFault, contained
-from arramon_server.runs.play.session import Session, ending
-from arramon_server.runs.play.stream import MAX_TOGETHER, Act, Stream
+from arramon_server.runs.play.events import ActionProblem, EpisodeEnded, Event, Observed, PhaseOver
+from arramon_server.runs.play.faults import EpisodeFault, fault_boundary
+from arramon_server.runs.play.session import EpisodeSession, ending
+from arramon_server.runs.play.stream import MAX_BATCH, Act, Stream
 from arramon_server.runs.play.timekeeper import Timekeeper
 from arramon_server.runs.storage import causes
 from arramon_server.runs.storage.journal import Journal
-from arramon_server.runs.storage.records import Batch, Claim
+from arramon_server.runs.storage.records import Claim, CommitBatch
 
 
 @dataclass(slots=True)
@@ -41,14 +41,14 @@ class ActionHandler:
         self._journal = journal
         self._time = time
 
-    def handle(self, stream: Stream, batch: Batch) -> Answers:
+    def handle(self, stream: Stream, batch: CommitBatch) -> Answers:
         """Apply the messages of a stream that wait, oldest first, each as of the time at which it arrived.
 
         All of them share one commit and their observations are drawn together, so that a client that answers in many
         small messages costs no more for it. The first one is applied whatever its length.
         """
         answers, acts = Answers(), 0
-        while stream.asked and (not acts or acts + len(stream.asked[0].acts) <= MAX_TOGETHER):
+        while stream.asked and (not acts or acts + len(stream.asked[0].acts) <= MAX_BATCH):
             asked = stream.take()
             acts += len(asked.acts) or 1
             self._check_clocks(stream, asked.at, batch, answers)
@@ -56,17 +56,17 @@ class ActionHandler:
                 _collect(answers, partial(self._apply, stream, act, asked.at, batch))
         return answers
 
-    def check_clocks(self, stream: Stream, at: float, batch: Batch) -> Answers:
+    def check_clocks(self, stream: Stream, at: float, batch: CommitBatch) -> Answers:
         """Charge a stream for overdue steps at a time, and end its episodes that are out of time."""
         answers = Answers()
         self._check_clocks(stream, at, batch, answers)
         return answers
 
-    def _check_clocks(self, stream: Stream, at: float, batch: Batch, answers: Answers) -> None:
+    def _check_clocks(self, stream: Stream, at: float, batch: CommitBatch, answers: Answers) -> None:
         for session in [stream.sessions[episode_id] for episode_id in self._time.check(stream, at, batch)]:
             _collect(answers, partial(self._run_out, stream, session, batch))
 
-    def _apply(self, stream: Stream, act: Act, at: float, batch: Batch) -> list[Event]:
+    def _apply(self, stream: Stream, act: Act, at: float, batch: CommitBatch) -> list[Event]:
         """Apply one action that arrived at a time, after the checks that the protocol asks for."""
         session = stream.sessions.get(act.episode_id)
         if session is None:
@@ -87,7 +87,7 @@ class ActionHandler:
             if first == act.action:
                 return [again]
             return [_problem(act, "STEP_BEHIND", f"step {act.step} was answered with {first:d}; that stands"), again]
-        with contained(stream.run, stream.claim(session), "playing"):
+        with fault_boundary(stream.run, stream.claim(session), "playing"):
             phases = session.apply(Action(act.action))
         session.thinking.answer(act.step, at)
         batch.add_step(stream.run.run_id, act.episode_id, session.epoch, act.step, act.action)
@@ -98,17 +98,19 @@ class ActionHandler:
             return [*events, observed(stream, session)]
         return [*events, self._end(stream, session, batch, session.cause)]
 
-    def _run_out(self, stream: Stream, session: Session, batch: Batch) -> list[Event]:
+    def _run_out(self, stream: Stream, session: EpisodeSession, batch: CommitBatch) -> list[Event]:
         """End an episode that is out of time."""
-        with contained(stream.run, stream.claim(session), "ending"):
+        with fault_boundary(stream.run, stream.claim(session), "ending"):
             phases = session.run_out()
         over = [PhaseOver(session.episode.episode_id, phase) for phase in phases]
         return [*over, self._end(stream, session, batch, causes.TIME_LIMIT)]
 
-    def _end(self, stream: Stream, session: Session, batch: Batch, cause: str, note: str = "") -> EpisodeEnded:
+    def _end(
+        self, stream: Stream, session: EpisodeSession, batch: CommitBatch, cause: str, note: str = ""
+    ) -> EpisodeEnded:
         """Score an episode as it stands, and take it from its stream."""
         run_id, episode_id = stream.run.run_id, session.episode.episode_id
-        with contained(stream.run, stream.claim(session), "scoring"):
+        with fault_boundary(stream.run, stream.claim(session), "scoring"):
             batch.endings.append(ending(stream.run, session, cause, note))
         in_batch = sum(ending.run_id == run_id for ending in batch.endings)
         ended = EpisodeEnded(episode_id, cause, self._journal.count_ended(run_id) + in_batch)
@@ -117,7 +119,7 @@ class ActionHandler:
         return ended
 
 
-def observed(stream: Stream, session: Session) -> Observed:
+def observed(stream: Stream, session: EpisodeSession) -> Observed:
     """Return the observation of a session's present state; its frame is drawn when it is delivered."""
     left = None if stream.clock is None else stream.clock.time_left(session.episode.episode_id)
     return Observed(stream.run, session.episode, session.state, session.steps_left(session.state), time_left=left)
@@ -131,6 +133,6 @@ def _collect(answers: Answers, function: Callable[[], list[Event]]) -> None:
         answers.faulty.append(fault.claim)
 
 
-def _problem(act: Act, code: str, message: str) -> Problem:
+def _problem(act: Act, code: str, message: str) -> ActionProblem:
     text = f"episode {quoted(act.episode_id)}: {message}"
-    return Problem(code, text, act.episode_id[:LONGEST_QUOTE], act.step)
+    return ActionProblem(code, text, act.episode_id[:LONGEST_QUOTE], act.step)

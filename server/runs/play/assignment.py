@@ -4,10 +4,10 @@ import time
 from collections.abc import Collection, Iterator
 
 from arramon_server.runs.play.actions import observed
-from arramon_server.runs.play.events import EpisodeStarted, Event, Observed, Opened
-from arramon_server.runs.play.faults import EpisodeFault, Faults, contained
+from arramon_server.runs.play.events import EpisodeStarted, Event, Observed, StreamOpened
+from arramon_server.runs.play.faults import EpisodeFault, FaultHandler, fault_boundary
 from arramon_server.runs.play.loader import SessionLoader
-from arramon_server.runs.play.stream import Assigned, Stream
+from arramon_server.runs.play.stream import AssignedEpisode, Stream
 from arramon_server.runs.storage.journal import Journal
 from arramon_server.runs.storage.records import LEASE, OPEN, Claim
 
@@ -29,7 +29,9 @@ class Assignment:
         grace: seconds for which an orphaned episode is kept for its own player.
     """
 
-    def __init__(self, journal: Journal, loader: SessionLoader, faults: Faults, worker: str, grace: float) -> None:
+    def __init__(
+        self, journal: Journal, loader: SessionLoader, faults: FaultHandler, worker: str, grace: float
+    ) -> None:
         self._journal = journal
         self._loader = loader
         self._faults = faults
@@ -53,10 +55,10 @@ class Assignment:
         won = self._journal.claim(run_id, wanted, stream.player, self._worker, reoffered=lost) if wanted else []
         if first:
             back = tuple(claim.episode_id for claim in won if claim.state == OPEN)
-            stream.told.append(Opened(stream.run, self._journal.progress(run_id), back))
+            stream.told.append(StreamOpened(stream.run, self._journal.progress(run_id), back))
         for claim in won:
             remembers = claim.player == stream.player and not (first and stream.history)
-            stream.assigned[claim.episode_id] = Assigned(claim, with_past=not remembers)
+            stream.assigned[claim.episode_id] = AssignedEpisode(claim, with_past=not remembers)
 
     def open(self, stream: Stream, until: float) -> None:
         """Open a stream's assigned episodes until a time by `time.perf_counter`; a long one is continued next time."""
@@ -64,7 +66,7 @@ class Assignment:
             assigned = next(iter(stream.assigned.values()))
             stream.opening = stream.opening or self._open_one(stream, assigned)
             try:
-                with contained(stream.run, assigned.claim, "opening"):
+                with fault_boundary(stream.run, assigned.claim, "opening"):
                     for _ in stream.opening:
                         if time.perf_counter() >= until:
                             return
@@ -88,7 +90,7 @@ class Assignment:
         """Return whether the process that held an episode died: offering it again is then the server's fault."""
         return claim.worker not in (None, self._worker) and claim.idle > SILENT
 
-    def _open_one(self, stream: Stream, assigned: Assigned) -> Iterator[None]:
+    def _open_one(self, stream: Stream, assigned: AssignedEpisode) -> Iterator[None]:
         """Open an episode, replaying what was played of it, one step with each turn of the iterator."""
         run, claim = stream.run, assigned.claim
         session = self._loader.begin(run, claim)

@@ -80,7 +80,7 @@ class TimeLeft:
 
 
 @dataclass(slots=True)
-class _Step:
+class _StepClock:
     """Clock of an open episode's present step.
 
     Attributes:
@@ -109,7 +109,7 @@ class StreamClock:
         self.bank = bank
         self._step_seconds = step_seconds
         self._now = now
-        self._steps: dict[str, _Step] = {}
+        self._steps: dict[str, _StepClock] = {}
         self._dues: list[tuple[float, str]] = []
         self._charged = -inf
         self._owed = 0.0
@@ -122,7 +122,7 @@ class StreamClock:
             number: number of its present step.
             waited: seconds since the observation of that step was first sent, charged until now; None if it was not.
         """
-        self._steps[episode_id] = step = _Step(number, waited or 0.0)
+        self._steps[episode_id] = step = _StepClock(number, waited or 0.0)
         if waited is not None:
             self._begin(episode_id, step)
 
@@ -144,7 +144,7 @@ class StreamClock:
 
     def answer(self, episode_id: str, number: int) -> None:
         """Note the action of a step. Its overdue time must have been charged before."""
-        self._steps[episode_id] = _Step(number + 1)
+        self._steps[episode_id] = _StepClock(number + 1)
 
     def charge(self, at: float) -> None:
         """Charge the bank for the overdue time until `at` that was not charged yet."""
@@ -179,13 +179,13 @@ class StreamClock:
             for episode_id, step in self._steps.items()
         }
 
-    def _begin(self, episode_id: str, step: _Step) -> None:
+    def _begin(self, episode_id: str, step: _StepClock) -> None:
         if step.began == inf:
             step.began = self._now()
             step.due = step.began + self._granted(step)
             heappush(self._dues, (step.due, episode_id))
 
-    def _granted(self, step: _Step) -> float:
+    def _granted(self, step: _StepClock) -> float:
         return max(0.0, self._step_seconds - step.waited)
 
     def _first_due(self) -> float:

@@ -7,8 +7,16 @@ from functools import partial
 
 from arramon_server.errors import ArraMonError, Unavailable
 from arramon_server.image_threads import ImageThreads
-from arramon_server.runs.play.events import EpisodeEnded, EpisodeStarted, Event, Observed, PhaseOver, Problem, RunEnded
-from arramon_server.runs.play.faults import EpisodeFault, contained
+from arramon_server.runs.play.events import (
+    ActionProblem,
+    EpisodeEnded,
+    EpisodeStarted,
+    Event,
+    Observed,
+    PhaseOver,
+    RunEnded,
+)
+from arramon_server.runs.play.faults import EpisodeFault, fault_boundary
 from arramon_server.runs.play.stream import Stream
 from arramon_server.runs.play.worlds import Worlds
 from arramon_server.runs.storage.meter import NO_METER, Meter, Stage
@@ -27,7 +35,7 @@ def is_deliverable(stream: Stream) -> bool:
 
 
 @dataclass(slots=True)
-class Delivered:
+class DeliveryResult:
     """The outcome of one stream's turn.
 
     Attributes:
@@ -59,9 +67,9 @@ class Delivery:
         self._meter = meter
         self._worlds = worlds
 
-    def deliver(self, stream: Stream) -> Delivered:
+    def deliver(self, stream: Stream) -> DeliveryResult:
         """Deliver a stream's next events, within the limits of one turn."""
-        done = Delivered()
+        done = DeliveryResult()
         if not is_deliverable(stream):
             return done
         events: list[Event] = []
@@ -74,7 +82,7 @@ class Delivery:
         done.run_ended = any(isinstance(event, RunEnded) for event in events)
         return done
 
-    def _drawn(self, stream: Stream, events: Sequence[Event], done: Delivered) -> list[Event]:
+    def _drawn(self, stream: Stream, events: Sequence[Event], done: DeliveryResult) -> list[Event]:
         """Return the events, observations with their frames if the run asked for images; without those that failed."""
         if not stream.sees:
             return list(events)
@@ -95,7 +103,7 @@ class Delivery:
             return event
         started = time.perf_counter()
         try:
-            with contained(stream.run, stream.claim_of(event.episode.episode_id), "drawing"):
+            with fault_boundary(stream.run, stream.claim_of(event.episode.episode_id), "drawing"):
                 frame = self._worlds.render(
                     stream.run.split,
                     event.episode,
@@ -112,13 +120,13 @@ class Delivery:
             return fault
         return drawn
 
-    def _send(self, stream: Stream, events: Sequence[Event], done: Delivered) -> None:
+    def _send(self, stream: Stream, events: Sequence[Event], done: DeliveryResult) -> None:
         """Hand events to the transport; if that fails, one by one, so that a faulty one does not block the others."""
         if not events:
             return
         claim, started = stream.claim_of(_episode_id(events[0])), time.perf_counter()
         try:
-            with contained(stream.run, claim, "delivering"):
+            with fault_boundary(stream.run, claim, "delivering"):
                 stream.transport.send(events)
             self._meter.took(Stage.ENCODE, time.perf_counter() - started)
         except EpisodeFault:
@@ -148,7 +156,7 @@ def _episode_id(event: Event) -> str:
     match event:
         case Observed() | EpisodeStarted():
             return event.episode.episode_id
-        case PhaseOver() | EpisodeEnded() | Problem():
+        case PhaseOver() | EpisodeEnded() | ActionProblem():
             return event.episode_id
         case _:
             return ""

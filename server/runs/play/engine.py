@@ -20,7 +20,7 @@ from arramon_server.runs.play.assignment import GRACE, Assignment
 from arramon_server.runs.play.clocks import Stopwatch
 from arramon_server.runs.play.delivery import Delivery, is_deliverable
 from arramon_server.runs.play.events import EpisodeEnded, RunEnded
-from arramon_server.runs.play.faults import Faults
+from arramon_server.runs.play.faults import FaultHandler
 from arramon_server.runs.play.forfeits import Forfeits
 from arramon_server.runs.play.loader import SessionLoader
 from arramon_server.runs.play.stream import GATHER_SECONDS, Act, ActionBatch, Stream
@@ -29,7 +29,7 @@ from arramon_server.runs.play.upkeep import SWEEP_SECONDS, Upkeep
 from arramon_server.runs.play.worlds import Worlds
 from arramon_server.runs.storage.journal import Journal
 from arramon_server.runs.storage.meter import NO_METER, Meter, Stage
-from arramon_server.runs.storage.records import CANCELLED, CLOSER, COMPLETE, RUNNING, Batch, Claim, Run
+from arramon_server.runs.storage.records import CANCELLED, CLOSER, COMPLETE, RUNNING, Claim, CommitBatch, Run
 from arramon_server.runs.storage.run_activity import RunActivity
 from arramon_server.runs.storage.run_duration import RunDurations
 from arramon_server.sim.cameras import CAMERAS
@@ -77,7 +77,7 @@ class Engine:
         self._work = asyncio.Event()
         self._worker = uuid.uuid4().hex
         loader = SessionLoader(splits, journal, self._worlds)
-        self._faults = Faults(journal, activity, loader)
+        self._faults = FaultHandler(journal, activity, loader)
         self._assignment = Assignment(journal, loader, self._faults, self._worker, grace)
         self._forfeits = Forfeits(journal, loader, self._worker)
         self._time = Timekeeper(activity, now or Stopwatch())
@@ -206,7 +206,7 @@ class Engine:
     def _apply(self) -> None:
         """Apply what every stream has sent, commit all of it, and queue what follows for delivery."""
         asking = [stream for stream in self._streams if stream.is_ready and stream.run.run_id not in self._cancelling]
-        batch, now = Batch(), self._time.now()
+        batch, now = CommitBatch(), self._time.now()
         holders = _holders(asking)
         answers: dict[Stream, Answers] = {}
         for stream in asking:
@@ -230,7 +230,7 @@ class Engine:
                 with self._guard(stream):
                     self._after_ending(stream)
 
-    def _commit(self, batch: Batch, holders: Mapping[tuple[str, str], Stream]) -> set[Stream]:
+    def _commit(self, batch: CommitBatch, holders: Mapping[tuple[str, str], Stream]) -> set[Stream]:
         """Commit a batch. Streams that lost an episode are closed, left out, and returned.
 
         Their clients reconnect and see what is now: the episode is played elsewhere, or its run has been closed.
@@ -308,7 +308,7 @@ class Engine:
 
     def _check_clocks(self, stream: Stream, now: float) -> None:
         """Enforce the clocks of a stream that sends nothing."""
-        batch, holders = Batch(), _holders([stream])
+        batch, holders = CommitBatch(), _holders([stream])
         answers = self._actions.check_clocks(stream, now, batch)
         if not self._commit(batch, holders):
             stream.told.extend(answers.events)

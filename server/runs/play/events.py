@@ -7,7 +7,7 @@ from typing import Any, TypeAlias
 from arramon_client.world import Action
 from arramon_server.episodes.episode import Episode
 from arramon_server.runs.play.clocks import TimeLeft
-from arramon_server.runs.storage.records import Progress, Run
+from arramon_server.runs.storage.records import Run, RunProgress
 from arramon_server.sim.cameras import Frame
 from arramon_server.sim.rules import PhaseEnded, State
 from arramon_server.sim.scene import Scene
@@ -17,11 +17,11 @@ Encoding: TypeAlias = Callable[[], Sequence[Any]]
 
 
 @dataclass(frozen=True, slots=True)
-class Opened:
+class StreamOpened:
     """The stream has joined its run, and got these open episodes back."""
 
     run: Run
-    progress: Progress
+    progress: RunProgress
     episode_ids: tuple[str, ...]
 
 
@@ -90,11 +90,11 @@ class RunEnded:
     """The run is over."""
 
     run: Run
-    progress: Progress
+    progress: RunProgress
 
 
 @dataclass(frozen=True, slots=True)
-class Problem:
+class ActionProblem:
     """An action could not be applied; nothing is lost, and the stream stays open.
 
     Attributes:
@@ -108,5 +108,5 @@ class Problem:
     step: int
 
 
-Event = Opened | EpisodeStarted | Observed | PhaseOver | EpisodeEnded | RunEnded | Problem
+Event = StreamOpened | EpisodeStarted | Observed | PhaseOver | EpisodeEnded | RunEnded | ActionProblem
 """Any event of a stream."""

@@ -15,7 +15,7 @@ from arramon_server.runs.play.session import ending, unplayed
 from arramon_server.runs.play.stream import Stream
 from arramon_server.runs.storage import causes
 from arramon_server.runs.storage.journal import Journal
-from arramon_server.runs.storage.records import Batch, Claim, Ending, Run
+from arramon_server.runs.storage.records import Claim, CommitBatch, EpisodeEnding, Run
 from arramon_server.runs.storage.run_activity import RunActivity
 
 MAX_FAULTS = 3
@@ -36,7 +36,7 @@ class EpisodeFault(Exception):
         self.claim = claim
 
 
-class contained:  # noqa: N801 - used as `with contained(...)`; a class rather than a generator, as every step enters it
+class fault_boundary:  # noqa: N801 - used as `with contained(...)`; a class rather than a generator, as every step enters it
     """Context manager that logs any unexpected exception of its block and raises `EpisodeFault` instead.
 
     This is the one place that catches all exceptions. `ArraMonError` passes, and so does what ends the process.
@@ -69,7 +69,7 @@ class contained:  # noqa: N801 - used as `with contained(...)`; a class rather t
         raise EpisodeFault(self._claim) from error
 
 
-class Faults:
+class FaultHandler:
     """Decides whether a faulty episode is offered again or ends.
 
     Args:
@@ -95,16 +95,16 @@ class Faults:
         stream.told = deque(mine)
         if self._activity.count_fault(run.run_id, claim, MAX_FAULTS) < MAX_FAULTS:
             return
-        self._journal.commit(Batch(endings=[self._ending(run, claim)]))
+        self._journal.commit(CommitBatch(endings=[self._ending(run, claim)]))
         ended = EpisodeEnded(claim.episode_id, causes.SERVER_FAULT, self._journal.count_ended(run.run_id))
         stream.ended.add(claim.episode_id)
         stream.told.append(ended)
 
-    def _ending(self, run: Run, claim: Claim) -> Ending:
+    def _ending(self, run: Run, claim: Claim) -> EpisodeEnding:
         """Return the end of an episode as far as it was played; if it cannot be replayed, as if it was not."""
         note = f"the server failed on it {MAX_FAULTS} times"
         try:
-            with contained(run, claim, "scoring"):
+            with fault_boundary(run, claim, "scoring"):
                 return ending(run, self._loader.replay(run, claim), causes.SERVER_FAULT, note)
         except EpisodeFault:
             return unplayed(run, self._loader.episode(run, claim), claim, causes.SERVER_FAULT, note)

@@ -2,12 +2,12 @@
 
 from datetime import datetime
 
-from arramon_server.runs.play.faults import EpisodeFault, contained
+from arramon_server.runs.play.faults import EpisodeFault, fault_boundary
 from arramon_server.runs.play.loader import SessionLoader
 from arramon_server.runs.play.session import ending, lost, unplayed
 from arramon_server.runs.storage import causes
 from arramon_server.runs.storage.journal import Journal
-from arramon_server.runs.storage.records import CANCELLED, CLOSER, PENDING, Batch, Claim, Ending, Run
+from arramon_server.runs.storage.records import CANCELLED, CLOSER, PENDING, Claim, CommitBatch, EpisodeEnding, Run
 
 CHUNK = 64
 """Episodes ended at once that nobody has begun; other streams are served between two chunks."""
@@ -52,16 +52,16 @@ class Forfeits:
     def _forfeit_some(self, run: Run, note: str, over: dict[str, tuple[str, datetime]]) -> bool:
         claims = self._journal.open_claims(run.run_id, OPEN_CHUNK) or self._journal.pending(run.run_id, CHUNK)
         won = self._journal.claim(run.run_id, claims, CLOSER, self._worker) if claims else []
-        self._journal.commit(Batch(endings=[self._ending(run, claim, note) for claim in won], over=over))
+        self._journal.commit(CommitBatch(endings=[self._ending(run, claim, note) for claim in won], over=over))
         return bool(claims)
 
-    def _ending(self, run: Run, claim: Claim, note: str) -> Ending:
+    def _ending(self, run: Run, claim: Claim, note: str) -> EpisodeEnding:
         if not self._loader.has_data(run):
             return lost(run, claim, note)
         if claim.state == PENDING:
             return unplayed(run, self._loader.episode(run, claim), claim, causes.FORFEITED, note)
         try:
-            with contained(run, claim, "scoring"):
+            with fault_boundary(run, claim, "scoring"):
                 return ending(run, self._loader.replay(run, claim), causes.FORFEITED, note)
         except EpisodeFault:
             return unplayed(run, self._loader.episode(run, claim), claim, causes.SERVER_FAULT, note)

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from arramon_server.episodes.episode import Episode
 from arramon_server.episodes.splits import Split
-from arramon_server.runs.play.session import Session
+from arramon_server.runs.play.session import EpisodeSession
 from arramon_server.runs.play.worlds import Worlds
 from arramon_server.runs.storage.journal import Journal
 from arramon_server.runs.storage.records import OPEN, Claim, Run
@@ -39,17 +39,17 @@ class SessionLoader:
         """Return the scene of an episode."""
         return self._worlds.scene(run.split, episode)
 
-    def begin(self, run: Run, claim: Claim) -> Session:
+    def begin(self, run: Run, claim: Claim) -> EpisodeSession:
         """Return a session at the beginning of its episode."""
         episode = self.episode(run, claim)
         ground = self._worlds.ground(run.split, episode)
-        return Session(episode, ground, Limits(run.steps_per_phase), claim.epoch)
+        return EpisodeSession(episode, ground, Limits(run.steps_per_phase), claim.epoch)
 
     def actions(self, run: Run, claim: Claim) -> list[int]:
         """Return the recorded actions of an open episode; none for one that has not begun."""
         return self._journal.actions(run.run_id, claim.episode_id) if claim.state == OPEN else []
 
-    def replay(self, run: Run, claim: Claim) -> Session:
+    def replay(self, run: Run, claim: Claim) -> EpisodeSession:
         """Return a session with all recorded actions applied."""
         session = self.begin(run, claim)
         for _ in session.replay(self.actions(run, claim)):

@@ -2,7 +2,7 @@
 
 from arramon_server.runs.play.stream import Stream
 from arramon_server.runs.storage.journal import Journal
-from arramon_server.runs.storage.records import Batch
+from arramon_server.runs.storage.records import CommitBatch
 
 
 class PendingReleases:
@@ -46,7 +46,7 @@ class _Release:
         self.epochs = {episode_id: session.epoch for episode_id, session in stream.sessions.items()}
         self.epochs |= {episode_id: assigned.claim.epoch for episode_id, assigned in stream.assigned.items()}
         self.waits: dict[str, tuple[int, float | None]] = {}
-        self.batch = Batch()
+        self.batch = CommitBatch()
         if stream.clock is not None:
             stream.clock.charge(now)
             self.batch.charge(self.run_id, stream.clock.take_charges())

@@ -7,14 +7,14 @@ from arramon_client.world import EYE_HEIGHT, Action
 from arramon_server.episodes.episode import Episode
 from arramon_server.runs.play.thinking import Thinking
 from arramon_server.runs.storage.causes import AGENT_FINISHED, SERVER_FAULT, STEP_LIMIT
-from arramon_server.runs.storage.records import Claim, Ending, Run
+from arramon_server.runs.storage.records import Claim, EpisodeEnding, Run
 from arramon_server.scoring.episode import METRICS, EpisodeScores, score_episode
 from arramon_server.scoring.trajectory import EpisodeRecord, Point2, TurnRecord
 from arramon_server.sim import rules
-from arramon_server.sim.rules import Event, Ground, Limits, Moved, Phase, PhaseEnded, PickedUp, Placed, State
+from arramon_server.sim.rules import CollisionCheck, Event, Limits, Moved, Phase, PhaseEnded, PickedUp, Placed, State
 
 
-class Session:
+class EpisodeSession:
     """An episode as far as it was played.
 
     Args:
@@ -29,7 +29,7 @@ class Session:
         thinking: time that the agent takes for its answers, as far as this process saw it.
     """
 
-    def __init__(self, episode: Episode, ground: Ground, limits: Limits, epoch: int = 0) -> None:
+    def __init__(self, episode: Episode, ground: CollisionCheck, limits: Limits, epoch: int = 0) -> None:
         self.episode = episode
         self.limits = limits
         self.epoch = epoch
@@ -38,7 +38,7 @@ class Session:
         self.thinking = Thinking()
         self._ground = ground
         self._layout = episode.layout
-        self._recorder = Recorder(episode)
+        self._recorder = TrajectoryRecorder(episode)
 
     def apply(self, action: Action) -> list[PhaseEnded]:
         """Apply one action, and return the phases that ended with it.
@@ -94,11 +94,11 @@ class Session:
         return score_episode(self.record())
 
 
-def ending(run: Run, session: Session, cause: str, note: str = "") -> Ending:
+def ending(run: Run, session: EpisodeSession, cause: str, note: str = "") -> EpisodeEnding:
     """Return the end of an episode, scored as it stands."""
     scores = [dict(turn) for turn in session.scores().turns]
     thinking = session.thinking
-    return Ending(
+    return EpisodeEnding(
         run.run_id,
         session.episode.episode_id,
         cause,
@@ -111,20 +111,22 @@ def ending(run: Run, session: Session, cause: str, note: str = "") -> Ending:
     )
 
 
-def unplayed(run: Run, episode: Episode, claim: Claim, cause: str, note: str = "") -> Ending:
+def unplayed(run: Run, episode: Episode, claim: Claim, cause: str, note: str = "") -> EpisodeEnding:
     """Return the end of an episode of which nothing was played, or nothing can be counted: it scores zero."""
-    scores = [dict(turn) for turn in score_episode(Recorder(episode).result()).turns]
-    return Ending(run.run_id, claim.episode_id, cause, 0, scores, note, claim.epoch)
+    scores = [dict(turn) for turn in score_episode(TrajectoryRecorder(episode).result()).turns]
+    return EpisodeEnding(run.run_id, claim.episode_id, cause, 0, scores, note, claim.epoch)
 
 
-def lost(run: Run, claim: Claim, note: str) -> Ending:
+def lost(run: Run, claim: Claim, note: str) -> EpisodeEnding:
     """Return the end of an episode whose data is gone: the server's fault, scored zero."""
     scores = [dict.fromkeys(METRICS, 0.0) for _ in range(2)]
-    return Ending(run.run_id, claim.episode_id, SERVER_FAULT, 0, scores, f"{note}; its data was gone", claim.epoch)
+    return EpisodeEnding(
+        run.run_id, claim.episode_id, SERVER_FAULT, 0, scores, f"{note}; its data was gone", claim.epoch
+    )
 
 
 @dataclass
-class Recorder:
+class TrajectoryRecorder:
     """Records the trajectory of an episode, step by step, in the form that `arramon_server.scoring` reads."""
 
     episode: Episode

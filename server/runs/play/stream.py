@@ -9,17 +9,17 @@ from typing import NamedTuple
 
 from arramon_server.runs.play.clocks import StreamClock
 from arramon_server.runs.play.events import Event, RunEnded
-from arramon_server.runs.play.session import Session
+from arramon_server.runs.play.session import EpisodeSession
 from arramon_server.runs.play.transport import Transport
 from arramon_server.runs.storage.records import OPEN, Claim, Run
 
 IMAGES = frozenset(("rgb", "depth", "segmentation"))
 """Sensors for which a frame must be drawn."""
 
-MAX_ASKED = 16
+MAX_INBOX = 16
 """Queued messages of actions above which no further message is read from the stream."""
 
-MAX_TOGETHER = 16
+MAX_BATCH = 16
 """Limit of the observations of one message, and of the actions for which a stream waits."""
 
 GATHER_SECONDS = 0.002
@@ -28,7 +28,7 @@ GATHER_SECONDS = 0.002
 MAX_BACKLOG = 2 << 20
 """Unsent bytes above which nothing more is drawn for a stream: about eight raw observations."""
 
-MAX_TOLD = 8192
+MAX_OUTBOX = 8192
 """Queued events above which no further actions are applied. The open episodes of a stream need far fewer."""
 
 
@@ -55,7 +55,7 @@ class ActionBatch(NamedTuple):
     acts: Sequence[Act]
 
 
-class Assigned(NamedTuple):
+class AssignedEpisode(NamedTuple):
     """An episode that is claimed for a stream and not open yet.
 
     Attributes:
@@ -103,8 +103,8 @@ class Stream:
     asked: deque[ActionBatch] = field(default_factory=deque)
     due: float = 0.0
     told: deque[Event] = field(default_factory=deque)
-    sessions: dict[str, Session] = field(default_factory=dict)
-    assigned: dict[str, Assigned] = field(default_factory=dict)
+    sessions: dict[str, EpisodeSession] = field(default_factory=dict)
+    assigned: dict[str, AssignedEpisode] = field(default_factory=dict)
     opening: Iterator[None] | None = None
     since: float | None = None
     ended: set[str] = field(default_factory=set)
@@ -113,17 +113,17 @@ class Stream:
     @property
     def is_asking(self) -> bool:
         """Whether actions wait, and there is room for their events: a client that does not read gets no answers."""
-        return bool(self.asked) and len(self.told) < MAX_TOLD
+        return bool(self.asked) and len(self.told) < MAX_OUTBOX
 
     @property
     def portion(self) -> int:
         """Actions applied together if they are there: half of the open episodes, as the agent has the other half."""
-        return min(MAX_TOGETHER, -(-len(self.sessions) // 2))
+        return min(MAX_BATCH, -(-len(self.sessions) // 2))
 
     @property
     def together(self) -> int:
         """Observations delivered together: half of the open episodes, unless these are few."""
-        return max(self.portion, MAX_TOGETHER // 2)
+        return max(self.portion, MAX_BATCH // 2)
 
     @property
     def is_ready(self) -> bool:
@@ -143,7 +143,7 @@ class Stream:
     @property
     def can_open(self) -> bool:
         """Whether an episode waits to be opened, and there is room for its events."""
-        return bool(self.assigned) and len(self.told) < MAX_TOLD
+        return bool(self.assigned) and len(self.told) < MAX_OUTBOX
 
     @property
     def knows_end(self) -> bool:
@@ -155,7 +155,7 @@ class Stream:
         """How many more episodes it can take."""
         return self.max_episodes - len(self.sessions) - len(self.assigned)
 
-    def claim(self, session: Session) -> Claim:
+    def claim(self, session: EpisodeSession) -> Claim:
         """Return the claim under which a session is open here."""
         return Claim(session.episode.episode_id, OPEN, self.player, session.epoch)
 
@@ -193,8 +193,8 @@ class Stream:
         return self.asked.popleft()
 
     async def wait_for_room(self) -> None:
-        """Wait until fewer than `MAX_ASKED` messages are queued: back pressure on a client that sends too fast."""
-        while len(self.asked) >= MAX_ASKED:
+        """Wait until fewer than `MAX_INBOX` messages are queued: back pressure on a client that sends too fast."""
+        while len(self.asked) >= MAX_INBOX:
             self._taken.clear()
             await self._taken.wait()
 

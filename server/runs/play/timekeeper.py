@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable
 
 from arramon_server.runs.play.clocks import Bank, Clocks, StreamClock
 from arramon_server.runs.play.stream import Stream
-from arramon_server.runs.storage.records import Batch
+from arramon_server.runs.storage.records import CommitBatch
 from arramon_server.runs.storage.run_activity import RunActivity
 
 
@@ -32,7 +32,7 @@ class Timekeeper:
         stream.clock = StreamClock(stream.run.step_seconds, next(shared, None) or Bank(0.0), self.now)
         self.refresh(stream)
 
-    def check(self, stream: Stream, at: float, batch: Batch) -> list[str]:
+    def check(self, stream: Stream, at: float, batch: CommitBatch) -> list[str]:
         """Charge the overdue time of a stream until `at`; return its episodes that are out of time."""
         clock = stream.clock
         if clock is None:

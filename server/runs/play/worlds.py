@@ -18,17 +18,17 @@ from arramon_server.sim.cameras import CAMERAS, Camera, Frame
 from arramon_server.sim.city import city_scene, refurnished
 from arramon_server.sim.labels import places_of
 from arramon_server.sim.own_furniture import OwnFurniture, furnished
-from arramon_server.sim.physics import WITH_PYBULLET, Physics, VariedGround, physics_of, world_of
+from arramon_server.sim.physics import WITH_PYBULLET, Physics, VariedCollisionCheck, physics_of, reference_camera_of
 from arramon_server.sim.raster.camera import RasterCamera
 from arramon_server.sim.room_scene import room_scene
-from arramon_server.sim.rules import Ground, State
+from arramon_server.sim.rules import CollisionCheck, State
 from arramon_server.sim.scene import Scene
 from arramon_server.sim.section import Prop, Section
-from arramon_server.sim.variations import CACHED, Difference
+from arramon_server.sim.variations import CACHED, SceneDifference
 from arramon_server.sim.view import view
 
 if TYPE_CHECKING:
-    from arramon_server.sim.bullet import World
+    from arramon_server.sim.bullet import ReferenceCamera
 
 Key = tuple[str, str]
 """A split and a section of it; the first of those with an equal section."""
@@ -40,7 +40,7 @@ class _Variation:
 
     furniture: OwnFurniture
     scene: Scene
-    difference: Difference
+    difference: SceneDifference
 
 
 class Worlds:
@@ -51,7 +51,7 @@ class Worlds:
     Args:
         splits: by name.
         camera: what draws, one of `cameras.CAMERAS`; the one that needs pybullet checks the collisions, too.
-        physics: makes what checks the collisions in a scene. All that there are decide alike: see `rules.Ground`.
+        physics: makes what checks the collisions in a scene. All that there are decide alike: see `rules.CollisionCheck`.
     """
 
     def __init__(
@@ -72,7 +72,7 @@ class Worlds:
         self._camera = camera
         self._scenes: dict[Key, Scene] = {}
         self._grounds: dict[Key, Physics] = {}
-        self._worlds: dict[Key | None, World] = {}
+        self._worlds: dict[Key | None, ReferenceCamera] = {}
         self._cameras: dict[Key | None, Camera] = {}
         self._places: dict[Key | None, npt.NDArray[np.uint16]] = {}
         self._variations: OrderedDict[tuple[str, str], _Variation] = OrderedDict()
@@ -89,11 +89,11 @@ class Worlds:
         variation = self._variation(split, episode)
         return self._section_scene(self._first[split, episode.section]) if variation is None else variation.scene
 
-    def ground(self, split: str, episode: Episode) -> Ground:
+    def ground(self, split: str, episode: Episode) -> CollisionCheck:
         """Return what answers the questions of the rules in an episode."""
         obstacles = self._obstacles(self._first[split, episode.section])
         variation = self._variation(split, episode)
-        return obstacles if variation is None else VariedGround(obstacles, variation.difference)
+        return obstacles if variation is None else VariedCollisionCheck(obstacles, variation.difference)
 
     def render(
         self,
@@ -153,7 +153,7 @@ class Worlds:
             return found
         base = self._section_scene(self._first[split, episode.section])
         scene = refurnished(base, furnished(self._splits[split].sections[episode.section], furniture))
-        made = _Variation(furniture, scene, Difference.between(base, scene))
+        made = _Variation(furniture, scene, SceneDifference.between(base, scene))
         self._variations[split, episode.episode_id] = made
         if len(self._variations) > CACHED:
             self._variations.popitem(last=False)
@@ -182,10 +182,10 @@ class Worlds:
             self._grounds[key] = self._physics(self._section_scene(key))
         return self._grounds[key]
 
-    def _world(self, key: Key | None) -> "World":
+    def _world(self, key: Key | None) -> "ReferenceCamera":
         """Return the reference camera of a section, or of the room; it checks the collisions, too."""
         if key not in self._worlds:
-            self._worlds[key] = world_of(room_scene() if key is None else self._section_scene(key))
+            self._worlds[key] = reference_camera_of(room_scene() if key is None else self._section_scene(key))
         return self._worlds[key]
 
     def _made(self, key: Key | None) -> Camera:

@@ -7,9 +7,9 @@ from functools import lru_cache
 import numpy as np
 
 from arramon_server.episodes.splits import Split
-from arramon_server.runs.results.groups import TRAIN, Group, Grouping, grouping
+from arramon_server.runs.results.groups import TRAIN, Grouping, TurnGroup, grouping
 from arramon_server.runs.results.reports import counted, score_array, split_of
-from arramon_server.runs.storage.records import Ending, Run
+from arramon_server.runs.storage.records import EpisodeEnding, Run
 from arramon_server.scoring.breakdown import GroupScores, group_scores, masked_group_scores
 from arramon_server.scoring.masking import Noise, masked_rows, name_without
 
@@ -18,10 +18,10 @@ _KEPT = 32
 
 
 @dataclass(frozen=True, slots=True)
-class Line:
+class BreakdownLine:
     """A group of turns with a run's scores."""
 
-    group: Group
+    group: TurnGroup
     found: GroupScores
 
 
@@ -36,7 +36,7 @@ class Breakdown:
         reads: whether it is known what the instructions ask for; otherwise groups by these are missing.
     """
 
-    lines: tuple[Line, ...]
+    lines: tuple[BreakdownLine, ...]
     withheld: int
     rounded: bool
     reads: bool
@@ -55,7 +55,7 @@ class Breakdowns:
         self._play_of = play_of
         self._grouping = lru_cache(_KEPT)(self._make_grouping)
 
-    def of(self, run: Run, endings: Sequence[Ending], voided: Set[str] = frozenset()) -> Breakdown:
+    def of(self, run: Run, endings: Sequence[EpisodeEnding], voided: Set[str] = frozenset()) -> Breakdown:
         """Return the breakdown of a run that has ended.
 
         Args:
@@ -77,13 +77,13 @@ class Breakdowns:
             name = name_without(self._play_of(run), voided & {ending.episode_id for ending in endings})
             table = masked_rows(scores, noise, name)
             lines = [
-                Line(group, masked_group_scores(scores, turns, table, noise, (name, *group.names)))
+                BreakdownLine(group, masked_group_scores(scores, turns, table, noise, (name, *group.names)))
                 for group, turns in found
             ]
         else:
             names = [split.episodes[ending.episode_id].section for ending in ordered]
             sections = np.unique(names, return_inverse=True)[1]
-            lines = [Line(group, group_scores(scores, turns, sections)) for group, turns in found]
+            lines = [BreakdownLine(group, group_scores(scores, turns, sections)) for group, turns in found]
         return Breakdown(tuple(lines), groups.withheld, split.hidden, groups.reads)
 
     def _make_grouping(self, split: str, language: str) -> Grouping:

@@ -34,7 +34,7 @@ _PARTS = 3
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Group:
+class TurnGroup:
     """A group of turns.
 
     Attributes:
@@ -68,7 +68,7 @@ class Grouping:
     """
 
     ids: tuple[str, ...]
-    groups: tuple[Group, ...]
+    groups: tuple[TurnGroup, ...]
     withheld: int
     reads: bool
 
@@ -91,23 +91,23 @@ def grouping(split: Split, language: str, train: Split | None) -> Grouping:
     return Grouping(ids, admitted, len(found) - len(admitted), reads)
 
 
-def _groups(split: Split, ids: Sequence[str], train: Split | None, *, reads: bool) -> Iterator[Group]:
+def _groups(split: Split, ids: Sequence[str], train: Split | None, *, reads: bool) -> Iterator[TurnGroup]:
     turns = [split.episodes[name].turns for name in ids]
     places = np.broadcast_to(np.arange(2), (len(ids), 2))
-    yield Group("turn", "first", 0, 0, places == 0)
-    yield Group("turn", "second", 0, 0, places == 1)
+    yield TurnGroup("turn", "first", 0, 0, places == 0)
+    yield TurnGroup("turn", "second", 0, 0, places == 1)
     yield from _by_number("length", [[len(turn.path) - 1 for turn in pair] for pair in turns])
     yield from _by_number("corners", [[_corners(turn) for turn in pair] for pair in turns])
     if train is not None and train is not split:
         known = {turn.target.type for episode in train.episodes.values() for turn in episode.turns}
         seen = np.array([[turn.target.type in known for turn in pair] for pair in turns]).reshape(-1, 2)
-        yield Group("object", "seen", 0, 0, seen)
-        yield Group("object", "unseen", 0, 0, ~seen)
+        yield TurnGroup("object", "seen", 0, 0, seen)
+        yield TurnGroup("object", "unseen", 0, 0, ~seen)
     if reads:
         yield from _by_demands([split.demands[name] for name in ids])
 
 
-def _by_demands(demands: Sequence[Sequence[TurnDemands]]) -> Iterator[Group]:
+def _by_demands(demands: Sequence[Sequence[TurnDemands]]) -> Iterator[TurnGroup]:
     yield from _by_number("steps", [[len(turn.steps) for turn in pair] for pair in demands])
     yield from _by_number("landmarks", [[len(turn.landmarks) for turn in pair] for pair in demands])
     kinds: dict[str, Callable[[TurnDemands], Iterable[str]]] = {
@@ -122,19 +122,19 @@ def _by_demands(demands: Sequence[Sequence[TurnDemands]]) -> Iterator[Group]:
             for name in set(of(turn)):
                 sizes[name] = sizes.get(name, 0) + 1
         for name in sorted(sizes, key=lambda name: (-sizes[name], name)):
-            yield Group(aspect, name, 0, 0, np.array([[name in of(turn) for turn in pair] for pair in demands]))
+            yield TurnGroup(aspect, name, 0, 0, np.array([[name in of(turn) for turn in pair] for pair in demands]))
 
 
-def _by_number(aspect: str, values: Sequence[Sequence[int]]) -> Iterator[Group]:
+def _by_number(aspect: str, values: Sequence[Sequence[int]]) -> Iterator[TurnGroup]:
     """Yield groups of about equal size by a number, with round ends."""
     numbers, step = np.array(values).reshape(-1, 2), COUNTED[aspect]
     shares = [part / _PARTS for part in range(1, _PARTS)]
     ends = sorted({round(end / step) * step for end in np.quantile(numbers, shares)} if numbers.size else set())
     low = 0
     for end in ends:
-        yield Group(aspect, "", low, end, (numbers >= low) & (numbers <= end))
+        yield TurnGroup(aspect, "", low, end, (numbers >= low) & (numbers <= end))
         low = end + 1
-    yield Group(aspect, "", low, None, numbers >= low)
+    yield TurnGroup(aspect, "", low, None, numbers >= low)
 
 
 def _corners(turn: Turn) -> int:

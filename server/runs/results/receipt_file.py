@@ -20,10 +20,10 @@ from arramon_server.errors import BadFile, quoted
 from arramon_server.runs.play.worlds import Worlds
 from arramon_server.runs.results.receipts import FORMAT, LIMITS, MASKED_VERSION, VERSION, VOIDED, document
 from arramon_server.runs.results.reports import make_report, split_of
-from arramon_server.runs.results.rescoring import Rescored, differences_of_receipt, first, replayed
+from arramon_server.runs.results.rescoring import RescoringResult, differences_of_receipt, first, replayed
 from arramon_server.runs.storage.causes import AGENT_FINISHED, FORFEITED, SERVER_FAULT, STEP_LIMIT, TIME_LIMIT
 from arramon_server.runs.storage.plays import play_digest
-from arramon_server.runs.storage.records import Code, Ending, Progress, Run
+from arramon_server.runs.storage.records import Code, EpisodeEnding, Run, RunProgress
 
 FILE_FORMAT, FILE_VERSION = "arramon-receipt-file", 1
 """Header of a receipt's file, which `arramon-client verify` reads too."""
@@ -36,14 +36,14 @@ VERSIONS = (VERSION, MASKED_VERSION)
 CAUSES = (AGENT_FINISHED, STEP_LIMIT, TIME_LIMIT, FORFEITED, SERVER_FAULT)
 """Causes that an episode of a receipt may commit to."""
 
-_PLAYED = TypeAdapter(tuple[Run, Progress, list[Ending]])
+_PLAYED = TypeAdapter(tuple[Run, RunProgress, list[EpisodeEnding]])
 """Checks the types of what a receipt says: anyone can sign a file with a key of their own."""
 
 Actions = Mapping[str, Sequence[int]]
 """Actions of a run, by episode id."""
 
 
-def rescore_file(path: Path, actions_path: Path, splits: Mapping[str, Split]) -> Rescored:
+def rescore_file(path: Path, actions_path: Path, splits: Mapping[str, Split]) -> RescoringResult:
     """Replay a run from its receipt and its actions, and compare the results with the receipt.
 
     Args:
@@ -75,7 +75,7 @@ def rescore_file(path: Path, actions_path: Path, splits: Mapping[str, Split]) ->
         """Return the actions that were recorded: a client may have sent more when an episode had ended."""
         return actions.get(episode_id, ())[: steps[episode_id]]
 
-    played, found = list[Ending](), list[str]()
+    played, found = list[EpisodeEnding](), list[str]()
     found += [f"episode {one.episode_id}: its head was not that of these actions" for one in recorded if not one.cause]
     with closing(Worlds({split.name: split})) as worlds:
         for ending in () if found else recorded:
@@ -95,7 +95,7 @@ def rescore_file(path: Path, actions_path: Path, splits: Mapping[str, Split]) ->
             found = [*first(differences_of_receipt(content, made))]
         except ValueError as error:  # such as a number that is no limit, or no episodes at all
             raise BadFile(path, f"has a value that no receipt can have: {error}") from error
-    return Rescored(run.run_id, len(recorded), sum(steps.values()), True, tuple(found), key)
+    return RescoringResult(run.run_id, len(recorded), sum(steps.values()), True, tuple(found), key)
 
 
 def _read_receipt(path: Path) -> tuple[dict[str, Any], str]:
@@ -131,7 +131,7 @@ def _run_of(content: Mapping[str, Any]) -> Run:
     )
 
 
-def _endings_of(content: Mapping[str, Any], run: Run, actions: Actions) -> list[Ending]:
+def _endings_of(content: Mapping[str, Any], run: Run, actions: Actions) -> list[EpisodeEnding]:
     """Return the endings of a receipt's episodes, without scores.
 
     A receipt of MASKED_VERSION tells neither steps nor causes: both are found from the actions. Where these are
@@ -139,14 +139,15 @@ def _endings_of(content: Mapping[str, Any], run: Run, actions: Actions) -> list[
     """
     if content["version"] != MASKED_VERSION:
         return [
-            Ending(run.run_id, one["episode_id"], one["cause"], int(one["steps"]), []) for one in content["episodes"]
+            EpisodeEnding(run.run_id, one["episode_id"], one["cause"], int(one["steps"]), [])
+            for one in content["episodes"]
         ]
     endings = []
     for one in content["episodes"]:
         taken, head = actions.get(one["episode_id"], ()), bytes.fromhex(one["head"])
         steps = steps_to(head, run.run_id, one["episode_id"], run.data_hash, taken)
         cause = "" if steps is None else _cause_of(one, run, taken[:steps])
-        endings.append(Ending(run.run_id, one["episode_id"], cause, steps or 0, []))
+        endings.append(EpisodeEnding(run.run_id, one["episode_id"], cause, steps or 0, []))
     return endings
 
 
@@ -157,8 +158,8 @@ def _cause_of(told: Mapping[str, Any], run: Run, actions: Sequence[int]) -> str:
     return next(found, "")
 
 
-def _progress_of(content: Mapping[str, Any], endings: Sequence[Ending]) -> Progress:
-    return Progress(
+def _progress_of(content: Mapping[str, Any], endings: Sequence[EpisodeEnding]) -> RunProgress:
+    return RunProgress(
         episodes=len(endings),
         ended=len(endings),
         steps=sum(ending.steps for ending in endings),
@@ -168,7 +169,9 @@ def _progress_of(content: Mapping[str, Any], endings: Sequence[Ending]) -> Progr
     )
 
 
-def _checked(run: Run, progress: Progress, endings: Sequence[Ending]) -> tuple[Run, Progress, list[Ending]]:
+def _checked(
+    run: Run, progress: RunProgress, endings: Sequence[EpisodeEnding]
+) -> tuple[Run, RunProgress, list[EpisodeEnding]]:
     """Return the same if all fields have their types.
 
     Raises:

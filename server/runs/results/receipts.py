@@ -27,9 +27,9 @@ from arramon_server.runs.results.signing import SigningKey
 from arramon_server.runs.storage import tables
 from arramon_server.runs.storage.corrections import Correction, Corrections
 from arramon_server.runs.storage.database import Database, utc
-from arramon_server.runs.storage.epochs import Epochs
+from arramon_server.runs.storage.epochs import EpochStore
 from arramon_server.runs.storage.journal import Journal, run_not_found
-from arramon_server.runs.storage.records import Ending, Progress, Run
+from arramon_server.runs.storage.records import EpisodeEnding, Run, RunProgress
 from arramon_server.scoring.aggregate import METHOD
 from arramon_server.scoring.masking import MASKED_METHOD
 
@@ -57,7 +57,7 @@ LIMITS = ("steps_per_phase", "step_seconds", "bank_seconds")
 
 
 @dataclass(frozen=True, slots=True)
-class Receipt:
+class SignedReceipt:
     """A signed statement of the host.
 
     Attributes:
@@ -113,7 +113,7 @@ class Receipts:
         """Present public key of the host, 32 bytes."""
         return self._key.public
 
-    def of(self, caller: Caller, run_id: str, number: int = 0) -> Receipt:
+    def of(self, caller: Caller, run_id: str, number: int = 0) -> SignedReceipt:
         """Return the receipt of a run, and create it if there is none. Those of published runs are open to all callers.
 
         If the host has corrected the split since it was signed, it is superseded first.
@@ -169,22 +169,22 @@ class Receipts:
             return False
         mine = sa.and_(table.c.run_id == run.run_id, table.c.corrections == old.corrections)
         at = sa.literal(now, _SUPERSEDED.c.superseded_at.type)
-        kept = sa.select(table.c.run_id, sa.literal(number), at, *(table.c[name] for name in Receipt.__slots__))
+        kept = sa.select(table.c.run_id, sa.literal(number), at, *(table.c[name] for name in SignedReceipt.__slots__))
         # If another process is first, it has written the same scores.
         with suppress(TakenOver), self._database.write() as connection:
             connection.execute(_SUPERSEDED.insert().from_select(_SUPERSEDED.c.keys(), kept.where(mine)))
             connection.execute(table.update().where(mine).values(corrections=len(corrections), **_columns(made)))
         return True
 
-    def _superseded(self, run_id: str, number: int) -> Receipt:
+    def _superseded(self, run_id: str, number: int) -> SignedReceipt:
         c = _SUPERSEDED.c
         query = sa.select(c.payload, c.signature, c.public_key).where(c.run_id == run_id, c.number == number)
         rows = self._database.read(query)
         if not rows:
             raise NotFound(f"run {quoted(run_id)} has no superseded receipt {number}")
-        return Receipt(**rows[0]._mapping)
+        return SignedReceipt(**rows[0]._mapping)
 
-    def _make(self, run: Run) -> Receipt:
+    def _make(self, run: Run) -> SignedReceipt:
         corrections = len(self._corrections.on(run.split))  # first: what is corrected from here on supersedes it
         number, begun = number_of(self._database.read, run)
         made = self._sign(run, self._changes(run), {ATTEMPTS: {"number": number, "begun": begun}})
@@ -196,32 +196,32 @@ class Receipts:
             connection.execute(tables.receipts.insert(), [row])
         return stored_receipt(self._database, run.run_id) or made
 
-    def _sign(self, run: Run, changes: Sequence[Correction], further: Mapping[str, Any]) -> Receipt:
+    def _sign(self, run: Run, changes: Sequence[Correction], further: Mapping[str, Any]) -> SignedReceipt:
         """Return a receipt over the present scores of a run; it is not stored."""
         report = report_of(run, self._journal, self._splits)
         endings = self._journal.endings(run.run_id)
         hidden = self._splits[run.split].hidden
         content = document(self._journal.actions, report, endings, hidden=hidden, masked=hidden)
-        epoch = Epochs(self._database).find(run.split)
+        epoch = EpochStore(self._database).find(run.split)
         if epoch is not None:
             content[EPOCH] = epoch.commitment.hex()
         if changes:
             content[CORRECTIONS] = [_correction(change) for change in changes]
         payload = rfc8785.dumps({**content, **{name: value for name, value in further.items() if value is not None}})
-        return Receipt(payload, self._key.sign(payload), self._key.public)
+        return SignedReceipt(payload, self._key.sign(payload), self._key.public)
 
     def _changes(self, run: Run) -> list[Correction]:
         played = [ending.episode_id for ending in self._journal.endings(run.run_id)]
         return self._corrections.of_run(run.run_id, run.split, played)
 
 
-def stored_receipt(database: Database, run_id: str) -> Receipt | None:
+def stored_receipt(database: Database, run_id: str) -> SignedReceipt | None:
     """Return the stored receipt of a run; None if there is none."""
     table = tables.receipts
     rows = database.read(
         sa.select(table.c.payload, table.c.signature, table.c.public_key).where(table.c.run_id == run_id)
     )
-    return Receipt(**rows[0]._mapping) if rows else None
+    return SignedReceipt(**rows[0]._mapping) if rows else None
 
 
 _SUPERSEDED = tables.superseded_receipts
@@ -231,8 +231,8 @@ def _count_superseded(run_id: str) -> sa.Select[Any]:
     return sa.select(sa.func.count()).select_from(_SUPERSEDED).where(_SUPERSEDED.c.run_id == run_id)
 
 
-def _columns(receipt: Receipt) -> dict[str, bytes]:
-    return {name: getattr(receipt, name) for name in Receipt.__slots__}
+def _columns(receipt: SignedReceipt) -> dict[str, bytes]:
+    return {name: getattr(receipt, name) for name in SignedReceipt.__slots__}
 
 
 def superseded_receipts(database: Database, run_id: str) -> list[Superseded]:
@@ -255,7 +255,7 @@ def first_payload(database: Database, run_id: str) -> bytes | None:
 
 
 def document(
-    actions_of: ActionsOf, report: Report, endings: Sequence[Ending], *, hidden: bool, masked: bool
+    actions_of: ActionsOf, report: Report, endings: Sequence[EpisodeEnding], *, hidden: bool, masked: bool
 ) -> dict[str, Any]:
     """Return the content of a receipt as plain data.
 
@@ -267,7 +267,7 @@ def document(
         masked: whether the content is that of MASKED_VERSION.
     """
     run, progress = report.run, report.progress
-    chains = [_Chain.of(actions_of, run, ending) for ending in endings]
+    chains = [_HashChain.of(actions_of, run, ending) for ending in endings]
     return {
         "format": FORMAT,
         "version": MASKED_VERSION if masked else VERSION,
@@ -297,7 +297,7 @@ def document(
 
 
 @dataclass(frozen=True, slots=True)
-class _Chain:
+class _HashChain:
     """Hash chain of an episode's recorded actions: their number, its head, and what commits to the episode's cause."""
 
     episode_id: str
@@ -306,13 +306,13 @@ class _Chain:
     ending: bytes
 
     @classmethod
-    def of(cls, actions_of: ActionsOf, run: Run, ending: Ending) -> "_Chain":
+    def of(cls, actions_of: ActionsOf, run: Run, ending: EpisodeEnding) -> "_HashChain":
         episode_id, actions = ending.episode_id, actions_of(run.run_id, ending.episode_id)
         head = episode_head(run.run_id, episode_id, run.data_hash, actions)
         return cls(episode_id, len(actions), head, episode_ending(run.run_id, episode_id, ending.cause, actions))
 
 
-def _run(run: Run, progress: Progress, hidden: bool) -> dict[str, Any]:
+def _run(run: Run, progress: RunProgress, hidden: bool) -> dict[str, Any]:
     return {
         "run_id": run.run_id,
         "participant": run.participant,
@@ -342,11 +342,11 @@ def _correction(correction: Correction) -> dict[str, Any]:
     }
 
 
-def _masked_episode(ending: Ending, chain: _Chain) -> dict[str, Any]:
+def _masked_episode(ending: EpisodeEnding, chain: _HashChain) -> dict[str, Any]:
     return {"episode_id": ending.episode_id, "head": chain.head.hex(), "ending": chain.ending.hex()}
 
 
-def _episode(ending: Ending, chain: _Chain, without_scores: bool) -> dict[str, Any]:
+def _episode(ending: EpisodeEnding, chain: _HashChain, without_scores: bool) -> dict[str, Any]:
     told = {"episode_id": ending.episode_id, "cause": ending.cause, "steps": chain.steps, "head": chain.head.hex()}
     if without_scores:
         return told

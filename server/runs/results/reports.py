@@ -10,7 +10,7 @@ from arramon_server.episodes.splits import Split
 from arramon_server.errors import Conflict
 from arramon_server.runs.play.clocks import Clocks
 from arramon_server.runs.storage.journal import Journal
-from arramon_server.runs.storage.records import RUNNING, Ending, Progress, Run
+from arramon_server.runs.storage.records import RUNNING, EpisodeEnding, Run, RunProgress
 from arramon_server.scoring.aggregate import ScoreTable, aggregate
 from arramon_server.scoring.episode import METRICS, EpisodeScores
 from arramon_server.scoring.intervals import Floats
@@ -32,10 +32,10 @@ class Report:
     """
 
     run: Run
-    progress: Progress
+    progress: RunProgress
     table: ScoreTable
     signature: str
-    endings: tuple[Ending, ...]
+    endings: tuple[EpisodeEnding, ...]
     voided: frozenset[str] = frozenset()
 
 
@@ -79,8 +79,8 @@ def report_of(run: Run, journal: Journal, splits: Mapping[str, Split], *, with_v
 
 def make_report(
     run: Run,
-    progress: Progress,
-    endings: Sequence[Ending],
+    progress: RunProgress,
+    endings: Sequence[EpisodeEnding],
     split: Split,
     play: str,
     voided: Set[str] = frozenset(),
@@ -126,7 +126,7 @@ def make_report(
     return Report(run, progress, table, str(signature), () if split.hidden else tuple(endings), mine)
 
 
-def counted(run: Run, endings: Sequence[Ending], voided: Set[str]) -> list[Ending]:
+def counted(run: Run, endings: Sequence[EpisodeEnding], voided: Set[str]) -> list[EpisodeEnding]:
     """Return the endings of a run's episodes that are not void.
 
     Raises:
@@ -138,13 +138,13 @@ def counted(run: Run, endings: Sequence[Ending], voided: Set[str]) -> list[Endin
     return kept
 
 
-def score_array(endings: Sequence[Ending]) -> Floats:
+def score_array(endings: Sequence[EpisodeEnding]) -> Floats:
     """Return the scores of both turns of each episode, (episodes, 2, METRICS), ordered by id."""
     ordered = sorted(endings, key=lambda ending: ending.episode_id)
     return np.array([[[turn[name] for name in METRICS] for turn in ending.scores] for ending in ordered])
 
 
-def coarse_progress(progress: Progress) -> Progress:
+def coarse_progress(progress: RunProgress) -> RunProgress:
     """Return a run's progress as others see it on a hidden split: steps and times to two significant digits.
 
     The exact number of steps would tell those of one episode to who knows those of all others: how far its target is.
@@ -159,7 +159,7 @@ def coarse_progress(progress: Progress) -> Progress:
     )
 
 
-def _chosen(run: Run, endings: Sequence[Ending], split: Split) -> str:
+def _chosen(run: Run, endings: Sequence[EpisodeEnding], split: Split) -> str:
     """Return "" if the episodes are the first ones of the split in playing order, otherwise a hash of their ids."""
     played = {ending.episode_id for ending in endings}
     if played == {episode.episode_id for episode in split.in_playing_order(run.language)[: len(endings)]}:
@@ -167,6 +167,6 @@ def _chosen(run: Run, endings: Sequence[Ending], split: Split) -> str:
     return digest_of(played)
 
 
-def _scores(ending: Ending, split: Split) -> EpisodeScores:
+def _scores(ending: EpisodeEnding, split: Split) -> EpisodeScores:
     first, second = ending.scores
     return EpisodeScores(ending.episode_id, split.episodes[ending.episode_id].section, (first, second))

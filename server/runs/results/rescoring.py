@@ -14,16 +14,23 @@ from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
 from arramon_server.episodes.splits import Split
 from arramon_server.errors import Conflict
 from arramon_server.runs.accounts.administration import earlier_names
-from arramon_server.runs.play.session import Session
+from arramon_server.runs.play.session import EpisodeSession
 from arramon_server.runs.play.worlds import Worlds
-from arramon_server.runs.results.receipts import MASKED_VERSION, UNDERIVED, VOIDED, Receipt, document, stored_receipt
+from arramon_server.runs.results.receipts import (
+    MASKED_VERSION,
+    UNDERIVED,
+    VOIDED,
+    SignedReceipt,
+    document,
+    stored_receipt,
+)
 from arramon_server.runs.results.reports import make_report, split_of
 from arramon_server.runs.storage import causes
 from arramon_server.runs.storage.corrections import Corrections
 from arramon_server.runs.storage.database import Database
 from arramon_server.runs.storage.journal import Journal
 from arramon_server.runs.storage.plays import play_digest
-from arramon_server.runs.storage.records import RUNNING, Ending, Run
+from arramon_server.runs.storage.records import RUNNING, EpisodeEnding, Run
 from arramon_server.sim.rules import Limits
 
 TOLERANCE = 1e-9
@@ -40,7 +47,7 @@ OUTDATED = (
 
 
 @dataclass(frozen=True, slots=True)
-class Rescored:
+class RescoringResult:
     """Result of rescoring a run.
 
     Attributes:
@@ -77,7 +84,7 @@ class Rescorer:
         """Close the worlds."""
         self._worlds.close()
 
-    def rescore(self, run_id: str) -> Rescored:
+    def rescore(self, run_id: str) -> RescoringResult:
         """Replay a run and compare the results with the recorded ones.
 
         Raises:
@@ -91,16 +98,16 @@ class Rescorer:
         split = split_of(run, self._splits)
         endings, voided = self._journal.endings(run_id), self._journal.voided(run.split)
         receipt = stored_receipt(self._database, run_id)
-        played: list[Ending] = []
+        played: list[EpisodeEnding] = []
         found = [*self._in_episodes(run, split, endings, voided, played)]
         of_receipt: list[str] = []
         if receipt is not None and len(played) == len(endings):
             of_receipt = [*self._in_receipt(run, split, played, voided, receipt)]
         steps = sum(ending.steps for ending in endings)
-        return Rescored(run_id, len(endings), steps, receipt is not None, (*first(found), *first(of_receipt)))
+        return RescoringResult(run_id, len(endings), steps, receipt is not None, (*first(found), *first(of_receipt)))
 
     def _in_episodes(
-        self, run: Run, split: Split, endings: Sequence[Ending], voided: Set[str], played: list[Ending]
+        self, run: Run, split: Split, endings: Sequence[EpisodeEnding], voided: Set[str], played: list[EpisodeEnding]
     ) -> Iterator[str]:
         """Replay all episodes, or up to one that cannot be; append endings to `played`, and yield the differences.
 
@@ -122,7 +129,7 @@ class Rescorer:
             played.append(again)
 
     def _in_receipt(
-        self, run: Run, split: Split, played: Sequence[Ending], voided: Set[str], receipt: Receipt
+        self, run: Run, split: Split, played: Sequence[EpisodeEnding], voided: Set[str], receipt: SignedReceipt
     ) -> Iterator[str]:
         try:
             Ed25519PublicKey.from_public_bytes(receipt.public_key).verify(receipt.signature, receipt.payload)
@@ -148,8 +155,8 @@ class Rescorer:
 
 
 def replayed(
-    run: Run, split: Split, ending: Ending, worlds: Worlds, actions_of: Callable[[str, str], Sequence[int]]
-) -> Ending:
+    run: Run, split: Split, ending: EpisodeEnding, worlds: Worlds, actions_of: Callable[[str, str], Sequence[int]]
+) -> EpisodeEnding:
     """Return the ending of an episode when its recorded actions are replayed.
 
     Args:
@@ -160,7 +167,7 @@ def replayed(
         actions_of: returns the actions of a run's episode, given the ids of both.
     """
     episode = split.episodes[ending.episode_id]
-    session = Session(episode, worlds.ground(split.name, episode), Limits(run.steps_per_phase))
+    session = EpisodeSession(episode, worlds.ground(split.name, episode), Limits(run.steps_per_phase))
     actions = actions_of(run.run_id, ending.episode_id) if ending.has_played else []
     for _ in session.replay(actions):
         pass
@@ -179,7 +186,7 @@ def check_same_way(
     run: Run,
     before: Split,
     after: Split,
-    ending: Ending,
+    ending: EpisodeEnding,
     worlds: Worlds,
     actions_of: Callable[[str, str], Sequence[int]],
 ) -> None:
@@ -200,7 +207,7 @@ def check_same_way(
     name = ending.episode_id
     ground = worlds.ground(after.name, after.episodes[name])
     actions = actions_of(run.run_id, name) if ending.has_played else ()
-    ways = [Session(split.episodes[name], ground, Limits(run.steps_per_phase)) for split in (before, after)]
+    ways = [EpisodeSession(split.episodes[name], ground, Limits(run.steps_per_phase)) for split in (before, after)]
     states = [[*(state for state, _ in session.replay(actions)), session.state] for session in ways]
     if states[0] != states[1]:
         raise ValueError(f"episode {name}: the agent would have picked up another object")
@@ -242,7 +249,7 @@ def _without_ends(value: Any) -> Any:
     return {name: _without_ends(inner) for name, inner in value.items() if name not in ("low", "high")}
 
 
-def _as_data(ending: Ending) -> dict[str, Any]:
+def _as_data(ending: EpisodeEnding) -> dict[str, Any]:
     turns = {f"turn {number}": turn for number, turn in enumerate(ending.scores, start=1)}
     return {"cause": ending.cause, "steps": ending.steps, **turns}
 

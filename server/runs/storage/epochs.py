@@ -60,7 +60,7 @@ class EpochRecord:
         return hashlib.sha256(self.statement).digest()
 
 
-class Epochs:
+class EpochStore:
     """All epochs of a database. Thread-safe.
 
     Args:

@@ -19,7 +19,7 @@ from arramon_server.runs.storage.claims import Claims
 from arramon_server.runs.storage.corrections import Corrections
 from arramon_server.runs.storage.database import Database, utc
 from arramon_server.runs.storage.plays import play_digest
-from arramon_server.runs.storage.records import ENDED, OPEN, PENDING, RUNNING, Code, Progress, Run
+from arramon_server.runs.storage.records import ENDED, OPEN, PENDING, RUNNING, Code, Run, RunProgress
 from arramon_server.runs.storage.steps import Steps
 from arramon_server.runs.storage.worker_registry import WorkerRegistry
 
@@ -137,11 +137,11 @@ class Journal(WorkerRegistry, Claims, Steps):
         query = sa.select(table).where(table.c.run_id.in_(run_ids), table.c.state != RUNNING)
         return [run_of(row) for row in self._database.read(query)] if run_ids else []
 
-    def progress(self, run_id: str) -> Progress:
+    def progress(self, run_id: str) -> RunProgress:
         """Return the progress of a run."""
         return self.progress_of([run_id])[run_id]
 
-    def progress_of(self, run_ids: Sequence[str]) -> dict[str, Progress]:
+    def progress_of(self, run_ids: Sequence[str]) -> dict[str, RunProgress]:
         """Return the progress of several runs, by run, with as many queries as for one."""
         table = tables.episodes
         query = (
@@ -224,9 +224,11 @@ def _by_run(rows: Iterable[Row[Any]]) -> defaultdict[str, list[Row[Any]]]:
     return found
 
 
-def _progress(episodes: Sequence[Row[Any]], open_steps: int, images: tuple[str, ...], *, published: bool) -> Progress:
+def _progress(
+    episodes: Sequence[Row[Any]], open_steps: int, images: tuple[str, ...], *, published: bool
+) -> RunProgress:
     causes = {row.cause: row.number for row in episodes if row.state == ENDED}
-    return Progress(
+    return RunProgress(
         episodes=sum(row.number for row in episodes),
         ended=sum(causes.values()),
         steps=sum(int(row.steps or 0) for row in episodes) + open_steps,

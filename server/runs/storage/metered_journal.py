@@ -9,7 +9,7 @@ from sqlalchemy.engine import Connection
 from arramon_server.runs.storage.database import Database
 from arramon_server.runs.storage.journal import Journal
 from arramon_server.runs.storage.meter import Meter, Stage
-from arramon_server.runs.storage.records import RUNNING, Batch, Claim, Run
+from arramon_server.runs.storage.records import RUNNING, Claim, CommitBatch, Run
 
 
 class MeteredJournal(Journal):
@@ -47,7 +47,7 @@ class MeteredJournal(Journal):
             self._meter.reoffered(again)
         return won
 
-    def commit(self, batch: Batch) -> None:
+    def commit(self, batch: CommitBatch) -> None:
         """Commit a batch as `Journal` does, and count its steps and endings, and time the commit."""
         if not (batch.steps or batch.endings or batch.charges):
             return

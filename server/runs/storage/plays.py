@@ -3,10 +3,10 @@
 import hashlib
 from collections.abc import Callable, Iterable, Sequence
 
-from arramon_server.runs.storage.records import Ending, Run
+from arramon_server.runs.storage.records import EpisodeEnding, Run
 
 
-def play_digest(run: Run, endings: Iterable[Ending], actions_of: Callable[[str, str], Sequence[int]]) -> str:
+def play_digest(run: Run, endings: Iterable[EpisodeEnding], actions_of: Callable[[str, str], Sequence[int]]) -> str:
     """Return the SHA-256 of all that a run's scores follow from besides its split, in hexadecimal.
 
     That is the step limit, and of each episode the recorded actions and the cause of its end. The digest depends

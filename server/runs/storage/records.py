@@ -97,7 +97,7 @@ class Run:
 
 
 @dataclass(frozen=True, slots=True)
-class Progress:
+class RunProgress:
     """Progress of a run: counts of its episodes, steps and causes.
 
     Attributes:
@@ -157,10 +157,10 @@ class Claim:
 
 
 @dataclass(frozen=True, slots=True)
-class Ending:
+class EpisodeEnding:
     """End of an episode of a run: cause, steps and scores. `epoch` is that of the claim under which it ended.
 
-    `thinking_seconds` and `timed_steps` are as in `Progress`; an ending that is read from the journal leaves them out.
+    `thinking_seconds` and `timed_steps` are as in `RunProgress`; an ending that is read from the journal leaves them out.
     """
 
     run_id: str
@@ -180,7 +180,7 @@ class Ending:
 
 
 @dataclass
-class Batch:
+class CommitBatch:
     """Rows that one commit writes.
 
     Attributes:
@@ -191,7 +191,7 @@ class Batch:
     """
 
     steps: list[dict[str, Any]] = field(default_factory=list)
-    endings: list[Ending] = field(default_factory=list)
+    endings: list[EpisodeEnding] = field(default_factory=list)
     charges: dict[str, float] = field(default_factory=dict)
     over: dict[str, tuple[str, datetime]] = field(default_factory=dict)
 
@@ -199,11 +199,11 @@ class Batch:
         """Add an action as step number `step` (from 0) of an episode, under the claim with the given epoch."""
         self.steps.append({"run": run_id, "episode": episode_id, "epoch": epoch, "number": step, "taken": action})
 
-    def without(self, episodes: Collection[tuple[str, str]]) -> "Batch":
+    def without(self, episodes: Collection[tuple[str, str]]) -> "CommitBatch":
         """Return a copy without the steps and endings of some episodes, given as pairs of run id and episode id."""
         steps = [step for step in self.steps if (step["run"], step["episode"]) not in episodes]
         endings = [ending for ending in self.endings if (ending.run_id, ending.episode_id) not in episodes]
-        return Batch(steps, endings, self.charges, self.over)
+        return CommitBatch(steps, endings, self.charges, self.over)
 
     def charge(self, run_id: str, seconds: float) -> None:
         """Subtract seconds from the bank of a run; ignored unless positive."""

@@ -7,7 +7,7 @@ import sqlalchemy as sa
 from arramon_server.runs.storage import tables
 from arramon_server.runs.storage.database import Database
 from arramon_server.runs.storage.journal import Journal, run_of
-from arramon_server.runs.storage.records import Progress, Run
+from arramon_server.runs.storage.records import Run, RunProgress
 
 CHUNK = 500
 """Number of runs whose episodes are counted in one query."""
@@ -49,7 +49,7 @@ def find_runs(database: Database, wanted: RunFilter, limit: int) -> list[RunSumm
     conditions = [table.c[name] == getattr(wanted, name) for name in columns if getattr(wanted, name) is not None]
     query = sa.select(table).where(*conditions).order_by(table.c.created_at.desc(), table.c.run_id.desc()).limit(limit)
     runs = [run_of(row) for row in database.read(query)]
-    journal, progress = Journal(database), dict[str, Progress]()
+    journal, progress = Journal(database), dict[str, RunProgress]()
     for start in range(0, len(runs), CHUNK):
         progress |= journal.progress_of([run.run_id for run in runs[start : start + CHUNK]])
     return [RunSummary(run, progress[run.run_id].episodes, progress[run.run_id].ended) for run in runs]

@@ -9,7 +9,7 @@ import sqlalchemy as sa
 from arramon_server.errors import TakenOver
 from arramon_server.runs.storage import tables
 from arramon_server.runs.storage.database import Database
-from arramon_server.runs.storage.records import ENDED, RUNNING, Batch, Ending
+from arramon_server.runs.storage.records import ENDED, RUNNING, CommitBatch, EpisodeEnding
 
 
 class Steps:
@@ -32,16 +32,16 @@ class Steps:
         )
         return [row[0] for row in self._database.read(query)]
 
-    def endings(self, run_id: str) -> list[Ending]:
+    def endings(self, run_id: str) -> list[EpisodeEnding]:
         """Return the endings of a run's ended episodes, in playing order."""
         table = tables.episodes
         query = sa.select(table).where(table.c.run_id == run_id, table.c.state == ENDED).order_by(table.c.ordinal)
         return [
-            Ending(run_id, row.episode_id, row.cause, row.steps, row.scores, row.note or "")
+            EpisodeEnding(run_id, row.episode_id, row.cause, row.steps, row.scores, row.note or "")
             for row in self._database.read(query)
         ]
 
-    def commit(self, batch: Batch) -> None:
+    def commit(self, batch: CommitBatch) -> None:
         """Write steps, endings and charges in one transaction.
 
         Raises:
@@ -78,7 +78,7 @@ class Steps:
                 is_over = sa.and_(tables.runs.c.run_id == run_id, tables.runs.c.state == RUNNING, ~_has_unended(run_id))
                 connection.execute(tables.runs.update().where(is_over).values(state=state, ended_at=ended_at))
 
-    def lost_episodes(self, batch: Batch) -> set[tuple[str, str]]:
+    def lost_episodes(self, batch: CommitBatch) -> set[tuple[str, str]]:
         """Return the episodes of a batch, as (run, episode), whose claims no longer have the epochs in the batch."""
         epochs = {(step["run"], step["episode"]): step["epoch"] for step in batch.steps}
         epochs |= {(ending.run_id, ending.episode_id): ending.epoch for ending in batch.endings}

@@ -83,7 +83,7 @@ def decode(table: sa.Table, columns: Sequence[str], values: Sequence[Any]) -> di
     return {name: _value(table.c[name], value) for name, value in zip(columns, values, strict=True)}
 
 
-class Writer:
+class ArchiveWriter:
     """Writer of the header, the lines and the closing line of an export.
 
     Args:

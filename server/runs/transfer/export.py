@@ -10,7 +10,7 @@ from sqlalchemy.engine import Connection
 
 from arramon_server.errors import StorageError
 from arramon_server.runs.storage.database import Database
-from arramon_server.runs.transfer.archive import EXPORTED_TABLES, Writer, columns_of, encode
+from arramon_server.runs.transfer.archive import EXPORTED_TABLES, ArchiveWriter, columns_of, encode
 
 _ROWS = 1000
 """Number of rows to read at a time."""
@@ -34,7 +34,7 @@ def export(database: Database, path: Path) -> int:
     part = Path(name)
     try:
         with os.fdopen(descriptor, "wb") as file, database.snapshot() as connection:
-            writer = Writer(file)
+            writer = ArchiveWriter(file)
             with writer.frame():
                 for table in EXPORTED_TABLES:
                     _write_table(writer, connection, table)
@@ -48,7 +48,7 @@ def export(database: Database, path: Path) -> int:
     return writer.rows
 
 
-def _write_table(writer: Writer, connection: Connection, table: sa.Table) -> None:
+def _write_table(writer: ArchiveWriter, connection: Connection, table: sa.Table) -> None:
     columns = columns_of(table)
     writer.write({"table": table.name, "columns": columns})
     query = sa.select(*(table.c[name] for name in columns)).order_by(

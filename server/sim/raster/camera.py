@@ -15,12 +15,12 @@ from arramon_server.sim.assets.collectibles import mesh_of, texture_of
 from arramon_server.sim.cameras import FAR, NEAR, Actor, Frame, Viewpoint, label_of, labels_of
 from arramon_server.sim.catalogue import ALL_TYPES
 from arramon_server.sim.daylight import AMBIENT, DIFFUSE, SUN, sky
+from arramon_server.sim.identity_cache import IdentityCache
 from arramon_server.sim.raster import compilation
 from arramon_server.sim.raster.arrays import Bodies, FrameConstants, Integers, Scratch, Textures, new_scratch
 from arramon_server.sim.raster.cover import cover
 from arramon_server.sim.raster.paint import paint
 from arramon_server.sim.raster.scene import LEVELS, geometry, indices_of, textures
-from arramon_server.sim.remembered import Remembered
 from arramon_server.sim.room_scene import room_scene
 from arramon_server.sim.scene import Scene
 from arramon_server.sim.variations import CACHED
@@ -46,7 +46,7 @@ class _Placed(NamedTuple):
     clusters: int
 
 
-class _Room(NamedTuple):
+class _Capacity(NamedTuple):
     """What scratch buffers have space for: actors, polygons of bodies (up to `end`) and their clusters."""
 
     actors: int
@@ -57,9 +57,9 @@ class _Room(NamedTuple):
         """Return whether there is space for so many actors and these bodies."""
         return actors <= self.actors and placed.end <= self.end and placed.clusters <= self.clusters
 
-    def joined(self, other: "_Room") -> "_Room":
+    def joined(self, other: "_Capacity") -> "_Capacity":
         """Return space for what either has space for."""
-        return _Room(*map(max, self, other))
+        return _Capacity(*map(max, self, other))
 
 
 class _Prepared(NamedTuple):
@@ -68,10 +68,10 @@ class _Prepared(NamedTuple):
     constants: FrameConstants
     background: Integers
     scratch: Scratch
-    room: _Room
+    room: _Capacity
 
 
-class _Threads(threading.local):
+class _ThreadCache(threading.local):
     """What each thread keeps, by frame size."""
 
     def __init__(self) -> None:
@@ -106,10 +106,10 @@ class RasterCamera:
             type_: (len(meshes) + COLLECTIBLES.index(type_.kind), number, numbers[str(type_)])
             for number, type_ in enumerate(ALL_TYPES)
         }
-        self._posed: Remembered[tuple[Actor, ...], Bodies] = Remembered(
+        self._posed: IdentityCache[tuple[Actor, ...], Bodies] = IdentityCache(
             lru_cache(_CACHED_POSES)(self._pose), _CACHED_POSES
         )
-        self._threads = _Threads()
+        self._threads = _ThreadCache()
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -187,7 +187,7 @@ class RasterCamera:
         """Return what this thread needs to draw frames of a size, with space for what is drawn."""
         mine = self._threads.prepared
         if size not in mine or not mine[size].room.holds(actors, placed):
-            room = _Room(max(_ACTORS, 2 * actors), placed.end, placed.clusters)
+            room = _Capacity(max(_ACTORS, 2 * actors), placed.end, placed.clusters)
             if size in mine:
                 room = room.joined(mine[size].room)
             mine[size] = _Prepared(
@@ -198,7 +198,7 @@ class RasterCamera:
             )
         return mine[size]
 
-    def _scratch(self, size: int, room: _Room) -> Scratch:
+    def _scratch(self, size: int, room: _Capacity) -> Scratch:
         flat = self._geometry
         each = flat.meshes[:, 1] - flat.meshes[:, 0]
         clusters = room.clusters + room.actors * int(each[-len(COLLECTIBLES) :].max())

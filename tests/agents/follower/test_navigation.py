@@ -21,7 +21,7 @@ from arramon_server.sim.geometry import Pose
 from arramon_server.sim.labels import places_of
 from arramon_server.sim.physics import physics_of
 from arramon_server.sim.raster.camera import RasterCamera
-from arramon_server.sim.rules import Collectible, Layout, Limits, Phase, State
+from arramon_server.sim.rules import Collectible, EpisodeLayout, Limits, Phase, State
 from arramon_server.sim.view import view
 from tests.dataset.instructions.town import START, STREET, crossing, thing
 
@@ -37,7 +37,7 @@ class Street:
         self.world, self.camera = physics_of(scene), RasterCamera(scene)
         self.places = places_of(self.camera.labels)
 
-    def observe(self, state: State, layout: Layout) -> Observation:
+    def observe(self, state: State, layout: EpisodeLayout) -> Observation:
         seen = view(state, layout)
         frame = self.camera.render(seen.viewpoint, seen.actors, 128, segmentation=True)
         depth = frame.depth.astype(np.float32) / np.float32(1000)
@@ -49,7 +49,7 @@ class Street:
         self, meaning: Navigation, start: Pose = START, street: tuple[Collectible, ...] = STREET
     ) -> tuple[State, list[Action]]:
         """The state when the navigation has ended, and what was done."""
-        layout = Layout(start, (street, street), ())
+        layout = EpisodeLayout(start, (street, street), ())
         state, body, actions = rules.begin(layout), Body(AGENT_LABELS), []
         navigator = Navigator(body, meaning)
         while state.phase is Phase.NAVIGATION:
@@ -122,7 +122,7 @@ def test_the_same_frames_give_the_same_actions(street: Street) -> None:
 
 
 def test_a_blocked_step_is_detected_by_the_frame(street: Street) -> None:
-    layout = Layout(Pose(0.0, -22.0, 180.0), (STREET, STREET), ())
+    layout = EpisodeLayout(Pose(0.0, -22.0, 180.0), (STREET, STREET), ())
     state, body = rules.begin(layout), Body(AGENT_LABELS)
     for _ in range(3):  # the street ends at z = -23
         body.perceive(street.observe(state, layout))
@@ -134,7 +134,7 @@ def test_a_blocked_step_is_detected_by_the_frame(street: Street) -> None:
 
 
 def test_landmarks_and_free_ground_are_located_in_a_frame(street: Street) -> None:
-    layout = Layout(START, (STREET, STREET), ())
+    layout = EpisodeLayout(START, (STREET, STREET), ())
     body = Body(AGENT_LABELS)
     body.perceive(street.observe(rules.begin(layout), layout))
     (booth,) = body.landmarks.fitting(BOOTH)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from arramon_agents.simulated.frames import FrameSource, label_names
-from arramon_server.sim.labels import LABELS, Label
+from arramon_server.sim.labels import LABELS, SegmentationLabel
 
 
 @pytest.fixture(scope="module")
@@ -27,6 +27,6 @@ def test_frames_show_streets_and_rooms_with_collectibles(source: FrameSource) ->
         frame = source.frame(number)
         assert frame.rgb.shape == (112, 112, 3)
         assert frame.depth.dtype == np.float32
-        assert not frame.depth[frame.labels == LABELS.index(Label("nothing"))].any()
+        assert not frame.depth[frame.labels == LABELS.index(SegmentationLabel("nothing"))].any()
         shown |= {label_names()[label][0] for label in np.unique(frame.labels)}
     assert {"road", "building", "floor", "wall", "mug", "ball", "cone", "banner"} <= shown

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from arramon_dataset.demonstrations.export import Progress, export_demonstrations, find_split, with_languages
 from arramon_dataset.demonstrations.request import Export, make_request
 from arramon_dataset.demonstrations.sources import ground_truth
-from arramon_server.runs.play.session import Session
+from arramon_server.runs.play.session import EpisodeSession
 from arramon_server.runs.play.worlds import Worlds
 from arramon_server.sim.rules import Limits
 from arramon_server.sim.view import visible_pose
@@ -61,7 +61,7 @@ def simulated(
     split = find_split(data, "tiny")
     episode = split.episodes[episode_id]
     with closing(Worlds({"tiny": split})) as worlds:
-        session = Session(episode, worlds.ground("tiny", episode), Limits())
+        session = EpisodeSession(episode, worlds.ground("tiny", episode), Limits())
         for state, _ in session.replay(actions):
             frame = worlds.render("tiny", episode, state, size, segmentation=True)
             assert frame.segmentation is not None

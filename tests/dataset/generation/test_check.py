@@ -12,7 +12,7 @@ from arramon_dataset.generation.streets import TWIN_PATH, TWINS_APART
 from arramon_dataset.plans import build_section, read_plan
 from arramon_dataset.release.extras import distance_to_path
 from arramon_server.sim.geometry import Point
-from arramon_server.sim.room import START, Placement
+from arramon_server.sim.room import START, RoomPosition
 from arramon_server.sim.rules import PlacedObject
 
 
@@ -83,7 +83,7 @@ def in_one_place(draft: Draft, site: Site) -> Draft:
     return of_turn(draft, 1, street=(*street[:-1], replace(street[-1], position=street[1].position)))
 
 
-def decoy_on(draft: Draft, cell: Placement) -> Draft:
+def decoy_on(draft: Draft, cell: RoomPosition) -> Draft:
     return replace(draft, decoys=(*draft.decoys[:-1], replace(draft.decoys[-1], placement=cell)))
 
 
@@ -98,12 +98,12 @@ CASES: list[tuple[Callable[[Draft, Site], Draft], str]] = [
     (lambda d, _: of_turn(d, 2, actions=(*d.turns[1].actions, Action.LEFT)), "turn 2, navigation: ended before"),
     (lambda d, _: of_turn(d, 1, path=d.turns[0].path[:-1]), "turn 1, navigation: .* follow the path"),
     (lambda d, _: of_turn(d, 2, room_path=(*d.turns[1].room_path, START)), "turn 2, assembly: .* follow the path"),
-    (lambda d, _: of_turn(d, 2, target_cell=Placement(0, 1, 0)), "turn 2, assembly: does not end with"),
+    (lambda d, _: of_turn(d, 2, target_cell=RoomPosition(0, 1, 0)), "turn 2, assembly: does not end with"),
     (lambda d, _: of_turn(d, 1, actions=(Action.LEFT,) * 3 + (Action.FORWARD,) * 140), "turn 1, navigation"),
     (lambda d, _: replace(d, decoys=d.decoys[:-1]), "7 decoys, expected 8"),
     (lambda d, _: decoy_on(d, d.decoys[0].placement), "each in a cell of its own"),
-    (lambda d, _: decoy_on(d, Placement(2, 1, 0)), "start tile"),
-    (lambda d, _: decoy_on(d, Placement(5, 1, 0)), "outside the room"),
+    (lambda d, _: decoy_on(d, RoomPosition(2, 1, 0)), "start tile"),
+    (lambda d, _: decoy_on(d, RoomPosition(5, 1, 0)), "outside the room"),
     (
         lambda d, _: replace(d, decoys=(*d.decoys[:-1], PlacedObject(d.turns[0].target.type, d.decoys[-1].placement))),
         "look the same",

@@ -14,7 +14,7 @@ from arramon_dataset.plans.faults import faults_of_plan, faults_of_section
 from arramon_server.cli import main
 from arramon_server.episodes.splits import folder_of, read_split
 from arramon_server.errors import BadInput
-from arramon_server.runs.play.session import Session
+from arramon_server.runs.play.session import EpisodeSession
 from arramon_server.runs.play.worlds import Worlds
 from arramon_server.sim.rules import Limits
 from tests.dataset.generation.places import make_plain
@@ -78,7 +78,7 @@ def test_the_command_makes_episodes_with_instructions_to_learn_from(tmp_path: Pa
     assert [episode.section for episode in split.episodes.values()] == ["101", "101", "102", "102"]
     with closing(Worlds({EXTRA: split})) as worlds:
         for episode in split.episodes.values():
-            session = Session(episode, worlds.ground(EXTRA, episode), Limits())
+            session = EpisodeSession(episode, worlds.ground(EXTRA, episode), Limits())
             list(session.replay(action for turn in episode.turns for action in (*turn.actions, *turn.room_actions)))
             assert session.cause == "AGENT_FINISHED"
             assert min(scores[name] for scores in session.scores().turns for name in ("nDTW", "CTC-3", "PTC")) > 0.999

@@ -5,7 +5,7 @@ import pytest
 from arramon_dataset.generation.rooms import TARGET_CELLS, draw_decoys, draw_tasks, walk_to
 from arramon_dataset.randomness import seeded
 from arramon_server.sim.catalogue import ObjectType
-from arramon_server.sim.room import START, Square
+from arramon_server.sim.room import START, RoomCell
 
 TARGETS = (ObjectType("striped", "red", "mug"), ObjectType("dotted", "white", "book"))
 
@@ -26,7 +26,7 @@ TARGETS = (ObjectType("striped", "red", "mug"), ObjectType("dotted", "white", "b
 def test_room_path_is_the_shortest(
     target: tuple[int, int], blocked: list[tuple[int, int]], actions: str, cells: int
 ) -> None:
-    path, found = walk_to(Square(*target), {Square(*cell) for cell in blocked})
+    path, found = walk_to(RoomCell(*target), {RoomCell(*cell) for cell in blocked})
 
     assert "".join("FLRP"[action] for action in found) == actions
     assert len(path) == cells
@@ -34,7 +34,7 @@ def test_room_path_is_the_shortest(
 
 def test_unreachable_cell_is_an_error() -> None:
     with pytest.raises(ValueError, match="no way"):
-        walk_to(Square(4, 3), {Square(1, 0), Square(2, 1), Square(3, 0)})
+        walk_to(RoomCell(4, 3), {RoomCell(1, 0), RoomCell(2, 1), RoomCell(3, 0)})
 
 
 def test_task_frequencies_match_the_original_dataset() -> None:
@@ -59,13 +59,13 @@ def test_decoys_leave_both_paths_free() -> None:
         if decoys is None:
             given_up += 1
             continue
-        cells = {Square(decoy.placement.column, decoy.placement.row) for decoy in decoys}
-        stands = {Square(task.cell.column, task.cell.row) for task in tasks if task.cell.level == 2}
+        cells = {RoomCell(decoy.placement.column, decoy.placement.row) for decoy in decoys}
+        stands = {RoomCell(task.cell.column, task.cell.row) for task in tasks if task.cell.level == 2}
         assert len({decoy.type for decoy in decoys}) == len(cells) == 8
         assert not cells & {START, *tasks[0].path, *tasks[1].path} - stands
         assert not {decoy.type for decoy in decoys} & set(TARGETS)
         for number, task in enumerate(tasks):
-            cell = Square(task.cell.column, task.cell.row)
-            is_on_first = number == 1 and cell == Square(tasks[0].cell.column, tasks[0].cell.row)
+            cell = RoomCell(task.cell.column, task.cell.row)
+            is_on_first = number == 1 and cell == RoomCell(tasks[0].cell.column, tasks[0].cell.row)
             assert (cell in cells) == (task.cell.level == 2 and not is_on_first)
     assert given_up < 30

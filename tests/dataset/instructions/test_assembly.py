@@ -12,23 +12,23 @@ from arramon_dataset.randomness import seeded
 from arramon_dataset.release.extras import arrange_decoys
 from arramon_lang.meaning import Assembly, Thing
 from arramon_server.sim.catalogue import ALL_TYPES, ObjectType
-from arramon_server.sim.room import START, Placement, Square
+from arramon_server.sim.room import START, RoomCell, RoomPosition
 from arramon_server.sim.rules import PlacedObject
 from tests.agents.playing_room import play, things
 
 MUG = ObjectType("dotted", "red", "mug")
 
 
-def tasks(count: int) -> Iterator[tuple[ObjectType, Placement, tuple[PlacedObject, ...], int]]:
+def tasks(count: int) -> Iterator[tuple[ObjectType, RoomPosition, tuple[PlacedObject, ...], int]]:
     """Rooms with eight decoys and a cell to put something in, on the floor or on a decoy."""
     for number in range(count):
         random = seeded("rooms", number)
         one, other = random.sample(ALL_TYPES, 2)
-        cells = [Square(c, r) for c in range(1, COLUMNS) for r in range(ROWS) if (c, r) != START]
+        cells = [RoomCell(c, r) for c in range(1, COLUMNS) for r in range(ROWS) if (c, r) != START]
         cell = random.choice(cells)
-        place = Placement(cell.column, 2 if number % 3 == 0 else 1, cell.row)
+        place = RoomPosition(cell.column, 2 if number % 3 == 0 else 1, cell.row)
         found = arrange_decoys(str(number), (one, other), (place, place), ((), ()), ((), ()))
-        yield one, place, tuple(PlacedObject(t, Placement(c.column, 1, c.row)) for t, c in found), number
+        yield one, place, tuple(PlacedObject(t, RoomPosition(c.column, 1, c.row)) for t, c in found), number
 
 
 def mentioned(meaning: Assembly) -> list[Thing]:
@@ -74,9 +74,9 @@ def test_objects_hidden_from_view_are_not_mentioned() -> None:
     room = things("striped blue tv 2 1 1", "dotted green bowl 2 1 3")
     hidden = set(whole_room(room).things) - set(seen_room(room).things)
     assert [thing.kind for thing in hidden] == ["bowl"]
-    assert plan_assembly(MUG, Placement(2, 2, 3), room, seeded(0)) is None
+    assert plan_assembly(MUG, RoomPosition(2, 2, 3), room, seeded(0)) is None
     for number in range(10):
-        meaning = plan_assembly(MUG, Placement(2, 1, 2), room, seeded(number))
+        meaning = plan_assembly(MUG, RoomPosition(2, 1, 2), room, seeded(number))
         assert meaning is not None
         assert "bowl" not in {thing.kind for thing in mentioned(meaning)}
 
@@ -93,7 +93,7 @@ def test_landmark_names_are_minimal_or_complete_and_unique(other: str, allowed: 
     room = things("dotted red bowl 2 1 2", f"{other} 4 1 3")
     names = set()
     for number in range(40):
-        meaning = plan_assembly(ObjectType("striped", "green", "tv"), Placement(2, 2, 2), room, seeded(number))
+        meaning = plan_assembly(ObjectType("striped", "green", "tv"), RoomPosition(2, 2, 2), room, seeded(number))
         assert meaning is not None
         names |= {(t.kind, t.colour, t.look) for t in meaning.where[0].things}
     assert names == allowed
@@ -101,11 +101,11 @@ def test_landmark_names_are_minimal_or_complete_and_unique(other: str, allowed: 
 
 def test_plans_vary_with_the_seed_and_are_reproducible() -> None:
     room = things("dotted red bowl 2 1 2", "striped blue tv 4 1 3", "dotted white ball 4 1 1", "striped red mug 1 1 3")
-    plans = [plan_assembly(MUG, Placement(3, 1, 3), room, seeded(number)) for number in range(30)]
-    assert plans == [plan_assembly(MUG, Placement(3, 1, 3), room, seeded(number)) for number in range(30)]
+    plans = [plan_assembly(MUG, RoomPosition(3, 1, 3), room, seeded(number)) for number in range(30)]
+    assert plans == [plan_assembly(MUG, RoomPosition(3, 1, 3), room, seeded(number)) for number in range(30)]
     assert len(set(plans)) > 15
 
 
 def test_unsupported_placement_is_an_error() -> None:
     with pytest.raises(ValueError, match=r"level is 2 in column 3, row 3; expected one above the 0 objects"):
-        plan_assembly(MUG, Placement(3, 2, 3), things("dotted red bowl 2 1 2"), seeded(0))
+        plan_assembly(MUG, RoomPosition(3, 2, 3), things("dotted red bowl 2 1 2"), seeded(0))

@@ -12,12 +12,12 @@ from arramon_dataset.instructions.sight import Landmark
 from arramon_dataset.plans.graph import Arm, Junction, Road, StreetGraph
 from arramon_lang.meaning import Face, Navigation, Rotate, Step, Thing, Walk, Where
 from arramon_server.sim.geometry import Pose
-from arramon_server.sim.labels import Label
+from arramon_server.sim.labels import SegmentationLabel
 from tests.dataset.instructions.town import PATH, START
 
 
 def mark(identity: str, x: float, z: float, colour: str = "", look: str = "") -> Landmark:
-    return Landmark(Label(identity.split("/")[0], colour, look), x, z, (0,), 0, identity)
+    return Landmark(SegmentationLabel(identity.split("/")[0], colour, look), x, z, (0,), 0, identity)
 
 
 MARKS = (
@@ -27,10 +27,10 @@ MARKS = (
     mark("bench/0", 2.2, -2.5),
     mark("bench/1", 2.2, -4.0),
     mark("cone/0", 6.0, -2.0, "orange"),
-    replace(mark("collectible/0", 13.5, 0.0), label=Label("mug", "red", "striped")),
-    replace(mark("collectible/1", 0.0, 12.0), label=Label("mug", "red", "dotted")),
-    replace(mark("collectible/2", 15.0, 0.5), label=Label("ball", "blue", "striped")),
-    replace(mark("collectible/3", 15.0, -2.0), label=Label("ball", "blue", "striped")),
+    replace(mark("collectible/0", 13.5, 0.0), label=SegmentationLabel("mug", "red", "striped")),
+    replace(mark("collectible/1", 0.0, 12.0), label=SegmentationLabel("mug", "red", "dotted")),
+    replace(mark("collectible/2", 15.0, 0.5), label=SegmentationLabel("ball", "blue", "striped")),
+    replace(mark("collectible/3", 15.0, -2.0), label=SegmentationLabel("ball", "blue", "striped")),
     mark("bin/0", -2.0, -10.0),
     mark("lamp_post/0", 2.4, -12.0),
     mark("hydrant/0", -0.5, -8.0),
@@ -147,7 +147,7 @@ BESIDE_IT = replace(MARKS[8], x=-10.0, z=-9.0, identity="collectible/8")
         (MUG, (OTHER_MUG,), True),
         (replace(MUG, where=()), (OTHER_MUG,), False),
         (MUG, (OTHER_MUG, BESIDE_IT), False),
-        (replace(MUG, where=()), (replace(OTHER_MUG, label=Label("mug", "blue", "striped")),), True),
+        (replace(MUG, where=()), (replace(OTHER_MUG, label=SegmentationLabel("mug", "blue", "striped")),), True),
     ],
 )
 def test_the_target_is_told_apart_from_what_looks_like_it(

@@ -11,7 +11,7 @@ from arramon_dataset.instructions.sight import Landmark
 from arramon_dataset.plans.graph import Arm, Corner, House, Junction, Road, StreetGraph
 from arramon_lang.meaning import Face, Navigation, Rotate, Step, Thing, Walk
 from arramon_server.sim.geometry import Pose
-from arramon_server.sim.labels import Label
+from arramon_server.sim.labels import SegmentationLabel
 from tests.dataset.instructions.test_gate import (
     ARMS,
     BARREL,
@@ -127,7 +127,7 @@ def test_a_dumpster_is_taken_for_a_bin() -> None:
     steps = (Walk("past", (Thing("bin", identity="bin/5"),)), TURN)
 
     assert "dumpster/0 may be taken for bin/5" in faults(seen_all(with_marks(dumpster, own)), *steps)
-    tree = replace(dumpster, label=Label("tree"), identity="tree/3")
+    tree = replace(dumpster, label=SegmentationLabel("tree"), identity="tree/3")
     assert "tree/3 may be taken for bin/5" not in faults(seen_all(with_marks(tree, own)), *steps)
 
 

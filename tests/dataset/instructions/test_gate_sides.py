@@ -19,7 +19,7 @@ from arramon_dataset.plans.graph import House, StreetGraph
 from arramon_lang.meaning import Navigation, Rotate, Step, Thing, Walk, Where
 from arramon_server.sim.city import city_scene
 from arramon_server.sim.geometry import Pose
-from arramon_server.sim.labels import Label
+from arramon_server.sim.labels import SegmentationLabel
 from arramon_server.sim.raster.camera import RasterCamera
 from arramon_server.sim.rules import Collectible
 from arramon_server.sim.section import Prop
@@ -146,7 +146,7 @@ ON = Thing("zebra_crossing", identity="zebra_crossing/0")
 @pytest.mark.parametrize("relation", ["near", "left_of", "right_of", "in_front_of", "behind", "against"])
 def test_what_stands_on_a_crossing_is_not_next_to_it(x: float, z: float, is_on: bool, relation: str) -> None:
     """The crossing reaches 2.275 units across the street and 0.7 along it, which leads east."""
-    mug = replace(mark("collectible/0", x, z), label=Label("mug", "red", "striped"))
+    mug = replace(mark("collectible/0", x, z), label=SegmentationLabel("mug", "red", "striped"))
     marks = (*(each for each in WORLD.marks if each.identity not in ("collectible/0", "zebra_crossing/0")), mug, ZEBRA)
     target = Thing("mug", "red", "striped", where=(Where(relation, (ON,)),), identity="collectible/0")
     faults = faults_of_navigation(Navigation((), target), replace(WORLD, marks=marks, goal=(x, z)))
@@ -160,7 +160,7 @@ def test_what_stands_on_a_crossing_is_not_next_to_it(x: float, z: float, is_on: 
 def test_the_targets_side_of_a_thing_is_the_same_from_all_of_the_last_places(relation: str, is_so: bool) -> None:
     """The way bends just before the target: one sees it first behind the bench, and last to its left."""
     path = way(*[NORTH] * 10, *[EAST] * 2)
-    mug = replace(mark("collectible/0", 3.5, 10.0), label=Label("mug", "red", "striped"))
+    mug = replace(mark("collectible/0", 3.5, 10.0), label=SegmentationLabel("mug", "red", "striped"))
     at = GateWorld(path, Pose(0.0, 0.0, 0.0), (mug, mark("bench/0", 3.3, 8.2)), (3.5, 10.0), None)
     bench = Thing("bench", identity="bench/0")
     target = Thing("mug", "red", "striped", where=(Where(relation, (bench,)),), identity="collectible/0")
@@ -176,7 +176,7 @@ NUMBERS = tuple(range(len(POSES)))
 
 def described(target: Collectible, *marks: Landmark) -> list[Thing]:
     """Return what forty draws call a target at the end of the first leg."""
-    own = Landmark(Label.of(target.type), target.position.x, target.position.z, NUMBERS, 0, "collectible/0")
+    own = Landmark(SegmentationLabel.of(target.type), target.position.x, target.position.z, NUMBERS, 0, "collectible/0")
     seen = [own, *(replace(each, seen=NUMBERS) for each in marks)]
     found = (describe(target, (target,), seen, POSES, Random(seed)) for seed in range(40))
     return [each for each in found if each is not None]

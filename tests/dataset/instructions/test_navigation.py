@@ -12,7 +12,7 @@ from arramon_dataset.randomness import seeded
 from arramon_lang.meaning import Navigation, Rotate, Thing
 from arramon_server.sim.city import city_scene
 from arramon_server.sim.geometry import Pose
-from arramon_server.sim.labels import Label
+from arramon_server.sim.labels import SegmentationLabel
 from arramon_server.sim.raster.camera import RasterCamera
 from tests.dataset.instructions.town import ACTIONS, PATH, START, STREET, crossing, thing
 
@@ -54,7 +54,7 @@ def test_target_unseen_at_the_end_gives_no_plan(camera: RasterCamera) -> None:
 
 
 def mark(kind: str, x: float, z: float, *seen: int, colour: str = "") -> Landmark:
-    return Landmark(Label(kind, colour), x, z, seen, seen[0] if seen else None)
+    return Landmark(SegmentationLabel(kind, colour), x, z, seen, seen[0] if seen else None)
 
 
 VIEW = Pose(0.0, 0.0, 0.0)
@@ -88,6 +88,6 @@ def test_colour_distinguishes_landmarks_of_one_kind() -> None:
 def test_short_target_names_remain_unique() -> None:
     target = STREET[0]
     poses = poses_along(START, PATH, ACTIONS)
-    seen = Landmark(Label("mug", "red", "striped"), target.position.x, target.position.z, (len(poses) - 1,))
+    seen = Landmark(SegmentationLabel("mug", "red", "striped"), target.position.x, target.position.z, (len(poses) - 1,))
     names = {describe(target, STREET, [seen], poses, seeded("name", i)) for i in range(60)}
     assert names == {Thing("mug", "red", "striped"), Thing("mug", "", "striped")}

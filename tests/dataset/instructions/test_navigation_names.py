@@ -12,7 +12,7 @@ from arramon_dataset.randomness import seeded
 from arramon_lang.meaning import Navigation, Rotate, Thing, Walk
 from arramon_lang.reference import mentions
 from arramon_server.sim.geometry import Pose
-from arramon_server.sim.labels import Label
+from arramon_server.sim.labels import SegmentationLabel
 
 MUG = Thing("mug", "red", "striped", identity="m")
 RED, YELLOW = Thing("barrel", "red", identity="r"), Thing("barrel", "yellow", identity="y")
@@ -64,7 +64,7 @@ def test_what_cannot_be_told_apart_is_not_told() -> None:
 
 
 def mark(identity: str, x: float, z: float) -> Landmark:
-    return Landmark(Label("bench"), x, z, (0,), 0, identity)
+    return Landmark(SegmentationLabel("bench"), x, z, (0,), 0, identity)
 
 
 FIRST, SECOND, ASIDE = mark("1", 1.0, 5.0), mark("2", -1.0, 9.0), mark("3", 9.0, 7.0)

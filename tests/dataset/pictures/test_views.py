@@ -10,7 +10,7 @@ from PIL import Image
 
 from arramon_dataset.pictures import views
 from arramon_dataset.pictures.views import COLUMNS, contact_sheet
-from arramon_server.runs.play.session import Session
+from arramon_server.runs.play.session import EpisodeSession
 from arramon_server.runs.play.worlds import Worlds
 from arramon_server.sim.rules import Limits
 from tests import tiny
@@ -35,7 +35,7 @@ def test_contact_sheet_has_one_row_per_phase(worlds: Worlds) -> None:
 def test_frames_are_what_an_agent_sees_along_the_ground_truth(worlds: Worlds) -> None:
     episode = tiny.episode("0")
     sheet = np.asarray(contact_sheet(episode, "tiny", worlds, SIZE))
-    session = Session(episode, worlds.ground("tiny", episode), Limits(150))
+    session = EpisodeSession(episode, worlds.ground("tiny", episode), Limits(150))
     top = 0
     for turn in episode.turns:
         for actions in (turn.actions, turn.room_actions):

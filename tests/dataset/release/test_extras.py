@@ -16,14 +16,14 @@ from arramon_dataset.release.extras import (
 )
 from arramon_server.sim.catalogue import ALL_TYPES, ObjectType
 from arramon_server.sim.geometry import Point, Pose
-from arramon_server.sim.room import START, Placement, Square
+from arramon_server.sim.room import START, RoomCell, RoomPosition
 
 PLAZA: Points = np.array([(x, z) for x in range(30) for z in range(30)], dtype=float)
 TARGET = ObjectType("striped", "red", "mug")
 FIRST, SECOND = TARGET, ObjectType("dotted", "white", "book")
 ENGLISH = lang.load("en")
-Placements = tuple[Placement, Placement]
-Walks = tuple[list[Square], list[Square]]
+Placements = tuple[RoomPosition, RoomPosition]
+Walks = tuple[list[RoomCell], list[RoomCell]]
 
 
 def drawn(episode_id: str, path: Points, ground: Points = PLAZA) -> tuple[tuple[ObjectType, Point], ...]:
@@ -37,7 +37,7 @@ def room(
     texts: tuple[str, str] = ("", ""),
     walks: Walks = ([START], [START]),
     episode_id: str = "7",
-) -> dict[Square, ObjectType]:
+) -> dict[RoomCell, ObjectType]:
     references = (read_references(texts[0], ENGLISH), read_references(texts[1], ENGLISH))
     found = arrange_decoys(episode_id, (FIRST, SECOND), placements, walks, references)
     assert len({cell for _, cell in found}) == len(found)
@@ -103,26 +103,26 @@ def test_little_free_ground_gives_fewer_distracters(ground: Points, most: int) -
     assert len(drawn("1", np.array([(15.0, 10.0), (15.0, 11.0)]), ground)) == most
 
 
-cells = st.builds(Square, st.integers(1, 4), st.integers(0, 3)).filter(lambda cell: cell != START)
-placements = st.builds(lambda cell, level: Placement(cell.column, level, cell.row), cells, st.integers(1, 2))
-walks = st.lists(st.builds(Square, st.integers(1, 4), st.integers(0, 2)), max_size=4)
+cells = st.builds(RoomCell, st.integers(1, 4), st.integers(0, 3)).filter(lambda cell: cell != START)
+placements = st.builds(lambda cell, level: RoomPosition(cell.column, level, cell.row), cells, st.integers(1, 2))
+walks = st.lists(st.builds(RoomCell, st.integers(1, 4), st.integers(0, 2)), max_size=4)
 
 
 @given(st.text(max_size=5), placements, placements, walks, walks)
 def test_decoys_avoid_the_start_the_paths_and_floor_targets(
-    episode_id: str, first: Placement, second: Placement, walk: list[Square], other_walk: list[Square]
+    episode_id: str, first: RoomPosition, second: RoomPosition, walk: list[RoomCell], other_walk: list[RoomCell]
 ) -> None:
     places = (first, second)
-    stands = {Square(place.column, place.row) for place in places if place.level == 2}
-    floor = {Square(place.column, place.row) for place in places if place.level == 1}
+    stands = {RoomCell(place.column, place.row) for place in places if place.level == 2}
+    floor = {RoomCell(place.column, place.row) for place in places if place.level == 1}
     found = room(places, walks=([START, *walk], [START, *other_walk]), episode_id=episode_id)
 
     assert len(found) == DECOYS
     assert len(set(found.values()) - {FIRST, SECOND}) == DECOYS
     assert not set(found) & ({START, *walk, *other_walk, *floor} - stands)
     assert all(cell.is_inside() for cell in found)
-    if Square(second.column, second.row) in stands - floor:
-        assert Square(second.column, second.row) in found
+    if RoomCell(second.column, second.row) in stands - floor:
+        assert RoomCell(second.column, second.row) in found
 
 
 @pytest.mark.parametrize(
@@ -138,10 +138,10 @@ def test_decoys_are_only_under_targets_that_need_support(
     first: tuple[int, int, int], second: tuple[int, int, int], stands: list[tuple[int, int]]
 ) -> None:
     for number in range(20):
-        found = room((Placement(*first), Placement(*second)), episode_id=str(number))
+        found = room((RoomPosition(*first), RoomPosition(*second)), episode_id=str(number))
 
         targets = {(first[0], first[2]), (second[0], second[2])}
-        assert targets & set(found) == {Square(*cell) for cell in stands}
+        assert targets & set(found) == {RoomCell(*cell) for cell in stands}
 
 
 @pytest.mark.parametrize(
@@ -154,15 +154,15 @@ def test_decoys_are_only_under_targets_that_need_support(
     ],
 )
 def test_decoy_under_a_target_is_the_named_object(text: str, name: str) -> None:
-    found = room((Placement(3, 2, 3), Placement(1, 1, 1)), (text, ""))
+    found = room((RoomPosition(3, 2, 3), RoomPosition(1, 1, 1)), (text, ""))
 
-    assert str(found[Square(3, 3)]) == name
+    assert str(found[RoomCell(3, 3)]) == name
 
 
 def test_incomplete_decoy_name_is_completed_at_random() -> None:
     kinds = {
-        room((Placement(3, 2, 3), Placement(1, 1, 1)), ("Put it on top of the blue mug.", ""), episode_id=str(i))[
-            Square(3, 3)
+        room((RoomPosition(3, 2, 3), RoomPosition(1, 1, 1)), ("Put it on top of the blue mug.", ""), episode_id=str(i))[
+            RoomCell(3, 3)
         ]
         for i in range(20)
     }
@@ -181,15 +181,15 @@ def test_incomplete_decoy_name_is_completed_at_random() -> None:
     ],
 )
 def test_mentioned_object_is_placed_as_the_instruction_says(text: str, cell: tuple[int, int]) -> None:
-    found = room((Placement(2, 1, 2), Placement(4, 1, 0)), (text, ""))
+    found = room((RoomPosition(2, 1, 2), RoomPosition(4, 1, 0)), (text, ""))
 
-    assert found[Square(*cell)] == ObjectType("dotted", "green", "ball")
+    assert found[RoomCell(*cell)] == ObjectType("dotted", "green", "ball")
 
 
 def test_mentioned_object_moves_nearby_if_its_cell_is_taken() -> None:
-    walk = [START, Square(2, 1)]
+    walk = [START, RoomCell(2, 1)]
     found = room(
-        (Placement(2, 1, 2), Placement(4, 1, 0)), ("Put it behind the dotted green ball.", ""), (walk, [START])
+        (RoomPosition(2, 1, 2), RoomPosition(4, 1, 0)), ("Put it behind the dotted green ball.", ""), (walk, [START])
     )
 
     assert {cell for cell, kind in found.items() if str(kind) == "dotted green ball"} <= {(1, 2), (3, 2), (2, 3)}
@@ -197,21 +197,21 @@ def test_mentioned_object_moves_nearby_if_its_cell_is_taken() -> None:
 
 def test_targets_are_never_decoys() -> None:
     text = f"Put the {SECOND} to the left of the {FIRST}."
-    found = room((Placement(2, 1, 2), Placement(1, 1, 2)), ("", text))
+    found = room((RoomPosition(2, 1, 2), RoomPosition(1, 1, 2)), ("", text))
 
     assert not {FIRST, SECOND} & set(found.values())
 
 
 def test_decoys_are_determined_by_the_episode_id() -> None:
-    places = (Placement(2, 1, 2), Placement(4, 1, 0))
+    places = (RoomPosition(2, 1, 2), RoomPosition(4, 1, 0))
 
     assert room(places, episode_id="1") == room(places, episode_id="1")
     assert room(places, episode_id="1") != room(places, episode_id="2")
 
 
 def test_a_crowded_room_holds_fewer_decoys() -> None:
-    everywhere = [Square(column, row) for column in range(5) for row in range(4)]
-    found = room((Placement(3, 2, 3), Placement(1, 1, 1)), walks=(everywhere, []))
+    everywhere = [RoomCell(column, row) for column in range(5) for row in range(4)]
+    found = room((RoomPosition(3, 2, 3), RoomPosition(1, 1, 1)), walks=(everywhere, []))
 
-    assert set(found) == {Square(3, 3)}
+    assert set(found) == {RoomCell(3, 3)}
     assert set(found.values()) <= set(ALL_TYPES)

@@ -14,7 +14,7 @@ from arramon_server.episodes.splits import read_split
 from arramon_server.errors import BadFile, BadInput
 from arramon_server.sim.catalogue import ObjectType
 from arramon_server.sim.geometry import Point
-from arramon_server.sim.room import Placement, Square
+from arramon_server.sim.room import RoomCell, RoomPosition
 from tests import tiny
 from tests.release_format import HEADING, TEXTS, record
 
@@ -31,10 +31,10 @@ def test_release_episode_is_read_completely(tmp_path: Path) -> None:
     first, second = episode.turns
     assert len(first.path) == 13
     assert second.path[0] == first.path[-1]
-    assert first.room_path == second.room_path == (Square(2, 0), Square(2, 1))
+    assert first.room_path == second.room_path == (RoomCell(2, 0), RoomCell(2, 1))
     assert first.target.type == ObjectType("dotted", "yellow", "ball")
     assert isinstance(first.target.position, Point)
-    assert (first.target_cell, second.target_cell) == (Placement(2, 1, 2), Placement(2, 2, 2))
+    assert (first.target_cell, second.target_cell) == (RoomPosition(2, 1, 2), RoomPosition(2, 2, 2))
     assert (episode.instructions["en"][0].navigation, episode.instructions["en"][1].assembly) == TEXTS["en"]
     assert (first.street[1:], episode.decoys) == ((), ())
 

@@ -9,10 +9,10 @@ import pytest
 from arramon_dataset.release.importer import import_release
 from arramon_server.episodes.episode import Episode
 from arramon_server.episodes.splits import Split
-from arramon_server.runs.play.session import Session
+from arramon_server.runs.play.session import EpisodeSession
 from arramon_server.runs.play.worlds import Worlds
 from arramon_server.scoring.trajectory import TurnRecord
-from arramon_server.sim.rules import Ground, Limits
+from arramon_server.sim.rules import CollisionCheck, Limits
 from tests.release import VAL_SEEN, needs_release
 
 pytestmark = needs_release
@@ -24,8 +24,8 @@ def split(tmp_path_factory: pytest.TempPathFactory) -> Split:
     return import_release([VAL_SEEN], folder)[0]
 
 
-def replay(episode: Episode, ground: Ground) -> Session:
-    session = Session(episode, ground, Limits())
+def replay(episode: Episode, ground: CollisionCheck) -> EpisodeSession:
+    session = EpisodeSession(episode, ground, Limits())
     for turn in episode.turns:
         for action in (*turn.actions, *turn.room_actions):
             session.apply(action)

@@ -9,7 +9,7 @@ import pytest
 
 from arramon_server.errors import BadInput
 from arramon_server.runs.accounts.duplicates import Pair, find_duplicates, likeness_of
-from arramon_server.runs.storage.records import Batch
+from arramon_server.runs.storage.records import CommitBatch
 from tests.board.made import House
 
 RANDOM = np.random.default_rng(7)
@@ -27,7 +27,7 @@ def house(tmp_path: Path, database_url: str) -> Iterator[House]:
 def played(house: House, run_id: str, account: str | None, actions: Mapping[str, Sequence[int]], **fields: str) -> str:
     house.run(run_id, account=account, participant=account or "lab", over=False, **fields)  # type: ignore[arg-type]
     claims = house.journal.claim(run_id, house.journal.pending(run_id), "p", "w")
-    batch = Batch()
+    batch = CommitBatch()
     for claim in claims:
         for step, action in enumerate(actions.get(claim.episode_id, ())):
             batch.add_step(run_id, claim.episode_id, claim.epoch, step, action)

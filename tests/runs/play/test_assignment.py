@@ -8,8 +8,8 @@ import pytest
 from arramon_client.world import Action
 from arramon_server.runs.play import engine as engines
 from arramon_server.runs.play.engine import Engine
-from arramon_server.runs.play.events import Observed, Opened
-from arramon_server.runs.storage.records import Batch, Run
+from arramon_server.runs.play.events import Observed, StreamOpened
+from arramon_server.runs.storage.records import CommitBatch, Run
 from tests.runs.engines import House, Seat, quick, until
 
 __all__ = ["quick"]
@@ -20,7 +20,7 @@ MANY, STEPS = 12, 149
 def left(house: House, engine: Engine, run: Run) -> None:
     """Let a player begin many episodes, and leave all of them a step before the end of their first phase."""
     seat = Seat(engine, run, MANY, "greedy")
-    batch = Batch()
+    batch = CommitBatch()
     for claim in house.journal.open_claims("run"):
         if claim.player == "greedy":
             for step in range(STEPS):
@@ -52,7 +52,7 @@ def test_other_streams_are_answered_while_long_episodes_are_opened(
             assert (await neighbour.observation()).state.step == 1
             assert len([event for event in observed(greedy) if event.taken is None]) < MANY
             await until(lambda: len([event for event in observed(greedy) if event.taken is None]) == MANY)
-            (opened,) = [event for event in greedy.events if isinstance(event, Opened)]
+            (opened,) = [event for event in greedy.events if isinstance(event, StreamOpened)]
             assert len(opened.episode_ids) == MANY
             assert {event.state.step for event in observed(greedy) if event.taken is None} == {STEPS}
             assert len(observed(greedy)) == MANY * (STEPS + 1 if history else 1)

@@ -9,7 +9,7 @@ import pytest
 
 from arramon_server.runs.play.events import EpisodeEnded, EpisodeStarted, Event, Observed, RunEnded
 from arramon_server.runs.play.loader import SessionLoader
-from arramon_server.runs.play.session import Session
+from arramon_server.runs.play.session import EpisodeSession
 from arramon_server.runs.play.worlds import Worlds
 from tests import tiny
 from tests.runs.engines import House, Seat, quick  # noqa: F401
@@ -35,7 +35,8 @@ class Break:
 
 
 @pytest.mark.parametrize(
-    ("owner", "name", "sensors"), [(SessionLoader, "begin", ()), (Session, "apply", ()), (Worlds, "render", ("depth",))]
+    ("owner", "name", "sensors"),
+    [(SessionLoader, "begin", ()), (EpisodeSession, "apply", ()), (Worlds, "render", ("depth",))],
 )
 @pytest.mark.parametrize(("times", "cause", "reoffers"), [(1, "AGENT_FINISHED", 1), (2, "AGENT_FINISHED", 2),
                                                           (99, "SERVER_FAULT", 2)])  # fmt: skip
@@ -77,14 +78,14 @@ def test_steps_before_a_fault_are_kept_and_scored(tmp_path: Path, monkeypatch: p
                 seen = await seat.observation()
                 seat.act(seen.episode.episode_id, step, action)
             await seat.observation()
-            whole = Session.apply
+            whole = EpisodeSession.apply
 
-            def broken(this: Session, action: Any) -> Any:
+            def broken(this: EpisodeSession, action: Any) -> Any:
                 if len(this.actions) == 4:
                     raise ZeroDivisionError("a defect")
                 return whole(this, action)
 
-            monkeypatch.setattr(Session, "apply", broken)
+            monkeypatch.setattr(EpisodeSession, "apply", broken)
             for _ in range(3):
                 seat.act("0", 4, tiny.ACTIONS[4])
                 event = await seat.next(EpisodeStarted | EpisodeEnded)  # type: ignore[arg-type]

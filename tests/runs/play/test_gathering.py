@@ -9,9 +9,9 @@ from arramon_client.world import Action
 from arramon_server.runs.play import engine as engines
 from arramon_server.runs.play import stream as streams
 from arramon_server.runs.play.events import Observed
-from arramon_server.runs.play.stream import MAX_TOGETHER, Act
+from arramon_server.runs.play.stream import MAX_BATCH, Act
 from arramon_server.runs.storage.journal import Journal
-from arramon_server.runs.storage.records import Batch
+from arramon_server.runs.storage.records import CommitBatch
 from tests.runs.engines import House, Seat, until
 
 EPISODES = 8
@@ -23,7 +23,7 @@ def commits(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     counts: list[int] = []
     commit = Journal.commit
 
-    def counted(self: Journal, batch: Batch) -> None:
+    def counted(self: Journal, batch: CommitBatch) -> None:
         if batch.steps:
             counts.append(len(batch.steps))
         commit(self, batch)
@@ -100,6 +100,6 @@ def test_a_round_takes_whole_messages_up_to_a_limit(tmp_path: Path, commits: lis
             await until(lambda: steps(seat)[-1] == 60)
             assert steps(seat) == list(range(61))
 
-    assert MAX_TOGETHER < 20
+    assert MAX_BATCH < 20
     asyncio.run(asyncio.wait_for(play(), 60))
     assert commits == [20, 20, 20]

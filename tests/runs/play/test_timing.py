@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from arramon_server.runs.play.clocks import Clocks, TimeLeft
-from arramon_server.runs.play.events import EpisodeEnded, Observed, PhaseOver, Problem, RunEnded
-from arramon_server.runs.play.session import Session
+from arramon_server.runs.play.events import ActionProblem, EpisodeEnded, Observed, PhaseOver, RunEnded
+from arramon_server.runs.play.session import EpisodeSession
 from arramon_server.runs.storage.service_clock import LONGEST_TICK
 from arramon_server.sim.rules import Limits
 from tests import tiny
@@ -106,7 +106,7 @@ def test_timed_out_episode_replays_from_the_journal_to_its_scores(tmp_path: Path
             await seat.ended()
         (ending,) = house.journal.endings("run")
         assert (ending.cause, ending.steps) == ("TIME_LIMIT", 4)
-        session = Session(house.split.episodes[episode_id], Free(), Limits(150))
+        session = EpisodeSession(house.split.episodes[episode_id], Free(), Limits(150))
         assert len(list(session.replay(house.journal.actions("run", episode_id)))) == 4
         session.run_out()
         assert [dict(turn) for turn in session.scores().turns] == ending.scores
@@ -253,7 +253,7 @@ def test_late_answer_is_ignored_and_the_end_reported_once(tmp_path: Path) -> Non
             await seat.play()
         told = [event.episode_id for event in seat.events if isinstance(event, EpisodeEnded)]
         assert sorted(told) == ["0", "1", "2"]
-        assert not [event for event in seat.events if isinstance(event, Problem)]
+        assert not [event for event in seat.events if isinstance(event, ActionProblem)]
         assert house.causes() == {"TIME_LIMIT": 1, "AGENT_FINISHED": 2}
 
     asyncio.run(play())

@@ -11,7 +11,7 @@ from arramon_server.episodes.splits import Split
 from arramon_server.runs.play.worlds import Worlds
 from arramon_server.sim.city import city_scene
 from arramon_server.sim.geometry import Pose
-from arramon_server.sim.own_furniture import NO_FURNITURE, Moved, OwnFurniture, furnished
+from arramon_server.sim.own_furniture import NO_FURNITURE, MovedProp, OwnFurniture, furnished
 from arramon_server.sim.physics import physics_of
 from arramon_server.sim.rules import begin
 from arramon_server.sim.section import Prop
@@ -58,7 +58,7 @@ OWN = OwnFurniture(
         Prop("barrel", 2.0, 8.0, 0.0, "red"),
         Prop("banner", 2.0, 11.0, 180.0, "black", "dot", "orange"),
     ),
-    moved=(Moved(1, -3.0, 7.0, 150.0),),
+    moved=(MovedProp(1, -3.0, 7.0, 150.0),),
     left_out=(0,),
 )
 OTHERS = OwnFurniture(added=(Prop("kiosk", 0.0, 6.0, 180.0, "green"),))

@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from arramon_server.runs.results.groups import ASPECTS, Group, Grouping, grouping
+from arramon_server.runs.results.groups import ASPECTS, Grouping, TurnGroup, grouping
 from arramon_server.scoring.disclosure import LEAST
 from tests import demanding
 from tests.scoring.test_disclosure import told
 
 
-def of(found: Grouping, aspect: str) -> list[Group]:
+def of(found: Grouping, aspect: str) -> list[TurnGroup]:
     return [group for group in found.groups if group.aspect == aspect]
 
 

@@ -19,7 +19,7 @@ from arramon_server.runs.results import receipt_file
 from arramon_server.runs.results.receipt_file import rescore_file
 from arramon_server.runs.results.receipts import Receipts, document
 from arramon_server.runs.results.reports import make_report
-from arramon_server.runs.results.rescoring import Rescored
+from arramon_server.runs.results.rescoring import RescoringResult
 from arramon_server.runs.results.signing import SigningKey
 from arramon_server.runs.storage.database import Database
 from arramon_server.runs.storage.journal import Journal
@@ -67,7 +67,7 @@ class Files:
         change(content)
         self.write(json.dumps(content).encode(), self.taken())
 
-    def rescore(self, *splits: Split) -> Rescored:
+    def rescore(self, *splits: Split) -> RescoringResult:
         return rescore_file(self.receipt, self.actions, {split.name: split for split in splits or (self.split,)})
 
 
@@ -77,7 +77,7 @@ def files(tmp_path: Path, request: pytest.FixtureRequest) -> Files:
 
 
 def test_an_unchanged_receipt_is_rescored_identically(files: Files) -> None:
-    assert files.rescore() == Rescored("r", 6, 13 + 4 * STEPS + 3 + 2, True, (), files.key.public.hex())
+    assert files.rescore() == RescoringResult("r", 6, 13 + 4 * STEPS + 3 + 2, True, (), files.key.public.hex())
 
 
 def test_a_receipt_with_void_episodes_is_rescored_identically(files: Files, tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from arramon_server.episodes.splits import Split
 from arramon_server.errors import Conflict, NotFound
 from arramon_server.runs.accounts.callers import HOST
 from arramon_server.runs.results.receipts import Receipts
-from arramon_server.runs.results.rescoring import Rescored, Rescorer
+from arramon_server.runs.results.rescoring import Rescorer, RescoringResult
 from arramon_server.runs.results.signing import SigningKey
 from arramon_server.runs.storage import tables
 from arramon_server.runs.storage.database import Database
@@ -50,7 +50,7 @@ def played(database: Database, split: Split, key: SigningKey) -> None:
     Receipts(database, {"tiny": split}, key).of(HOST, "r")
 
 
-def rescore(database: Database, split: Split) -> Rescored:
+def rescore(database: Database, split: Split) -> RescoringResult:
     with closing(Rescorer(database, {"tiny": split})) as rescorer:
         return rescorer.rescore("r")
 
@@ -66,12 +66,12 @@ def test_unchanged_run_is_rescored_identically(database: Database, split: Split)
     assert [row.cause for row in causes] == [
         "AGENT_FINISHED", "STEP_LIMIT", "TIME_LIMIT", "TIME_LIMIT", "FORFEITED", "SERVER_FAULT",
     ]  # fmt: skip
-    assert rescore(database, split) == Rescored("r", 6, 13 + 4 * STEPS + 3 + 2, True, ())
+    assert rescore(database, split) == RescoringResult("r", 6, 13 + 4 * STEPS + 3 + 2, True, ())
 
 
 def test_run_without_a_receipt_is_rescored(database: Database, split: Split) -> None:
     play(database, split)
-    assert rescore(database, split) == Rescored("r", 6, 6 * 13, False, ())
+    assert rescore(database, split) == RescoringResult("r", 6, 6 * 13, False, ())
 
 
 @pytest.mark.usefixtures("played")

@@ -18,7 +18,7 @@ from arramon_server.errors import TakenOver
 from arramon_server.runs.storage import postgres
 from arramon_server.runs.storage.database import Database
 from arramon_server.runs.storage.journal import Journal
-from arramon_server.runs.storage.records import Batch, Claim, Ending
+from arramon_server.runs.storage.records import Claim, CommitBatch, EpisodeEnding
 from tests.runs.storage.test_journal import a_run
 
 AT_MOST = 120.0
@@ -47,8 +47,8 @@ def claimed(database: Database) -> Claim:
     return claim
 
 
-def step(epoch: int, number: int = 0) -> Batch:
-    batch = Batch()
+def step(epoch: int, number: int = 0) -> CommitBatch:
+    batch = CommitBatch()
     batch.add_step("r", "a", epoch, number, 1)
     return batch
 
@@ -156,7 +156,7 @@ def test_batch_of_steps_is_written_completely_or_not_at_all(databases: tuple[Dat
     journal = Journal(databases[0])
     claims = journal.claim("r", journal.pending("r"), "p", "w")
     (again,) = journal.claim("r", [claims[1]], "q", "w2")
-    batch = Batch()
+    batch = CommitBatch()
     for claim in claims:
         for number in range(3):
             batch.add_step("r", claim.episode_id, claim.epoch, number, number)
@@ -175,9 +175,9 @@ def test_a_write_during_a_claim_waits_and_is_refused(
 ) -> None:
     one, other = databases
     claim = claimed(one)
-    batch = Batch() if writes == "an ending" else step(claim.epoch)
+    batch = CommitBatch() if writes == "an ending" else step(claim.epoch)
     if writes != "a step":
-        batch.endings.append(Ending("r", "a", "AGENT_FINISHED", 1, [{}, {}], "", claim.epoch))
+        batch.endings.append(EpisodeEnding("r", "a", "AGENT_FINISHED", 1, [{}, {}], "", claim.epoch))
     with ThreadPoolExecutor() as pool:
         with paused_before_commit(other) as reached:
             journal = Journal(other)
@@ -211,7 +211,7 @@ def test_claim_waits_for_a_concurrent_ending_and_takes_nothing(
 ) -> None:
     one, other = databases
     claim = claimed(one)
-    ending = Batch(endings=[Ending("r", "a", "AGENT_FINISHED", 0, [{}, {}], "", claim.epoch)])
+    ending = CommitBatch(endings=[EpisodeEnding("r", "a", "AGENT_FINISHED", 0, [{}, {}], "", claim.epoch)])
     with ThreadPoolExecutor() as pool:
         with paused_before_commit(one) as reached:
             writing = pool.submit(Journal(one).commit, ending)

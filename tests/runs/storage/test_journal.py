@@ -13,7 +13,15 @@ from arramon_server.errors import BadInput, NotFound, StorageError, TakenOver
 from arramon_server.runs.storage import tables
 from arramon_server.runs.storage.database import Database
 from arramon_server.runs.storage.journal import Journal
-from arramon_server.runs.storage.records import CANCELLED, COMPLETE, RUNNING, Batch, Ending, Progress, Run
+from arramon_server.runs.storage.records import (
+    CANCELLED,
+    COMPLETE,
+    RUNNING,
+    CommitBatch,
+    EpisodeEnding,
+    Run,
+    RunProgress,
+)
 
 
 def a_run(run_id: str = "r", minutes: int = 0) -> Run:
@@ -45,8 +53,8 @@ def statements(database: Database) -> Iterator[list[str]]:
     sa.event.remove(sa.Engine, "before_cursor_execute", note)
 
 
-def steps(run_id: str, episode_id: str, *actions: int, first: int = 0) -> Batch:
-    batch = Batch()
+def steps(run_id: str, episode_id: str, *actions: int, first: int = 0) -> CommitBatch:
+    batch = CommitBatch()
     for number, action in enumerate(actions, start=first):
         batch.add_step(run_id, episode_id, 0, number, action)
     return batch
@@ -89,16 +97,18 @@ def test_claims_and_endings_update_the_progress(journal: Journal) -> None:
     journal.create(a_run(), ["a", "b", "c"])
     won = journal.claim("r", journal.pending("r", 2), "p", "w")
     assert [(claim.episode_id, claim.epoch) for claim in won] == [("a", 1), ("b", 1)]
-    journal.commit(Batch(endings=[Ending("r", "b", "AGENT_FINISHED", 7, [{"PTC": 1.0}, {"PTC": 0.0}], "fine", 1)]))
+    journal.commit(
+        CommitBatch(endings=[EpisodeEnding("r", "b", "AGENT_FINISHED", 7, [{"PTC": 1.0}, {"PTC": 0.0}], "fine", 1)])
+    )
     assert [(claim.episode_id, claim.player) for claim in journal.open_claims("r")] == [("a", "p")]
     assert [claim.episode_id for claim in journal.pending("r", 5)] == ["c"]
     assert (journal.count_ended("r"), journal.count_unended("r")) == (1, 2)
     assert journal.endings("r")[0].scores == [{"PTC": 1.0}, {"PTC": 0.0}]
-    batch = Batch()
+    batch = CommitBatch()
     for number in (0, 1):
         batch.add_step("r", "a", 1, number, 1)
     journal.commit(batch)
-    assert journal.progress("r") == Progress(3, 1, 7 + 2, {"AGENT_FINISHED": 1})
+    assert journal.progress("r") == RunProgress(3, 1, 7 + 2, {"AGENT_FINISHED": 1})
 
 
 def test_image_encodings_are_recorded_once_each(journal: Journal) -> None:
@@ -123,12 +133,15 @@ def test_a_lost_claim_cannot_write(journal: Journal) -> None:
     journal.create(a_run(), ["a"])
     (first,) = journal.claim("r", journal.pending("r"), "p", "w1")
     (second,) = journal.claim("r", journal.open_claims("r"), "p", "w2")
-    for batch in (Batch(), Batch(endings=[Ending("r", "a", "FORFEITED", 0, [{}, {}], "", first.epoch)])):
+    for batch in (
+        CommitBatch(),
+        CommitBatch(endings=[EpisodeEnding("r", "a", "FORFEITED", 0, [{}, {}], "", first.epoch)]),
+    ):
         if not batch.endings:
             batch.add_step("r", "a", first.epoch, 0, 3)
         with pytest.raises(TakenOver, match="taken over"):
             journal.commit(batch)
-    late = Batch()
+    late = CommitBatch()
     late.add_step("r", "a", second.epoch, 0, 1)
     journal.commit(late)
     assert journal.actions("r", "a") == [1]
@@ -136,7 +149,7 @@ def test_a_lost_claim_cannot_write(journal: Journal) -> None:
 
 def test_step_after_an_ending_is_refused(journal: Journal) -> None:
     journal.create(a_run(), ["a"])
-    journal.commit(Batch(endings=[Ending("r", "a", "FORFEITED", 0, [{}, {}])]))
+    journal.commit(CommitBatch(endings=[EpisodeEnding("r", "a", "FORFEITED", 0, [{}, {}])]))
     with pytest.raises(TakenOver, match="or it has ended"):
         journal.commit(steps("r", "a", 0))
 
@@ -223,7 +236,7 @@ def test_progress_of_many_runs_takes_few_queries(
     for number, name in enumerate(names):
         journal.create(a_run(name), ["a", "b", "c"])
         (claim,) = journal.claim(name, journal.pending(name, 1), "p", "w")
-        batch = Batch()
+        batch = CommitBatch()
         for step in range(number):
             batch.add_step(name, "a", claim.epoch, step, 0)
         journal.commit(batch)
@@ -232,8 +245,8 @@ def test_progress_of_many_runs_takes_few_queries(
     found = journal.progress_of([*names, "x"])
     assert len(statements) == 4
     assert found == {
-        **{name: Progress(3, 0, number, {}, (f"raw-{number}",)) for number, name in enumerate(names)},
-        "x": Progress(0, 0, 0, {}, ()),
+        **{name: RunProgress(3, 0, number, {}, (f"raw-{number}",)) for number, name in enumerate(names)},
+        "x": RunProgress(0, 0, 0, {}, ()),
     }
 
 
@@ -285,7 +298,7 @@ def test_unsupported_url_is_refused_without_showing_its_password(url: str) -> No
 
 def test_null_characters_in_a_note_do_not_prevent_a_commit(journal: Journal) -> None:
     journal.create(a_run(), ["a"])
-    journal.commit(Batch(endings=[Ending("r", "a", "FORFEITED", 0, [{}, {}], "no\0thing")]))
+    journal.commit(CommitBatch(endings=[EpisodeEnding("r", "a", "FORFEITED", 0, [{}, {}], "no\0thing")]))
     assert journal.endings("r")[0].note == "nothing"
 
 

@@ -13,7 +13,7 @@ from arramon_server.errors import StorageError
 from arramon_server.runs.storage import postgres
 from arramon_server.runs.storage.database import Database
 from arramon_server.runs.storage.journal import Journal
-from arramon_server.runs.storage.records import Batch
+from arramon_server.runs.storage.records import CommitBatch
 from tests.postgres import Cluster
 from tests.runs.storage.test_journal import a_run, steps
 
@@ -76,7 +76,7 @@ def test_unresponsive_database_times_out_and_is_paused(
     cluster: Cluster, database: Database, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     journal = Journal(database)
-    batch = Batch()
+    batch = CommitBatch()
     batch.add_step("r", "a", 0, 0, 3)
     with monkeypatch.context() as hasty, frozen(cluster):
         hasty.setattr(postgres._Connection, "answer_seconds", 1.0)

@@ -5,15 +5,15 @@ from dataclasses import replace
 import pytest
 
 from arramon_server.runs.storage.plays import play_digest
-from arramon_server.runs.storage.records import RUNNING, Ending, Run
+from arramon_server.runs.storage.records import RUNNING, EpisodeEnding, Run
 from tests.played import BEGUN
 
 RUN = Run("r", "lab", "walker", "tiny", "en", ("rgb",), 8, "0", "0.1.0", RUNNING, BEGUN)
 ACTIONS = {"0": [0, 1, 2], "1": []}
-ENDINGS = [Ending("r", name, "AGENT_FINISHED", 3, []) for name in ACTIONS]
+ENDINGS = [EpisodeEnding("r", name, "AGENT_FINISHED", 3, []) for name in ACTIONS]
 
 
-def digest(run: Run = RUN, endings: list[Ending] = ENDINGS, **actions: list[int]) -> str:
+def digest(run: Run = RUN, endings: list[EpisodeEnding] = ENDINGS, **actions: list[int]) -> str:
     taken = ACTIONS | {name.removeprefix("of_"): found for name, found in actions.items()}
     return play_digest(run, endings, lambda _, episode_id: taken[episode_id])
 

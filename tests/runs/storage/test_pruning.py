@@ -19,7 +19,7 @@ from arramon_server.runs.results.signing import SigningKey
 from arramon_server.runs.storage import tables
 from arramon_server.runs.storage.corrections import Corrections
 from arramon_server.runs.storage.pruning import Prunable, Pruner
-from arramon_server.runs.storage.records import CANCELLED, RUNNING, Batch
+from arramon_server.runs.storage.records import CANCELLED, RUNNING, CommitBatch
 from arramon_server.runs.transfer.export import export
 from arramon_server.runs.transfer.restore import import_archive
 from tests.board.made import House
@@ -67,7 +67,7 @@ def test_old_unpublished_runs_are_deleted_with_all_their_rows(house: House) -> N
     house.journal.create(replace(house.journal.run(old), run_id="2" * 32, state=RUNNING, ended_at=None), ["0"])
     house.journal.note_images("2" * 32, "lossless-224")
     (claim,) = house.journal.claim("2" * 32, house.journal.pending("2" * 32), "p", "w")
-    batch = Batch()
+    batch = CommitBatch()
     batch.add_step("2" * 32, "0", claim.epoch, 0, 1)
     house.journal.commit(batch)
     house.journal.set_state("2" * 32, CANCELLED)
@@ -186,7 +186,7 @@ def test_space_is_freed(house: House, tmp_path: Path) -> None:
     run = house.journal.run(house.run("1", over=False))
     (claim,) = house.journal.claim("1", house.journal.pending("1")[:1], "p", "w")
     for start in range(0, 40_000, 5_000):
-        batch = Batch()
+        batch = CommitBatch()
         for step in range(start, start + 5_000):
             batch.add_step("1", claim.episode_id, claim.epoch, step, 0)
         house.journal.commit(batch)

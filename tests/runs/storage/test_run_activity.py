@@ -9,7 +9,7 @@ import pytest
 from arramon_server.runs.storage import tables
 from arramon_server.runs.storage.database import Database
 from arramon_server.runs.storage.journal import Journal
-from arramon_server.runs.storage.records import CLOSER, COMPLETE, RUNNING, Batch, Claim, Ending, Run
+from arramon_server.runs.storage.records import CLOSER, COMPLETE, RUNNING, Claim, CommitBatch, EpisodeEnding, Run
 from arramon_server.runs.storage.run_activity import ABANDONED_SECONDS, UNPLAYED_MINUTES, RunActivity
 
 DATA = "ab" * 32
@@ -36,7 +36,7 @@ def new_run(database: Database, run_id: str = "r", *, bank: float | None = 100.0
 def test_charges_reduce_the_bank_down_to_zero(database: Database) -> None:
     journal, activity = new_run(database), RunActivity(database)
     for charge, left in ((30.0, 70.0), (20.5, 49.5), (49.5, 0.0), (5.0, 0.0)):
-        batch = Batch()
+        batch = CommitBatch()
         batch.charge("r", charge)
         journal.commit(batch)
         assert activity.bank_left("r") == left
@@ -46,7 +46,7 @@ def test_charges_reduce_the_bank_down_to_zero(database: Database) -> None:
 def test_charges_of_several_streams_add_up_in_one_commit(database: Database) -> None:
     journal = new_run(database)
     new_run(database, "s", bank=10.0)
-    batch = Batch()
+    batch = CommitBatch()
     for run_id, seconds in (("r", 1.0), ("s", 2.0), ("r", 3.0), ("s", 0.0)):
         batch.charge(run_id, seconds)
     journal.commit(batch)
@@ -63,7 +63,7 @@ def test_faults_are_counted_only_for_the_current_claim(database: Database) -> No
     assert journal.progress("r").reoffers == 2  # the third time it is not offered again
     (taken,) = journal.claim("r", journal.open_claims("r"), "q", "w")
     assert activity.count_fault("r", claim, 3) == 0
-    journal.commit(Batch(endings=[Ending("r", "1", "SERVER_FAULT", 0, [{}, {}], epoch=taken.epoch)]))
+    journal.commit(CommitBatch(endings=[EpisodeEnding("r", "1", "SERVER_FAULT", 0, [{}, {}], epoch=taken.epoch)]))
     assert activity.count_fault("r", taken, 3) == 0
 
 

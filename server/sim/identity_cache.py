@@ -7,7 +7,7 @@ K = TypeVar("K")
 V = TypeVar("V")
 
 
-class Remembered(Generic[K, V]):
+class IdentityCache(Generic[K, V]):
     """A function that remembers its results by the identity of its first argument. For use from any thread.
 
     Args:
