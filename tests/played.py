@@ -47,11 +47,11 @@ def play(
     journal.create(run, list(actions))
     for claim in journal.claim(run_id, journal.pending(run_id), "player", "worker"):
         episode = split.episodes[claim.episode_id]
-        session = EpisodeSession(episode, worlds.ground(split.name, episode), Limits(STEPS))
+        session = EpisodeSession(episode, worlds.collision_check(split.name, episode), Limits(STEPS))
         batch = CommitBatch()
         for step, action in enumerate(actions[claim.episode_id]):
             session.apply(Action(action))
-            batch.add_step(run_id, claim.episode_id, claim.epoch, step, action)
+            batch.add_step(run_id, claim.episode_id, claim.fence, step, action)
         cause = (ended or {}).get(claim.episode_id)
         if session.state.finished:
             cause = causes.STEP_LIMIT if session.was_forced else causes.AGENT_FINISHED
@@ -60,7 +60,7 @@ def play(
         if cause is not None:
             scores = [dict(turn) for turn in session.scores().turns]
             taken = len(actions[claim.episode_id])
-            batch.endings.append(EpisodeEnding(run_id, claim.episode_id, cause, taken, scores, "", claim.epoch))
+            batch.endings.append(EpisodeEnding(run_id, claim.episode_id, cause, taken, scores, "", claim.fence))
         journal.commit(batch)
     worlds.close()
     if over:

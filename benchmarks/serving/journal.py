@@ -39,7 +39,7 @@ class Bench:
         for _ in range(commits):
             batch = CommitBatch()
             for claim in self._claims:
-                batch.add_step(self._run_id, claim.episode_id, claim.epoch, self._step, self._step % 4)
+                batch.add_step(self._run_id, claim.episode_id, claim.fence, self._step, self._step % 4)
             self._journal.commit(batch)
             self._step += 1
         return 1e3 * (time.perf_counter() - started) / commits

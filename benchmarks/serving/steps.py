@@ -99,11 +99,14 @@ def in_process(split: Split, seconds: float, size: int = 224) -> Measured:
 
     def begin() -> EpisodeSession:
         episode = next(waiting)
-        return EpisodeSession(episode, worlds.ground(split.name, episode), limits)
+        return EpisodeSession(episode, worlds.collision_check(split.name, episode), limits)
 
     for section in {episode.section: episode for episode in split.episodes.values()}.values():
         worlds.render(
-            split.name, section, EpisodeSession(section, worlds.ground(split.name, section), limits).state, size
+            split.name,
+            section,
+            EpisodeSession(section, worlds.collision_check(split.name, section), limits).state,
+            size,
         )
     sessions = [begin() for _ in range(16)]
     steps, started, worked = 0, time.perf_counter(), time.process_time()

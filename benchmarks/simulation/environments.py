@@ -137,7 +137,7 @@ def bare(split: Split, walk: Walk, size: int, share: slice = slice(None), *, tur
         worlds.render(split.name, session.episode, session.state, size)
 
     def begin(episode: Episode) -> EpisodeSession:
-        session = EpisodeSession(episode, worlds.ground(split.name, episode), limits)
+        session = EpisodeSession(episode, worlds.collision_check(split.name, episode), limits)
         worlds.render(split.name, episode, session.state, size)
         return session
 

@@ -111,12 +111,12 @@ class LocalPlayer:
         episode = self._find(episode_id, seed)
         if self._settings.language not in episode.instructions:
             raise UsageError(f"the episode {episode_id!r} has no instructions in {self._settings.language!r}")
-        self._session = EpisodeSession(episode, self._worlds.ground(self._name, episode), self._limits)
+        self._session = EpisodeSession(episode, self._worlds.collision_check(self._name, episode), self._limits)
         self._reward = reward_of(self._settings.reward, episode)
         self._expert = None
         if self._settings.expert is not None:
             scene = self._worlds.scene(self._name, episode)
-            ground = self._worlds.ground(self._name, episode)
+            ground = self._worlds.collision_check(self._name, episode)
             # Imported here, as few learners ask an expert: a tenth of a second of imports.
             from arramon_dataset.environments.experts import expert_of
 

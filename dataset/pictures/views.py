@@ -28,7 +28,7 @@ def contact_sheet(episode: Episode, split: str, worlds: Worlds, size: int = 224)
 
 def _phases(episode: Episode, split: str, worlds: Worlds) -> Iterator[tuple[list[str], list[State]]]:
     """Yield, for each phase, its title and the states before each action of the ground truth."""
-    session = EpisodeSession(episode, worlds.ground(split, episode), Limits(steps_per_phase=10_000))
+    session = EpisodeSession(episode, worlds.collision_check(split, episode), Limits(steps_per_phase=10_000))
     language = min(episode.instructions)
     for number, turn in enumerate(episode.turns, start=1):
         for phase, actions in (("navigation", turn.actions), ("assembly", turn.room_actions)):

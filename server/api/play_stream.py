@@ -109,7 +109,7 @@ class PlayHandler:
         try:
             async for request in requests:
                 self._engine.ask(self._stream, _acts(request))
-                await self._stream.wait_for_room()
+                await self._stream.wait_for_space()
         except ArraMonError as error:
             self._sender.close(error)
         else:

@@ -15,7 +15,7 @@ NEAR, FAR = 0.05, 120.0
 """Clipping distances, in units."""
 
 CAMERAS = ("raster", "tiny")
-"""Names of the cameras: `raster.RasterCamera`, compiled and fast, and `bullet.ReferenceCamera`, the reference (TinyRenderer)."""
+"""Names of the cameras: `raster.RasterCamera`, compiled and fast, and `bullet.ReferenceCamera` (TinyRenderer)."""
 
 THOUSANDTH = np.float32(DEPTH_UNIT)
 """Depth in units of a thousandth: a product with it, in float32, is what a client decodes from a message."""

@@ -1,4 +1,4 @@
-"""The rules of the task: pure functions `(state, action) -> state, events`, except for collision checks (`CollisionCheck`).
+"""The rules of the task: pure functions `(state, action) -> state, events`, apart from a `CollisionCheck`.
 
 Kinematics, pick-up box, room and fallbacks are those of the paper (sections 3 and 4, appendix D) and of its release, as
 measured. In the room only the walls stop the agent, not the objects: 139 of val-seen's 1,065 second turns walk through
@@ -163,14 +163,14 @@ def begin(layout: EpisodeLayout) -> State:
     return State(pose=layout.start, room=layout.decoys)
 
 
-def step(state: State, action: Action, layout: EpisodeLayout, ground: CollisionCheck, limits: Limits) -> Outcome:
+def step(state: State, action: Action, layout: EpisodeLayout, collisions: CollisionCheck, limits: Limits) -> Outcome:
     """Apply one action.
 
     Args:
         state: the state before.
         action: the agent's action.
         layout: the episode's objects.
-        ground: checks collisions in the section.
+        collisions: checks collisions in the section.
         limits: the action of the step that reaches a limit is applied; if it does not end the phase, the rules do.
 
     Returns:
@@ -184,7 +184,7 @@ def step(state: State, action: Action, layout: EpisodeLayout, ground: CollisionC
     phase = state.phase
     state = _changed(state, step=state.step + 1, phase_step=state.phase_step + 1)
     act = _act_in_city if phase is Phase.NAVIGATION else _act_in_room
-    state, events = act(state, action, layout, ground)
+    state, events = act(state, action, layout, collisions)
     if state.phase is phase and not state.finished and state.phase_step >= limits.steps_per_phase:
         state, forced = _force(state, layout)
         events += forced
@@ -259,19 +259,19 @@ def _changed(
     )
 
 
-def _act_in_city(state: State, action: Action, layout: EpisodeLayout, ground: CollisionCheck) -> Outcome:
+def _act_in_city(state: State, action: Action, layout: EpisodeLayout, collisions: CollisionCheck) -> Outcome:
     if action is Action.INTERACT:
         index = reachable(state.pose, layout.streets[state.turn - 1])
         return (state, ()) if index is None else _pick_up(state, layout, index, forced=False)
     after = moved(state.pose, action)
     if action is not Action.FORWARD:
         return _changed(state, pose=after), ()
-    if not ground.way_is_free((state.pose.x, state.pose.z), (after.x, after.z)):
+    if not collisions.way_is_free((state.pose.x, state.pose.z), (after.x, after.z)):
         return state, (Blocked(),)
     return _changed(state, pose=after), (Moved(),)
 
 
-def _act_in_room(state: State, action: Action, layout: EpisodeLayout, ground: CollisionCheck) -> Outcome:  # noqa: ARG001 (as in the city)
+def _act_in_room(state: State, action: Action, layout: EpisodeLayout, collisions: CollisionCheck) -> Outcome:  # noqa: ARG001 (as in the city)
     if action in (Action.LEFT, Action.RIGHT):
         return _changed(state, room_heading=wrap(state.room_heading + _turn(action))), ()
     ahead = _square_ahead(state)

@@ -44,7 +44,7 @@ def finish(export: Export, split: Split, folder: Folder, parts: Sequence[Mapping
 
 def _line(export: Export, split: Split, source: Source, worlds: Worlds) -> dict[str, Any]:
     episode = split.episodes[source.episode_id]
-    ground = worlds.ground(split.name, episode)
+    ground = worlds.collision_check(split.name, episode)
     trajectory = follow(source, episode, ground, export.steps_per_phase)
     return {
         "episode_id": episode.episode_id,

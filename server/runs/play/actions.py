@@ -48,7 +48,7 @@ class ActionHandler:
         small messages costs no more for it. The first one is applied whatever its length.
         """
         answers, acts = Answers(), 0
-        while stream.asked and (not acts or acts + len(stream.asked[0].acts) <= MAX_BATCH):
+        while stream.inbox and (not acts or acts + len(stream.inbox[0].acts) <= MAX_BATCH):
             asked = stream.take()
             acts += len(asked.acts) or 1
             self._check_clocks(stream, asked.at, batch, answers)
@@ -90,7 +90,7 @@ class ActionHandler:
         with fault_boundary(stream.run, stream.claim(session), "playing"):
             phases = session.apply(Action(act.action))
         session.thinking.answer(act.step, at)
-        batch.add_step(stream.run.run_id, act.episode_id, session.epoch, act.step, act.action)
+        batch.add_step(stream.run.run_id, act.episode_id, session.fence, act.step, act.action)
         if stream.clock is not None:
             stream.clock.answer(act.episode_id, act.step)
         events: list[Event] = [PhaseOver(act.episode_id, phase) for phase in phases]

@@ -47,18 +47,18 @@ class Assignment:
             first: whether the stream has just joined.
         """
         run_id = stream.run.run_id
-        room = stream.room
-        wanted = self._orphans(stream, held)[:room]
-        if room > len(wanted):
-            wanted += self._journal.pending(run_id, room - len(wanted))
+        free = stream.free_slots
+        wanted = self._orphans(stream, held)[:free]
+        if free > len(wanted):
+            wanted += self._journal.pending(run_id, free - len(wanted))
         lost = {claim.episode_id for claim in wanted if self._was_lost(claim)}
         won = self._journal.claim(run_id, wanted, stream.player, self._worker, reoffered=lost) if wanted else []
         if first:
             back = tuple(claim.episode_id for claim in won if claim.state == OPEN)
-            stream.told.append(StreamOpened(stream.run, self._journal.progress(run_id), back))
+            stream.outbox.append(StreamOpened(stream.run, self._journal.progress(run_id), back))
         for claim in won:
             remembers = claim.player == stream.player and not (first and stream.history)
-            stream.assigned[claim.episode_id] = AssignedEpisode(claim, with_past=not remembers)
+            stream.assigned[claim.episode_id] = AssignedEpisode(claim, with_history=not remembers)
 
     def open(self, stream: Stream, until: float) -> None:
         """Open a stream's assigned episodes until a time by `time.perf_counter`; a long one is continued next time."""
@@ -97,7 +97,7 @@ class Assignment:
         actions = self._loader.actions(run, claim)
         past: list[Event] = []
         for state, taken in session.replay(actions):
-            if assigned.with_past:
+            if assigned.with_history:
                 past.append(Observed(run, session.episode, state, session.steps_left(state), taken=taken))
             yield
         started = EpisodeStarted(run, session.episode, self._loader.scene(run, session.episode), len(actions))
@@ -108,4 +108,4 @@ class Assignment:
         if stream.clock is not None:
             step = session.state.step
             stream.clock.open(claim.episode_id, step, claim.waited_for(step))
-        stream.told.extend((started, *past, observed(stream, session)))
+        stream.outbox.extend((started, *past, observed(stream, session)))

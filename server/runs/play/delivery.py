@@ -31,7 +31,7 @@ GROUP_EVENTS = 8
 
 def is_deliverable(stream: Stream) -> bool:
     """Return whether a stream has queued events and its client reads fast enough to get more."""
-    return bool(stream.told) and not stream.lags
+    return bool(stream.outbox) and not stream.is_congested
 
 
 @dataclass(slots=True)
@@ -73,8 +73,8 @@ class Delivery:
         if not is_deliverable(stream):
             return done
         events: list[Event] = []
-        left, until = stream.together, time.perf_counter() + TURN_SECONDS
-        while stream.told and left and len(events) < TURN_EVENTS and (not events or time.perf_counter() < until):
+        left, until = stream.max_latest_per_delivery, time.perf_counter() + TURN_SECONDS
+        while stream.outbox and left and len(events) < TURN_EVENTS and (not events or time.perf_counter() < until):
             group = _next_group(stream, left)
             left -= sum(_is_latest(event) for event in group)
             events.extend(self._drawn(stream, group, done))
@@ -84,7 +84,7 @@ class Delivery:
 
     def _drawn(self, stream: Stream, events: Sequence[Event], done: DeliveryResult) -> list[Event]:
         """Return the events, observations with their frames if the run asked for images; without those that failed."""
-        if not stream.sees:
+        if not stream.wants_images:
             return list(events)
         works = [partial(self._draw, stream, event) for event in events]
         # Threads draw, unless they have frames to compress.
@@ -171,14 +171,14 @@ def _next_group(stream: Stream, latest: int) -> list[Event]:
     """
     group: list[Event] = []
     drawn: set[str] = set()
-    while stream.told and len(group) < GROUP_EVENTS:
-        event = stream.told[0]
+    while stream.outbox and len(group) < GROUP_EVENTS:
+        event = stream.outbox[0]
         if isinstance(event, Observed):
             if event.episode.episode_id in drawn or (_is_latest(event) and not latest):
                 break
             drawn.add(event.episode.episode_id)
             latest -= _is_latest(event)
-        group.append(stream.told.popleft())
+        group.append(stream.outbox.popleft())
     return group
 
 

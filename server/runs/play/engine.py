@@ -210,8 +210,8 @@ class Engine:
         holders = _holders(asking)
         answers: dict[Stream, Answers] = {}
         for stream in asking:
-            stream.since = stream.asked[0].at
-            self._meter.took(Stage.QUEUE, now - stream.since)
+            stream.oldest_arrival = stream.inbox[0].at
+            self._meter.took(Stage.QUEUE, now - stream.oldest_arrival)
         with self._guard(*asking):
             for stream in asking:
                 answers[stream] = self._actions.handle(stream, batch)
@@ -222,11 +222,11 @@ class Engine:
                 self._time.refresh(stream)
             for stream in asking:
                 if stream not in losers:
-                    stream.told.extend(answers[stream].events)
+                    stream.outbox.extend(answers[stream].events)
         for stream, answer in answers.items():
             self._handle_faults(stream, answer.faulty)
         for stream in asking:
-            if stream in self._streams and any(isinstance(event, EpisodeEnded) for event in stream.told):
+            if stream in self._streams and any(isinstance(event, EpisodeEnded) for event in stream.outbox):
                 with self._guard(stream):
                     self._after_ending(stream)
 
@@ -277,9 +277,9 @@ class Engine:
         self._handle_faults(stream, done.faulty)
         if done.error is not None:
             self._drop(stream, done.error)
-        if stream.since is not None and not stream.told:
-            self._meter.took(Stage.TOTAL, self._time.now() - stream.since)
-            stream.since = None
+        if stream.oldest_arrival is not None and not stream.outbox:
+            self._meter.took(Stage.TOTAL, self._time.now() - stream.oldest_arrival)
+            stream.oldest_arrival = None
         if done.run_ended and stream in self._streams:
             self._streams.remove(stream)
             stream.transport.close(None)
@@ -294,15 +294,15 @@ class Engine:
         with self._guard():
             self._close_abandoned(self._upkeep.sweep(self._streams))
             self._look_for_ended_runs()
-        waiting = sum(len(stream.asked) for stream in self._streams)
+        waiting = sum(len(stream.inbox) for stream in self._streams)
         self._meter.loaded(len(self._streams), sum(len(stream.sessions) for stream in self._streams), waiting)
         now = self._time.now()
         for stream in list(self._streams):
             is_played = stream.run.run_id not in self._cancelling
-            if stream.clock is not None and is_played and not stream.is_asking:
+            if stream.clock is not None and is_played and not stream.has_actions:
                 with self._guard(stream):
                     self._check_clocks(stream, now)
-            if stream in self._streams and stream.room and not stream.knows_end:
+            if stream in self._streams and stream.free_slots and not stream.has_run_end:
                 with self._guard(stream):
                     self._after_ending(stream)
 
@@ -311,7 +311,7 @@ class Engine:
         batch, holders = CommitBatch(), _holders([stream])
         answers = self._actions.check_clocks(stream, now, batch)
         if not self._commit(batch, holders):
-            stream.told.extend(answers.events)
+            stream.outbox.extend(answers.events)
         if batch.charges:
             self._time.refresh(stream)
         self._handle_faults(stream, answers.faulty)
@@ -325,7 +325,7 @@ class Engine:
 
     def _look_for_ended_runs(self) -> None:
         """Tell streams that their run is over if another process ended it, such as a host's `runs cancel`."""
-        for run in self._journal.ended_runs({stream.run.run_id for stream in self._streams if not stream.knows_end}):
+        for run in self._journal.ended_runs({stream.run.run_id for stream in self._streams if not stream.has_run_end}):
             self._tell_over(run)
 
     @contextmanager
@@ -352,7 +352,7 @@ class Engine:
         """Finish the run if all its episodes have ended, otherwise assign further episodes to the stream."""
         run = self._journal.run(stream.run.run_id)
         if run.state != RUNNING:
-            stream.told.append(RunEnded(run, self._journal.progress(run.run_id)))
+            stream.outbox.append(RunEnded(run, self._journal.progress(run.run_id)))
         elif run.run_id in self._cancelling:
             pass  # `cancel` tells all streams at its end.
         elif not self._journal.count_unended(run.run_id):
@@ -380,7 +380,7 @@ class Engine:
         self._durations.forget(run.run_id)
         over = RunEnded(run, self._journal.progress(run.run_id))
         for stream in self._streams:
-            if stream.run.run_id == run.run_id and not stream.knows_end:
+            if stream.run.run_id == run.run_id and not stream.has_run_end:
                 stream.end(over)
 
     def _drop(self, stream: Stream, error: ArraMonError | None) -> None:

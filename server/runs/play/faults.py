@@ -91,14 +91,14 @@ class FaultHandler:
         """
         run = stream.run
         stream.drop(claim.episode_id)
-        mine = [e for e in stream.told if not (isinstance(e, Observed) and e.episode.episode_id == claim.episode_id)]
-        stream.told = deque(mine)
+        mine = [e for e in stream.outbox if not (isinstance(e, Observed) and e.episode.episode_id == claim.episode_id)]
+        stream.outbox = deque(mine)
         if self._activity.count_fault(run.run_id, claim, MAX_FAULTS) < MAX_FAULTS:
             return
         self._journal.commit(CommitBatch(endings=[self._ending(run, claim)]))
         ended = EpisodeEnded(claim.episode_id, causes.SERVER_FAULT, self._journal.count_ended(run.run_id))
         stream.ended.add(claim.episode_id)
-        stream.told.append(ended)
+        stream.outbox.append(ended)
 
     def _ending(self, run: Run, claim: Claim) -> EpisodeEnding:
         """Return the end of an episode as far as it was played; if it cannot be replayed, as if it was not."""

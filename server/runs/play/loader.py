@@ -42,8 +42,8 @@ class SessionLoader:
     def begin(self, run: Run, claim: Claim) -> EpisodeSession:
         """Return a session at the beginning of its episode."""
         episode = self.episode(run, claim)
-        ground = self._worlds.ground(run.split, episode)
-        return EpisodeSession(episode, ground, Limits(run.steps_per_phase), claim.epoch)
+        collisions = self._worlds.collision_check(run.split, episode)
+        return EpisodeSession(episode, collisions, Limits(run.steps_per_phase), claim.fence)
 
     def actions(self, run: Run, claim: Claim) -> list[int]:
         """Return the recorded actions of an open episode; none for one that has not begun."""

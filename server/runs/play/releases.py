@@ -33,7 +33,7 @@ class PendingReleases:
         """
         while self._unwritten:
             release = self._unwritten[0]
-            self._journal.release(release.run_id, release.epochs, release.waits)
+            self._journal.release(release.run_id, release.fences, release.waits)
             self._journal.commit(release.batch)
             self._unwritten.pop(0)
 
@@ -43,8 +43,8 @@ class _Release:
 
     def __init__(self, stream: Stream, now: float) -> None:
         self.run_id = stream.run.run_id
-        self.epochs = {episode_id: session.epoch for episode_id, session in stream.sessions.items()}
-        self.epochs |= {episode_id: assigned.claim.epoch for episode_id, assigned in stream.assigned.items()}
+        self.fences = {episode_id: session.fence for episode_id, session in stream.sessions.items()}
+        self.fences |= {episode_id: assigned.claim.fence for episode_id, assigned in stream.assigned.items()}
         self.waits: dict[str, tuple[int, float | None]] = {}
         self.batch = CommitBatch()
         if stream.clock is not None:

@@ -19,9 +19,9 @@ class EpisodeSession:
 
     Args:
         episode: that is played.
-        ground: of its section; answers the questions of the rules.
+        collisions: of its section; answers the questions of the rules.
         limits: of its run.
-        epoch: of the claim under which it is open.
+        fence: of the claim under which it is open.
 
     Attributes:
         state: the present state.
@@ -29,14 +29,14 @@ class EpisodeSession:
         thinking: time that the agent takes for its answers, as far as this process saw it.
     """
 
-    def __init__(self, episode: Episode, ground: CollisionCheck, limits: Limits, epoch: int = 0) -> None:
+    def __init__(self, episode: Episode, collisions: CollisionCheck, limits: Limits, fence: int = 0) -> None:
         self.episode = episode
         self.limits = limits
-        self.epoch = epoch
+        self.fence = fence
         self.state: State = rules.begin(episode.layout)
         self.actions: list[Action] = []
         self.thinking = Thinking()
-        self._ground = ground
+        self._collisions = collisions
         self._layout = episode.layout
         self._recorder = TrajectoryRecorder(episode)
 
@@ -46,7 +46,7 @@ class EpisodeSession:
         Raises:
             ValueError: if the episode is finished.
         """
-        self.state, events = rules.step(self.state, action, self._layout, self._ground, self.limits)
+        self.state, events = rules.step(self.state, action, self._layout, self._collisions, self.limits)
         self.actions.append(action)
         self._recorder.record(self.state, events)
         return [event for event in events if isinstance(event, PhaseEnded)]
@@ -105,7 +105,7 @@ def ending(run: Run, session: EpisodeSession, cause: str, note: str = "") -> Epi
         session.state.step,
         scores,
         note,
-        session.epoch,
+        session.fence,
         thinking.seconds,
         thinking.steps,
     )
@@ -114,14 +114,14 @@ def ending(run: Run, session: EpisodeSession, cause: str, note: str = "") -> Epi
 def unplayed(run: Run, episode: Episode, claim: Claim, cause: str, note: str = "") -> EpisodeEnding:
     """Return the end of an episode of which nothing was played, or nothing can be counted: it scores zero."""
     scores = [dict(turn) for turn in score_episode(TrajectoryRecorder(episode).result()).turns]
-    return EpisodeEnding(run.run_id, claim.episode_id, cause, 0, scores, note, claim.epoch)
+    return EpisodeEnding(run.run_id, claim.episode_id, cause, 0, scores, note, claim.fence)
 
 
 def lost(run: Run, claim: Claim, note: str) -> EpisodeEnding:
     """Return the end of an episode whose data is gone: the server's fault, scored zero."""
     scores = [dict.fromkeys(METRICS, 0.0) for _ in range(2)]
     return EpisodeEnding(
-        run.run_id, claim.episode_id, SERVER_FAULT, 0, scores, f"{note}; its data was gone", claim.epoch
+        run.run_id, claim.episode_id, SERVER_FAULT, 0, scores, f"{note}; its data was gone", claim.fence
     )
 
 

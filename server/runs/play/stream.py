@@ -60,11 +60,11 @@ class AssignedEpisode(NamedTuple):
 
     Attributes:
         claim: under which it will be open.
-        with_past: whether its earlier observations are delivered too.
+        with_history: whether its earlier observations are delivered too.
     """
 
     claim: Claim
-    with_past: bool
+    with_history: bool
 
 
 @dataclass(eq=False)
@@ -81,13 +81,13 @@ class Stream:
         adopt: whether to take over at once what other players left open.
         transport: encodes and sends the events.
         clock: of its episodes; None if the run has no clocks.
-        asked: messages of actions that arrived, oldest first; `ask` adds to them.
+        inbox: messages of actions that arrived, oldest first; `ask` adds to them.
         due: time by `time.monotonic` at which they are applied even if few have arrived.
-        told: events to deliver; their frames are not drawn yet.
+        outbox: events to deliver; their frames are not drawn yet.
         sessions: open episodes by id.
         assigned: episodes still to be opened, by id, in order.
         opening: the opening of the first of these, in progress; None if it has not begun.
-        since: arrival of the oldest actions that are not fully answered, by its clock; None if there are none.
+        oldest_arrival: arrival of the oldest actions that are not fully answered, by its clock; None if there are none.
         ended: ids of episodes whose end it was told: late answers to them are ignored.
     """
 
@@ -100,30 +100,30 @@ class Stream:
     adopt: bool
     transport: Transport
     clock: StreamClock | None = None
-    asked: deque[ActionBatch] = field(default_factory=deque)
+    inbox: deque[ActionBatch] = field(default_factory=deque)
     due: float = 0.0
-    told: deque[Event] = field(default_factory=deque)
+    outbox: deque[Event] = field(default_factory=deque)
     sessions: dict[str, EpisodeSession] = field(default_factory=dict)
     assigned: dict[str, AssignedEpisode] = field(default_factory=dict)
     opening: Iterator[None] | None = None
-    since: float | None = None
+    oldest_arrival: float | None = None
     ended: set[str] = field(default_factory=set)
     _taken: asyncio.Event = field(default_factory=asyncio.Event)
 
     @property
-    def is_asking(self) -> bool:
+    def has_actions(self) -> bool:
         """Whether actions wait, and there is room for their events: a client that does not read gets no answers."""
-        return bool(self.asked) and len(self.told) < MAX_OUTBOX
+        return bool(self.inbox) and len(self.outbox) < MAX_OUTBOX
 
     @property
-    def portion(self) -> int:
+    def batch_size(self) -> int:
         """Actions applied together if they are there: half of the open episodes, as the agent has the other half."""
         return min(MAX_BATCH, -(-len(self.sessions) // 2))
 
     @property
-    def together(self) -> int:
+    def max_latest_per_delivery(self) -> int:
         """Observations delivered together: half of the open episodes, unless these are few."""
-        return max(self.portion, MAX_BATCH // 2)
+        return max(self.batch_size, MAX_BATCH // 2)
 
     @property
     def is_ready(self) -> bool:
@@ -131,38 +131,38 @@ class Stream:
 
         Otherwise messages would only ever become smaller, and each costs a commit, a read and a write of its own.
         """
-        if not self.is_asking:
+        if not self.has_actions:
             return False
-        return sum(len(batch.acts) for batch in self.asked) >= self.portion or time.monotonic() >= self.due
+        return sum(len(batch.acts) for batch in self.inbox) >= self.batch_size or time.monotonic() >= self.due
 
     @property
-    def lags(self) -> bool:
+    def is_congested(self) -> bool:
         """Whether so much waits for the client to read it that nothing more is drawn."""
         return self.transport.backlog >= MAX_BACKLOG
 
     @property
     def can_open(self) -> bool:
         """Whether an episode waits to be opened, and there is room for its events."""
-        return bool(self.assigned) and len(self.told) < MAX_OUTBOX
+        return bool(self.assigned) and len(self.outbox) < MAX_OUTBOX
 
     @property
-    def knows_end(self) -> bool:
+    def has_run_end(self) -> bool:
         """Whether the end of its run is among the events to deliver."""
-        return any(isinstance(event, RunEnded) for event in self.told)
+        return any(isinstance(event, RunEnded) for event in self.outbox)
 
     @property
-    def room(self) -> int:
+    def free_slots(self) -> int:
         """How many more episodes it can take."""
         return self.max_episodes - len(self.sessions) - len(self.assigned)
 
     def claim(self, session: EpisodeSession) -> Claim:
         """Return the claim under which a session is open here."""
-        return Claim(session.episode.episode_id, OPEN, self.player, session.epoch)
+        return Claim(session.episode.episode_id, OPEN, self.player, session.fence)
 
     def claim_of(self, episode_id: str) -> Claim:
-        """Return the claim of an open episode; for any other id, a claim that nobody holds (epoch -1)."""
+        """Return the claim of an open episode; for any other id, a claim that nobody holds (fence -1)."""
         session = self.sessions.get(episode_id)
-        return Claim(episode_id, OPEN, self.player, session.epoch if session else -1)
+        return Claim(episode_id, OPEN, self.player, session.fence if session else -1)
 
     def drop(self, episode_id: str) -> None:
         """Forget an episode, open or assigned."""
@@ -177,28 +177,28 @@ class Stream:
         self.sessions.clear()
         self.assigned.clear()
         self.opening = None
-        self.asked.clear()
+        self.inbox.clear()
         self.clock = None
-        self.told.append(event)
+        self.outbox.append(event)
 
     def ask(self, batch: ActionBatch) -> None:
         """Queue a message of actions."""
-        if not self.asked:
+        if not self.inbox:
             self.due = time.monotonic() + GATHER_SECONDS
-        self.asked.append(batch)
+        self.inbox.append(batch)
 
     def take(self) -> ActionBatch:
         """Remove and return the oldest message of actions."""
         self._taken.set()
-        return self.asked.popleft()
+        return self.inbox.popleft()
 
-    async def wait_for_room(self) -> None:
+    async def wait_for_space(self) -> None:
         """Wait until fewer than `MAX_INBOX` messages are queued: back pressure on a client that sends too fast."""
-        while len(self.asked) >= MAX_INBOX:
+        while len(self.inbox) >= MAX_INBOX:
             self._taken.clear()
             await self._taken.wait()
 
     @property
-    def sees(self) -> bool:
+    def wants_images(self) -> bool:
         """Whether the run asked for images."""
         return not IMAGES.isdisjoint(self.run.sensors)

@@ -37,7 +37,7 @@ class Timekeeper:
         clock = stream.clock
         if clock is None:
             return []
-        if stream.lags:
+        if stream.is_congested:
             clock.begin_all()
         clock.charge(at)
         batch.charge(stream.run.run_id, clock.take_charges())

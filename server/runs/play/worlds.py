@@ -51,7 +51,7 @@ class Worlds:
     Args:
         splits: by name.
         camera: what draws, one of `cameras.CAMERAS`; the one that needs pybullet checks the collisions, too.
-        physics: makes what checks the collisions in a scene. All that there are decide alike: see `rules.CollisionCheck`.
+        physics: makes the collision checks of a scene. All kinds give equal answers (`rules.CollisionCheck`).
     """
 
     def __init__(
@@ -71,7 +71,7 @@ class Worlds:
         """By split and section, the first split and section that is equal to it."""
         self._camera = camera
         self._scenes: dict[Key, Scene] = {}
-        self._grounds: dict[Key, Physics] = {}
+        self._collision_checks: dict[Key, Physics] = {}
         self._worlds: dict[Key | None, ReferenceCamera] = {}
         self._cameras: dict[Key | None, Camera] = {}
         self._places: dict[Key | None, npt.NDArray[np.uint16]] = {}
@@ -89,7 +89,7 @@ class Worlds:
         variation = self._variation(split, episode)
         return self._section_scene(self._first[split, episode.section]) if variation is None else variation.scene
 
-    def ground(self, split: str, episode: Episode) -> CollisionCheck:
+    def collision_check(self, split: str, episode: Episode) -> CollisionCheck:
         """Return what answers the questions of the rules in an episode."""
         obstacles = self._obstacles(self._first[split, episode.section])
         variation = self._variation(split, episode)
@@ -136,9 +136,9 @@ class Worlds:
 
     def close(self) -> None:
         """Free all worlds."""
-        for physics in (*self._grounds.values(), *self._worlds.values()):
+        for physics in (*self._collision_checks.values(), *self._worlds.values()):
             physics.close()
-        self._grounds.clear()
+        self._collision_checks.clear()
         self._worlds.clear()
         self._cameras.clear()
         self._variations.clear()
@@ -178,9 +178,9 @@ class Worlds:
     def _obstacles(self, key: Key) -> Physics:
         if self._camera == WITH_PYBULLET:
             return self._world(key)
-        if key not in self._grounds:
-            self._grounds[key] = self._physics(self._section_scene(key))
-        return self._grounds[key]
+        if key not in self._collision_checks:
+            self._collision_checks[key] = self._physics(self._section_scene(key))
+        return self._collision_checks[key]
 
     def _world(self, key: Key | None) -> "ReferenceCamera":
         """Return the reference camera of a section, or of the room; it checks the collisions, too."""

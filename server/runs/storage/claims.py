@@ -62,7 +62,7 @@ class Claims:
     def claim(
         self, run_id: str, claims: Sequence[Claim], player: str, worker: str, *, reoffered: Collection[str] = ()
     ) -> list[Claim]:
-        """Claim episodes for a player and a worker, and return the new claims of those whose epochs had not changed.
+        """Claim episodes for a player and a worker, and return the new claims of those whose fences had not changed.
 
         Absences of the run's players until now are charged to its bank.
 
@@ -82,8 +82,8 @@ class Claims:
             # The rows are locked as they are read: this waits for pending writes of other processes, and sees them.
             query = sa.select(c.episode_id, c.epoch).where(these(claims), c.state != ENDED).order_by(c.episode_id)
             rows = connection.execute(query.with_for_update(key_share=True))
-            epochs: dict[str, int] = {row.episode_id: row.epoch for row in rows}
-            won = [claim for claim in claims if epochs.get(claim.episode_id) == claim.epoch]
+            fences: dict[str, int] = {row.episode_id: row.epoch for row in rows}
+            won = [claim for claim in claims if fences.get(claim.episode_id) == claim.fence]
             values = {
                 "state": OPEN,
                 "player": player,
@@ -97,19 +97,19 @@ class Claims:
             if won:
                 self._charge_absences(connection, run_id)
                 connection.execute(tables.episodes.update().where(these(won)).values(values))
-        return [replace(claim, epoch=claim.epoch + 1) for claim in won]
+        return [replace(claim, fence=claim.fence + 1) for claim in won]
 
     def release(
-        self, run_id: str, epochs: Mapping[str, int], waits: Mapping[str, tuple[int, float | None]] | None = None
+        self, run_id: str, fences: Mapping[str, int], waits: Mapping[str, tuple[int, float | None]] | None = None
     ) -> None:
-        """Release the open episodes that are still held under the given epochs.
+        """Release the open episodes that are still held under the given fences.
 
         The clock of a step runs on from when its observation was sent. An episode that another process has taken over
         keeps the earlier time of the two, so that changing the process gains none.
 
         Args:
             run_id: id of the run.
-            epochs: epoch of the claim, by episode.
+            fences: fence of the claim, by episode.
             waits: by episode, the number of its present step, and the seconds since its observation was sent (None if
                 it was not); an episode that was never opened is not in it, and keeps what was known.
         """
@@ -120,12 +120,12 @@ class Claims:
         is_newer = sa.or_(c.sent_step.is_(None), c.sent_step < number, sa.and_(c.sent_step == number, c.sent > sent))
         free = tables.episodes.update().where(this, held).values(worker=None, left=now)
         wait = tables.episodes.update().where(this, sa.or_(held, is_newer)).values(sent=sent, sent_step=number)
-        order = sorted(epochs.items())  # always the same, as in `commit`
+        order = sorted(fences.items())  # always the same, as in `commit`
         waits = waits or {}
-        rows = [{"id": episode_id, "held": epoch} for episode_id, epoch in order]
+        rows = [{"id": episode_id, "held": fence} for episode_id, fence in order]
         waiting = [
-            {"id": episode_id, "held": epoch, "number": waits[episode_id][0], "ago": waits[episode_id][1]}
-            for episode_id, epoch in order
+            {"id": episode_id, "held": fence, "number": waits[episode_id][0], "ago": waits[episode_id][1]}
+            for episode_id, fence in order
             if episode_id in waits
         ]
         if not rows:

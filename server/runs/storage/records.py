@@ -135,7 +135,7 @@ class Claim:
     Attributes:
         state: PENDING or OPEN.
         player: player name of the stream; None if the episode was never begun.
-        epoch: number that grows with every claim; each write names the epoch that it holds.
+        fence: number that grows with every claim; each write names the one that it holds.
         worker: id of the server process that holds the episode; None after its stream closed.
         idle: seconds since the stream closed, by the service clock, or since the last heartbeat of the worker.
         sent_step: number of the last observation that a closed stream had sent and that was not answered, if any.
@@ -145,7 +145,7 @@ class Claim:
     episode_id: str
     state: str
     player: str | None
-    epoch: int = 0
+    fence: int = 0
     worker: str | None = None
     idle: float = 0.0
     sent_step: int | None = None
@@ -158,9 +158,9 @@ class Claim:
 
 @dataclass(frozen=True, slots=True)
 class EpisodeEnding:
-    """End of an episode of a run: cause, steps and scores. `epoch` is that of the claim under which it ended.
+    """End of an episode of a run: cause, steps and scores. `fence` is that of the claim under which it ended.
 
-    `thinking_seconds` and `timed_steps` are as in `RunProgress`; an ending that is read from the journal leaves them out.
+    `thinking_seconds` and `timed_steps` are as in `RunProgress`; they are 0 in an ending that is read from the journal.
     """
 
     run_id: str
@@ -169,7 +169,7 @@ class EpisodeEnding:
     steps: int
     scores: list[dict[str, float]]
     note: str = ""
-    epoch: int = 0
+    fence: int = 0
     thinking_seconds: float = 0.0
     timed_steps: int = 0
 
@@ -195,9 +195,9 @@ class CommitBatch:
     charges: dict[str, float] = field(default_factory=dict)
     over: dict[str, tuple[str, datetime]] = field(default_factory=dict)
 
-    def add_step(self, run_id: str, episode_id: str, epoch: int, step: int, action: int) -> None:
-        """Add an action as step number `step` (from 0) of an episode, under the claim with the given epoch."""
-        self.steps.append({"run": run_id, "episode": episode_id, "epoch": epoch, "number": step, "taken": action})
+    def add_step(self, run_id: str, episode_id: str, fence: int, step: int, action: int) -> None:
+        """Add an action as step number `step` (from 0) of an episode, under the claim with the given fence."""
+        self.steps.append({"run": run_id, "episode": episode_id, "epoch": fence, "number": step, "taken": action})
 
     def without(self, episodes: Collection[tuple[str, str]]) -> "CommitBatch":
         """Return a copy without the steps and endings of some episodes, given as pairs of run id and episode id."""

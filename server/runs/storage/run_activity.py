@@ -43,7 +43,7 @@ class RunActivity:
             most: number of faults at which the episode is not offered again; below it, a reoffer is counted too.
         """
         c = tables.episodes.c
-        held = sa.and_(c.run_id == run_id, c.episode_id == claim.episode_id, c.epoch == claim.epoch, c.state != ENDED)
+        held = sa.and_(c.run_id == run_id, c.episode_id == claim.episode_id, c.epoch == claim.fence, c.state != ENDED)
         values = {
             "faults": c.faults + 1,
             "reoffers": c.reoffers + sa.case((c.faults + 1 < most, 1), else_=0),

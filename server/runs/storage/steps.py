@@ -65,7 +65,7 @@ class Steps:
                 values["note"] = ending.note.replace("\0", "")  # not allowed in texts of PostgreSQL
                 done = connection.execute(
                     tables.episodes.update()
-                    .where(_is_held(ending.run_id, ending.episode_id, ending.epoch))
+                    .where(_is_held(ending.run_id, ending.episode_id, ending.fence))
                     .values(state=ENDED, **values)
                 )
                 if not done.rowcount:
@@ -79,14 +79,14 @@ class Steps:
                 connection.execute(tables.runs.update().where(is_over).values(state=state, ended_at=ended_at))
 
     def lost_episodes(self, batch: CommitBatch) -> set[tuple[str, str]]:
-        """Return the episodes of a batch, as (run, episode), whose claims no longer have the epochs in the batch."""
-        epochs = {(step["run"], step["episode"]): step["epoch"] for step in batch.steps}
-        epochs |= {(ending.run_id, ending.episode_id): ending.epoch for ending in batch.endings}
+        """Return the episodes of a batch, as (run, episode), whose claims no longer have the fences in the batch."""
+        fences = {(step["run"], step["episode"]): step["epoch"] for step in batch.steps}
+        fences |= {(ending.run_id, ending.episode_id): ending.fence for ending in batch.endings}
         c = tables.episodes.c
         query = sa.select(c.run_id, c.episode_id, c.epoch).where(c.state != ENDED)
-        rows = self._database.read(query.where(sa.tuple_(c.run_id, c.episode_id).in_(list(epochs))))
+        rows = self._database.read(query.where(sa.tuple_(c.run_id, c.episode_id).in_(list(fences))))
         held = {(row.run_id, row.episode_id): row.epoch for row in rows}
-        return {key for key, epoch in epochs.items() if held.get(key) != epoch}
+        return {key for key, fence in fences.items() if held.get(key) != fence}
 
     def players_of(self, episodes: Collection[tuple[str, str]]) -> dict[tuple[str, str], str | None]:
         """Return the player for whom each of these episodes, as (run, episode), was last claimed.
@@ -108,10 +108,10 @@ def _has_unended(run_id: str) -> sa.ColumnElement[bool]:
     return sa.exists().where(c.run_id == run_id, c.state != ENDED)
 
 
-def _is_held(run_id: Any, episode_id: Any, epoch: Any) -> sa.ColumnElement[bool]:
-    """Return the condition that an episode has not ended and its claim still has the given epoch."""
+def _is_held(run_id: Any, episode_id: Any, fence: Any) -> sa.ColumnElement[bool]:
+    """Return the condition that an episode has not ended and its claim still has the given fence."""
     c = tables.episodes.c
-    return sa.and_(c.run_id == run_id, c.episode_id == episode_id, c.epoch == epoch, c.state != ENDED)
+    return sa.and_(c.run_id == run_id, c.episode_id == episode_id, c.epoch == fence, c.state != ENDED)
 
 
 _INSERT_STEP = (
@@ -129,7 +129,7 @@ _INSERT_STEP = (
     )
     .execution_options(preserve_rowcount=True)
 )
-"""Statement that inserts a step if the claim with the given epoch is still held, and nothing otherwise.
+"""Statement that inserts a step if the claim with the given fence is still held, and nothing otherwise.
 
 It locks the episode's row (on PostgreSQL; SQLite has one writer at a time): a concurrent claim either waits until the
 step is written, or is waited for and then seen, so that nothing is inserted.

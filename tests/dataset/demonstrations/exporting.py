@@ -61,7 +61,7 @@ def simulated(
     split = find_split(data, "tiny")
     episode = split.episodes[episode_id]
     with closing(Worlds({"tiny": split})) as worlds:
-        session = EpisodeSession(episode, worlds.ground("tiny", episode), Limits())
+        session = EpisodeSession(episode, worlds.collision_check("tiny", episode), Limits())
         for state, _ in session.replay(actions):
             frame = worlds.render("tiny", episode, state, size, segmentation=True)
             assert frame.segmentation is not None

@@ -35,7 +35,7 @@ def test_contact_sheet_has_one_row_per_phase(worlds: Worlds) -> None:
 def test_frames_are_what_an_agent_sees_along_the_ground_truth(worlds: Worlds) -> None:
     episode = tiny.episode("0")
     sheet = np.asarray(contact_sheet(episode, "tiny", worlds, SIZE))
-    session = EpisodeSession(episode, worlds.ground("tiny", episode), Limits(150))
+    session = EpisodeSession(episode, worlds.collision_check("tiny", episode), Limits(150))
     top = 0
     for turn in episode.turns:
         for actions in (turn.actions, turn.room_actions):

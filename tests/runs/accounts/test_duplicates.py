@@ -30,7 +30,7 @@ def played(house: House, run_id: str, account: str | None, actions: Mapping[str,
     batch = CommitBatch()
     for claim in claims:
         for step, action in enumerate(actions.get(claim.episode_id, ())):
-            batch.add_step(run_id, claim.episode_id, claim.epoch, step, action)
+            batch.add_step(run_id, claim.episode_id, claim.fence, step, action)
     house.journal.commit(batch)
     return run_id
 

@@ -24,7 +24,7 @@ def left(house: House, engine: Engine, run: Run) -> None:
     for claim in house.journal.open_claims("run"):
         if claim.player == "greedy":
             for step in range(STEPS):
-                batch.add_step("run", claim.episode_id, claim.epoch, step, Action.LEFT)
+                batch.add_step("run", claim.episode_id, claim.fence, step, Action.LEFT)
     house.journal.commit(batch)
     engine.leave(seat.stream)
 
@@ -74,7 +74,7 @@ def test_unopened_episodes_are_released_with_their_waiting_time(
             engine.leave(greedy.stream)
             claims = house.journal.open_claims("run")
             assert [claim.worker for claim in claims] == [None] * MANY
-            house.journal.release("run", {claim.episode_id: claim.epoch for claim in claims}, {"0": (5, 7.0)})
+            house.journal.release("run", {claim.episode_id: claim.fence for claim in claims}, {"0": (5, 7.0)})
             again = Seat(engine, run, MANY, "greedy")
             assert not again.stream.sessions
             engine.leave(again.stream)

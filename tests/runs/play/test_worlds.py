@@ -30,7 +30,7 @@ def split(name: str, section: str, world: str = "1") -> Split:
 def test_splits_with_the_same_section_share_it() -> None:
     one, two = split("one", "1"), split("two", "1")
     with closing(Worlds({"one": one, "two": two})) as worlds:
-        assert worlds.ground("one", one.episodes["0"]) is worlds.ground("two", two.episodes["0"])
+        assert worlds.collision_check("one", one.episodes["0"]) is worlds.collision_check("two", two.episodes["0"])
         assert worlds.scene("one", one.episodes["0"]) is worlds.scene("two", two.episodes["0"])
 
 
@@ -103,7 +103,7 @@ def test_an_episode_with_own_furniture_is_seen_as_a_section_of_its_own(camera: s
 def test_own_furniture_stands_in_the_way_of_its_episode_alone(camera: str) -> None:
     split = own_split()
     with closing(Worlds({"own": split}, camera)) as worlds:
-        grounds = [worlds.ground("own", split.episodes[id_]) for id_ in ("0", "1", "2")]
+        grounds = [worlds.collision_check("own", split.episodes[id_]) for id_ in ("0", "1", "2")]
         for place, free in (
             ((1.0, 5.0), (False, True, True)),  # added
             ((0.0, 6.0), (True, False, True)),
@@ -121,7 +121,7 @@ def test_ground_of_own_furniture_is_that_of_a_section_with_it() -> None:
     split, random = own_split(), Random(1)
     scene = city_scene(furnished(FURNISHED, OWN))
     with closing(Worlds({"own": split})) as worlds, closing(physics_of(scene)) as expected:
-        ground, free = worlds.ground("own", split.episodes["0"]), 0
+        ground, free = worlds.collision_check("own", split.episodes["0"]), 0
         for _ in range(3000):
             x, z, angle = random.uniform(-5, 5), random.uniform(2, 11), random.uniform(0, 360)
             after = Pose(x, z, angle).ahead(1.0)

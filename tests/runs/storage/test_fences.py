@@ -47,9 +47,9 @@ def claimed(database: Database) -> Claim:
     return claim
 
 
-def step(epoch: int, number: int = 0) -> CommitBatch:
+def step(fence: int, number: int = 0) -> CommitBatch:
     batch = CommitBatch()
-    batch.add_step("r", "a", epoch, number, 1)
+    batch.add_step("r", "a", fence, number, 1)
     return batch
 
 
@@ -124,21 +124,21 @@ def test_claim_waits_for_a_concurrent_step_and_sees_it(databases: tuple[Database
     journal = Journal(other)
     with ThreadPoolExecutor() as pool:
         with paused_at_a_step(other):
-            writing = pool.submit(Journal(one).commit, step(claim.epoch))
+            writing = pool.submit(Journal(one).commit, step(claim.fence))
             assert locks.blocks(writing)
             taking = pool.submit(journal.claim, "r", journal.open_claims("r"), "p", "w2")
             assert locks.blocks(taking, sessions=2)
         writing.result(AT_MOST)
         (taken,) = taking.result(AT_MOST)
-    assert taken.epoch == claim.epoch + 1
+    assert taken.fence == claim.fence + 1
     assert journal.actions("r", "a") == [1]
-    journal.commit(step(taken.epoch, number=1))
+    journal.commit(step(taken.fence, number=1))
 
 
 def test_a_claim_waits_for_a_commit_of_several_statements(databases: tuple[Database, Database], locks: Locks) -> None:
     one, other = databases
     claim = claimed(one)
-    batch = step(claim.epoch)
+    batch = step(claim.fence)
     batch.charge("r", 1.0)
     with ThreadPoolExecutor() as pool:
         with paused_before_commit(one) as reached:
@@ -148,7 +148,7 @@ def test_a_claim_waits_for_a_commit_of_several_statements(databases: tuple[Datab
             taking = pool.submit(journal.claim, "r", journal.open_claims("r"), "p", "w2")
             assert locks.blocks(taking)
         writing.result(AT_MOST)
-        assert [taken.epoch for taken in taking.result(AT_MOST)] == [claim.epoch + 1]
+        assert [taken.fence for taken in taking.result(AT_MOST)] == [claim.fence + 1]
     assert journal.actions("r", "a") == [1]
 
 
@@ -159,7 +159,7 @@ def test_batch_of_steps_is_written_completely_or_not_at_all(databases: tuple[Dat
     batch = CommitBatch()
     for claim in claims:
         for number in range(3):
-            batch.add_step("r", claim.episode_id, claim.epoch, number, number)
+            batch.add_step("r", claim.episode_id, claim.fence, number, number)
     with pytest.raises(TakenOver, match="taken over"):
         journal.commit(batch)
     assert journal.progress("r").steps == 0
@@ -175,9 +175,9 @@ def test_a_write_during_a_claim_waits_and_is_refused(
 ) -> None:
     one, other = databases
     claim = claimed(one)
-    batch = CommitBatch() if writes == "an ending" else step(claim.epoch)
+    batch = CommitBatch() if writes == "an ending" else step(claim.fence)
     if writes != "a step":
-        batch.endings.append(EpisodeEnding("r", "a", "AGENT_FINISHED", 1, [{}, {}], "", claim.epoch))
+        batch.endings.append(EpisodeEnding("r", "a", "AGENT_FINISHED", 1, [{}, {}], "", claim.fence))
     with ThreadPoolExecutor() as pool:
         with paused_before_commit(other) as reached:
             journal = Journal(other)
@@ -185,7 +185,7 @@ def test_a_write_during_a_claim_waits_and_is_refused(
             assert reached.wait(AT_MOST)
             writing = pool.submit(Journal(one).commit, batch)
             assert locks.blocks(writing)
-        assert [taken.epoch for taken in taking.result(AT_MOST)] == [claim.epoch + 1]
+        assert [taken.fence for taken in taking.result(AT_MOST)] == [claim.fence + 1]
         with pytest.raises(TakenOver, match="taken over"):
             writing.result(AT_MOST)
     assert (journal.actions("r", "a"), journal.count_ended("r")) == ([], 0)
@@ -211,7 +211,7 @@ def test_claim_waits_for_a_concurrent_ending_and_takes_nothing(
 ) -> None:
     one, other = databases
     claim = claimed(one)
-    ending = CommitBatch(endings=[EpisodeEnding("r", "a", "AGENT_FINISHED", 0, [{}, {}], "", claim.epoch)])
+    ending = CommitBatch(endings=[EpisodeEnding("r", "a", "AGENT_FINISHED", 0, [{}, {}], "", claim.fence)])
     with ThreadPoolExecutor() as pool:
         with paused_before_commit(one) as reached:
             writing = pool.submit(Journal(one).commit, ending)
@@ -227,7 +227,7 @@ def test_claim_waits_for_a_concurrent_ending_and_takes_nothing(
 def test_failed_transaction_frees_its_episodes(databases: tuple[Database, Database]) -> None:
     one, other = databases
     claim = claimed(one)
-    batch = step(claim.epoch)
+    batch = step(claim.fence)
     batch.charge("r", 1.0)
 
     def fail(_: object) -> None:
@@ -237,5 +237,5 @@ def test_failed_transaction_frees_its_episodes(databases: tuple[Database, Databa
     with pytest.raises(ConnectionResetError):
         Journal(one).commit(batch)
     journal = Journal(other)
-    assert [taken.epoch for taken in journal.claim("r", journal.open_claims("r"), "q", "w2")] == [claim.epoch + 1]
+    assert [taken.fence for taken in journal.claim("r", journal.open_claims("r"), "q", "w2")] == [claim.fence + 1]
     assert journal.actions("r", "a") == []

@@ -96,7 +96,7 @@ def test_a_step_of_an_unknown_run_is_refused(journal: Journal) -> None:
 def test_claims_and_endings_update_the_progress(journal: Journal) -> None:
     journal.create(a_run(), ["a", "b", "c"])
     won = journal.claim("r", journal.pending("r", 2), "p", "w")
-    assert [(claim.episode_id, claim.epoch) for claim in won] == [("a", 1), ("b", 1)]
+    assert [(claim.episode_id, claim.fence) for claim in won] == [("a", 1), ("b", 1)]
     journal.commit(
         CommitBatch(endings=[EpisodeEnding("r", "b", "AGENT_FINISHED", 7, [{"PTC": 1.0}, {"PTC": 0.0}], "fine", 1)])
     )
@@ -135,14 +135,14 @@ def test_a_lost_claim_cannot_write(journal: Journal) -> None:
     (second,) = journal.claim("r", journal.open_claims("r"), "p", "w2")
     for batch in (
         CommitBatch(),
-        CommitBatch(endings=[EpisodeEnding("r", "a", "FORFEITED", 0, [{}, {}], "", first.epoch)]),
+        CommitBatch(endings=[EpisodeEnding("r", "a", "FORFEITED", 0, [{}, {}], "", first.fence)]),
     ):
         if not batch.endings:
-            batch.add_step("r", "a", first.epoch, 0, 3)
+            batch.add_step("r", "a", first.fence, 0, 3)
         with pytest.raises(TakenOver, match="taken over"):
             journal.commit(batch)
     late = CommitBatch()
-    late.add_step("r", "a", second.epoch, 0, 1)
+    late.add_step("r", "a", second.fence, 0, 1)
     journal.commit(late)
     assert journal.actions("r", "a") == [1]
 
@@ -174,9 +174,9 @@ def test_open_claims_report_holder_and_idle_time(journal: Journal, database: Dat
     assert seen() == ("w", 0)
     last_seen(-7500.0)  # the clock jumped back
     assert seen() == ("w", 7)
-    journal.release("r", {"a": claim.epoch + 1})  # of another claim: nothing happens
+    journal.release("r", {"a": claim.fence + 1})  # of another claim: nothing happens
     assert seen() == ("w", 7)
-    journal.release("r", {"a": claim.epoch})
+    journal.release("r", {"a": claim.fence})
     with database.write() as connection:
         connection.execute(tables.service_clock.update().values(seconds=tables.service_clock.c.seconds + 2500.0))
     assert seen() == (None, 2)
@@ -185,7 +185,7 @@ def test_open_claims_report_holder_and_idle_time(journal: Journal, database: Dat
     worker, idle = seen()
     assert worker is None
     assert idle > 1e6
-    journal.release("r", {"a": again.epoch})
+    journal.release("r", {"a": again.fence})
     assert seen() == (None, 0)
 
 
@@ -238,7 +238,7 @@ def test_progress_of_many_runs_takes_few_queries(
         (claim,) = journal.claim(name, journal.pending(name, 1), "p", "w")
         batch = CommitBatch()
         for step in range(number):
-            batch.add_step(name, "a", claim.epoch, step, 0)
+            batch.add_step(name, "a", claim.fence, step, 0)
         journal.commit(batch)
         journal.note_images(name, f"raw-{number}")
     statements.clear()

@@ -68,7 +68,7 @@ def test_old_unpublished_runs_are_deleted_with_all_their_rows(house: House) -> N
     house.journal.note_images("2" * 32, "lossless-224")
     (claim,) = house.journal.claim("2" * 32, house.journal.pending("2" * 32), "p", "w")
     batch = CommitBatch()
-    batch.add_step("2" * 32, "0", claim.epoch, 0, 1)
+    batch.add_step("2" * 32, "0", claim.fence, 0, 1)
     house.journal.commit(batch)
     house.journal.set_state("2" * 32, CANCELLED)
     age(house, "2" * 32, 35)
@@ -188,7 +188,7 @@ def test_space_is_freed(house: House, tmp_path: Path) -> None:
     for start in range(0, 40_000, 5_000):
         batch = CommitBatch()
         for step in range(start, start + 5_000):
-            batch.add_step("1", claim.episode_id, claim.epoch, step, 0)
+            batch.add_step("1", claim.episode_id, claim.fence, step, 0)
         house.journal.commit(batch)
     house.journal.set_state(run.run_id, CANCELLED)
     age(house, "1", 40)

@@ -63,7 +63,7 @@ def test_faults_are_counted_only_for_the_current_claim(database: Database) -> No
     assert journal.progress("r").reoffers == 2  # the third time it is not offered again
     (taken,) = journal.claim("r", journal.open_claims("r"), "q", "w")
     assert activity.count_fault("r", claim, 3) == 0
-    journal.commit(CommitBatch(endings=[EpisodeEnding("r", "1", "SERVER_FAULT", 0, [{}, {}], epoch=taken.epoch)]))
+    journal.commit(CommitBatch(endings=[EpisodeEnding("r", "1", "SERVER_FAULT", 0, [{}, {}], fence=taken.fence)]))
     assert activity.count_fault("r", taken, 3) == 0
 
 
@@ -77,7 +77,7 @@ def test_the_wait_of_a_step_is_kept_until_its_episode_is_released_again(database
         ({"1": (5, None)}, 5, None),
         ({"1": (6, 1.0)}, 6, 1.0),
     ):
-        journal.release("r", {"1": claim.epoch}, waits)
+        journal.release("r", {"1": claim.fence}, waits)
         (left,) = journal.open_claims("r")
         assert left.waited_for(step) == (waited if waited is None else pytest.approx(waited, abs=1.0))
         assert left.waited_for(step + 1) is None
@@ -87,7 +87,7 @@ def test_the_wait_of_a_step_is_kept_until_its_episode_is_released_again(database
 def test_a_step_on_which_the_server_failed_begins_anew(database: Database) -> None:
     journal, activity = new_run(database, bank=1000.0), RunActivity(database)
     (claim,) = journal.claim("r", journal.pending("r", 1), "p", "w")
-    journal.release("r", {"1": claim.epoch}, {"1": (0, 500.0)})
+    journal.release("r", {"1": claim.fence}, {"1": (0, 500.0)})
     (claim,) = journal.claim("r", journal.open_claims("r"), "p", "w")
     left = activity.bank_left("r")
     activity.count_fault("r", claim, 3)
@@ -104,8 +104,8 @@ def test_a_process_that_lost_an_episode_can_only_add_to_its_wait(
     journal = new_run(database)
     (lost,) = journal.claim("r", journal.pending("r", 1), "p", "w")
     (held,) = journal.claim("r", [lost], "p", "w2")
-    journal.release("r", {"1": held.epoch}, {"1": (4, 10.0)})
-    journal.release("r", {"1": lost.epoch}, {"1": (step, ago)})
+    journal.release("r", {"1": held.fence}, {"1": (4, 10.0)})
+    journal.release("r", {"1": lost.fence}, {"1": (step, ago)})
     (left,) = journal.open_claims("r")
     assert left.waited_for(max(step, 4)) == pytest.approx(waited, abs=1.0)
 
@@ -146,7 +146,7 @@ def test_anonymous_runs_that_nobody_begins_to_play_are_abandoned_where_strangers
 ) -> None:
     journal, activity = new_run(database, "unplayed", bank=bank), RunActivity(database, close_unplayed=True)
     new_run(database, "played", bank=bank)
-    journal.release("played", {claim.episode_id: claim.epoch for claim in claim_one(journal, "played", "p")})
+    journal.release("played", {claim.episode_id: claim.fence for claim in claim_one(journal, "played", "p")})
     participant = replace(journal.run("unplayed"), run_id="owned", account="ann")
     with database.write() as connection:
         row = {"participant": "ann", "role": "participant", "created_at": participant.created_at}
@@ -173,12 +173,12 @@ def claim_one(journal: Journal, run_id: str, player: str) -> list[Claim]:
 def test_absences_are_charged_from_when_the_step_is_overdue_and_each_second_once(database: Database) -> None:
     journal, activity = new_run(database), RunActivity(database)
     one, two = journal.claim("r", journal.pending("r"), "p", "w")
-    journal.release("r", {"1": one.epoch}, {"1": (0, 50.0)})
-    journal.release("r", {"2": two.epoch}, {"2": (0, 20.0)})
+    journal.release("r", {"1": one.fence}, {"1": (0, 50.0)})
+    journal.release("r", {"2": two.fence}, {"2": (0, 20.0)})
     live(database, 5.0)
     (one,) = journal.claim("r", journal.open_claims("r")[:1], "p", "w")
     assert activity.bank_left("r") == 100.0
-    journal.release("r", {"1": one.epoch}, {"1": (0, 55.0)})
+    journal.release("r", {"1": one.fence}, {"1": (0, 55.0)})
     live(database, 45.0)
     (two,) = journal.claim("r", journal.open_claims("r")[1:], "p", "w")
     assert activity.bank_left("r") == pytest.approx(60.0, abs=1.0)
@@ -186,18 +186,18 @@ def test_absences_are_charged_from_when_the_step_is_overdue_and_each_second_once
     journal.claim("r", journal.open_claims("r")[:1], "p", "w")
     assert activity.bank_left("r") == pytest.approx(55.0, abs=1.0)
     live(database, 500.0)
-    journal.release("r", {"2": two.epoch}, {"2": (0, 580.0)})
+    journal.release("r", {"2": two.fence}, {"2": (0, 580.0)})
     assert activity.bank_left("r") == pytest.approx(55.0, abs=1.0)  # that is for the streams to charge
 
 
 def test_an_episode_that_was_claimed_and_never_opened_was_absent_all_the_time(database: Database) -> None:
     journal, activity = new_run(database), RunActivity(database)
     (claim,) = journal.claim("r", journal.pending("r", 1), "p", "w")
-    journal.release("r", {"1": claim.epoch}, {"1": (0, 60.0)})
+    journal.release("r", {"1": claim.fence}, {"1": (0, 60.0)})
     for _ in range(3):
         (claim,) = journal.claim("r", journal.open_claims("r"), "p", "w")
         live(database, 10.0)
-        journal.release("r", {"1": claim.epoch})
+        journal.release("r", {"1": claim.fence})
     assert activity.bank_left("r") == pytest.approx(70.0, abs=1.0)
 
 
