@@ -108,7 +108,7 @@ class PlayHandler:
         """Pass the client's messages to the engine. A client that closes its half of the stream has left."""
         try:
             async for request in requests:
-                self._engine.ask(self._stream, _acts(request))
+                self._engine.receive(self._stream, _acts(request))
                 await self._stream.wait_for_space()
         except ArraMonError as error:
             self._sender.close(error)

@@ -181,7 +181,7 @@ class Seat:
         return event
 
     def act(self, episode_id: str, step: int, action: int) -> None:
-        self._engine.ask(self.stream, [Act(episode_id, step, action)])
+        self._engine.receive(self.stream, [Act(episode_id, step, action)])
 
     async def play(self) -> None:
         """Play the ground truth of one episode after the other until the run ends."""

@@ -1,1 +1,1 @@
-"""The engine that plays episodes, and the parts of it."""
+"""The engine that plays episodes, and its components."""

@@ -1,4 +1,4 @@
-"""Handling of an agent's actions: each is checked, applied to its session and added to the batch for the journal."""
+"""Handler of agents' actions: checks each one, applies it to its episode, and adds it to the journal's commit batch."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -18,10 +18,10 @@ from arramon_server.runs.storage.records import Claim, CommitBatch
 
 @dataclass(slots=True)
 class Answers:
-    """What follows from a stream's actions, valid once the batch is committed.
+    """Result of applying a stream's actions, valid once the batch is committed.
 
     Attributes:
-        events: to be delivered to the stream.
+        events: events to deliver to the stream.
         faulty: claims of the episodes on which the server itself failed.
     """
 
@@ -30,7 +30,7 @@ class Answers:
 
 
 class ActionHandler:
-    """Applies actions in memory, and collects in a batch what the journal has to keep.
+    """Applies actions in memory, and collects the resulting journal rows in a batch.
 
     Args:
         journal: counts the episodes that have ended.
@@ -42,22 +42,22 @@ class ActionHandler:
         self._time = time
 
     def handle(self, stream: Stream, batch: CommitBatch) -> Answers:
-        """Apply the messages of a stream that wait, oldest first, each as of the time at which it arrived.
+        """Apply a stream's waiting messages, oldest first, each as of its time of arrival.
 
-        All of them share one commit and their observations are drawn together, so that a client that answers in many
-        small messages costs no more for it. The first one is applied whatever its length.
+        They share one commit, and their observations are drawn in one batch, so that many small messages cost no more
+        than a large one. The first message is always applied, whatever its length.
         """
         answers, acts = Answers(), 0
         while stream.inbox and (not acts or acts + len(stream.inbox[0].acts) <= MAX_BATCH):
-            asked = stream.take()
-            acts += len(asked.acts) or 1
-            self._check_clocks(stream, asked.at, batch, answers)
-            for act in asked.acts:
-                _collect(answers, partial(self._apply, stream, act, asked.at, batch))
+            message = stream.next_actions()
+            acts += len(message.acts) or 1
+            self._check_clocks(stream, message.at, batch, answers)
+            for act in message.acts:
+                _collect(answers, partial(self._apply, stream, act, message.at, batch))
         return answers
 
     def check_clocks(self, stream: Stream, at: float, batch: CommitBatch) -> Answers:
-        """Charge a stream for overdue steps at a time, and end its episodes that are out of time."""
+        """Charge a stream for its overdue steps as of a time, and end its episodes that are out of time."""
         answers = Answers()
         self._check_clocks(stream, at, batch, answers)
         return answers
@@ -67,11 +67,11 @@ class ActionHandler:
             _collect(answers, partial(self._run_out, stream, session, batch))
 
     def _apply(self, stream: Stream, act: Act, at: float, batch: CommitBatch) -> list[Event]:
-        """Apply one action that arrived at a time, after the checks that the protocol asks for."""
+        """Check an action as the protocol requires, and apply it as of its time of arrival."""
         session = stream.sessions.get(act.episode_id)
         if session is None:
             if act.episode_id in stream.ended:
-                return []  # A late answer; the stream was told once that the episode has ended.
+                return []  # A late answer: the client already got the end of the episode.
             return [_problem(act, "NOT_YOUR_EPISODE", "this stream has no such open episode")]
         if act.forfeit is not None:
             return [self._end(stream, session, batch, causes.FORFEITED, act.forfeit[:500])]
@@ -108,7 +108,7 @@ class ActionHandler:
     def _end(
         self, stream: Stream, session: EpisodeSession, batch: CommitBatch, cause: str, note: str = ""
     ) -> EpisodeEnded:
-        """Score an episode as it stands, and take it from its stream."""
+        """Score an episode as far as it was played, and remove it from its stream."""
         run_id, episode_id = stream.run.run_id, session.episode.episode_id
         with fault_boundary(stream.run, stream.claim(session), "scoring"):
             batch.endings.append(ending(stream.run, session, cause, note))
@@ -120,13 +120,13 @@ class ActionHandler:
 
 
 def observed(stream: Stream, session: EpisodeSession) -> Observed:
-    """Return the observation of a session's present state; its frame is drawn when it is delivered."""
+    """Return the observation of an episode's current state; its frame is drawn when it is delivered."""
     left = None if stream.clock is None else stream.clock.time_left(session.episode.episode_id)
     return Observed(stream.run, session.episode, session.state, session.steps_left(session.state), time_left=left)
 
 
 def _collect(answers: Answers, function: Callable[[], list[Event]]) -> None:
-    """Add what a function returns, or the episode on which it failed."""
+    """Add the events that a function returns, or the claim of the episode on which it fails."""
     try:
         answers.events += function()
     except EpisodeFault as fault:

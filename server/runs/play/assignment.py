@@ -1,4 +1,4 @@
-"""Assignment of episodes to streams: finding free ones, claiming them, and opening them (again)."""
+"""Assignment of episodes to streams: find free episodes, claim them, and open or reopen them."""
 
 import time
 from collections.abc import Collection, Iterator
@@ -12,21 +12,22 @@ from arramon_server.runs.storage.journal import Journal
 from arramon_server.runs.storage.records import LEASE, OPEN, Claim
 
 GRACE = 10.0
-"""Seconds for which an episode that a broken stream left open is kept for its own player."""
+"""Seconds for which an episode that a broken stream left open is reserved for the same player."""
 
 SILENT = 2.0
-"""Seconds without a heartbeat (there is one a second) after which a worker is presumed dead if its player is here."""
+"""Seconds without a heartbeat, of which there is one a second, after which a worker whose player has reconnected here
+counts as dead."""
 
 
 class Assignment:
     """Assigns episodes to streams.
 
     Args:
-        journal: holds the claims.
-        loader: loads sessions.
-        faults: decides about episodes that cannot be opened.
+        journal: stores the claims.
+        loader: loads episodes.
+        faults: handles episodes that cannot be opened.
         worker: id of this process.
-        grace: seconds for which an orphaned episode is kept for its own player.
+        grace: seconds for which an orphaned episode is reserved for the same player.
     """
 
     def __init__(
@@ -39,11 +40,11 @@ class Assignment:
         self._grace = grace
 
     def assign(self, stream: Stream, held: Collection[str], *, first: bool = False) -> None:
-        """Claim episodes for a stream until it has as many as it asked for, or none are left.
+        """Claim episodes for a stream until it has `max_episodes` or no more are available.
 
         Args:
-            stream: that gets them; on its first call it is also told what it got back.
-            held: ids of the run's episodes that streams of this process hold.
+            stream: stream to assign to; on the first call, its outbox also gets the ids of the episodes it resumes.
+            held: ids of the run's episodes that are open on streams of this process.
             first: whether the stream has just joined.
         """
         run_id = stream.run.run_id
@@ -61,7 +62,7 @@ class Assignment:
             stream.assigned[claim.episode_id] = AssignedEpisode(claim, with_history=not remembers)
 
     def open(self, stream: Stream, until: float) -> None:
-        """Open a stream's assigned episodes until a time by `time.perf_counter`; a long one is continued next time."""
+        """Open a stream's assigned episodes until a `time.perf_counter` deadline; the next call continues."""
         while stream.can_open and time.perf_counter() < until:
             assigned = next(iter(stream.assigned.values()))
             stream.opening = stream.opening or self._open_one(stream, assigned)
@@ -74,7 +75,7 @@ class Assignment:
                 self._faults.take(stream, assigned.claim)
 
     def _orphans(self, stream: Stream, held: Collection[str]) -> list[Claim]:
-        """Return open episodes that the stream may take: its player's own, and those that others left long ago."""
+        """Return the open episodes that a stream may take: its player's own, and those that other players abandoned."""
 
         def may_take(claim: Claim) -> bool:
             if claim.episode_id in held:
@@ -87,11 +88,11 @@ class Assignment:
         return [claim for claim in self._journal.open_claims(stream.run.run_id) if may_take(claim)]
 
     def _was_lost(self, claim: Claim) -> bool:
-        """Return whether the process that held an episode died: offering it again is then the server's fault."""
+        """Return whether the process that held an episode died, so that offering it again is the server's fault."""
         return claim.worker not in (None, self._worker) and claim.idle > SILENT
 
     def _open_one(self, stream: Stream, assigned: AssignedEpisode) -> Iterator[None]:
-        """Open an episode, replaying what was played of it, one step with each turn of the iterator."""
+        """Open an episode and replay its recorded actions, one per iteration."""
         run, claim = stream.run, assigned.claim
         session = self._loader.begin(run, claim)
         actions = self._loader.actions(run, claim)

@@ -1,4 +1,4 @@
-"""Clocks of play: a time limit for each step, and a bank of time for each run that overdue steps draw on.
+"""Clocks of play: a time limit per step, and a time bank per run, which overdue steps are charged to.
 
 The time of a step begins when its observation is handed to the transport: drawing and commits cost a player nothing.
 It ends with the answer, whether or not the client reads and stays connected; while no stream has the episode, the
@@ -18,7 +18,7 @@ STALL_SECONDS = 3.0
 
 
 class Stopwatch:
-    """Monotonic clock of play, in seconds, that leaves out the time for which the server stalled.
+    """Monotonic clock of play, in seconds, that excludes time during which the server stalled.
 
     Args:
         source: monotonic clock of the machine, in seconds.
@@ -43,8 +43,8 @@ class Clocks:
     """Time limits of a run, in seconds.
 
     Attributes:
-        step_seconds: limit of each step; 0 for no clocks at all.
-        bank_seconds: total overdue time of all steps.
+        step_seconds: limit of each step; 0 for no time limits.
+        bank_seconds: limit of the total overdue time of all steps.
     """
 
     step_seconds: float = 0.0
@@ -52,11 +52,11 @@ class Clocks:
 
     @classmethod
     def of(cls, run: Run) -> "Clocks":
-        """Return the time limits with which a run was created."""
+        """Return the time limits of a run."""
         return cls(run.step_seconds, run.bank_seconds)
 
     def __bool__(self) -> bool:
-        """Return whether there are clocks."""
+        """Return whether there are time limits."""
         return self.step_seconds > 0.0
 
     def __str__(self) -> str:
@@ -66,14 +66,14 @@ class Clocks:
 
 @dataclass(slots=True)
 class Bank:
-    """Remaining seconds in the bank of a run, as known to this process. All streams of the run share it."""
+    """Seconds left in the bank of a run, as this process knows it; shared by all streams of the run."""
 
     left: float
 
 
 @dataclass(frozen=True, slots=True)
 class TimeLeft:
-    """Remaining time for an action, in seconds: of its step, and of the bank."""
+    """Time left for an action, in seconds: for its step, and in the bank."""
 
     step_seconds: float
     bank_seconds: float
@@ -81,10 +81,10 @@ class TimeLeft:
 
 @dataclass(slots=True)
 class _StepClock:
-    """Clock of an open episode's present step.
+    """Clock of the current step of an open episode.
 
     Attributes:
-        number: of the step.
+        number: number of the step.
         waited: seconds from when its observation was first sent to when this stream got the episode.
         began: time at which the observation was sent, or this stream got it back; infinite before.
         due: time at which the step is overdue; infinite before it begins.
@@ -131,23 +131,23 @@ class StreamClock:
         self._steps.pop(episode_id, None)
 
     def send(self, observations: Iterable[tuple[str, int]]) -> None:
-        """Begin the steps of observations that are handed to the transport, as pairs of episode and step number."""
+        """Start the steps whose observations go to the transport now, given as pairs of episode id and step number."""
         for episode_id, number in observations:
             step = self._steps.get(episode_id)
             if step is not None and step.number == number:
                 self._begin(episode_id, step)
 
     def begin_all(self) -> None:
-        """Begin all steps, because the client does not read what was sent before their observations."""
+        """Start all steps, because the client does not read the messages before their observations."""
         for episode_id, step in self._steps.items():
             self._begin(episode_id, step)
 
     def answer(self, episode_id: str, number: int) -> None:
-        """Note the action of a step. Its overdue time must have been charged before."""
+        """Stop the clock of an answered step. Its overdue time must have been charged before."""
         self._steps[episode_id] = _StepClock(number + 1)
 
     def charge(self, at: float) -> None:
-        """Charge the bank for the overdue time until `at` that was not charged yet."""
+        """Charge the bank for the overdue time until `at`, less what was charged before."""
         start = max(self._first_due(), self._charged)
         if at > start:
             self._charged = at
@@ -160,19 +160,19 @@ class StreamClock:
         return owed
 
     def out_of_time(self, at: float) -> list[str]:
-        """Return the episodes that are overdue at a time if the bank is empty. Call it after `charge`."""
+        """Return the episodes that are overdue at a time if the bank is empty; call `charge` before."""
         if self.bank.left > 0.0 or at <= self._first_due():
             return []
         return [episode_id for episode_id, step in self._steps.items() if step.due < at]
 
     def time_left(self, episode_id: str) -> TimeLeft:
-        """Return the remaining time for an episode's present step."""
+        """Return the time left for an episode's current step."""
         step = self._steps[episode_id]
         running = self._granted(step) if step.began == inf else step.due - self._now()
         return TimeLeft(max(0.0, running), self.bank.left)
 
     def waits(self) -> dict[str, tuple[int, float | None]]:
-        """Return each episode's step number, and the seconds since its observation was first sent; None if never."""
+        """Return each episode's step number and the seconds since its observation was first sent, None if never."""
         now = self._now()
         return {
             episode_id: (step.number, None if step.began == inf else step.waited + now - step.began)

@@ -1,4 +1,4 @@
-"""Delivery of events to streams: draws the frames of observations in threads, and hands events to the transport."""
+"""Delivery of events to streams: draws the frames of observations in threads, and gives events to the transport."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -26,7 +26,7 @@ TURN_SECONDS, TURN_EVENTS = 0.008, 32
 """Limits of one stream's turn: time spent drawing, and number of events."""
 
 GROUP_EVENTS = 8
-"""Limit of events whose frames are drawn at once, between two looks at the clock."""
+"""Maximum number of events drawn at once, between two checks of the time."""
 
 
 def is_deliverable(stream: Stream) -> bool:
@@ -36,12 +36,12 @@ def is_deliverable(stream: Stream) -> bool:
 
 @dataclass(slots=True)
 class DeliveryResult:
-    """The outcome of one stream's turn.
+    """Result of one stream's turn.
 
     Attributes:
-        run_ended: whether the stream was told that its run has ended.
+        run_ended: whether the end of the run was delivered.
         faulty: claims of the episodes that the server failed to draw or to encode.
-        error: why the stream has to be closed, None if it goes on.
+        error: error with which the stream must be closed; None if it continues.
     """
 
     run_ended: bool = False
@@ -54,7 +54,7 @@ class Delivery:
 
     Args:
         worlds: draw the frames.
-        threads: in which frames are drawn.
+        threads: threads in which frames are drawn.
         now: returns the time of play, in seconds.
         meter: receives the time of each stage.
     """
@@ -83,7 +83,7 @@ class Delivery:
         return done
 
     def _drawn(self, stream: Stream, events: Sequence[Event], done: DeliveryResult) -> list[Event]:
-        """Return the events, observations with their frames if the run asked for images; without those that failed."""
+        """Return the events, with frames if the run's sensors include images, and without those that failed."""
         if not stream.wants_images:
             return list(events)
         works = [partial(self._draw, stream, event) for event in events]
@@ -98,7 +98,7 @@ class Delivery:
         return drawn
 
     def _draw(self, stream: Stream, event: Event) -> Event | EpisodeFault:
-        """Return the event, an observation with its frame, or the fault of its episode. For any thread."""
+        """Draw the frame of an observation; return the event, or the fault of its episode. Thread-safe."""
         if not isinstance(event, Observed):
             return event
         started = time.perf_counter()
@@ -121,7 +121,7 @@ class Delivery:
         return drawn
 
     def _send(self, stream: Stream, events: Sequence[Event], done: DeliveryResult) -> None:
-        """Hand events to the transport; if that fails, one by one, so that a faulty one does not block the others."""
+        """Send events; if that fails, send them one at a time, so that a faulty one does not block the others."""
         if not events:
             return
         claim, started = stream.claim_of(_episode_id(events[0])), time.perf_counter()
@@ -163,11 +163,11 @@ def _episode_id(event: Event) -> str:
 
 
 def _next_group(stream: Stream, latest: int) -> list[Event]:
-    """Take the next events of a stream whose frames can be drawn at once: of each episode one observation at most.
+    """Remove and return a stream's next events that can be drawn at once: at most one observation per episode.
 
     Args:
-        stream: of which the events are taken.
-        latest: at most so many are the latest observation of their episode.
+        stream: the stream.
+        latest: maximum number of events that are the latest observation of their episode.
     """
     group: list[Event] = []
     drawn: set[str] = set()

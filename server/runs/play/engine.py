@@ -1,8 +1,8 @@
-"""The engine plays all episodes of one process. It owns the worlds and the open episodes.
+"""The engine, which plays all episodes of one server process. It owns the worlds and the open episodes.
 
-One round of its loop (`Engine.run`): take what every stream has sent and apply it, commit all of it to the journal at
-once, and only then deliver what follows. Drawing and delivery go stream by stream, a few milliseconds
-each, so that no stream starves another. The loop shares the event loop with gRPC, which moves bytes in between.
+Each round of its loop (`Engine.run`) applies the actions of every stream, writes them to the journal in one commit, and
+only then delivers the resulting events. Drawing and delivery take a few milliseconds per stream in turn, so that no
+stream starves another. The loop shares the event loop with gRPC, which moves bytes in between.
 """
 
 import asyncio
@@ -35,24 +35,24 @@ from arramon_server.runs.storage.run_duration import RunDurations
 from arramon_server.sim.cameras import CAMERAS
 
 OPENING_SECONDS = 0.004
-"""Time a round spends on opening episodes: replaying a thousand interrupted ones takes many times that."""
+"""Time limit per round for opening episodes: replaying a thousand interrupted ones takes many times as long."""
 
 _log = logging.getLogger(__name__)
 
 
 class Engine:
-    """Plays episodes. All methods are to be called on one event loop.
+    """Plays episodes. Call all methods on one event loop, unless stated otherwise.
 
     Args:
-        splits: by name.
-        journal: everything is written to it before anyone is told.
+        splits: splits by name.
+        journal: storage of all steps; events are delivered only after they are written to it.
         activity: banks, last play and fault counts of runs.
-        camera: what draws, one of `cameras.CAMERAS`.
-        threads: in which frames are drawn; None for new ones.
+        camera: one of `cameras.CAMERAS`.
+        threads: threads in which frames are drawn; None for new ones.
         address: of this process alone; empty if it has none.
-        grace: seconds for which an orphaned episode is kept for its own player.
+        grace: seconds for which an orphaned episode is reserved for the same player.
         now: clock of play, in seconds.
-        monotonic: returns seconds that pass whatever the wall clock does.
+        monotonic: monotonic clock, in seconds.
         meter: receives the measurements.
     """
 
@@ -105,7 +105,7 @@ class Engine:
         return self._worker
 
     def note_begin(self, run: Run) -> None:
-        """Note that this process has just created a run. May be called from any thread."""
+        """Note that this process has just created a run. Thread-safe."""
         self._durations.begin(run, run.created_at)
 
     def join(self, stream: Stream) -> None:
@@ -130,16 +130,16 @@ class Engine:
                 self._after_ending(stream)
         self.wake()
 
-    def ask(self, stream: Stream, acts: Iterable[Act]) -> None:
+    def receive(self, stream: Stream, acts: Iterable[Act]) -> None:
         """Queue the actions of one message."""
-        stream.ask(ActionBatch(self._time.now(), tuple(acts)))
+        stream.receive(ActionBatch(self._time.now(), tuple(acts)))
         if stream.is_ready:
             self.wake()
         else:
             asyncio.get_running_loop().call_later(1.01 * GATHER_SECONDS, self.wake)
 
     def leave(self, stream: Stream) -> None:
-        """Remove a closed stream. Its episodes stay open: for its own player first, after a while for others."""
+        """Remove a closed stream. Its episodes stay open, at first for the same player, later for others, too."""
         if stream in self._streams:
             self._streams.remove(stream)
             _log.info("stream left", extra={"run_id": stream.run.run_id, "episodes": len(stream.sessions)})
@@ -148,7 +148,7 @@ class Engine:
                 self._upkeep.releases.write()
 
     def wake(self) -> None:
-        """Start a round: a message arrived, or a slow stream can take more."""
+        """Start a round, because a message arrived or a congested stream can take more."""
         self._work.set()
 
     def start(self) -> None:
@@ -162,7 +162,7 @@ class Engine:
     async def run(self) -> None:
         """Play until cancelled."""
         while True:
-            self._work.clear()  # Before anything is looked at, so that a wake during this round is not missed.
+            self._work.clear()  # First, so that a wake during this round is not missed.
             self._sweep()
             self._apply()
             self._open()
@@ -182,7 +182,7 @@ class Engine:
         self._worlds.close()
 
     async def cancel(self, run: Run) -> None:
-        """Forfeit what is left of a run, in portions between which other streams are served.
+        """Forfeit the remaining episodes of a run, in small batches between which other streams are served.
 
         Raises:
             Conflict: if the run is over, or is being cancelled already.
@@ -204,36 +204,36 @@ class Engine:
         return any(stream.is_ready or stream.can_open or is_deliverable(stream) for stream in self._streams)
 
     def _apply(self) -> None:
-        """Apply what every stream has sent, commit all of it, and queue what follows for delivery."""
-        asking = [stream for stream in self._streams if stream.is_ready and stream.run.run_id not in self._cancelling]
+        """Apply the waiting actions of all streams, commit them, and queue the resulting events."""
+        ready = [stream for stream in self._streams if stream.is_ready and stream.run.run_id not in self._cancelling]
         batch, now = CommitBatch(), self._time.now()
-        holders = _holders(asking)
+        holders = _holders(ready)
         answers: dict[Stream, Answers] = {}
-        for stream in asking:
+        for stream in ready:
             stream.oldest_arrival = stream.inbox[0].at
             self._meter.took(Stage.QUEUE, now - stream.oldest_arrival)
-        with self._guard(*asking):
-            for stream in asking:
+        with self._guard(*ready):
+            for stream in ready:
                 answers[stream] = self._actions.handle(stream, batch)
-            if asking:
+            if ready:
                 self._meter.took(Stage.RULES, self._time.now() - now)
             losers = self._commit(batch, holders)
-            for stream in asking if batch.charges else ():  # Other processes may have charged the same bank.
+            for stream in ready if batch.charges else ():  # Other processes may have charged the same bank.
                 self._time.refresh(stream)
-            for stream in asking:
+            for stream in ready:
                 if stream not in losers:
                     stream.outbox.extend(answers[stream].events)
         for stream, answer in answers.items():
             self._handle_faults(stream, answer.faulty)
-        for stream in asking:
+        for stream in ready:
             if stream in self._streams and any(isinstance(event, EpisodeEnded) for event in stream.outbox):
                 with self._guard(stream):
                     self._after_ending(stream)
 
     def _commit(self, batch: CommitBatch, holders: Mapping[tuple[str, str], Stream]) -> set[Stream]:
-        """Commit a batch. Streams that lost an episode are closed, left out, and returned.
+        """Commit a batch. Close and return the streams that lost an episode; their steps are not written.
 
-        Their clients reconnect and see what is now: the episode is played elsewhere, or its run has been closed.
+        Their clients reconnect and get the new state: the episode is played elsewhere, or its run was closed.
         """
         try:
             self._journal.commit(batch)
@@ -261,7 +261,7 @@ class Engine:
         return losers
 
     def _open(self) -> None:
-        """Open assigned episodes for a few milliseconds. A stream that had its turn is last in the next round."""
+        """Open assigned episodes for a few milliseconds. A stream that had its turn comes last in the next round."""
         until = time.perf_counter() + OPENING_SECONDS
         for stream in [stream for stream in self._streams if stream.can_open]:
             if time.perf_counter() >= until:
@@ -285,7 +285,7 @@ class Engine:
             stream.transport.close(None)
 
     def _sweep(self) -> None:
-        """Once a second: upkeep, and what silent streams are due: clocks, the end of their run, further episodes."""
+        """Once a second, do the upkeep, and check silent streams: time limits, end of the run, further episodes."""
         self.turned_at = time.monotonic()
         if self.turned_at < self._next_sweep:
             return
@@ -293,7 +293,7 @@ class Engine:
         asyncio.get_running_loop().call_later(1.01 * SWEEP_SECONDS, self.wake)
         with self._guard():
             self._close_abandoned(self._upkeep.sweep(self._streams))
-            self._look_for_ended_runs()
+            self._check_for_ended_runs()
         waiting = sum(len(stream.inbox) for stream in self._streams)
         self._meter.loaded(len(self._streams), sum(len(stream.sessions) for stream in self._streams), waiting)
         now = self._time.now()
@@ -307,7 +307,7 @@ class Engine:
                     self._after_ending(stream)
 
     def _check_clocks(self, stream: Stream, now: float) -> None:
-        """Enforce the clocks of a stream that sends nothing."""
+        """Enforce the time limits of a silent stream."""
         batch, holders = CommitBatch(), _holders([stream])
         answers = self._actions.check_clocks(stream, now, batch)
         if not self._commit(batch, holders):
@@ -317,20 +317,20 @@ class Engine:
         self._handle_faults(stream, answers.faulty)
 
     def _close_abandoned(self, run: Run | None) -> None:
-        """Forfeit a portion of an abandoned run, and complete it once nothing is left."""
+        """Forfeit some episodes of an abandoned run, and complete the run once none is left."""
         if run is None:
             return
         if not self._forfeits.forfeit_some(run, "the client was away for longer than the run allows"):
             self._finish(run, COMPLETE)
 
-    def _look_for_ended_runs(self) -> None:
-        """Tell streams that their run is over if another process ended it, such as a host's `runs cancel`."""
+    def _check_for_ended_runs(self) -> None:
+        """Announce the end of runs that another process ended, such as a host's `runs cancel`."""
         for run in self._journal.ended_runs({stream.run.run_id for stream in self._streams if not stream.has_run_end}):
-            self._tell_over(run)
+            self._announce_end(run)
 
     @contextmanager
     def _guard(self, *streams: Stream) -> Iterator[None]:
-        """Close the streams if the journal fails, as memory may then be ahead of it. Their clients reconnect."""
+        """Close the streams if the journal fails, as memory may be ahead of the journal. Their clients reconnect."""
         try:
             yield
         except ArraMonError as error:
@@ -341,7 +341,7 @@ class Engine:
                 self._drop(stream, error)
 
     def _handle_faults(self, stream: Stream, claims: Iterable[Claim]) -> None:
-        """Take from a stream the episodes on which the server failed. To be called after the commit."""
+        """Take the episodes on which the server failed from a stream; call it after the commit."""
         for claim in claims:
             self._meter.faulted("EpisodeFault")
             if stream in self._streams:
@@ -349,12 +349,12 @@ class Engine:
                     self._faults.take(stream, claim)
 
     def _after_ending(self, stream: Stream) -> None:
-        """Finish the run if all its episodes have ended, otherwise assign further episodes to the stream."""
+        """Finish the run if all its episodes have ended; otherwise assign further episodes to the stream."""
         run = self._journal.run(stream.run.run_id)
         if run.state != RUNNING:
             stream.outbox.append(RunEnded(run, self._journal.progress(run.run_id)))
         elif run.run_id in self._cancelling:
-            pass  # `cancel` tells all streams at its end.
+            pass  # `cancel` announces the end to all streams.
         elif not self._journal.count_unended(run.run_id):
             self._finish(run, COMPLETE)
         else:
@@ -363,7 +363,7 @@ class Engine:
                 self._time.refresh(stream)
 
     def _held(self, run: Run) -> set[str]:
-        """Return the ids of the run's episodes that streams of this process hold."""
+        """Return the ids of the run's episodes that are open or assigned on streams of this process."""
         return {
             episode
             for other in self._streams
@@ -373,10 +373,10 @@ class Engine:
 
     def _finish(self, run: Run, state: str) -> None:
         self._journal.set_state(run.run_id, state, self._durations.time(run.run_id))
-        self._tell_over(self._journal.run(run.run_id))
+        self._announce_end(self._journal.run(run.run_id))
 
-    def _tell_over(self, run: Run) -> None:
-        """Tell a run's streams that it is over, and take all its episodes from them."""
+    def _announce_end(self, run: Run) -> None:
+        """Announce the end of a run to its streams, and remove all its episodes from them."""
         self._durations.forget(run.run_id)
         over = RunEnded(run, self._journal.progress(run.run_id))
         for stream in self._streams:
@@ -389,5 +389,5 @@ class Engine:
 
 
 def _holders(streams: Iterable[Stream]) -> dict[tuple[str, str], Stream]:
-    """Return which of these streams has which episode open, by run and episode id."""
+    """Return the stream of each open episode, by run and episode id."""
     return {(stream.run.run_id, episode_id): stream for stream in streams for episode_id in stream.sessions}

@@ -18,7 +18,7 @@ Encoding: TypeAlias = Callable[[], Sequence[Any]]
 
 @dataclass(frozen=True, slots=True)
 class StreamOpened:
-    """The stream has joined its run, and got these open episodes back."""
+    """The stream has joined its run and resumes these open episodes."""
 
     run: Run
     progress: RunProgress
@@ -27,10 +27,10 @@ class StreamOpened:
 
 @dataclass(frozen=True, slots=True)
 class EpisodeStarted:
-    """An episode was opened for the stream.
+    """An episode was opened on the stream.
 
     Attributes:
-        scene: of its section.
+        scene: scene of the episode.
         step: number of steps played before.
     """
 
@@ -42,13 +42,13 @@ class EpisodeStarted:
 
 @dataclass(frozen=True, slots=True)
 class Observed:
-    """What the agent observes in a state.
+    """The agent's observation of a state.
 
     Attributes:
-        steps_left: in the present phase.
-        frame: its images; None until it is drawn, and if the run asked for none.
-        taken: the action that was taken here, in a history.
-        time_left: for the answer; None in a history, and without clocks.
+        steps_left: steps left in the current phase.
+        frame: rendered images; None until they are drawn, and without image sensors.
+        taken: the action taken in this state if it is part of a history; None in the latest observation.
+        time_left: time left for the answer; None in a history, and without time limits.
         encoding: encoding of the frame, which runs in a thread; None if it has not begun.
     """
 

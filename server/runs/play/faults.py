@@ -1,4 +1,4 @@
-"""Faults of the server itself while it plays an episode: contained to that episode, retried, and counted.
+"""Server faults while an episode is played: contained to that episode, retried, and counted.
 
 A fault is an exception that no client can cause: a world that cannot be built, a step or a frame that fails. It never
 counts against the participant: the episode is offered again, up to `MAX_FAULTS` times, and then ends by SERVER_FAULT.
@@ -28,7 +28,7 @@ class EpisodeFault(Exception):
     """The server failed on one episode.
 
     Args:
-        claim: of the episode.
+        claim: claim of the episode.
     """
 
     def __init__(self, claim: Claim) -> None:
@@ -36,15 +36,15 @@ class EpisodeFault(Exception):
         self.claim = claim
 
 
-class fault_boundary:  # noqa: N801 - used as `with contained(...)`; a class rather than a generator, as every step enters it
+class fault_boundary:  # noqa: N801 - a class rather than a generator, as every step enters it
     """Context manager that logs any unexpected exception of its block and raises `EpisodeFault` instead.
 
     This is the one place that catches all exceptions. `ArraMonError` passes, and so does what ends the process.
 
     Args:
-        run: that is played.
-        claim: of its episode.
-        doing: what is done with it, for the log.
+        run: run in play.
+        claim: claim of its episode.
+        doing: the operation, as a participle for the log.
 
     Raises:
         EpisodeFault: on leaving the block.
@@ -84,7 +84,7 @@ class FaultHandler:
         self._loader = loader
 
     def take(self, stream: Stream, claim: Claim) -> None:
-        """Take an episode from its stream: it is offered again later, or it ends here and the stream is told.
+        """Remove an episode from its stream, to be offered again later; after `MAX_FAULTS` faults, end it.
 
         Raises:
             ArraMonError: if the journal cannot be written, or another process has the episode now.
@@ -101,7 +101,7 @@ class FaultHandler:
         stream.outbox.append(ended)
 
     def _ending(self, run: Run, claim: Claim) -> EpisodeEnding:
-        """Return the end of an episode as far as it was played; if it cannot be replayed, as if it was not."""
+        """Return the end of an episode, scored as far as it can be replayed."""
         note = f"the server failed on it {MAX_FAULTS} times"
         try:
             with fault_boundary(run, claim, "scoring"):

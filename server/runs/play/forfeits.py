@@ -1,4 +1,4 @@
-"""Forfeiting what is left of a run that is cancelled or idle: every episode is scored as it stands."""
+"""Forfeits the remaining episodes of a cancelled or abandoned run: each is scored as far as it was played."""
 
 from datetime import datetime
 
@@ -20,7 +20,7 @@ class Forfeits:
     """Ends the remaining episodes of runs.
 
     Args:
-        journal: holds the claims.
+        journal: stores the claims.
         loader: replays open episodes, to score them.
         worker: id of this process.
     """
@@ -31,7 +31,7 @@ class Forfeits:
         self._worker = worker
 
     def cancel_some(self, run: Run, note: str, now: datetime | None = None) -> bool:
-        """End some episodes as `forfeit_some`; the last of them cancels the run, in the same transaction.
+        """End some episodes as `forfeit_some` does; the transaction that ends the last one also cancels the run.
 
         Args:
             run: that is to be cancelled.

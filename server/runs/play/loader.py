@@ -1,4 +1,4 @@
-"""Loading of sessions: new ones, and ones rebuilt from the journal."""
+"""Loader of episodes to play: new ones, and ones rebuilt from the journal."""
 
 from collections.abc import Mapping
 
@@ -13,12 +13,12 @@ from arramon_server.sim.scene import Scene
 
 
 class SessionLoader:
-    """Loads the sessions of a run's episodes.
+    """Loads episodes of runs for play.
 
     Args:
-        splits: by name.
-        journal: holds the actions.
-        worlds: in which they are played.
+        splits: splits by name.
+        journal: stores the recorded actions.
+        worlds: scenes and collision checks.
     """
 
     def __init__(self, splits: Mapping[str, Split], journal: Journal, worlds: Worlds) -> None:
@@ -27,7 +27,7 @@ class SessionLoader:
         self._worlds = worlds
 
     def has_data(self, run: Run) -> bool:
-        """Return whether this server has the data that a run began with."""
+        """Return whether this server has the data with which a run was created."""
         split = self._splits.get(run.split)
         return split is not None and split.data_hash == run.data_hash
 

@@ -1,4 +1,4 @@
-"""Claim releases of closed streams, kept and retried in order until the journal has them."""
+"""Queue of claim releases of closed streams, retried in order until they are written to the journal."""
 
 from arramon_server.runs.play.stream import Stream
 from arramon_server.runs.storage.journal import Journal
@@ -6,10 +6,10 @@ from arramon_server.runs.storage.records import CommitBatch
 
 
 class PendingReleases:
-    """The releases of one process that the journal does not have yet. For use from one thread.
+    """The releases of one process that are not written to the journal yet. Not thread-safe.
 
     Args:
-        journal: to write them to.
+        journal: journal to write them to.
     """
 
     def __init__(self, journal: Journal) -> None:
@@ -20,8 +20,8 @@ class PendingReleases:
         """Queue the release of all episodes of a stream that has just closed.
 
         Args:
-            stream: as it was when it closed.
-            now: the time by its clock, in seconds.
+            stream: stream as it was when it closed.
+            now: current time of its clock, in seconds.
         """
         self._unwritten.append(_Release(stream, now))
 
@@ -39,7 +39,7 @@ class PendingReleases:
 
 
 class _Release:
-    """The release of one stream's episodes, with the clock time that is still to be charged."""
+    """The release of one stream's episodes, with overdue time that is not charged yet."""
 
     def __init__(self, stream: Stream, now: float) -> None:
         self.run_id = stream.run.run_id

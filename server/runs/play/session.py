@@ -1,4 +1,4 @@
-"""One open episode: state, recorded trajectory, and end. A cache that can always be rebuilt from the journal."""
+"""The state and recorded trajectory of one open episode, which can always be rebuilt from the journal."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
@@ -15,16 +15,16 @@ from arramon_server.sim.rules import CollisionCheck, Event, Limits, Moved, Phase
 
 
 class EpisodeSession:
-    """An episode as far as it was played.
+    """An episode in play: its current state, actions and trajectory.
 
     Args:
-        episode: that is played.
-        collisions: of its section; answers the questions of the rules.
-        limits: of its run.
-        fence: of the claim under which it is open.
+        episode: the episode.
+        collisions: collision check of its scene.
+        limits: limits of its run.
+        fence: fence of the claim under which it is open.
 
     Attributes:
-        state: the present state.
+        state: the current state.
         actions: all actions applied so far, in order.
         thinking: time that the agent takes for its answers, as far as this process saw it.
     """
@@ -52,10 +52,10 @@ class EpisodeSession:
         return [event for event in events if isinstance(event, PhaseEnded)]
 
     def run_out(self) -> list[PhaseEnded]:
-        """End all remaining phases as at the step limit, because a clock ran out, and return them.
+        """End all remaining phases as at the step limit, because the time limit was reached, and return them.
 
-        No step is counted and no action recorded: an episode with the cause TIME_LIMIT is replayed by its recorded
-        actions followed by this.
+        It counts no step and records no action: to replay an episode with the cause TIME_LIMIT, apply its recorded
+        actions, then call this.
 
         Raises:
             ValueError: if the episode is finished.
@@ -65,24 +65,24 @@ class EpisodeSession:
         return [event for event in events if isinstance(event, PhaseEnded)]
 
     def replay(self, actions: Iterable[int]) -> Iterator[tuple[State, Action]]:
-        """Apply recorded actions, one with each turn of the iterator; yield the state before it, and the action."""
+        """Apply recorded actions, and yield each with the state before it."""
         for number in actions:
             before, action = self.state, Action(number)
             self.apply(action)
             yield before, action
 
     def steps_left(self, state: State) -> int:
-        """Return the steps left in the phase of a state, the present state or an earlier one."""
+        """Return the steps left in the phase of a state, current or earlier."""
         return self.limits.steps_per_phase - state.phase_step
 
     @property
     def was_forced(self) -> bool:
-        """Whether the step limit or a clock ended any phase."""
+        """Whether the step limit or a time limit ended any phase."""
         return self._recorder.forced
 
     @property
     def cause(self) -> str:
-        """The cause of the end of an episode that the agent played to its end."""
+        """The cause of the end, for an episode that was played to its end."""
         return STEP_LIMIT if self.was_forced else AGENT_FINISHED
 
     def record(self) -> EpisodeRecord:
@@ -95,7 +95,7 @@ class EpisodeSession:
 
 
 def ending(run: Run, session: EpisodeSession, cause: str, note: str = "") -> EpisodeEnding:
-    """Return the end of an episode, scored as it stands."""
+    """Return the end of an episode, scored as far as it was played."""
     scores = [dict(turn) for turn in session.scores().turns]
     thinking = session.thinking
     return EpisodeEnding(
@@ -112,13 +112,13 @@ def ending(run: Run, session: EpisodeSession, cause: str, note: str = "") -> Epi
 
 
 def unplayed(run: Run, episode: Episode, claim: Claim, cause: str, note: str = "") -> EpisodeEnding:
-    """Return the end of an episode of which nothing was played, or nothing can be counted: it scores zero."""
+    """Return the end, with zero scores, of an episode that was not played, or whose steps cannot count."""
     scores = [dict(turn) for turn in score_episode(TrajectoryRecorder(episode).result()).turns]
     return EpisodeEnding(run.run_id, claim.episode_id, cause, 0, scores, note, claim.fence)
 
 
 def lost(run: Run, claim: Claim, note: str) -> EpisodeEnding:
-    """Return the end of an episode whose data is gone: the server's fault, scored zero."""
+    """Return the end, with zero scores, of an episode whose data is missing: a server fault."""
     scores = [dict.fromkeys(METRICS, 0.0) for _ in range(2)]
     return EpisodeEnding(
         run.run_id, claim.episode_id, SERVER_FAULT, 0, scores, f"{note}; its data was gone", claim.fence
@@ -127,7 +127,7 @@ def lost(run: Run, claim: Claim, note: str) -> EpisodeEnding:
 
 @dataclass
 class TrajectoryRecorder:
-    """Records the trajectory of an episode, step by step, in the form that `arramon_server.scoring` reads."""
+    """Records the trajectory of an episode step by step, as the input of `arramon_server.scoring`."""
 
     episode: Episode
     _turns: list[TurnRecord] = field(init=False)
@@ -141,7 +141,7 @@ class TrajectoryRecorder:
         self._paths = [(self.episode.start.x, self.episode.start.z)], []
 
     def record(self, after: State, events: tuple[Event, ...]) -> None:
-        """Record the events of a step, or of the end of time, and the state after it."""
+        """Record the events of a step or of the time limit, and the state after it."""
         picked: PickedUp | None = None
         placed: Placed | None = None
         for event in events:
@@ -157,7 +157,7 @@ class TrajectoryRecorder:
                     self._end(turn - 1, phase, forced, after, picked, placed)
 
     def result(self) -> EpisodeRecord:
-        """Return the record so far; phases that have not ended count as not played."""
+        """Return the record so far; a phase that has not ended counts as not played."""
         first, second = (replace(turn, path=tuple(path)) for turn, path in zip(self._turns, self._paths, strict=True))
         return EpisodeRecord(self.episode.episode_id, self.episode.section, (first, second))
 

@@ -1,4 +1,4 @@
-"""One client's stream as the engine sees it: its open episodes, the actions that arrived, the events to deliver."""
+"""The engine's state of one client stream: open episodes, received actions, and events to deliver."""
 
 import asyncio
 import time
@@ -17,19 +17,19 @@ IMAGES = frozenset(("rgb", "depth", "segmentation"))
 """Sensors for which a frame must be drawn."""
 
 MAX_INBOX = 16
-"""Queued messages of actions above which no further message is read from the stream."""
+"""Number of queued action messages at which the server stops reading from the stream."""
 
 MAX_BATCH = 16
-"""Limit of the observations of one message, and of the actions for which a stream waits."""
+"""Maximum observations in one message, and maximum actions for which a stream waits before they are applied."""
 
 GATHER_SECONDS = 0.002
-"""Longest time for which an action waits for others of its stream."""
+"""Longest time for which an action waits to be applied with others of its stream."""
 
 MAX_BACKLOG = 2 << 20
-"""Unsent bytes above which nothing more is drawn for a stream: about eight raw observations."""
+"""Unsent bytes at which drawing for a stream pauses: about eight raw observations."""
 
 MAX_OUTBOX = 8192
-"""Queued events above which no further actions are applied. The open episodes of a stream need far fewer."""
+"""Queued events at which no further actions are applied. The open episodes of a stream need far fewer."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,8 +38,8 @@ class Act:
 
     Attributes:
         step: number of the observation.
-        action: as it was sent, checked by the engine; None if there was none.
-        forfeit: why the episode is given up; None if it is not.
+        action: action number as sent, which the engine checks; None without an action.
+        forfeit: why the agent gives up the episode; None if it does not.
     """
 
     episode_id: str
@@ -49,18 +49,18 @@ class Act:
 
 
 class ActionBatch(NamedTuple):
-    """The actions of one message, and when it arrived, in seconds of the clock of play."""
+    """The actions of one message and its arrival time, in seconds of the play clock."""
 
     at: float
     acts: Sequence[Act]
 
 
 class AssignedEpisode(NamedTuple):
-    """An episode that is claimed for a stream and not open yet.
+    """An episode that is claimed for a stream but not open yet.
 
     Attributes:
-        claim: under which it will be open.
-        with_history: whether its earlier observations are delivered too.
+        claim: the claim under which it will be open.
+        with_history: whether its earlier observations are delivered, too.
     """
 
     claim: Claim
@@ -72,23 +72,23 @@ class Stream:
     """A stream that joined a run.
 
     Attributes:
-        run: that it plays.
-        player: the client's own name for itself, kept over reconnections.
-        max_episodes: to have open at once.
+        run: the run that it plays.
+        player: the client's name for itself, which it keeps when it reconnects.
+        max_episodes: maximum number of episodes open at the same time.
         image_size: side length of the images, in pixels.
         images: encoding and size of the images, such as "lossless-224"; empty without images.
-        history: whether the agent needs each open episode from its first observation on.
-        adopt: whether to take over at once what other players left open.
+        history: whether the agent needs every observation of an open episode, from the first one on.
+        adopt: whether to take over at once the episodes that other players left open.
         transport: encodes and sends the events.
-        clock: of its episodes; None if the run has no clocks.
-        inbox: messages of actions that arrived, oldest first; `ask` adds to them.
+        clock: clock of its episodes; None if the run has no time limits.
+        inbox: received messages of actions, oldest first; `receive` adds to them.
         due: time by `time.monotonic` at which they are applied even if few have arrived.
         outbox: events to deliver; their frames are not drawn yet.
         sessions: open episodes by id.
-        assigned: episodes still to be opened, by id, in order.
-        opening: the opening of the first of these, in progress; None if it has not begun.
-        oldest_arrival: arrival of the oldest actions that are not fully answered, by its clock; None if there are none.
-        ended: ids of episodes whose end it was told: late answers to them are ignored.
+        assigned: assigned episodes that are not open yet, by id, in order.
+        opening: iterator that opens the first of them step by step; None if it has not begun.
+        oldest_arrival: arrival time of the oldest actions that are not fully answered; None without such actions.
+        ended: ids of episodes whose end was reported to the client: late answers to them are ignored.
     """
 
     run: Run
@@ -112,24 +112,24 @@ class Stream:
 
     @property
     def has_actions(self) -> bool:
-        """Whether actions wait, and there is room for their events: a client that does not read gets no answers."""
+        """Whether actions wait and the outbox has space for their events: a client that reads nothing gets no answers."""
         return bool(self.inbox) and len(self.outbox) < MAX_OUTBOX
 
     @property
     def batch_size(self) -> int:
-        """Actions applied together if they are there: half of the open episodes, as the agent has the other half."""
+        """Number of actions to apply in one batch: half of the open episodes, while the agent answers the others."""
         return min(MAX_BATCH, -(-len(self.sessions) // 2))
 
     @property
     def max_latest_per_delivery(self) -> int:
-        """Observations delivered together: half of the open episodes, unless these are few."""
+        """Maximum number of latest observations in one delivery: half of the open episodes, unless these are few."""
         return max(self.batch_size, MAX_BATCH // 2)
 
     @property
     def is_ready(self) -> bool:
-        """Whether the actions that wait are applied now: a portion of them has arrived, or their time is up.
+        """Whether to apply the waiting actions now: a full batch of them has arrived, or they have waited long enough.
 
-        Otherwise messages would only ever become smaller, and each costs a commit, a read and a write of its own.
+        Without this wait messages would become ever smaller, and each costs its own commit, read and write.
         """
         if not self.has_actions:
             return False
@@ -137,30 +137,30 @@ class Stream:
 
     @property
     def is_congested(self) -> bool:
-        """Whether so much waits for the client to read it that nothing more is drawn."""
+        """Whether so many bytes wait to be sent to the client that drawing pauses."""
         return self.transport.backlog >= MAX_BACKLOG
 
     @property
     def can_open(self) -> bool:
-        """Whether an episode waits to be opened, and there is room for its events."""
+        """Whether an episode waits to be opened and the outbox has space for its events."""
         return bool(self.assigned) and len(self.outbox) < MAX_OUTBOX
 
     @property
     def has_run_end(self) -> bool:
-        """Whether the end of its run is among the events to deliver."""
+        """Whether the end of its run is in the outbox."""
         return any(isinstance(event, RunEnded) for event in self.outbox)
 
     @property
     def free_slots(self) -> int:
-        """How many more episodes it can take."""
+        """Number of further episodes that can be assigned to it."""
         return self.max_episodes - len(self.sessions) - len(self.assigned)
 
     def claim(self, session: EpisodeSession) -> Claim:
-        """Return the claim under which a session is open here."""
+        """Return the claim under which an episode is open on this stream."""
         return Claim(session.episode.episode_id, OPEN, self.player, session.fence)
 
     def claim_of(self, episode_id: str) -> Claim:
-        """Return the claim of an open episode; for any other id, a claim that nobody holds (fence -1)."""
+        """Return the claim of an open episode; for any other id, an invalid claim (fence -1)."""
         session = self.sessions.get(episode_id)
         return Claim(episode_id, OPEN, self.player, session.fence if session else -1)
 
@@ -168,12 +168,12 @@ class Stream:
         """Forget an episode, open or assigned."""
         self.sessions.pop(episode_id, None)
         if self.assigned.pop(episode_id, None) is not None:
-            self.opening = None  # Only the first of them is ever begun.
+            self.opening = None  # Only the first one can have begun.
         if self.clock is not None:
             self.clock.close(episode_id)
 
     def end(self, event: RunEnded) -> None:
-        """Forget all episodes and actions, and queue the end of the run."""
+        """Forget all episodes and actions, and put the end of the run into the outbox."""
         self.sessions.clear()
         self.assigned.clear()
         self.opening = None
@@ -181,24 +181,24 @@ class Stream:
         self.clock = None
         self.outbox.append(event)
 
-    def ask(self, batch: ActionBatch) -> None:
-        """Queue a message of actions."""
+    def receive(self, batch: ActionBatch) -> None:
+        """Put a message of actions into the inbox."""
         if not self.inbox:
             self.due = time.monotonic() + GATHER_SECONDS
         self.inbox.append(batch)
 
-    def take(self) -> ActionBatch:
-        """Remove and return the oldest message of actions."""
+    def next_actions(self) -> ActionBatch:
+        """Remove and return the oldest message of actions in the inbox."""
         self._taken.set()
         return self.inbox.popleft()
 
     async def wait_for_space(self) -> None:
-        """Wait until fewer than `MAX_INBOX` messages are queued: back pressure on a client that sends too fast."""
+        """Wait until the inbox holds fewer than `MAX_INBOX` messages: back pressure on a client that sends too fast."""
         while len(self.inbox) >= MAX_INBOX:
             self._taken.clear()
             await self._taken.wait()
 
     @property
     def wants_images(self) -> bool:
-        """Whether the run asked for images."""
+        """Whether the run's sensors include images."""
         return not IMAGES.isdisjoint(self.run.sensors)

@@ -1,11 +1,11 @@
-"""Time that an agent takes for its answers, as the server sees it."""
+"""Response times of an agent, as measured by the server."""
 
 
 class Thinking:
-    """Time between the moment at which an observation is handed to the transport and the arrival of its answer.
+    """Time between sending an observation to the transport and receiving its answer.
 
-    It contains what lies between: the network both ways, the client's decoding, and where an agent answers several
-    episodes together, the time for all of them. Steps whose observation was sent before the stream broke are left out.
+    It includes the network in both directions, the client's decoding and, if an agent answers several episodes in one
+    batch, the time for all of them. Steps whose observation was sent before the stream broke are left out.
 
     Attributes:
         seconds: in all.
@@ -18,16 +18,16 @@ class Thinking:
         self._sent: float | None = None
 
     def skip(self, step: int) -> None:
-        """Leave a step out: its observation may have been sent on another stream."""
+        """Exclude a step, as its observation may have been sent on another stream."""
         self._step, self._sent = step, None
 
     def send(self, step: int, at: float) -> None:
-        """Note that the observation of a step is handed to the transport; a repeated one changes nothing."""
+        """Note the time at which a step's observation was sent; a repeated call changes nothing."""
         if step != self._step:
             self._step, self._sent = step, at
 
     def answer(self, step: int, at: float) -> None:
-        """Note the arrival of the answer to a step."""
+        """Add the response time of a step."""
         if step == self._step and self._sent is not None:
             self.seconds += max(0.0, at - self._sent)
             self.steps += 1

@@ -1,4 +1,4 @@
-"""Enforcement of clocks: starts them, charges overdue time, and finds episodes that are out of time."""
+"""Enforcement of time limits: starts clocks, charges overdue time, and finds episodes that are out of time."""
 
 from collections.abc import Callable, Iterable
 
@@ -9,7 +9,7 @@ from arramon_server.runs.storage.run_activity import RunActivity
 
 
 class Timekeeper:
-    """Enforces the clocks of all streams of this process.
+    """Enforces the time limits of all streams of this process.
 
     Args:
         activity: storage of the banks.
@@ -21,7 +21,7 @@ class Timekeeper:
         self.now = now
 
     def start(self, stream: Stream, others: Iterable[Stream]) -> None:
-        """Set the clock of a stream if its run has clocks; all streams of a run share its bank.
+        """Give a stream a clock if its run has time limits; all streams of a run share its bank.
 
         Raises:
             StorageError: if the journal cannot be read.
@@ -33,7 +33,7 @@ class Timekeeper:
         self.refresh(stream)
 
     def check(self, stream: Stream, at: float, batch: CommitBatch) -> list[str]:
-        """Charge the overdue time of a stream until `at`; return its episodes that are out of time."""
+        """Charge a stream's overdue time until `at`, and return its episodes that are out of time."""
         clock = stream.clock
         if clock is None:
             return []
@@ -44,7 +44,7 @@ class Timekeeper:
         return clock.out_of_time(at)
 
     def refresh(self, stream: Stream) -> None:
-        """Read the bank again, from which absences and other processes may have drawn.
+        """Reload the bank, which absences and other processes may have charged.
 
         Raises:
             StorageError: if the journal cannot be read.

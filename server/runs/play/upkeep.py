@@ -1,4 +1,4 @@
-"""Upkeep of one worker process, once a second: heartbeat, pending releases, and runs that were abandoned."""
+"""Periodic work of one server process, once a second: heartbeat, pending releases, and abandoned runs."""
 
 import logging
 import time
@@ -20,7 +20,7 @@ _log = logging.getLogger(__name__)
 
 
 class Upkeep:
-    """The periodic work of one worker process. For use from one thread.
+    """The periodic work of one server process. Not thread-safe.
 
     Args:
         journal: receives heartbeats and releases.
@@ -60,7 +60,7 @@ class Upkeep:
             streams: that are open at this process.
 
         Returns:
-            A run that was abandoned and has to be closed, if there is one.
+            An abandoned run to close, or None.
 
         Raises:
             StorageError: if the journal cannot be read or written; nothing is lost, the next round tries again.
@@ -78,7 +78,7 @@ class Upkeep:
         return run
 
     def _note_beat(self) -> None:
-        """Note a heartbeat; warn if it came so late that other processes may have taken this one for dead."""
+        """Note a heartbeat; warn if it is so late that other processes may have considered this one dead."""
         before, self._beaten_at = self._beaten_at, time.monotonic()
         if self._beaten_at - before > LEASE:
             seconds = self._beaten_at - before

@@ -1,6 +1,6 @@
-"""Scenes, their physics and cameras: one of each per section, shared by its episodes, and one room.
+"""Cache of scenes, collision checks and cameras: one of each per section, shared by its episodes, and one for the room.
 
-Episodes with furniture of their own have a variation of their section's scene, which its camera and physics take.
+An episode with its own furniture has a variation of its section's scene, for which the same camera and checks are used.
 """
 
 import threading
@@ -36,7 +36,7 @@ Key = tuple[str, str]
 
 @dataclass(frozen=True, eq=False)
 class _Variation:
-    """The scene of an episode with furniture of its own, and its difference from the section's."""
+    """The scene of an episode with its own furniture, and its difference from the section's scene."""
 
     furniture: OwnFurniture
     scene: Scene
@@ -44,13 +44,13 @@ class _Variation:
 
 
 class Worlds:
-    """Scenes, their physics and cameras by section; splits with equal sections share them.
+    """Scenes, collision checks and cameras by section; splits with equal sections share them.
 
-    For use from one thread, but for `render` with a camera that `draws_in_threads`: several threads may draw at once.
+    Not thread-safe, except for `render` with a camera that `draws_in_threads`: several threads may draw at once.
 
     Args:
-        splits: by name.
-        camera: what draws, one of `cameras.CAMERAS`; the one that needs pybullet checks the collisions, too.
+        splits: splits by name.
+        camera: one of `cameras.CAMERAS`; the one that needs pybullet checks collisions, too.
         physics: makes the collision checks of a scene. All kinds give equal answers (`rules.CollisionCheck`).
     """
 
@@ -85,12 +85,12 @@ class Worlds:
         return self._camera == "raster"
 
     def scene(self, split: str, episode: Episode) -> Scene:
-        """Return the scene of an episode: its section, with its own furniture."""
+        """Return the scene of an episode: its section with the episode's own furniture."""
         variation = self._variation(split, episode)
         return self._section_scene(self._first[split, episode.section]) if variation is None else variation.scene
 
     def collision_check(self, split: str, episode: Episode) -> CollisionCheck:
-        """Return what answers the questions of the rules in an episode."""
+        """Return the collision check of an episode's scene."""
         obstacles = self._obstacles(self._first[split, episode.section])
         variation = self._variation(split, episode)
         return obstacles if variation is None else VariedCollisionCheck(obstacles, variation.difference)
@@ -105,12 +105,12 @@ class Worlds:
         segmentation: bool = False,
         into: Frame | None = None,
     ) -> Frame:
-        """Draw what the agent sees in a state of an episode.
+        """Draw the agent's view in a state of an episode.
 
         Args:
             split: name of the episode's split.
-            episode: that is played.
-            state: of it.
+            episode: the episode.
+            state: its state.
             size: side length of the images, in pixels.
             segmentation: whether to label each pixel with its index in `arramon_server.sim.labels.LABELS`.
             into: arrays to draw into, as for `cameras.Camera.render`, but for the segmentation, which is always new.
@@ -144,7 +144,7 @@ class Worlds:
         self._variations.clear()
 
     def _variation(self, split: str, episode: Episode) -> _Variation | None:
-        """Return the variation of an episode, from the cache if it is there; None without furniture of its own."""
+        """Return the variation of an episode, cached; None if the episode has no furniture of its own."""
         furniture = episode.furniture
         if furniture.is_empty:
             return None
@@ -160,13 +160,13 @@ class Worlds:
         return made
 
     def _section_scene(self, key: Key) -> Scene:
-        """Return the scene of a section, with all that its episodes' own furniture looks like to spare."""
+        """Return the scene of a section, with spare bodies for every look of its episodes' own furniture."""
         if key not in self._scenes:
             self._scenes[key] = city_scene(self._splits[key[0]].sections[key[1]], self._spare(key))
         return self._scenes[key]
 
     def _spare(self, key: Key) -> list[Prop]:
-        """Return one prop of each look among the episodes' own in a section, in all splits that have it."""
+        """Return one prop for each look of the episodes' own furniture in a section, over all splits that have it."""
         looks: dict[tuple[str, str, str, str], Prop] = {}
         for split in self._splits.values():
             for episode in split.episodes.values():
@@ -183,13 +183,13 @@ class Worlds:
         return self._collision_checks[key]
 
     def _world(self, key: Key | None) -> "ReferenceCamera":
-        """Return the reference camera of a section, or of the room; it checks the collisions, too."""
+        """Return the reference camera of a section or of the room, which also checks collisions."""
         if key not in self._worlds:
             self._worlds[key] = reference_camera_of(room_scene() if key is None else self._section_scene(key))
         return self._worlds[key]
 
     def _made(self, key: Key | None) -> Camera:
-        """Make the camera of a section, or of the room."""
+        """Build the camera of a section or of the room."""
         if self._camera == WITH_PYBULLET:
             return self._world(key)
         return RasterCamera(room_scene() if key is None else self._section_scene(key))

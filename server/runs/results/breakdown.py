@@ -1,4 +1,4 @@
-"""Breakdown of a run's scores by what the turns ask for."""
+"""Breakdown of a run's scores by what the instructions ask for."""
 
 from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ _KEPT = 32
 
 @dataclass(frozen=True, slots=True)
 class BreakdownLine:
-    """A group of turns with a run's scores."""
+    """The scores of a run on a group of turns."""
 
     group: TurnGroup
     found: GroupScores
@@ -30,8 +30,8 @@ class Breakdown:
     """A run's scores by groups of turns.
 
     Attributes:
-        lines: in the order of `groups.ASPECTS`.
-        withheld: number of groups that are not shown, as they would tell of single episodes of a hidden split.
+        lines: scores by group, in the order of `groups.ASPECTS`.
+        withheld: number of groups that are not shown, as they would reveal single episodes of a hidden split.
         rounded: whether the scores are masked, as on every hidden split, see `scoring.masking`.
         reads: whether it is known what the instructions ask for; otherwise groups by these are missing.
     """
@@ -47,7 +47,7 @@ class Breakdowns:
 
     Args:
         splits: served splits, by name.
-        play_of: returns the digest of how a run was played, see `Journal.play`.
+        play_of: returns the play digest of a run, see `Journal.play`.
     """
 
     def __init__(self, splits: Mapping[str, Split], play_of: Callable[[Run], str]) -> None:

@@ -1,4 +1,4 @@
-"""Groups of a split's turns by what they ask for: from the ground truth, and from the meaning of the instructions."""
+"""Groups of a split's turns by ground truth and by the meaning of their instructions."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -52,18 +52,18 @@ class TurnGroup:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What names the group among all others of a split and a language."""
+        """Fields that identify the group in a split and language."""
         return self.aspect, self.name, str(self.low), "" if self.high is None else str(self.high)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Grouping:
-    """The groups of a split's turns in a language that can be shown.
+    """The groups of a split's turns in one language that can be shown.
 
     Attributes:
         ids: ids of the episodes, sorted.
         groups: in the order of ASPECTS.
-        withheld: number of groups that are left out, as with the others they would tell of few episodes.
+        withheld: number of groups that are left out, as together with the others they would reveal few episodes.
         reads: whether it is known what the instructions ask for.
     """
 
@@ -79,7 +79,7 @@ def grouping(split: Split, language: str, train: Split | None) -> Grouping:
     Args:
         split: the split.
         language: code of the language whose episodes are grouped.
-        train: the split that agents learn from; None if it is not there, and objects are not told apart.
+        train: the training split; None if it is missing, which leaves out the groups by seen and unseen objects.
     """
     ids = tuple(sorted(name for name, episode in split.episodes.items() if language in episode.instructions))
     reads = all(name in split.demands for name in ids)
@@ -126,7 +126,7 @@ def _by_demands(demands: Sequence[Sequence[TurnDemands]]) -> Iterator[TurnGroup]
 
 
 def _by_number(aspect: str, values: Sequence[Sequence[int]]) -> Iterator[TurnGroup]:
-    """Yield groups of about equal size by a number, with round ends."""
+    """Yield groups of about equal size by a number, with round limits."""
     numbers, step = np.array(values).reshape(-1, 2), COUNTED[aspect]
     shares = [part / _PARTS for part in range(1, _PARTS)]
     ends = sorted({round(end / step) * step for end in np.quantile(numbers, shares)} if numbers.size else set())

@@ -1,4 +1,4 @@
-"""Rescoring of a receipt's file with the run's actions, without a journal: on any machine that has the split."""
+"""Rescoring from a receipt file and the run's actions, without a journal, on any machine that has the split."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -72,7 +72,7 @@ def rescore_file(path: Path, actions_path: Path, splits: Mapping[str, Split]) ->
     steps = {one.episode_id: one.steps for one in recorded}
 
     def actions_of(_run_id: str, episode_id: str) -> Sequence[int]:
-        """Return the actions that were recorded: a client may have sent more when an episode had ended."""
+        """Return the recorded actions of an episode: a client may have sent more after its end."""
         return actions.get(episode_id, ())[: steps[episode_id]]
 
     played, found = list[EpisodeEnding](), list[str]()
@@ -99,7 +99,7 @@ def rescore_file(path: Path, actions_path: Path, splits: Mapping[str, Split]) ->
 
 
 def _read_receipt(path: Path) -> tuple[dict[str, Any], str]:
-    """Return the content of a receipt whose signature is valid, and the key that signed it, in hexadecimal."""
+    """Check the signature of a receipt, and return its content and the public key in hexadecimal."""
     file = read_object(path)
     if (file.get("format"), file.get("version")) != (FILE_FORMAT, FILE_VERSION):
         raise BadFile(path, f"is not a receipt: expected the format {FILE_FORMAT!r}, version {FILE_VERSION}")
@@ -116,26 +116,26 @@ def _read_receipt(path: Path) -> tuple[dict[str, Any], str]:
 
 
 def _run_of(content: Mapping[str, Any]) -> Run:
-    """Return the run that a receipt is for."""
-    told = content["run"]
+    """Return the run of a receipt."""
+    run = content["run"]
     return Run(
-        **{name: told[name] for name in ("run_id", "participant", "agent", "split", "language", "state")},
+        **{name: run[name] for name in ("run_id", "participant", "agent", "split", "language", "state")},
         **{name: content["limits"][name] for name in LIMITS},
-        sensors=tuple(told["sensors"]),
+        sensors=tuple(run["sensors"]),
         data_hash=content["data_hash"],
         server_version=content["server_version"],
-        created_at=datetime.fromisoformat(told["created_at"]),
-        ended_at=datetime.fromisoformat(told["ended_at"]) if told["ended_at"] else None,
-        agent_arguments=tuple(sorted(told.get("agent_arguments", {}).items())),
-        code=Code(**told.get("code", {})),
+        created_at=datetime.fromisoformat(run["created_at"]),
+        ended_at=datetime.fromisoformat(run["ended_at"]) if run["ended_at"] else None,
+        agent_arguments=tuple(sorted(run.get("agent_arguments", {}).items())),
+        code=Code(**run.get("code", {})),
     )
 
 
 def _endings_of(content: Mapping[str, Any], run: Run, actions: Actions) -> list[EpisodeEnding]:
     """Return the endings of a receipt's episodes, without scores.
 
-    A receipt of MASKED_VERSION tells neither steps nor causes: both are found from the actions. Where these are
-    missing, or are not those of the receipt, the cause is empty.
+    A receipt of MASKED_VERSION contains neither steps nor causes: both are derived from the actions. Where these are
+    missing, or differ from those of the receipt, the cause is empty.
     """
     if content["version"] != MASKED_VERSION:
         return [
@@ -151,10 +151,12 @@ def _endings_of(content: Mapping[str, Any], run: Run, actions: Actions) -> list[
     return endings
 
 
-def _cause_of(told: Mapping[str, Any], run: Run, actions: Sequence[int]) -> str:
-    """Return the cause that an episode of a receipt commits to; empty if it is none, given these actions."""
-    committed = bytes.fromhex(told["ending"])
-    found = (cause for cause in CAUSES if episode_ending(run.run_id, told["episode_id"], cause, actions) == committed)
+def _cause_of(episode: Mapping[str, Any], run: Run, actions: Sequence[int]) -> str:
+    """Return the cause that an episode of a receipt commits to; empty if no cause matches, given these actions."""
+    committed = bytes.fromhex(episode["ending"])
+    found = (
+        cause for cause in CAUSES if episode_ending(run.run_id, episode["episode_id"], cause, actions) == committed
+    )
     return next(found, "")
 
 
@@ -172,10 +174,10 @@ def _progress_of(content: Mapping[str, Any], endings: Sequence[EpisodeEnding]) -
 def _checked(
     run: Run, progress: RunProgress, endings: Sequence[EpisodeEnding]
 ) -> tuple[Run, RunProgress, list[EpisodeEnding]]:
-    """Return the same if all fields have their types.
+    """Return the arguments if all fields have the right types.
 
     Raises:
-        ValueError: if one has not.
+        ValueError: if one does not.
     """
     fields = asdict(run), asdict(progress), [asdict(ending) for ending in endings]
     return _PLAYED.validate_python(fields)

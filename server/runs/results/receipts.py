@@ -1,7 +1,7 @@
-"""Receipts: signed and stored statements of the host about the results of ended runs, see `docs/receipts.md`.
+"""Receipts: the host's signed and stored statements of the results of ended runs, see `docs/receipts.md`.
 
-A receipt never changes. When the host corrects a split, a new one supersedes it and says what changed; the old one is
-kept.
+A receipt never changes. When the host corrects a split, a new receipt supersedes it and states the changes; the old one
+is kept.
 """
 
 import hashlib
@@ -58,12 +58,12 @@ LIMITS = ("steps_per_phase", "step_seconds", "bank_seconds")
 
 @dataclass(frozen=True, slots=True)
 class SignedReceipt:
-    """A signed statement of the host.
+    """A statement of a run's results, signed by the host.
 
     Attributes:
         payload: canonical JSON (RFC 8785), in UTF-8.
         signature: Ed25519 signature over the bytes of the payload, 64 bytes.
-        public_key: key that the host signed with, 32 bytes.
+        public_key: public key of the signature, 32 bytes.
     """
 
     payload: bytes
@@ -73,7 +73,7 @@ class SignedReceipt:
 
 @dataclass(frozen=True, slots=True)
 class Superseded:
-    """A receipt that another one has superseded.
+    """A receipt that was superseded by another one.
 
     Attributes:
         number: its place among the receipts of its run, from 1.
@@ -87,7 +87,7 @@ class Superseded:
 
 
 class Receipts:
-    """Receipts of all runs. Safe for several threads and processes.
+    """Receipts of all runs. Thread-safe and process-safe.
 
     The first receipt stored for a run is final until the host corrects its split.
 
@@ -110,16 +110,16 @@ class Receipts:
 
     @property
     def public_key(self) -> bytes:
-        """Present public key of the host, 32 bytes."""
+        """Current public key of the host, 32 bytes."""
         return self._key.public
 
     def of(self, caller: Caller, run_id: str, number: int = 0) -> SignedReceipt:
-        """Return the receipt of a run, and create it if there is none. Those of published runs are open to all callers.
+        """Return the receipt of a run, and create it if there is none. All callers may get those of published runs.
 
         If the host has corrected the split since it was signed, it is superseded first.
 
         Args:
-            caller: who asks.
+            caller: caller of the request.
             run_id: id of the run.
             number: place of a superseded receipt among those of the run, from 1; 0 for the present one.
 
@@ -142,10 +142,10 @@ class Receipts:
         return stored_receipt(self._database, run_id) or self._make(run)
 
     def revise(self, run: Run) -> bool:
-        """Supersede the receipt of a run if the host has corrected its split since; return whether that was done.
+        """Supersede the receipt of a run if the host has corrected its split since; return whether it did.
 
-        A run without a receipt is left as it is, and so is one that has no scores now: if the data of its split is not
-        there, or all its episodes are void.
+        Nothing is done for a run without a receipt, or without scores: if the data of its split is missing, or all its
+        episodes are void.
         """
         table = tables.receipts
         rows = self._database.read(sa.select(table.c.payload, table.c.corrections).where(table.c.run_id == run.run_id))
@@ -197,7 +197,7 @@ class Receipts:
         return stored_receipt(self._database, run.run_id) or made
 
     def _sign(self, run: Run, changes: Sequence[Correction], further: Mapping[str, Any]) -> SignedReceipt:
-        """Return a receipt over the present scores of a run; it is not stored."""
+        """Return a signed receipt of the current scores of a run, without storing it."""
         report = report_of(run, self._journal, self._splits)
         endings = self._journal.endings(run.run_id)
         hidden = self._splits[run.split].hidden
@@ -236,7 +236,7 @@ def _columns(receipt: SignedReceipt) -> dict[str, bytes]:
 
 
 def superseded_receipts(database: Database, run_id: str) -> list[Superseded]:
-    """Return what the superseded receipts of a run are, in order."""
+    """Return the superseded receipts of a run, in order."""
     query = sa.select(_SUPERSEDED).where(_SUPERSEDED.c.run_id == run_id).order_by(_SUPERSEDED.c.number)
     return [
         Superseded(row.number, utc(row.superseded_at) or row.superseded_at, hashlib.sha256(row.payload).digest())
@@ -298,7 +298,7 @@ def document(
 
 @dataclass(frozen=True, slots=True)
 class _HashChain:
-    """Hash chain of an episode's recorded actions: their number, its head, and what commits to the episode's cause."""
+    """Hash chain of an episode's recorded actions: their number, its head, and the commitment to the episode's cause."""
 
     episode_id: str
     steps: int
@@ -347,7 +347,7 @@ def _masked_episode(ending: EpisodeEnding, chain: _HashChain) -> dict[str, Any]:
 
 
 def _episode(ending: EpisodeEnding, chain: _HashChain, without_scores: bool) -> dict[str, Any]:
-    told = {"episode_id": ending.episode_id, "cause": ending.cause, "steps": chain.steps, "head": chain.head.hex()}
+    content = {"episode_id": ending.episode_id, "cause": ending.cause, "steps": chain.steps, "head": chain.head.hex()}
     if without_scores:
-        return told
-    return {**told, "scores": {f"turn {number}": turn for number, turn in enumerate(ending.scores, start=1)}}
+        return content
+    return {**content, "scores": {f"turn {number}": turn for number, turn in enumerate(ending.scores, start=1)}}

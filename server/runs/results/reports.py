@@ -1,4 +1,4 @@
-"""Reports of ended runs: scores, and the signature of the settings under which they were reached."""
+"""Reports of ended runs: scores, and the signature of the settings that produced them."""
 
 from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, replace
@@ -26,7 +26,7 @@ class Report:
         run: the run.
         progress: counts of its episodes and steps.
         table: means and confidence intervals.
-        signature: settings under which the scores were reached, in one line.
+        signature: settings that produced the scores, in one line.
         endings: scores and cause of each episode; empty on a hidden split.
         voided: ids of its episodes that the host has voided: they are in no mean.
     """
@@ -145,9 +145,10 @@ def score_array(endings: Sequence[EpisodeEnding]) -> Floats:
 
 
 def coarse_progress(progress: RunProgress) -> RunProgress:
-    """Return a run's progress as others see it on a hidden split: steps and times to two significant digits.
+    """Return a run's progress on a hidden split as others see it: steps and times to two significant digits.
 
-    The exact number of steps would tell those of one episode to who knows those of all others: how far its target is.
+    From the exact number of steps, an attacker who knows those of all other episodes could infer one episode's steps,
+    and so the distance of its target.
     """
     seconds = progress.seconds_a_step
     timed = int(coarse(progress.timed_steps))
@@ -160,7 +161,7 @@ def coarse_progress(progress: RunProgress) -> RunProgress:
 
 
 def _chosen(run: Run, endings: Sequence[EpisodeEnding], split: Split) -> str:
-    """Return "" if the episodes are the first ones of the split in playing order, otherwise a hash of their ids."""
+    """Return "" if the episodes are the first of the split in playing order, otherwise a hash of their ids."""
     played = {ending.episode_id for ending in endings}
     if played == {episode.episode_id for episode in split.in_playing_order(run.language)[: len(endings)]}:
         return ""

@@ -1,4 +1,4 @@
-"""Rescoring: replays an ended run from its journal, and lists differences from the recorded results."""
+"""Rescoring: replay an ended run from the journal, and list differences from the recorded results."""
 
 import json
 import math
@@ -85,7 +85,7 @@ class Rescorer:
         self._worlds.close()
 
     def rescore(self, run_id: str) -> RescoringResult:
-        """Replay a run and compare the results with the recorded ones.
+        """Replay a run, and compare the results with the recorded ones.
 
         Raises:
             NotFound: if there is no run with that id.
@@ -109,9 +109,9 @@ class Rescorer:
     def _in_episodes(
         self, run: Run, split: Split, endings: Sequence[EpisodeEnding], voided: Set[str], played: list[EpisodeEnding]
     ) -> Iterator[str]:
-        """Replay all episodes, or up to one that cannot be; append endings to `played`, and yield the differences.
+        """Replay all episodes up to the first that fails; append their endings to `played`, and yield the differences.
 
-        Void episodes are not replayed: no score depends on them, and their world may have been corrected since.
+        Void episodes are skipped: no score depends on them, and their data may have been corrected since.
         """
         unended = self._journal.count_unended(run.run_id)
         if unended:
@@ -157,7 +157,7 @@ class Rescorer:
 def replayed(
     run: Run, split: Split, ending: EpisodeEnding, worlds: Worlds, actions_of: Callable[[str, str], Sequence[int]]
 ) -> EpisodeEnding:
-    """Return the ending of an episode when its recorded actions are replayed.
+    """Replay the recorded actions of an episode, and return its ending.
 
     Args:
         run: run of the episode.
@@ -190,9 +190,9 @@ def check_same_way(
     worlds: Worlds,
     actions_of: Callable[[str, str], Sequence[int]],
 ) -> None:
-    """Check that an episode's recorded actions lead through the same states on two states of its split's data.
+    """Check that an episode's recorded actions give the same states with two versions of its split's data.
 
-    They do if the world is the same, but for objects that are equally near: of these the target is picked up first.
+    They do if the world is the same, except where objects are equally near: a pick-up then takes the target first.
 
     Args:
         run: run of the episode.
@@ -214,7 +214,7 @@ def check_same_way(
 
 
 def differences_of_receipt(written: dict[str, Any], made: Mapping[str, Any]) -> Iterator[str]:
-    """Yield descriptions of the differences between a receipt's content and that made from a replay.
+    """Yield descriptions of the differences between a receipt's content and the content made from a replay.
 
     Args:
         written: content of the receipt.
@@ -237,13 +237,13 @@ def first(found: Iterable[str]) -> Iterator[str]:
 
 
 def _without_intervals(document: dict[str, Any]) -> dict[str, Any]:
-    """Return a receipt's content without the ends of intervals and their method."""
+    """Return a receipt's content without the intervals and their method."""
     kept = {name: value for name, value in document.items() if name != "intervals"}
     return {**kept, "scores": _without_ends(document.get("scores"))}
 
 
 def _without_ends(value: Any) -> Any:
-    """Return nested scores without the ends of intervals; what has another form, as a forged receipt's, stays."""
+    """Return nested scores without the ends of intervals; other values, as in a forged receipt, are kept."""
     if not isinstance(value, dict):
         return value
     return {name: _without_ends(inner) for name, inner in value.items() if name not in ("low", "high")}

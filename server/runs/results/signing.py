@@ -1,4 +1,4 @@
-"""The host's Ed25519 key for signing receipts: created on first use, the same on all hosts of one database."""
+"""The host's Ed25519 key for signing receipts, created on first use and shared by all hosts of a database."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -30,7 +30,7 @@ class PublicKey:
 
     Attributes:
         key: Ed25519 public key, 32 bytes.
-        since: time from which the host has signed with it, in UTC.
+        since: time since which the host has signed with it, in UTC.
     """
 
     key: bytes
@@ -83,11 +83,11 @@ class KnownKeys:
         self._database = database
 
     def all(self) -> list[PublicKey]:
-        """Return all keys, the present one last."""
+        """Return all keys, the current one last."""
         return [PublicKey(row.public_key, utc(row.since) or row.since) for row in self._database.read(_IN_ORDER)]
 
     def check(self, public: bytes) -> None:
-        """Check that a host's key is the present key of the database; the first key ever checked becomes that key.
+        """Check that a host's key is the current key of the database; the first key ever checked becomes that key.
 
         Raises:
             Conflict: if the database has another key; the message says what to do.
@@ -106,7 +106,7 @@ class KnownKeys:
             )
 
     def adopt(self, public: bytes) -> bool:
-        """Make a key the present key of the database; return whether it was another one before."""
+        """Make a key the current key of the database; return whether that was another key before."""
         with self._locked() as connection:
             known = connection.execute(_IN_ORDER).all()
             if known and known[-1].public_key == public:
@@ -117,7 +117,7 @@ class KnownKeys:
 
     @contextmanager
     def _locked(self) -> Iterator[Connection]:
-        """Yield a connection in a transaction during which no other process writes keys."""
+        """Yield a connection in a transaction that keeps other processes from writing keys."""
         with self._database.write() as connection:
             if connection.dialect.name == "postgresql":  # SQLite has one writer at a time
                 connection.execute(sa.text(f"LOCK TABLE {_KEYS.name} IN EXCLUSIVE MODE"))

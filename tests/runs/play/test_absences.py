@@ -124,7 +124,7 @@ def test_who_adopts_an_episode_learns_what_its_absence_cost(house: House) -> Non
                 house.live(50.0)
                 heir.act(own, step, tiny.ACTIONS[step])
                 await heir.observation()
-            engine.ask(heir.stream, [Act(own, 2, forfeit="for the test")])
+            engine.receive(heir.stream, [Act(own, 2, forfeit="for the test")])
             seen = await heir.observation()
             assert seen.episode.episode_id == first
             assert seen.time_left is not None

@@ -62,7 +62,7 @@ def test_cancelling_in_another_process_causes_no_warnings(
     house: House, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch, way: str
 ) -> None:
     """Between two looks for runs that others have ended, a write to the journal is what finds out."""
-    monkeypatch.setattr(Engine, "_look_for_ended_runs", lambda _: None)
+    monkeypatch.setattr(Engine, "_check_for_ended_runs", lambda _: None)
 
     async def body() -> None:
         run = house.run()

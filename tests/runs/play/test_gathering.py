@@ -96,7 +96,7 @@ def test_a_round_takes_whole_messages_up_to_a_limit(tmp_path: Path, commits: lis
             await until(lambda: steps(seat) == [0])
             (episode_id,) = seat.stream.sessions
             for first in range(0, 60, 20):  # longer than the limit, and yet applied whole
-                engine.ask(seat.stream, [Act(episode_id, first + step, Action.LEFT) for step in range(20)])
+                engine.receive(seat.stream, [Act(episode_id, first + step, Action.LEFT) for step in range(20)])
             await until(lambda: steps(seat)[-1] == 60)
             assert steps(seat) == list(range(61))
 
