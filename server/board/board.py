@@ -33,7 +33,7 @@ from arramon_server.board.standings import (
 from arramon_server.closing import NEVER, Closing
 from arramon_server.episodes.splits import Split
 from arramon_server.errors import BadInput, Conflict, NotFound, quoted
-from arramon_server.runs.accounts.attempts import Attempts, Who, who
+from arramon_server.runs.accounts.attempts import Attempts, ParticipantKey, participant_key
 from arramon_server.runs.play.clocks import Clocks
 from arramon_server.runs.results.reports import coarse_progress
 from arramon_server.runs.storage import causes
@@ -116,7 +116,7 @@ class Board:
         self._limits, self._local = (steps_per_phase, clocks), local
         self.closing = closing
         self._shared = _Kept[str, tuple[int, Clocks]](entries.stamp, self._find_limits)
-        self._attempts = _Kept[str, Mapping[tuple[Who, str], Attempts]](entries.stamp, entries.attempts)
+        self._attempts = _Kept[str, Mapping[tuple[ParticipantKey, str], Attempts]](entries.stamp, entries.attempts)
         self._reproducers = _Kept[str, Mapping[str, frozenset[str]]](entries.stamp, entries.reproducers)
         self._references = read_references()
         self._corrections = _Kept[str, tuple[Correction, ...]](entries.stamp, self._find_corrections)
@@ -449,7 +449,7 @@ class Board:
             shown(published.note),
             coverage,
             marks,
-            attempts=self._attempts[run.split].get((who(run), run.language), Attempts()),
+            attempts=self._attempts[run.split].get((participant_key(run), run.language), Attempts()),
             cost=published.cost,
             reproduces=published.reproduces,
             reproducers=self._reproducers[run.split].get(run.run_id, frozenset()),

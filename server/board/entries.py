@@ -16,7 +16,7 @@ from arramon_server.board.episode_table import EpisodeTable
 from arramon_server.board.standings import Rows, Seal
 from arramon_server.errors import NotFound, quoted
 from arramon_server.runs.accounts.administration import check_may_act
-from arramon_server.runs.accounts.attempts import Attempts, Who, attempts_on
+from arramon_server.runs.accounts.attempts import Attempts, ParticipantKey, attempts_on
 from arramon_server.runs.results.receipts import MASKED_VERSION, first_payload, superseded_receipts
 from arramon_server.runs.storage import tables
 from arramon_server.runs.storage.corrections import Correction, Corrections
@@ -120,7 +120,7 @@ class Entries:
         row = self._database.read(query.select_from(table))[0]
         return row.entries, int(row.revisions), row.runs + row.pruned_runs, *self.corrections.stamp()
 
-    def attempts(self, split: str) -> dict[tuple[Who, str], Attempts]:
+    def attempts(self, split: str) -> dict[tuple[ParticipantKey, str], Attempts]:
         """Return the attempts of every participant on a split, by participant and language."""
         return attempts_on(self._database.read, split)
 

@@ -1,4 +1,4 @@
-"""Validation of the arguments of an agent, which are recorded with a run and become public with it."""
+"""Validation of an agent's arguments, which are recorded with a run and published with it."""
 
 import re
 from collections.abc import Sequence
@@ -10,13 +10,13 @@ MOST_ARGUMENTS = 16
 """Maximum number of arguments of an agent."""
 
 LONGEST_NAME, LONGEST_VALUE, LONGEST_IN_ALL = 64, 200, 1000
-"""Maximum characters in an argument's name, in its value, and in all names and values of a run together."""
+"""Maximum number of characters in an argument's name, in its value, and in all names and values of a run."""
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
 def normalize_arguments(arguments: Sequence[tuple[str, str]]) -> tuple[tuple[str, str], ...]:
-    """Validate arguments, and return them sorted by name, as their order does not matter.
+    """Validate arguments, and return them sorted by name, as their order is irrelevant.
 
     Args:
         arguments: pairs of a name and a value.

@@ -1,4 +1,4 @@
-"""Cancellation of runs from outside the server, whether or not it is running."""
+"""Cancellation of runs from outside the server process, whether or not it is running."""
 
 import uuid
 from contextlib import closing
@@ -15,7 +15,7 @@ from arramon_server.runs.storage.records import CANCELLED, RUNNING, Run
 
 
 class Canceller:
-    """Cancels runs as a server process does; processes that play them notice within a second.
+    """Cancels runs; server processes that play them notice within a second.
 
     Args:
         database: database of the journal.
@@ -55,5 +55,5 @@ class Canceller:
         return self._journal.run(run_id)
 
     def _mark_cancelled(self, run_id: str) -> None:
-        """Set the state of a run in which nothing was left to forfeit."""
+        """Set the state of a run without remaining episodes to cancelled."""
         self._journal.set_state(run_id, CANCELLED)

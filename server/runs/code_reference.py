@@ -1,4 +1,4 @@
-"""Validation of where an agent's code can be found, which is recorded with a run, signed, and public with it."""
+"""Validation of the source of an agent's code, which is recorded with a run, signed, and published with it."""
 
 import re
 
@@ -16,7 +16,7 @@ _IMAGE = re.compile(r"(?:[a-z0-9][A-Za-z0-9._:/-]*@)?sha256:[0-9a-f]{64}")
 
 
 def normalize_code(url: str, commit: str, image: str) -> Code:
-    """Validate where an agent's code can be found; the commit is written in lower case.
+    """Validate the source of an agent's code, and write the commit in lower case.
 
     Args:
         url: address of its repository or page, or empty.

@@ -1,4 +1,4 @@
-"""Operations on runs other than playing them: create, list, cancel, report."""
+"""Operations on runs except play: create, list, cancel, report."""
 
 import uuid
 from collections.abc import Mapping, Sequence
@@ -72,7 +72,7 @@ class Runs:
         self._breakdowns = Breakdowns(splits, journal.play)
 
     def addresses(self) -> list[str]:
-        """Return the own addresses of this host's server processes; empty unless there are at least two."""
+        """Return the addresses of this host's server processes, one each; empty unless there are at least two."""
         found = self._journal.addresses(LEASE)
         return found if len(found) > 1 else []
 
@@ -168,7 +168,7 @@ class Runs:
         return run
 
     def progress_for(self, caller: Caller, run_id: str) -> tuple[Run, RunProgress]:
-        """Return a run that the caller may see, and its progress: rounded where it is a reader of a hidden split.
+        """Return a run that the caller may see, and its progress, which is rounded for other callers on a hidden split.
 
         Raises:
             NotFound: if there is no such run that the caller may see.
@@ -191,7 +191,7 @@ class Runs:
         return self._journal.progress_of(run_ids)
 
     def page(self, caller: Caller, size: int, before: str | None) -> list[Run]:
-        """Return a page of the runs that the caller may list, the latest first.
+        """Return a page of the runs that the caller may list, latest first.
 
         Args:
             caller: hosts list all runs, others their own, anonymous callers on a public server none.
@@ -256,7 +256,7 @@ class Runs:
         return report
 
     def breakdown(self, caller: Caller, run_id: str) -> tuple[Report, Breakdown]:
-        """Return the scores of a run that has ended, and by what the turns ask for. Published runs are open to all.
+        """Return the scores of an ended run and their breakdown. All callers may get those of published runs.
 
         Raises:
             NotFound: if there is no such run that the caller may see.

@@ -9,7 +9,7 @@ and 1 as 1. SECURITY.md says what one figure tells of an episode at most, whatev
 known (`tests/scoring/figure_bits.py` computes it); several figures tell at most the sum.
 
 Thresholds follow from the split's ground truth, which nobody outside knows, and from the digest of the play: the
-actions and causes of all episodes (`runs.storage.plays`). So the same play shows the same figures, whoever plays
+actions and causes of all episodes (`runs.storage.play_digest`). So the same play shows the same figures, whoever plays
 it and in however many pieces, and another play has thresholds that are independent of all earlier ones. They must not
 follow from the scores: two plays would then show equal figures exactly if they scored alike, and an attacker who knows
 the scores of one would read those of the other; nor from less than the whole play: an attacker would find a threshold

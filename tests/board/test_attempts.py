@@ -5,7 +5,7 @@ from functools import partial
 
 from arramon_server.board.exports import as_csv, as_json
 from arramon_server.board.standings import Standing
-from arramon_server.runs.accounts.attempts import Attempts, number_of
+from arramon_server.runs.accounts.attempts import Attempts, attempt_number
 from arramon_server.runs.accounts.callers import HOST
 from arramon_server.runs.results.receipts import stored_receipt
 from arramon_server.runs.storage.records import CANCELLED
@@ -72,4 +72,4 @@ def test_a_receipt_states_them_at_its_time(house: House) -> None:
     receipt = stored_receipt(house.database, "2")
     assert receipt is not None
     assert json.loads(receipt.payload)["attempts"] == {"number": 2, "begun": 3}
-    assert number_of(house.database.read, house.journal.run("2")) == (2, 4)
+    assert attempt_number(house.database.read, house.journal.run("2")) == (2, 4)

@@ -1,1 +1,1 @@
-"""Participants, their tokens, limits and usage, and the caller of a request."""
+"""Accounts: participants, their tokens, limits and usage, and the caller of a request."""

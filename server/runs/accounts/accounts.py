@@ -34,10 +34,10 @@ ANONYMOUS_NAME = "anonymous"
 
 @dataclass(frozen=True, slots=True)
 class AccessToken:
-    """Data about a token, without its secret.
+    """Metadata of an access token, without its secret.
 
     Attributes:
-        token_id: public part of the token, by which its owner and the host can refer to it.
+        token_id: public part of the token, which identifies it.
         participant: owner of the token.
         role: role of the participant.
         note: note of the host.
@@ -99,11 +99,11 @@ class Accounts:
         return f"{PREFIX}_{token_id}_{secret}"
 
     def tokens(self) -> list[AccessToken]:
-        """Return all tokens, the oldest first."""
+        """Return all tokens, oldest first."""
         return [_token(row) for row in self._database.read(_TOKENS.order_by(tables.tokens.c.created_at))]
 
     def revoke(self, token_id: str) -> AccessToken:
-        """Revoke a token. A token that was revoked before keeps the time of its revocation.
+        """Revoke a token. One that was revoked before keeps its time of revocation.
 
         Raises:
             NotFound: if there is no token with that id.
@@ -118,11 +118,11 @@ class Accounts:
         return _token(rows[0])
 
     def caller(self, token: str) -> Caller:
-        """Return the caller to whom a token belongs.
+        """Return the caller that a token authenticates.
 
         Raises:
-            Unauthenticated: if the token is malformed, unknown, revoked or expired. The last two are reported only if
-                the whole token is right: its owner learns what to do, and others learn nothing.
+            Unauthenticated: if the token is malformed, unknown, revoked or expired. The last two are reported
+                only for a correct token: its owner learns what to do, and others learn nothing.
         """
         prefix, _, rest = token.partition("_")
         token_id, _, secret = rest.partition("_")
@@ -145,7 +145,7 @@ class Accounts:
         return Caller(found.role, found.participant)
 
     def is_taken(self, name: str) -> bool:
-        """Return whether a name is or was that of a participant, or can be confused with one."""
+        """Return whether a name is or was a participant's name, or can be confused with one."""
         names = (tables.participants.c.participant, tables.earlier_names.c.name)
         return any(find_alike([row[0] for row in self._database.read(sa.select(each))], name) for each in names)
 
@@ -176,12 +176,12 @@ def check_name(name: str) -> None:
 
 
 def _normalized(name: str) -> str:
-    """Return a name without differences of case, width and joiners: no two participants may differ by these alone."""
+    """Return a name without case, width and joiners: no two participants' names may differ in these alone."""
     return unicodedata.normalize("NFKC", name.translate(dict.fromkeys(map(ord, JOINERS + STYLES)))).casefold()
 
 
 def find_alike(names: Sequence[str], name: str) -> str | None:
-    """Return the one of some names that is equal to a name, or can be confused with it; None if there is none."""
+    """Return the first of the names that is equal to or can be confused with a name; None if there is none."""
     wanted = _normalized(name)
     return next((each for each in names if _normalized(each) == wanted), None)
 
@@ -190,7 +190,7 @@ def check_free(connection: Connection, name: str, *, but: str | None = None) -> 
     """Check that a name can be given to a participant.
 
     Args:
-        connection: in the transaction that gives the name.
+        connection: connection in the transaction that gives the name.
         name: the name.
         but: participant whose own names, present and earlier, do not count.
 
@@ -207,7 +207,7 @@ def check_free(connection: Connection, name: str, *, but: str | None = None) -> 
 
 
 def banned(participant: str, reason: str) -> str:
-    """Return a clause that says that a participant is banned, and why, as far as the host gave a reason."""
+    """Return the clause of a message that a participant is banned, with the host's reason if there is one."""
     return f"the account {participant!r} is banned" + (f": {reason}" if reason else "") + "; ask the host"
 
 

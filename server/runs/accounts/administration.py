@@ -1,4 +1,4 @@
-"""What a host does with accounts: listing, renaming, bans. Tokens are in `accounts`."""
+"""Administration of accounts by the host: list, rename, ban. Tokens are in `accounts`."""
 
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -20,7 +20,7 @@ LONGEST_REASON = 500
 
 @dataclass(frozen=True, slots=True)
 class Account:
-    """An account, with the numbers of its tokens and runs.
+    """Summary of an account, with the numbers of its tokens and runs.
 
     Attributes:
         participant: its name.
@@ -58,7 +58,7 @@ class Administration:
         self._database = database
 
     def all(self) -> list[Account]:
-        """Return all accounts, the oldest first."""
+        """Return all accounts, oldest first."""
         c = tables.participants.c
         query = sa.select(tables.participants, *(count.label(name) for name, count in _counts().items()))
         rows = self._database.read(query.where(c.participant != ANONYMOUS_NAME).order_by(c.created_at, c.participant))
@@ -84,7 +84,7 @@ class Administration:
     def rename(self, old: str, new: str) -> None:
         """Give an account another name, with its tokens, limits and runs. The old name stays reserved for it.
 
-        Its runs are shown under the new name. Receipts that were signed keep the old one: they never change.
+        Its runs are shown under the new name. Signed receipts keep the old one: they never change.
 
         Raises:
             NotFound: if there is no such account.
@@ -110,11 +110,11 @@ class Administration:
             connection.execute(tables.participants.delete().where(tables.participants.c.participant == old))
 
     def ban(self, participant: str, reason: str = "") -> tuple[int, list[str]]:
-        """Ban an account: its tokens are refused, and its runs are withdrawn from the leaderboard, as by the host.
+        """Ban an account: refuse its tokens, and withdraw its runs from the leaderboard, as by the host.
 
         Args:
             participant: name of the account.
-            reason: shown to the participant, who is refused; may be empty.
+            reason: reason shown to the participant; may be empty.
 
         Returns:
             The number of withdrawn runs, and the ids of unfinished runs, which nobody can play any more. If the account
@@ -167,7 +167,7 @@ class Administration:
 def check_may_act(connection: Connection, account: str | None) -> None:
     """Check, in the transaction of a change, that its account still exists and is not banned, and keep it so.
 
-    A process knows a caller for up to two seconds without asking the database.
+    A server process caches callers for up to two seconds.
 
     Raises:
         Forbidden: if it is banned.
@@ -185,7 +185,7 @@ def check_may_act(connection: Connection, account: str | None) -> None:
 
 
 def earlier_names(database: Database, participant: str | None) -> frozenset[str]:
-    """Return the names that an account had before."""
+    """Return the former names of an account."""
     c = tables.earlier_names.c
     return frozenset(row.name for row in database.read(sa.select(c.name).where(c.participant == participant)))
 
@@ -201,7 +201,7 @@ _REFERENCES = (
 
 
 def _counts() -> dict[str, sa.ScalarSelect[int]]:
-    """Return queries for the numbers of an account, by name; for the columns of a query for participants."""
+    """Return subqueries for the counts of an account, by name, as columns of a query for participants."""
     account, tokens, runs = tables.participants.c.participant, tables.tokens, tables.runs
     is_valid = tokens.c.revoked_at.is_(None) & (
         tokens.c.expires_at.is_(None) | (tokens.c.expires_at > datetime.now(UTC))
@@ -236,6 +236,6 @@ def _is_entry_of(account: str) -> sa.ColumnElement[bool]:
 
 
 def _touch_entries(connection: Connection, account: str) -> None:
-    """Change the version of an account's entries, by which caches of the leaderboard notice that they are old."""
+    """Change the version of an account's entries, so that caches of the leaderboard notice the change."""
     c = tables.entries.c
     connection.execute(tables.entries.update().where(_is_entry_of(account)).values(revision=c.revision + 1))

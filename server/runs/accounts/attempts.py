@@ -1,4 +1,4 @@
-"""Attempts of participants on a split: every run that was begun counts, under any agent's name, also pruned ones."""
+"""Counts of participants' attempts on a split: every run that was created, with any agent, pruned ones included."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -12,13 +12,13 @@ from arramon_server.runs.storage.records import Run
 
 ReadQuery: TypeAlias = Callable[[sa.Select[Any]], Sequence[Row[Any]]]
 
-Who: TypeAlias = tuple[str | None, str]
+ParticipantKey: TypeAlias = tuple[str | None, str]
 """An account and "", or None and the name that an anonymous participant gave."""
 
 
 @dataclass(frozen=True, slots=True)
 class Attempts:
-    """Runs of a participant on a split, in one language or several.
+    """Counts of a participant's runs on a split, in one or several languages.
 
     Attributes:
         begun: runs that were created, also those that were cancelled, withdrawn or never published.
@@ -36,12 +36,12 @@ class Attempts:
 NONE = Attempts()
 
 
-def who(run: Run) -> Who:
-    """Return whose attempts a run is counted with."""
+def participant_key(run: Run) -> ParticipantKey:
+    """Return the key of the participant for whom a run counts as an attempt."""
     return (None, run.participant) if run.account is None else (run.account, "")
 
 
-def attempts_on(read: ReadQuery, split: str) -> dict[tuple[Who, str], Attempts]:
+def attempts_on(read: ReadQuery, split: str) -> dict[tuple[ParticipantKey, str], Attempts]:
     """Return the attempts of every participant on a split, by participant and language."""
     runs, entries = _begun(lambda table: table.c.split == split), tables.entries
     name = sa.case((runs.c.account.is_(None), runs.c.participant), else_="").label("name")
@@ -54,8 +54,8 @@ def attempts_on(read: ReadQuery, split: str) -> dict[tuple[Who, str], Attempts]:
     return {((row.account, row.name), row.language): Attempts(row.begun, row.published) for row in read(query)}
 
 
-def number_of(read: ReadQuery, run: Run) -> tuple[int, int]:
-    """Return which of its participant's runs on the split in the language a run is, from 1, and how many were begun."""
+def attempt_number(read: ReadQuery, run: Run) -> tuple[int, int]:
+    """Return the number of a run among its participant's runs on the split in the language, from 1, and their count."""
 
     def is_alike(table: sa.Table) -> sa.ColumnElement[bool]:
         of_account = table.c.account == run.account
@@ -73,10 +73,10 @@ def number_of(read: ReadQuery, run: Run) -> tuple[int, int]:
 
 
 def _begun(which: Callable[[sa.Table], sa.ColumnElement[bool]]) -> sa.Subquery:
-    """Return the runs that meet a condition, pruned ones included; one query, so that none is counted twice or missed.
+    """Return the runs that meet a condition, pruned ones included, in one query, so that each is counted once.
 
     Args:
-        which: returns the condition for one of the two tables, which have these columns in common.
+        which: returns the condition for one of the two tables, which share these columns.
     """
     names = ("run_id", "account", "participant", "split", "language", "created_at")
     each = [sa.select(*(table.c[name] for name in names)).where(which(table)) for table in _TABLES]

@@ -36,10 +36,10 @@ class Caller:
         return self.role is Role.HOST or self.owns(run)
 
     def is_shown_all(self, run: Run, *, published: bool) -> bool:
-        """Return whether the caller also sees what frozen and hidden splits do not show of a run to its readers.
+        """Return whether the caller sees all data of a run, also what frozen and hidden splits withhold from others.
 
-        The leaderboard shows the id of a published run to everybody: on a public server it no longer tells who began an
-        anonymous run.
+        The leaderboard shows the id of a published run to everybody: on a public server, knowing the id then no longer
+        identifies the owner of an anonymous run.
 
         Args:
             run: the run.
@@ -48,7 +48,7 @@ class Caller:
         return self.may_see(run) and (self.role is not Role.ANONYMOUS or self.may_list or not published)
 
     def owns(self, run: Run) -> bool:
-        """Return whether a run is the caller's own, to play: anonymous runs belong to all anonymous callers."""
+        """Return whether the caller owns a run and may play it: anonymous runs belong to all anonymous callers."""
         return self.may_play and run.account == self.account
 
 

@@ -1,6 +1,6 @@
-"""Runs of different accounts that have the same or almost the same actions, for the host to look at.
+"""Search for runs of different accounts with equal or almost equal actions, for the host to review.
 
-Deterministic agents that are public give such runs too, so that a pair is a question to its participants, not a proof.
+Public deterministic agents produce such runs, too: a pair is a reason to ask its participants, not a proof.
 """
 
 from collections.abc import Iterator, Sequence
@@ -32,7 +32,7 @@ class Pair:
 
     Attributes:
         episodes: number of episodes in which both took steps.
-        same: number of those with equal actions.
+        same: number of these with equal actions.
         likeness: mean over those episodes of the share of steps, of the longer sequence, with the same action; 1 if
             all are equal.
     """

@@ -1,4 +1,4 @@
-"""Limits of participants on each split, checked in the transaction that writes, so that no race exceeds them."""
+"""Limits of participants per split, checked in the writing transaction, so that no race can exceed them."""
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
@@ -66,7 +66,7 @@ HIDDEN_QUOTA = Quota(runs_per_day=3, runs_at_once=3, streams_at_once=64)
 class DefaultQuotas:
     """Limits of callers for whom the host has made no exception.
 
-    Callers without a token on a server for its own machine have only the limits that the host sets: they are one user.
+    Callers without a token, on a server for one machine, have only the limits that the host sets: they are one user.
 
     Args:
         settings: the host's settings, with one field of each name in `LIMITS`.
@@ -86,9 +86,9 @@ class DefaultQuotas:
 
 
 class Quotas:
-    """Limits of all participants, and their usage. Thread-safe.
+    """Limits and usage of all participants. Thread-safe.
 
-    All callers without a token share one quota: the server cannot tell them apart. Hosts have no limits.
+    All callers without a token share one quota, as the server cannot distinguish them. Hosts have no limits.
 
     Args:
         database: storage of quotas, runs and streams.
@@ -100,7 +100,7 @@ class Quotas:
         self._default = default
 
     def admit_run(self, connection: Connection, caller: Caller, split: str) -> None:
-        """Check that a caller may create another run; call it in the transaction that writes the run.
+        """Check that a caller may create another run, in the transaction that writes the run.
 
         Raises:
             OverQuota: if a limit is reached.
@@ -218,7 +218,7 @@ class Quotas:
         return self._limits_of(self._database.read, caller, split)
 
     def exceptions(self) -> Iterator[tuple[str, str, Quota]]:
-        """Yield participant, split and limits wherever the defaults are overridden."""
+        """Yield participant, split and limits of all overrides."""
         table = tables.quotas
         for row in self._database.read(sa.select(table).order_by(table.c.participant, table.c.split)):
             yield row.participant, row.split, self.of(row.participant, row.split)

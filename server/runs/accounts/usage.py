@@ -1,4 +1,4 @@
-"""Queries for the usage of participants on a split that counts against their limits; they never write."""
+"""Read-only queries for the usage of participants on a split that counts against their limits."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -58,14 +58,14 @@ def _number_of_pruned(account: str | None, split: str) -> sa.ScalarSelect[int]:
 def latest_runs(
     read: ReadQuery, account: str | None, split: str, which: sa.ColumnElement[bool], most: int
 ) -> list[str]:
-    """Return the ids of at most `most` runs that meet a condition, the latest first."""
+    """Return the ids of at most `most` runs that meet a condition, latest first."""
     runs = tables.runs
     query = sa.select(runs.c.run_id).where(_of(account, split), which)
     return [row.run_id for row in read(query.order_by(runs.c.created_at.desc(), runs.c.run_id.desc()).limit(most))]
 
 
 def creation_time(read: ReadQuery, account: str | None, split: str, number: int) -> datetime:
-    """Return when the `number`-th latest of the runs that count was created, in UTC; 1 for the latest."""
+    """Return the creation time of the `number`-th latest run that counts, in UTC; 1 for the latest."""
     runs = tables.runs
     query = sa.select(runs.c.created_at).where(_of(account, split), counts_in_total())
     found = utc(read(query.order_by(runs.c.created_at.desc()).offset(number - 1).limit(1))[0][0])

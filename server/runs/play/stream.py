@@ -112,7 +112,7 @@ class Stream:
 
     @property
     def has_actions(self) -> bool:
-        """Whether actions wait and the outbox has space for their events: a client that reads nothing gets no answers."""
+        """Whether actions wait and the outbox has space: a client that does not read gets no answers."""
         return bool(self.inbox) and len(self.outbox) < MAX_OUTBOX
 
     @property

@@ -22,7 +22,7 @@ from arramon_server.runs.results.receipts import FORMAT, LIMITS, MASKED_VERSION,
 from arramon_server.runs.results.reports import make_report, split_of
 from arramon_server.runs.results.rescoring import RescoringResult, differences_of_receipt, first, replayed
 from arramon_server.runs.storage.causes import AGENT_FINISHED, FORFEITED, SERVER_FAULT, STEP_LIMIT, TIME_LIMIT
-from arramon_server.runs.storage.plays import play_digest
+from arramon_server.runs.storage.play_digest import play_digest
 from arramon_server.runs.storage.records import Code, EpisodeEnding, Run, RunProgress
 
 FILE_FORMAT, FILE_VERSION = "arramon-receipt-file", 1

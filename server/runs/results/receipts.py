@@ -20,7 +20,7 @@ from arramon.v1.chain import episode_ending, episode_head, run_digest
 from arramon_server.closing import NEVER, Closing
 from arramon_server.episodes.splits import Split
 from arramon_server.errors import Conflict, NotFound, TakenOver, quoted
-from arramon_server.runs.accounts.attempts import number_of
+from arramon_server.runs.accounts.attempts import attempt_number
 from arramon_server.runs.accounts.callers import Caller
 from arramon_server.runs.results.reports import Report, report_of
 from arramon_server.runs.results.signing import SigningKey
@@ -186,7 +186,7 @@ class Receipts:
 
     def _make(self, run: Run) -> SignedReceipt:
         corrections = len(self._corrections.on(run.split))  # first: what is corrected from here on supersedes it
-        number, begun = number_of(self._database.read, run)
+        number, begun = attempt_number(self._database.read, run)
         made = self._sign(run, self._changes(run), {ATTEMPTS: {"number": number, "begun": begun}})
         with (
             suppress(TakenOver),
@@ -298,7 +298,7 @@ def document(
 
 @dataclass(frozen=True, slots=True)
 class _HashChain:
-    """Hash chain of an episode's recorded actions: their number, its head, and the commitment to the episode's cause."""
+    """Hash chain of an episode's actions: their number, its head, and the commitment to the episode's cause."""
 
     episode_id: str
     steps: int

@@ -29,7 +29,7 @@ from arramon_server.runs.storage import causes
 from arramon_server.runs.storage.corrections import Corrections
 from arramon_server.runs.storage.database import Database
 from arramon_server.runs.storage.journal import Journal
-from arramon_server.runs.storage.plays import play_digest
+from arramon_server.runs.storage.play_digest import play_digest
 from arramon_server.runs.storage.records import RUNNING, EpisodeEnding, Run
 from arramon_server.sim.rules import Limits
 

@@ -1,1 +1,1 @@
-"""The database: the journal of runs, claims and steps, the registry of workers, and the migrations."""
+"""Storage: the journal of runs, claims and steps, the registry of workers, and the database migrations."""

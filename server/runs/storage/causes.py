@@ -1,4 +1,4 @@
-"""Causes of an episode's end. Every episode of a run has exactly one, and counts in the denominator."""
+"""Causes of an episode's end. Every ended episode has exactly one, and counts in the denominator of all means."""
 
 AGENT_FINISHED = "AGENT_FINISHED"
 """The agent ended all four phases itself."""

@@ -1,4 +1,4 @@
-"""Claims of episodes: query, acquire and release them."""
+"""Claims of episodes by players: query, acquire and release them."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
@@ -62,9 +62,9 @@ class Claims:
     def claim(
         self, run_id: str, claims: Sequence[Claim], player: str, worker: str, *, reoffered: Collection[str] = ()
     ) -> list[Claim]:
-        """Claim episodes for a player and a worker, and return the new claims of those whose fences had not changed.
+        """Claim episodes for a player and a worker, except those whose fences have changed; return the new claims.
 
-        Absences of the run's players until now are charged to its bank.
+        This charges absences of the run's players until now to its bank.
 
         Args:
             run_id: id of the run.
@@ -104,8 +104,8 @@ class Claims:
     ) -> None:
         """Release the open episodes that are still held under the given fences.
 
-        The clock of a step runs on from when its observation was sent. An episode that another process has taken over
-        keeps the earlier time of the two, so that changing the process gains none.
+        The clock of a step keeps running from the time at which its observation was sent. An episode that another
+        process has taken over keeps the earlier of the two times, so that changing the process gains no time.
 
         Args:
             run_id: id of the run.
@@ -137,9 +137,9 @@ class Claims:
             self._charge_absences(connection, run_id, but=list(waits))
 
     def _charge_absences(self, connection: Connection, run_id: str, but: Sequence[str] = ()) -> None:
-        """Charge a run's bank for the time until now in which released episodes were overdue, each second once.
+        """Charge a run's bank for the time until now during which released episodes were overdue, each second once.
 
-        To be called whenever episodes are claimed or released: in between, the same episodes wait.
+        Call it whenever episodes are claimed or released: in between, the set of waiting episodes does not change.
 
         Args:
             connection: connection in a transaction.

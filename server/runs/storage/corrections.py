@@ -1,6 +1,6 @@
-"""Corrections of splits in the database: episodes that a host voids or restores, and data that it corrects.
+"""Storage of corrections to splits: episodes that a host voids or restores, and data that it corrects.
 
-They are append-only. Those of a split are numbered from 1, and what holds at a time follows from them in order.
+They are append-only. Those of a split are numbered from 1, and its state follows from them in order.
 """
 
 import uuid
@@ -23,7 +23,7 @@ MAX_REASON = 500
 
 
 class CorrectionKind(StrEnum):
-    """What a correction does."""
+    """Kind of a correction."""
 
     VOID = "void"
     """Its episodes count in no run's scores from then on."""
@@ -40,8 +40,8 @@ class Correction:
     Attributes:
         correction_id: 32 hexadecimal digits.
         split: name of the split.
-        number: its place among the corrections of the split, from 1.
-        kind: what it does.
+        number: its number among the corrections of the split, from 1.
+        kind: its kind.
         made_at: in UTC.
         reason: the host's own words, one line.
         episodes: ids of the episodes that it is about, sorted.
@@ -59,7 +59,7 @@ class Correction:
     data_after: str | None = None
 
     def changes(self, run_id: str, played: Iterable[str], rescored: frozenset[tuple[str, str]]) -> bool:
-        """Return whether it changes what a run scores.
+        """Return whether it changes the scores of a run.
 
         Args:
             run_id: id of the run.
@@ -87,11 +87,11 @@ class Corrections:
         return [_correction(row) for row in self._database.read(query)]
 
     def voided(self, split: str) -> frozenset[str]:
-        """Return the ids of the episodes of a split that are void now."""
+        """Return the ids of the episodes of a split that are currently void."""
         return voided_by(self.on(split))
 
     def of_run(self, run_id: str, split: str, played: Iterable[str]) -> list[Correction]:
-        """Return the corrections that change what a run scores, in order.
+        """Return the corrections that change the scores of a run, in order.
 
         Args:
             run_id: id of the run.
@@ -116,9 +116,9 @@ class Corrections:
 
         Args:
             split: name of the split.
-            kind: what it does.
+            kind: its kind.
             reason: one line.
-            episodes: ids of the episodes that it is about.
+            episodes: ids of the affected episodes.
             data: hashes of the data before and after it, if it corrects the data.
 
         Raises:
@@ -143,12 +143,12 @@ class Corrections:
         return made
 
     def note_rescored(self, connection: Connection, run_id: str, correction: Correction) -> None:
-        """Record in a transaction that a run is scored again for a correction."""
+        """Record that a run is scored again for a correction, in a given transaction."""
         row = {"run_id": run_id, "correction_id": correction.correction_id}
         connection.execute(tables.rescored_runs.insert(), [row])
 
     def stamp(self) -> tuple[int, int]:
-        """Return a version of all corrections, which differs after each, and after each run that is scored again."""
+        """Return a version that changes with each correction and with each run that is scored again."""
         runs = sa.select(sa.func.count()).select_from(tables.rescored_runs).scalar_subquery()
         row = self._database.read(sa.select(sa.func.count().label("made"), runs.label("runs")).select_from(_TABLE))[0]
         return row.made, row.runs

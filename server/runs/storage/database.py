@@ -1,4 +1,4 @@
-"""The database of the journal: opens it, migrates it, and converts its errors to those of the server."""
+"""The journal's database: opens and migrates it, and converts its errors to errors of the server."""
 
 import os
 import sqlite3
@@ -29,7 +29,7 @@ MAX_PAUSE_SECONDS: the event loop must serve the streams meanwhile."""
 
 
 class Database:
-    """SQLite or PostgreSQL database, selected by URL. Thread-safe, except for `commit`, which is for one thread.
+    """SQLite or PostgreSQL database, selected by URL. Thread-safe, except for `commit`.
 
     Args:
         url: `sqlite:////var/lib/arramon/journal.db` or `postgresql://user:password@host/name`.
@@ -91,18 +91,18 @@ class Database:
 
     @property
     def now(self) -> sa.ColumnElement[float]:
-        """SQL expression of the present time in seconds since 1970, by one clock for all processes on the database."""
+        """SQL expression of the current time in seconds since 1970, by one clock for all processes on the database."""
         if self._is_sqlite:
             return sa.literal(self._clock(), sa.Float)
         return sa.cast(sa.extract("epoch", sa.func.clock_timestamp()), sa.Float)
 
     @property
     def is_file(self) -> bool:
-        """Whether the database is a file on this machine, that is, SQLite."""
+        """Whether the database is a file on this machine, which means SQLite."""
         return self._is_sqlite
 
     def copy(self, path: Path) -> None:
-        """Copy an SQLite database as of one moment, even while it is written to, and check the copy.
+        """Copy a snapshot of an SQLite database, even while it is written to, and check the copy.
 
         Args:
             path: path of the copy, which is readable by its owner only.
@@ -123,7 +123,7 @@ class Database:
             raise StorageError(f"the journal {self._file} is damaged: {found}")
 
     def vacuum(self) -> None:
-        """Free the space of deleted rows: SQLite rewrites its file, which it must have room for a second time.
+        """Free the space of deleted rows: SQLite rewrites its file, which takes as much free disk space again.
 
         Raises:
             StorageError: if the database cannot be written.
@@ -157,7 +157,7 @@ class Database:
 
     @contextmanager
     def snapshot(self) -> Iterator[Connection]:
-        """Yield a connection that reads everything as of one moment, even while others write.
+        """Yield a connection that reads a consistent snapshot, even while others write.
 
         Raises:
             StorageError: if the database cannot be read.
@@ -181,7 +181,7 @@ class Database:
 
     @contextmanager
     def commit(self) -> Iterator[Connection]:
-        """Do the same as `write`, with SQLite on a persistent connection: commits are frequent."""
+        """Do the same as `write`, but on a persistent connection with SQLite, as commits are frequent."""
         if not self._is_sqlite:  # the pool checks whether a connection is alive
             with self.write() as connection:
                 yield connection
@@ -247,7 +247,7 @@ def _check_folder(path: Path) -> None:
 
 
 def _claim_file(path: Path) -> None:
-    """Create the file of a new database readable by its owner only: it will contain more than participants may see."""
+    """Create the file of a new database, readable by its owner only, as it will hold data that is not public."""
     with suppress(OSError):  # SQLite reports what is wrong with the path
         os.close(os.open(path, os.O_CREAT, 0o600))
 

@@ -1,4 +1,4 @@
-"""Epochs of hidden splits in the database: opened, closed and revealed, each once and in this order."""
+"""Storage of epochs of hidden splits, each opened, closed and revealed once, in this order."""
 
 import hashlib
 import json
@@ -31,11 +31,11 @@ class EpochState(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class EpochRecord:
-    """An epoch.
+    """One epoch of a hidden split.
 
     Attributes:
         split: name of its split.
-        statement: what the host committed to, as written.
+        statement: the host's statement as written, to which it committed.
         opened_at, closed_at, revealed_at: times in UTC; None until then.
         secret: None until it is revealed.
     """
@@ -49,7 +49,7 @@ class EpochRecord:
 
     @property
     def state(self) -> EpochState:
-        """Its state."""
+        """Current state."""
         if self.revealed_at is not None:
             return EpochState.REVEALED
         return EpochState.OPEN if self.closed_at is None else EpochState.CLOSED
@@ -61,7 +61,7 @@ class EpochRecord:
 
 
 class EpochStore:
-    """All epochs of a database. Thread-safe.
+    """All epochs in a database. Thread-safe.
 
     Args:
         database: storage of the epochs.
@@ -76,7 +76,7 @@ class EpochStore:
         return [_record(row) for row in self._database.read(query)]
 
     def find(self, split: str) -> EpochRecord | None:
-        """Return the epoch of a split; None if the split is no epoch."""
+        """Return the epoch of a split; None if the split is not an epoch."""
         rows = self._database.read(sa.select(_EPOCHS).where(_EPOCHS.c.split == split))
         return _record(rows[0]) if rows else None
 
@@ -84,7 +84,7 @@ class EpochStore:
         """Return the epoch of a split.
 
         Raises:
-            NotFound: if there is none; the message names those that there are.
+            NotFound: if there is none; the message names the existing ones.
         """
         found = self.find(split)
         if found is None:
@@ -107,7 +107,7 @@ class EpochStore:
         return record
 
     def close(self, split: str) -> list[str]:
-        """Close an epoch: no run on it begins from now on. Return the ids of the runs that are still being played.
+        """Close an epoch to new runs, and return the ids of the runs that are still being played.
 
         Raises:
             NotFound: if there is no such epoch.
@@ -130,7 +130,7 @@ class EpochStore:
 
         Args:
             split: name of its split.
-            secret: the secret that the statement is about, which the caller has checked.
+            secret: the secret of the statement, which the caller has checked.
 
         Raises:
             NotFound: if there is no such epoch.
@@ -155,7 +155,7 @@ class EpochStore:
 
 
 def check_open(connection: Connection, split: str, data_hash: str) -> None:
-    """Check in the transaction that creates a run that its split is no epoch, or an open one with its very data.
+    """Check, in the transaction that creates a run, that its split is no epoch, or is an open one with unchanged data.
 
     Raises:
         Conflict: if the epoch is closed, or the split's data is not what the host committed to.

@@ -1,4 +1,4 @@
-"""Identity of a host: processes with the same one can reach each other's loopback addresses and Unix sockets."""
+"""Identity of a host. Processes with equal identities can reach each other's loopback addresses and Unix sockets."""
 
 import platform
 import uuid

@@ -1,4 +1,4 @@
-"""The journal: runs, their episodes, and all recorded steps.
+"""The journal: storage of runs, their episodes, and all recorded steps.
 
 Steps are append-only and unique by (run, episode, step). All state in memory elsewhere can be rebuilt from the journal.
 """
@@ -18,7 +18,7 @@ from arramon_server.runs.storage import tables
 from arramon_server.runs.storage.claims import Claims
 from arramon_server.runs.storage.corrections import Corrections
 from arramon_server.runs.storage.database import Database, utc
-from arramon_server.runs.storage.plays import play_digest
+from arramon_server.runs.storage.play_digest import play_digest
 from arramon_server.runs.storage.records import ENDED, OPEN, PENDING, RUNNING, Code, Run, RunProgress
 from arramon_server.runs.storage.steps import Steps
 from arramon_server.runs.storage.worker_registry import WorkerRegistry
@@ -98,7 +98,7 @@ class Journal(WorkerRegistry, Claims, Steps):
         return [run_of(row) for row in self._database.read(query)]
 
     def play(self, run: Run) -> str:
-        """Return the digest of how a run that has ended was played, see `play_digest`."""
+        """Return the play digest of a run that has ended, see `play_digest`."""
         with self._plays_lock:
             found = self._plays.get(run.run_id)
         if found is None:
@@ -110,7 +110,7 @@ class Journal(WorkerRegistry, Claims, Steps):
         return found
 
     def time(self) -> datetime:
-        """Return the present time by the clock that all processes on the database share, in UTC."""
+        """Return the current time by the clock that all processes on the database share, in UTC."""
         return datetime.fromtimestamp(self._database.read(sa.select(self._database.now))[0][0], UTC)
 
     def set_state(self, run_id: str, state: str, ended_at: datetime | None = None) -> None:
@@ -132,7 +132,7 @@ class Journal(WorkerRegistry, Claims, Steps):
         return Corrections(self._database).voided(split)
 
     def ended_runs(self, run_ids: Collection[str]) -> list[Run]:
-        """Return those of the given runs that have ended."""
+        """Return which of the given runs have ended."""
         table = tables.runs
         query = sa.select(table).where(table.c.run_id.in_(run_ids), table.c.state != RUNNING)
         return [run_of(row) for row in self._database.read(query)] if run_ids else []
@@ -172,14 +172,14 @@ class Journal(WorkerRegistry, Claims, Steps):
         return {run_id: tuple(row.images for row in found[run_id]) for run_id in run_ids}
 
     def _steps_of_open(self, run_ids: Sequence[str]) -> dict[str, int]:
-        """Return the number of steps in open episodes, by run. Ended ones store theirs: a run has 400,000 steps."""
+        """Return the number of steps in open episodes, by run. It is stored for ended ones: a run has 400,000 steps."""
         steps, episodes = tables.steps, tables.episodes
         query = sa.select(episodes.c.run_id, sa.func.count().label("number")).select_from(episodes.join(steps))
         query = query.where(episodes.c.run_id.in_(run_ids), episodes.c.state == OPEN).group_by(episodes.c.run_id)
         return {row.run_id: row.number for row in self._database.read(query)}
 
     def note_images(self, run_id: str, images: str) -> None:
-        """Record that images of a run are sent in this encoding and size. A run that has ended is not changed."""
+        """Record the encoding and size in which images of a run are sent. A run that has ended is not changed."""
         table, runs = tables.images, tables.runs
         known = sa.exists().where(table.c.run_id == run_id, table.c.images == images)
         played = sa.exists().where(runs.c.run_id == run_id, runs.c.state == RUNNING)
@@ -213,7 +213,7 @@ class Journal(WorkerRegistry, Claims, Steps):
 
 
 def run_not_found(run_id: str) -> NotFound:
-    """Return the error for a run that does not exist, or that the caller may not see: the two look the same."""
+    """Return the error for a run that does not exist or that the caller may not see, the same for both."""
     return NotFound(f"there is no run {quoted(run_id)}")
 
 
@@ -242,7 +242,7 @@ def _progress(
 
 
 def run_of(row: Row[Any]) -> Run:
-    """Return the run in a row that has all columns of the table of runs; further columns are ignored."""
+    """Return the run in a row that has all columns of the table of runs; other columns are ignored."""
     values = {name: row._mapping[name] for name in Run.__slots__}
     times = {name: utc(values[name]) for name in ("created_at", "ended_at")}
     arguments = tuple((name, value) for name, value in values["agent_arguments"])

@@ -1,4 +1,4 @@
-"""Measurement hooks of the engine and the journal; they do nothing by default."""
+"""Measurement hooks for the engine and the journal, which do nothing by default."""
 
 from enum import Enum
 
@@ -26,7 +26,7 @@ class Stage(Enum):
 
 
 class Meter:
-    """Hooks that do nothing; a subclass measures. Those called with every step must be cheap."""
+    """Hooks that do nothing; subclasses measure. Hooks that are called with every step must be cheap."""
 
     def run_created(self) -> None:
         """Count a created run."""
@@ -47,7 +47,7 @@ class Meter:
         """Record the duration of a stage, in seconds."""
 
     def faulted(self, kind: str) -> None:
-        """Count a fault that no client can cause; `kind` is the name of the error class."""
+        """Count a server fault; `kind` is the name of the error class."""
 
     def loaded(self, streams: int, episodes: int, waiting: int) -> None:
         """Record the numbers of open streams, of open episodes, and of queued messages."""

@@ -1,4 +1,4 @@
-"""PostgreSQL connections for the journal, on which an unreachable database raises an error within seconds.
+"""PostgreSQL connections for the journal that fail within seconds if the database cannot be reached.
 
 The engine queries its database on the event loop that also serves the streams, so none of its calls may hang.
 """
@@ -41,7 +41,7 @@ _T = TypeVar("_T")
 
 
 class _Connection(psycopg.Connection[Any]):
-    """Connection that fails if the database accepts a statement and does not answer in time."""
+    """Connection that fails if the database accepts a statement but does not answer in time."""
 
     answer_seconds = ANSWER_SECONDS
 

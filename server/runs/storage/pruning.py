@@ -1,4 +1,4 @@
-"""Pruning: old runs that were never published are deleted, and stay counted among their participants' attempts."""
+"""Pruning: delete old runs that were never published, but keep counting them as attempts of their participants."""
 
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
@@ -34,10 +34,10 @@ _DETAILS = (
 
 @dataclass(frozen=True, slots=True)
 class Prunable:
-    """Which runs to prune.
+    """Selection of runs to prune.
 
     Attributes:
-        days: days since they ended.
+        days: minimum number of days since they ended.
         states: states of the runs, of PRUNABLE_STATES.
         split, participant: only runs on this split, or shown under this name; None for any.
         with_receipts: whether to prune runs that have a receipt too, and the stored receipt with them.
@@ -63,9 +63,9 @@ class Pruned:
 
 
 class Pruner:
-    """Prunes runs. Servers may be running: only runs that have ended are deleted, each in a transaction of its own.
+    """Prunes runs, even while servers run: it deletes ended runs only, each in its own transaction.
 
-    A run is never pruned if it is, or ever was, on the leaderboard. What is kept of a pruned run is its id,
+    A run that is or ever was on the leaderboard is never pruned. Of a pruned run, the database keeps its id,
     participant, split, language and time, for the numbers of attempts and the limits.
 
     Args:
@@ -77,7 +77,7 @@ class Pruner:
         self._journal = Journal(database)
 
     def find(self, wanted: Prunable) -> list[Pruned]:
-        """Return the runs that can be pruned, the oldest first."""
+        """Return the runs that can be pruned, oldest first."""
         c = tables.runs.c
         latest = self._journal.time() - timedelta(days=wanted.days)
         conditions = [c.state.in_(wanted.states), c.ended_at <= latest, _is_unpublished()]
@@ -88,7 +88,7 @@ class Pruner:
         return [Pruned(run, self._steps(run.run_id)) for run in map(run_of, self._database.read(query))]
 
     def prune(self, wanted: Prunable) -> Iterator[Pruned]:
-        """Delete the runs that can be pruned, and yield each that was.
+        """Delete the runs that can be pruned, and yield each deleted run.
 
         Raises:
             StorageError: if the journal cannot be written; runs that were yielded stay deleted.
@@ -111,7 +111,7 @@ class Pruner:
         return self._journal.progress(run_id).steps
 
     def _prune(self, run: Run, *, with_receipts: bool) -> bool:
-        """Delete one run; return whether it still could be: it may have been published meanwhile."""
+        """Delete one run; return False if it cannot be pruned any more, as it may have been published meanwhile."""
         with self._database.write() as connection:
             if not self._take(connection, run, with_receipts=with_receipts):
                 return False

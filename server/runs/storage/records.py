@@ -1,4 +1,4 @@
-"""Records that the journal reads and writes: runs, their progress, claims of episodes, endings, and commit batches."""
+"""Records of the journal: runs, their progress, claims of episodes, endings, and commit batches."""
 
 from collections.abc import Collection
 from dataclasses import asdict, dataclass, field
@@ -22,7 +22,7 @@ LEASE = 5.0
 
 @dataclass(frozen=True, slots=True)
 class Code:
-    """Where an agent's code can be found, as its participant declared it; what is not named is empty.
+    """Source of an agent's code, as declared by its participant; unknown fields are empty.
 
     Attributes:
         url: address of its repository or page.
@@ -35,7 +35,7 @@ class Code:
     image: str = ""
 
     def __bool__(self) -> bool:
-        """Whether anything is named."""
+        """Whether any field is given."""
         return bool(self.url or self.commit or self.image)
 
     @property
@@ -44,11 +44,11 @@ class Code:
         return self.image.rpartition("@")[2]
 
     def named(self) -> dict[str, str]:
-        """Return what is named, by field."""
+        """Return the given values, by field."""
         return {name: value for name, value in asdict(self).items() if value}
 
     def is_of(self, other: "Code") -> bool:
-        """Return whether both stand for the same code: one commit, or one image, or without either one address.
+        """Return whether both are the same code: equal commits, or equal images, or else equal addresses without these.
 
         A commit may be found at several addresses, and several images may be built from it.
         """
@@ -130,11 +130,11 @@ class RunProgress:
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """Claim of an episode that has not ended: its present or last holder.
+    """Claim of an episode that has not ended: its current or last holder.
 
     Attributes:
         state: PENDING or OPEN.
-        player: player name of the stream; None if the episode was never begun.
+        player: player name of the stream; None if the episode was never started.
         fence: number that grows with every claim; each write names the one that it holds.
         worker: id of the server process that holds the episode; None after its stream closed.
         idle: seconds since the stream closed, by the service clock, or since the last heartbeat of the worker.

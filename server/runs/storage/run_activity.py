@@ -1,4 +1,4 @@
-"""Clock banks, last activity and server faults of runs."""
+"""Time banks, last activity and server faults of runs."""
 
 from collections.abc import Iterable, Sequence
 
@@ -22,7 +22,7 @@ class RunActivity:
 
     Args:
         database: database of the journal.
-        close_unplayed: whether anonymous runs that nobody begins to play count as abandoned after UNPLAYED_MINUTES.
+        close_unplayed: whether anonymous runs that were never played count as abandoned after UNPLAYED_MINUTES.
     """
 
     def __init__(self, database: Database, *, close_unplayed: bool = False) -> None:
@@ -67,7 +67,7 @@ class RunActivity:
     def abandoned(self, data_hashes: Sequence[str]) -> Run | None:
         """Return an abandoned run on one of these data sets; None if there is none.
 
-        It had no stream for longer than its bank; or, if they are to be closed, it is anonymous and was never played.
+        It had no stream for longer than its bank or, with `close_unplayed`, is anonymous and was never played.
         """
         c, now = tables.runs.c, service_time(self._database.now)
         is_over = now - c.active_at > c.step_seconds + c.bank_left + ABANDONED_SECONDS
@@ -80,6 +80,6 @@ class RunActivity:
 
 
 def _was_played() -> sa.ColumnElement[bool]:
-    """Return the condition that a stream has claimed an episode of a run; what closes runs claims episodes, too."""
+    """Return the condition that a stream has claimed an episode of a run, rather than the closing of the run."""
     c = tables.episodes.c
     return sa.exists().where(c.run_id == tables.runs.c.run_id, c.player != CLOSER).correlate(tables.runs)

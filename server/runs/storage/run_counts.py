@@ -1,4 +1,4 @@
-"""Numbers of runs in the database, over all processes."""
+"""Counts of runs in the database, over all processes."""
 
 import sqlalchemy as sa
 

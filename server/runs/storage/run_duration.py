@@ -1,4 +1,4 @@
-"""End times of runs, measured by a monotonic clock, so that jumps of the wall clock do not change durations."""
+"""End times of runs by a monotonic clock, so that jumps of the wall clock do not change durations."""
 
 import time
 from collections.abc import Callable
@@ -24,14 +24,14 @@ class RunDurations:
         self._seen: dict[str, tuple[datetime, float]] = {}
 
     def begin(self, run: Run, at: datetime) -> None:
-        """Remember that it is `at` now by the wall clock of a run; ignored if the run is known already."""
+        """Start the clock of a run whose wall-clock time is `at` now; ignored if the run is known already."""
         with self._lock:
             if len(self._seen) >= MAX_RUNS:
                 del self._seen[next(iter(self._seen))]
             self._seen.setdefault(run.run_id, (at, self._now()))
 
     def knows(self, run_id: str) -> bool:
-        """Return whether a run is remembered."""
+        """Return whether a run is known."""
         return run_id in self._seen
 
     def forget(self, run_id: str) -> None:
@@ -40,6 +40,6 @@ class RunDurations:
             self._seen.pop(run_id, None)
 
     def time(self, run_id: str) -> datetime | None:
-        """Return the present time as the start of a run plus the time elapsed; None if the run is not remembered."""
+        """Return the current time as the start of a run plus the time elapsed; None if the run is not known."""
         seen = self._seen.get(run_id)
         return seen and seen[0] + timedelta(seconds=self._now() - seen[1])

@@ -1,4 +1,4 @@
-"""Search for runs with the progress of each, for the host: a fixed number of queries per `CHUNK` runs."""
+"""Search for runs and their progress, for the host, with a fixed number of queries per `CHUNK` runs."""
 
 from dataclasses import dataclass
 

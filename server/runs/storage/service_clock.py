@@ -1,4 +1,4 @@
-"""The service clock of a journal: seconds for which at least one server process was running.
+"""The service clock of a journal: seconds during which at least one server process was running.
 
 All processes advance it with their heartbeats, and share it. It stops while no process runs, and a jump of the wall
 clock moves it by at most `LONGEST_TICK`: what it measures is never the server's own absence.
@@ -17,13 +17,13 @@ def service_time(now: sa.ColumnElement[float]) -> sa.ColumnElement[float]:
     """Return the SQL expression of the service clock's time, in seconds since an arbitrary moment.
 
     Args:
-        now: present time by the wall clock, `Database.now`.
+        now: current time by the wall clock, `Database.now`.
     """
     return sa.select(tables.service_clock.c.seconds + _since_tick(now)).scalar_subquery()
 
 
 def tick(connection: Connection, now: sa.ColumnElement[float]) -> None:
-    """Advance the service clock to the present."""
+    """Advance the service clock to the current time."""
     seconds = tables.service_clock.c.seconds
     connection.execute(tables.service_clock.update().values(seconds=seconds + _since_tick(now), seen=now))
 

@@ -1,6 +1,6 @@
-"""Writer of steps on one persistent connection that bypasses SQLAlchemy's execution layer for speed.
+"""Writer of steps on a persistent connection, without SQLAlchemy's execution layer, for speed.
 
-It saves 0.2 ms per step with SQLite and 0.8 ms with PostgreSQL.
+This saves 0.2 ms per step with SQLite and 0.8 ms with PostgreSQL.
 """
 
 import sqlite3
@@ -22,7 +22,7 @@ Rows = Sequence[Mapping[str, Any]]
 
 
 class StepWriter:
-    """Connection that stays open between commits. For use by one thread.
+    """Connection that stays open between commits. Not thread-safe.
 
     Args:
         connect: opens a connection.

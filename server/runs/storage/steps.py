@@ -13,7 +13,7 @@ from arramon_server.runs.storage.records import ENDED, RUNNING, CommitBatch, Epi
 
 
 class Steps:
-    """Steps and endings of all runs. Reading is thread-safe; `commit` is for one thread.
+    """Steps and endings of all runs. Thread-safe, except for `commit`.
 
     Args:
         database: storage of the steps.
@@ -89,9 +89,9 @@ class Steps:
         return {key for key, fence in fences.items() if held.get(key) != fence}
 
     def players_of(self, episodes: Collection[tuple[str, str]]) -> dict[tuple[str, str], str | None]:
-        """Return the player for whom each of these episodes, as (run, episode), was last claimed.
+        """Return the player who last claimed each of these episodes, by (run, episode).
 
-        It is `records.CLOSER` if it was claimed to be ended early with its run, and None if it was never claimed.
+        That is `records.CLOSER` if the run was closed early, and None if the episode was never claimed.
         """
         c = tables.episodes.c
         query = sa.select(c.run_id, c.episode_id, c.player)

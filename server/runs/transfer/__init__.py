@@ -1,1 +1,1 @@
-"""Export and import of all runs, accounts and leaderboard entries, to move them to another host."""
+"""Export and import of all runs, accounts and leaderboard entries, to move a server to another host."""

@@ -84,7 +84,7 @@ def decode(table: sa.Table, columns: Sequence[str], values: Sequence[Any]) -> di
 
 
 class ArchiveWriter:
-    """Writer of the header, the lines and the closing line of an export.
+    """Writes the header, the lines and the closing line of an export.
 
     Args:
         file: file to write to.
@@ -100,7 +100,7 @@ class ArchiveWriter:
 
     @contextmanager
     def frame(self) -> Iterator[None]:
-        """Write the header, and the closing line at the end of the block unless it raises an error.
+        """Write the header and, at the end of the block unless it raises an error, the closing line.
 
         Raises:
             OSError: if the file cannot be written.
@@ -167,7 +167,7 @@ def _parsed(path: Path, number: int, line: bytes) -> Any:
 
 
 def _raw_lines(path: Path) -> Iterator[bytes]:
-    """Yield the lines as bytes, with their line breaks. What a file expands to is bounded, as a whole and by line."""
+    """Yield the lines as bytes, with their line breaks. The decompressed sizes of file and lines are limited."""
     size, number = 0, 0
     try:
         most = max(_MIN_SIZE, _MAX_RATIO * path.stat().st_size)

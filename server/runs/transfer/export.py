@@ -17,7 +17,7 @@ _ROWS = 1000
 
 
 def export(database: Database, path: Path) -> int:
-    """Export a database as of one moment; return the number of rows. The file is written completely or not at all.
+    """Export a snapshot of a database; return the number of rows. The file is written completely or not at all.
 
     Args:
         database: database to export, also that of a running server.
@@ -59,7 +59,7 @@ def _write_table(writer: ArchiveWriter, connection: Connection, table: sa.Table)
 
 
 def _by_bytes(connection: Connection, column: sa.Column[Any]) -> sa.ColumnElement[Any]:
-    """Return a sort key with the same order in every database: PostgreSQL would use the locale of the host."""
+    """Return a sort key with the same order in every database: PostgreSQL would use the host's locale."""
     if connection.dialect.name == "postgresql" and isinstance(column.type, sa.String):
         return sa.collate(column, "C")
     return column

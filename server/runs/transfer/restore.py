@@ -1,4 +1,4 @@
-"""Import of an exported file into a database, in one transaction."""
+"""Import of an export file into a database, in one transaction."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,16 +21,16 @@ _BY_NAME = {table.name: table for table in EXPORTED_TABLES}
 
 @dataclass(frozen=True, slots=True)
 class ImportCounts:
-    """Numbers of rows that an import added and that were present already."""
+    """Numbers of rows that an import added, and that existed already."""
 
     added: int
     present: int
 
 
 def import_archive(database: Database, path: Path, *, merge: bool = False) -> ImportCounts:
-    """Import all rows of a file. Rows that are present already are kept, and must be equal. An error imports nothing.
+    """Import all rows of a file, or none if an error occurs. Existing rows are kept, and must be equal.
 
-    A run that was pruned since the export is there again, and no longer counted as pruned.
+    A run that was pruned since the export is restored, and no longer counted as pruned.
 
     Args:
         database: database to import into; no server should be using it.
@@ -80,7 +80,7 @@ class _Import:
         return ImportCounts(self._added, self._present)
 
     def _restore_pruned(self) -> None:
-        """Count no run as pruned that is in the database: the import may have brought it back."""
+        """Stop counting runs as pruned that are in the database, as the import may have restored them."""
         pruned = tables.pruned_runs
         is_there = pruned.c.run_id.in_(sa.select(tables.runs.c.run_id))
         self._connection.execute(pruned.delete().where(is_there))
@@ -106,7 +106,7 @@ class _Import:
         return table, columns
 
     def _write(self, table: sa.Table, columns: Sequence[str], batch: list[tuple[int, list[Any]]], empty: bool) -> None:
-        """Write a batch of rows, given with their line numbers, except for those that are present already."""
+        """Write a batch of rows, given with their line numbers, except for existing ones."""
         rows = [self._decoded(table, columns, number, values) for number, values in batch]
         keys = [column.name for column in table.primary_key.columns]
         present = {} if empty or not rows else self._find(table, keys, rows)

@@ -13,7 +13,7 @@ from arramon_server.board import entries
 from arramon_server.errors import BadInput, Conflict, Forbidden, NotFound, TakenOver, Unauthenticated
 from arramon_server.runs.accounts.accounts import Accounts
 from arramon_server.runs.accounts.administration import Administration, check_may_act
-from arramon_server.runs.accounts.attempts import number_of
+from arramon_server.runs.accounts.attempts import attempt_number
 from arramon_server.runs.accounts.callers import HOST, Caller, Role
 from arramon_server.runs.accounts.quotas import Quota, Quotas
 from arramon_server.runs.results.receipts import stored_receipt
@@ -70,7 +70,7 @@ def test_a_renamed_account_keeps_tokens_limits_and_runs(house: House, token: str
     assert (house.journal.run("1").account, house.journal.run("1").participant) == ("प्रयोगशाला",) * 2
     assert (house.journal.run("2").account, house.journal.run("2").participant) == (None, "ann")
     assert standings(house) == [("प्रयोगशाला", "mine")]  # also where the standings were cached
-    assert number_of(house.database.read, house.journal.run("1")) == (1, 1)
+    assert attempt_number(house.database.read, house.journal.run("1")) == (1, 1)
     (account,) = Administration(house.database).all()
     assert account.earlier_names == ("ann",)
 

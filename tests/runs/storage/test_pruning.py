@@ -12,7 +12,7 @@ import sqlalchemy as sa
 
 from arramon_server.board.correcting import Correcting
 from arramon_server.errors import BadInput, NotFound
-from arramon_server.runs.accounts.attempts import attempts_on, number_of
+from arramon_server.runs.accounts.attempts import attempt_number, attempts_on
 from arramon_server.runs.accounts.callers import HOST
 from arramon_server.runs.accounts.usage import usage_of
 from arramon_server.runs.results.signing import SigningKey
@@ -137,7 +137,7 @@ def test_pruned_runs_still_count_as_attempts_and_for_the_limit_in_total(house: H
     def numbers() -> tuple[object, ...]:
         counted = house.board.standings("tiny", "en")[0].attempts
         last = house.journal.run("8")
-        return attempts_on(read, "tiny"), number_of(read, last), usage_of(read, "ann", "tiny"), counted
+        return attempts_on(read, "tiny"), attempt_number(read, last), usage_of(read, "ann", "tiny"), counted
 
     before = numbers()
     assert before[1] == (7, 7)
@@ -177,7 +177,7 @@ def test_a_pruned_run_that_is_imported_again_counts_once_and_can_be_pruned_again
     for backup in ("before", "after"):
         import_archive(house.database, tmp_path / backup, merge=True)
         assert "pruned_runs" not in rows_of(house, run_id)
-        assert number_of(house.database.read, house.journal.run(run_id)) == (1, 1)
+        assert attempt_number(house.database.read, house.journal.run(run_id)) == (1, 1)
     assert pruned(house) == [run_id]
     assert rows_of(house, run_id) == {"pruned_runs": 1}
 

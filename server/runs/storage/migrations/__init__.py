@@ -1,4 +1,4 @@
-"""Migrations of the database's tables, applied when `database.Database` opens it."""
+"""Migrations of the database schema, applied when `database.Database` opens a database."""
 
 from pathlib import Path
 
@@ -26,7 +26,7 @@ def migrate(connection: Connection, revision: str = "head") -> None:
 
 
 def check_revision(found: str | None) -> None:
-    """Check that a database of a revision can be upgraded, as far as the revision is known; None is an empty one.
+    """Check that a database of a revision can be upgraded; None is an empty database, unknown revisions pass.
 
     Raises:
         StorageError: if the revision is lower than FIRST.

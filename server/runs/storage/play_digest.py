@@ -1,4 +1,4 @@
-"""What identifies how a run was played: the same play has the same digest, whoever played it, where and when."""
+"""Play digests: equal for runs with the same actions, independent of player, server and time."""
 
 import hashlib
 from collections.abc import Callable, Iterable, Sequence
@@ -7,9 +7,9 @@ from arramon_server.runs.storage.records import EpisodeEnding, Run
 
 
 def play_digest(run: Run, endings: Iterable[EpisodeEnding], actions_of: Callable[[str, str], Sequence[int]]) -> str:
-    """Return the SHA-256 of all that a run's scores follow from besides its split, in hexadecimal.
+    """Return the SHA-256 of everything besides its split that determines a run's scores, in hexadecimal.
 
-    That is the step limit, and of each episode the recorded actions and the cause of its end. The digest depends
+    That is the step limit, and for each episode the recorded actions and the cause of its end. The digest depends
     neither on the run's id nor on the order of its episodes, nor on the scores themselves: figures of hidden splits
     are rounded by it (see `arramon_server.scoring.masking`), and must not show whether two plays scored alike.
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from arramon_server.runs.storage.plays import play_digest
+from arramon_server.runs.storage.play_digest import play_digest
 from arramon_server.runs.storage.records import RUNNING, EpisodeEnding, Run
 from tests.played import BEGUN
 
