@@ -14,7 +14,7 @@ from arramon_server.board.standings import HEADLINE, TOTAL, Standing, Version
 from arramon_server.scoring.aggregate import Interval
 from arramon_server.scoring.episode import METRICS
 from arramon_server.scoring.intervals import Floats
-from arramon_server.scoring.masking import Noise, difference, p_class, shown_deviation
+from arramon_server.scoring.masking import Noise, difference, p_value_class, shown_deviation
 from arramon_server.scoring.paired import MeanDifference, difference_bounds, holm, permutation_tests
 
 LEVEL = 0.05
@@ -91,7 +91,9 @@ class Family:
         p, corrected = float(self._p[a, b]), float(self._corrected[a, b])
         if self._masked:
             found = masked_difference(one, other, self._metric, len(self._strata))
-            return Compared(MeanDifference(found.mean, found.low, found.high, p_class(p)), p_class(corrected), shown)
+            return Compared(
+                MeanDifference(found.mean, found.low, found.high, p_value_class(p)), p_value_class(corrected), shown
+            )
         bounds = difference_bounds(self._scores[a] - self._scores[b], self._strata)
         return Compared(MeanDifference(*bounds, p=p), corrected, shown)
 
@@ -153,7 +155,7 @@ class Comparisons:
 
 
 def _noise_of(tables: Sequence[Sequence[EpisodeTable]], noise: Noise, metric: str) -> Floats:
-    """Return a standing's scores in made-up episodes, (LEAST,): like real ones, means over its seeds and languages."""
+    """Return a standing's noise scores, (MIN_EPISODES,): like real ones, means over its seeds and languages."""
     languages = [np.mean([noise.test_scores(table.play, metric) for table in runs], axis=0) for runs in tables]
     mean: Floats = np.mean(languages, axis=0)
     return mean

@@ -13,7 +13,7 @@ from arramon_server.scoring.aggregate import with_total
 from arramon_server.scoring.episode import METRICS
 from arramon_server.scoring.intervals import Floats
 from arramon_server.scoring.languages import LanguageGap, language_gap
-from arramon_server.scoring.masking import name_without
+from arramon_server.scoring.masking import digest_without
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -24,7 +24,7 @@ class EpisodeTable:
         ids: ids of the episodes, sorted.
         scores: scores of both turns, (episodes, 2, METRICS).
         play: digest of how the run was played, see `play_digest`; empty if it is not known. Without void episodes it is
-            followed by these, see `name_without`.
+            followed by these, see `digest_without`.
     """
 
     ids: tuple[str, ...]
@@ -43,7 +43,7 @@ class EpisodeTable:
         if episode_ids.isdisjoint(self.ids):
             return self
         kept = [place for place, name in enumerate(self.ids) if name not in episode_ids]
-        name = name_without(self.play, episode_ids & frozenset(self.ids))
+        name = digest_without(self.play, episode_ids & frozenset(self.ids))
         return EpisodeTable(tuple(self.ids[place] for place in kept), self.scores[kept], name)
 
     def packed(self) -> bytes:

@@ -13,7 +13,7 @@ from arramon_server.errors import BadInput, Conflict, NotFound, quoted
 from arramon_server.runs.storage.epochs import EpochRecord, EpochState, EpochStore
 from arramon_server.runs.storage.journal import Journal
 from arramon_server.scoring.aggregate import Interval
-from arramon_server.scoring.leakage import Scored, changes
+from arramon_server.scoring.leakage import EpochScores, changes
 
 _TIMES = ("opened_at", "closed_at", "revealed_at")
 
@@ -219,10 +219,10 @@ class EpochBoard:
         return {_agent_of(line.entries[0]): line for line in ordered}
 
 
-def _scored(standings: Sequence[Standing], metric: str) -> Scored:
+def _scored(standings: Sequence[Standing], metric: str) -> EpochScores:
     means = [line.rows[TOTAL][metric].mean for line in standings]
     episodes = min(entry.counted for line in standings for entry in line.entries)
-    return Scored(means, [len(line.entries) for line in standings], episodes)
+    return EpochScores(means, [len(line.entries) for line in standings], episodes)
 
 
 def as_file(epochs: Sequence[Epoch]) -> dict[str, object]:

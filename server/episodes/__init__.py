@@ -1,1 +1,1 @@
-"""Episodes: their definition, their files, and splits."""
+"""Episodes: definition, files and splits."""

@@ -1,4 +1,4 @@
-"""What changed between two states of a split's data: the world, the ground truth, or the texts of its episodes."""
+"""Differences between two versions of a split's data: in the world, the ground truth, or the texts of its episodes."""
 
 from collections import Counter
 from collections.abc import Collection
@@ -9,18 +9,18 @@ from arramon_server.episodes.splits import Split
 from arramon_server.errors import Conflict
 
 MOST_NAMED = 5
-"""Episodes that an error names."""
+"""Maximum number of episodes that an error names."""
 
 
 @dataclass(frozen=True, slots=True)
 class EpisodeChanges:
-    """Ids of the episodes that changed; each is in one set or several.
+    """Ids of the changed episodes, each in one or several sets.
 
     Attributes:
-        world: what an agent is shown, or what stops it, is another: the section, the start, the furniture, the objects
-            in the street or the room.
-        truth: the ground truth is another: path, actions, which object is the target, or its cell.
-        texts: an instruction is another.
+        world: changes of images or collisions: the section, the start, the furniture, the objects in the street or the
+            room.
+        truth: changes of the ground truth: path, actions, choice of the target, or its cell.
+        texts: changes of an instruction.
     """
 
     world: frozenset[str]
@@ -29,16 +29,16 @@ class EpisodeChanges:
 
     @property
     def all(self) -> frozenset[str]:
-        """All episodes that changed."""
+        """All changed episodes."""
         return self.world | self.truth | self.texts
 
 
 def changes_between(before: Split, after: Split) -> EpisodeChanges:
-    """Return what changed in a split's episodes.
+    """Return the changes in a split's episodes.
 
     Raises:
-        Conflict: if both do not have the same episodes, in the same languages, and the same rules about what is public:
-            then scores on one are no scores on the other.
+        Conflict: if the episodes, their languages or the rules about public data differ, so that scores on one version
+            are not valid for the other.
     """
     if before.episodes.keys() != after.episodes.keys():
         gone = named(before.episodes.keys() - after.episodes.keys())
@@ -61,7 +61,7 @@ def changes_between(before: Split, after: Split) -> EpisodeChanges:
 
 
 def named(episode_ids: Collection[str]) -> str:
-    """Return a number of episodes with the names of the first of them."""
+    """Return the number of some episodes and the first ids, as text."""
     ordered = sorted(episode_ids)
     if not ordered:
         return "no episode"
@@ -71,7 +71,7 @@ def named(episode_ids: Collection[str]) -> str:
 
 
 def _world(episode: Episode) -> object:
-    """Return what the rules and the camera depend on, whatever the target is among the objects of the street."""
+    """Return the data that rules and camera depend on; the choice of the target does not matter."""
     streets = [Counter(turn.street) for turn in episode.turns]
     return episode.section, episode.start, episode.furniture, episode.decoys, streets
 

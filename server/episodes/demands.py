@@ -1,4 +1,4 @@
-"""What the instructions of generated episodes ask for, counted from their meaning, in a file beside the episodes.
+"""File of instruction demands: what the instructions of generated episodes ask for, by their meaning.
 
 `splits/NAME/demands.json` is made from `episodes.jsonl` by `arramon-server generate`, and is no part of the data's
 hash: a serving process groups scores by it without knowing any language. It never leaves the server.
@@ -21,7 +21,7 @@ FORMAT, VERSION = "arramon-demands", 1
 
 @dataclass(frozen=True, slots=True)
 class TurnDemands:
-    """What the two instructions of a turn ask for. The names are those of the languages' meanings.
+    """Demands of the two instructions of a turn, with the names of the languages' meanings.
 
     Attributes:
         steps: kinds of the navigation's steps in order: "turn", "turn_at", "turn_before", "turn_after", "face",
@@ -58,8 +58,8 @@ def write_demands(folder: Path, data_hash: str, demands: Demands) -> None:
 
     Args:
         folder: folder of the split.
-        data_hash: hash of the data that the demands were counted from.
-        demands: of every episode.
+        data_hash: hash of the data from which the demands were made.
+        demands: demands of every episode.
 
     Raises:
         OSError: if it cannot be written.
@@ -71,7 +71,7 @@ def write_demands(folder: Path, data_hash: str, demands: Demands) -> None:
 
 
 def read_demands(folder: Path, data_hash: str) -> Demands:
-    """Read the file of a split; nothing if there is none, or if it was made from other data or by another version.
+    """Read the file of a split; return nothing if it is missing, made from other data or by another version.
 
     Raises:
         BadFile: if its content is malformed.

@@ -1,4 +1,4 @@
-"""The definition of an episode: start pose, two turns of ground truth and objects, instructions in each language."""
+"""Definition of an episode: start pose, two turns with ground truth and objects, instructions in each language."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
@@ -12,7 +12,7 @@ from arramon_server.sim.rules import Collectible, EpisodeLayout, PlacedObject
 
 @dataclass(frozen=True, slots=True)
 class Instructions:
-    """The instruction texts of a turn's two phases, verbatim, typing errors included."""
+    """The instruction texts of a turn's two phases, verbatim, including typing errors."""
 
     navigation: str
     assembly: str

@@ -1,4 +1,4 @@
-"""Epochs of hidden splits: their names, and what a host commits to when it opens one.
+"""Epochs of hidden splits: their names, and the statement that a host commits to when it opens one.
 
 An epoch is a split of its own, generated from a secret of its own. The host publishes its statement when it opens the
 epoch: everything that determines the split, with the SHA-256 of the secret in place of the secret. The statement's
@@ -32,7 +32,7 @@ _NAME = re.compile(r"(?P<base>[a-z][a-z0-9_]*)_e(?P<number>[1-9][0-9]{0,5})")
 
 @dataclass(frozen=True, slots=True)
 class Statement:
-    """What a host commits to when it opens an epoch.
+    """Statement that a host commits to when it opens an epoch.
 
     Attributes:
         split: name of the epoch's split, such as "test_unseen_e2".
@@ -68,7 +68,7 @@ class Statement:
 
     @property
     def command(self) -> str:
-        """Command that generates the split again, without the secret at its end."""
+        """Command that regenerates the split, without the secret at its end."""
         untried = "" if self.tried else " --no-trial"
         return f"arramon-server generate --split {self.split} --scale {self.scale!r}{untried} --secret"
 
@@ -81,10 +81,10 @@ def read_statement(content: bytes, place: Path | str) -> Statement:
 
     Args:
         content: its canonical JSON.
-        place: its file or source, for messages.
+        place: file or source, for messages.
 
     Raises:
-        BadFile: if it is no statement of this format, or is not written canonically, so that its digest would differ.
+        BadFile: if it is not a statement of this format, or not canonical JSON, so that its digest would differ.
     """
     statement = parse(_STATEMENT, content, Path(place))
     if (statement.format, statement.version) != (FORMAT, VERSION):
@@ -108,10 +108,10 @@ def digest_of(secret: str) -> str:
 
 
 def check_secret(secret: str) -> str:
-    """Return a secret that was typed, without the white space around it.
+    """Check a typed secret, and return it without surrounding white space.
 
     Raises:
-        BadInput: if it is none; the message does not repeat it.
+        BadInput: if it is not a secret; the message does not repeat it.
     """
     text = secret.strip()
     if len(text) != SECRET_DIGITS or not set(text) <= set("0123456789abcdef"):
@@ -125,7 +125,7 @@ def name_of(base: str, number: int) -> str:
 
 
 def epoch_of(split: str) -> tuple[str, int] | None:
-    """Return the split of the data set and the number of an epoch, from its split's name; None if it is no epoch's."""
+    """Parse the name of an epoch's split into base split and number; None for any other name."""
     found = _NAME.fullmatch(split)
     return (found["base"], int(found["number"])) if found else None
 
@@ -134,7 +134,7 @@ def number_of(split: str) -> int:
     """Return the number of an epoch from its split's name.
 
     Raises:
-        BadInput: if it is no epoch's name.
+        BadInput: if it is not the name of an epoch's split.
     """
     found = epoch_of(split)
     if found is None:

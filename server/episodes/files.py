@@ -1,4 +1,4 @@
-"""Files of episodes (JSON Lines with a header), sections and provenance (one JSON object each), validated when read.
+"""Reading, writing and validation of files: episodes (JSON Lines), sections and provenance (one JSON object each).
 
 The first line of an episode file is the header; every further line is one `Episode` (see `episode`), field by field.
 Version 1 has no `furniture`. `docs/episodes.md` describes the format for authors of such files.
@@ -45,7 +45,7 @@ class Header:
 
     Attributes:
         format: always "arramon-episodes".
-        version: of the format, PLAIN or FURNISHED; other versions are rejected.
+        version: version of the format, PLAIN or FURNISHED; others are rejected.
         split: name of the split, such as "val_seen".
         hidden: whether targets, goals and paths must never leave the server.
         source: origin of the episodes, as free text.
@@ -67,7 +67,7 @@ _PROVENANCE = TypeAdapter(Provenance)
 
 
 def version_for(episodes: Iterable[Episode]) -> int:
-    """Return the lowest version of the format that can hold the episodes: older servers read PLAIN files as well."""
+    """Return the lowest format version that can hold the episodes, as older servers can read PLAIN files."""
     return PLAIN if all(episode.furniture.is_empty for episode in episodes) else FURNISHED
 
 
@@ -89,7 +89,7 @@ def write_episodes(path: Path, header: Header, episodes: Sequence[Episode]) -> N
 def read_episodes(path: Path) -> tuple[Header, list[Episode]]:
     """Read and validate an episode file of any version; one whose name ends in ".gz" is decompressed.
 
-    Episodes of a file without furniture have their section's as it is.
+    Episodes of a file without furniture have their section's furniture unchanged.
 
     Raises:
         BadFile: if the content is wrong, naming the line and the field.
@@ -111,7 +111,7 @@ def read_episodes(path: Path) -> tuple[Header, list[Episode]]:
 
 
 def read_header(path: Path) -> Header:
-    """Read the header of an episode file alone, which is quick.
+    """Read only the header of an episode file, which is quick.
 
     Raises:
         BadFile: if it cannot be read or is wrong.
@@ -171,15 +171,15 @@ def read_bytes(path: Path) -> bytes:
 
 
 def most_decompressed(size: int) -> int:
-    """Return the most bytes that a compressed file of this size may hold: more than any file of data does."""
+    """Return the maximum decompressed size of a file of this size in bytes: more than any data file has."""
     return max(MIN_DECOMPRESSED, MAX_RATIO * size)
 
 
 def _decompressed(path: Path, content: bytes) -> bytes:
-    """Return what a gzip file holds.
+    """Decompress a gzip file.
 
     Raises:
-        BadFile: if it is malformed, or holds much more than any file of data: it could fill the memory.
+        BadFile: if it is malformed, or so much larger than any data file that it could fill the memory.
     """
     most, found = most_decompressed(len(content)), bytearray()
     while content:
@@ -199,10 +199,10 @@ def _decompressed(path: Path, content: bytes) -> bytes:
 
 
 def read_object(path: Path) -> dict[str, Any]:
-    """Return the JSON object that a file holds.
+    """Read a JSON object from a file.
 
     Raises:
-        BadFile: if it cannot be read or is no JSON object.
+        BadFile: if it cannot be read or is not a JSON object.
     """
     try:
         content = read_json(read_bytes(path))

@@ -1,7 +1,7 @@
-"""Provenance of a section's scenery and of its episodes' own furniture: recovered from texts, or drawn.
+"""Provenance of a section's scenery and of its episodes' own furniture: recovered from texts, or drawn at random.
 
-A split has a file of it for each section whose furniture was recovered: `provenance/ID.json` beside its sections.
-No rule and no camera depends on it.
+A split has one file for each section whose furniture was recovered: `provenance/ID.json` beside its sections.
+Rules and cameras do not depend on it.
 """
 
 from collections import Counter
@@ -24,7 +24,7 @@ class PropOrigin:
 
     Attributes:
         name: AGREEMENT, COLOUR, TEXT or DRAWN.
-        votes: of AGREEMENT; otherwise 0.
+        votes: number of votes for AGREEMENT; otherwise 0.
     """
 
     name: str
@@ -33,12 +33,12 @@ class PropOrigin:
 
 @dataclass(frozen=True, slots=True)
 class Recovered:
-    """A prop or a building of a section that is as several texts agree.
+    """A prop or building of a section whose look several texts agree on.
 
     Attributes:
-        index: in `Section.props` or `Section.buildings`.
-        votes: their number, weighted by how near to the place each text puts it.
-        language_votes: the same for each language, by code; may be empty.
+        index: index in `Section.props` or `Section.buildings`.
+        votes: number of these texts, weighted by how near each text puts it.
+        language_votes: the same by language code; may be empty.
     """
 
     index: int
@@ -56,8 +56,8 @@ class Provenance:
 
     Attributes:
         section: id of the section.
-        props: the section's props that were recovered; all others were drawn.
-        buildings: the buildings whose facade was recovered; those of all others were drawn.
+        props: the section's recovered props; all others were drawn at random.
+        buildings: the buildings with a recovered facade; those of all others were drawn at random.
         own: for each episode with own furniture the origin of each of `OwnFurniture.added`: COLOUR, TEXT or
             DRAWN.
     """
@@ -117,7 +117,7 @@ class Provenance:
 
 @dataclass(frozen=True, slots=True)
 class OriginCounts:
-    """Numbers of things by origin.
+    """Number of props and facades by origin.
 
     Attributes:
         agreed_props, agreed_facades: of the sections, recovered by agreement.
@@ -133,7 +133,7 @@ class OriginCounts:
     own_drawn: int
 
     def __str__(self) -> str:
-        """Return one line for people."""
+        """Return a summary in one line."""
         return (
             f"{self.agreed_props} landmarks and {self.agreed_facades} facades recovered by agreement, "
             f"{self.own_text} put where an episode's own text says, "
@@ -143,7 +143,7 @@ class OriginCounts:
 
 
 def origins_of(provenance: Iterable[Provenance], sections: Mapping[str, Section]) -> OriginCounts:
-    """Return how many things have which origin in the sections that have a provenance."""
+    """Count props and facades by origin, in the sections that have a provenance."""
     listed = list(provenance)
     own = Counter(origin for each in listed for origins in each.own.values() for origin in origins)
     agreed = sum(len(each.props) for each in listed)

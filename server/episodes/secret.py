@@ -1,4 +1,4 @@
-"""Secrets that seed hidden splits, the host's and those of epochs: created on first use, for their owner alone."""
+"""Secrets that seed hidden splits and epochs: created on first use, readable by their owner only."""
 
 import secrets
 from pathlib import Path

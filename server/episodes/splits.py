@@ -45,14 +45,14 @@ SECRET = "secret"  # noqa: S105 - a file's name
 
 @dataclass(frozen=True, eq=False)
 class Split:
-    """A named set of episodes, and the sections that they take place in.
+    """A named set of episodes and their sections.
 
     Attributes:
-        name: such as "val_seen".
+        name: name, such as "val_seen".
         hidden: whether targets, goals and paths must never leave the server.
         source: origin of the episodes, as free text.
-        episodes: by id.
-        sections: by id.
+        episodes: episodes by id.
+        sections: sections by id.
         data_hash: SHA-256 of the names and contents of all its files, in hexadecimal.
         training: whether it is for training alone, and runs on it are not ranked.
         provenance: of recovered furniture, by section; empty where none was recovered.
@@ -81,14 +81,14 @@ class Split:
 
     @cached_property
     def texts(self) -> Mapping[str, TextSummary]:
-        """What the instructions in each language are made of, by code."""
+        """Alphabet and lengths of the instructions in each language, by code."""
         return texts_by_language(self.episodes.values())
 
     @cached_property
     def truth_hash(self) -> bytes:
-        """SHA-256 of the ground truth, 32 bytes. Unlike `data_hash` it is never shown: whoever knows it has the split.
+        """SHA-256 of the ground truth, 32 bytes. Unlike `data_hash` it is secret: only owners of the split know it.
 
-        Shown scores of a hidden split follow from it, so that its definition never changes.
+        The shown scores of a hidden split are derived from it, so its definition must never change.
         """
         digest = hashlib.sha256(b"arramon truth 1\n")
         for episode_id, episode in sorted(self.episodes.items()):
@@ -111,7 +111,7 @@ def folder_of(data: Path, name: str) -> Path:
 
 
 def folders_of(data: Path) -> list[Path]:
-    """Return the folders of all splits, sorted by name, without temporary folders that a killed `write_split` left."""
+    """Return the folders of all splits, sorted by name, without temporary folders left by a killed `write_split`."""
     return sorted(folder for folder in (data / "splits").glob("*/") if not folder.name.startswith("."))
 
 
@@ -137,10 +137,10 @@ def no_splits(data: Path) -> NotFound:
 
 
 def check_split(splits: Mapping[str, Split], name: str | None) -> None:
-    """Check that there is a split of a name, if one is given.
+    """Check that the split with a name, if given, exists.
 
     Raises:
-        NotFound: if there is not; the message says which there are.
+        NotFound: if it does not; the message lists the existing splits.
     """
     if name is not None and name not in splits:
         raise NotFound(f"there is no split {name!r}; there are {', '.join(splits)}")

@@ -1,4 +1,4 @@
-"""What the instruction texts of episodes are made of: alphabet and lengths."""
+"""Alphabet and lengths of the instruction texts of episodes."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -11,9 +11,9 @@ class TextSummary:
     """Alphabet and lengths of the instructions in one language.
 
     Attributes:
-        alphabet: every character that occurs, sorted.
-        longest: characters of the longest instruction.
-        longest_utf8: bytes of the longest instruction in UTF-8.
+        alphabet: all characters that occur, sorted.
+        longest: length of the longest instruction, in characters.
+        longest_utf8: length of the longest instruction in UTF-8, in bytes.
     """
 
     alphabet: str

@@ -1,4 +1,4 @@
-"""Aggregation of episode scores to a table of means with confidence intervals."""
+"""Aggregation of episode scores into a table of means with confidence intervals."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -73,8 +73,8 @@ class ScoreTable:
 def aggregate(episodes: Sequence[EpisodeScores], *, confidence: float = CONFIDENCE) -> ScoreTable:
     """Return means over all episodes, per turn and over both turns, with their intervals.
 
-    An interval is for the mean over the episodes of these sections, had others been drawn in each of them. What
-    `Sections` holds besides is about other sections. The result does not depend on the order of `episodes`.
+    An interval is for the mean if other episodes had been drawn in each of these sections. The interval in `Sections`
+    is for other sections. The result does not depend on the order of `episodes`.
 
     Args:
         episodes: scores of every episode of the run, including those that were not played.

@@ -1,4 +1,4 @@
-"""Scores of groups of turns, with intervals that keep both turns of an episode together."""
+"""Scores of groups of turns, with intervals that treat both turns of an episode as dependent."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -33,8 +33,8 @@ class GroupScores:
 def group_scores(scores: Floats, group: npt.NDArray[np.bool_], sections: npt.NDArray[np.intp]) -> GroupScores:
     """Return the scores of a group of turns.
 
-    The mean is a ratio: the sum of the scores over the number of turns. Its variance follows from each episode's share
-    in both, so that two turns of one episode are not taken for two independent ones.
+    The mean is a ratio: the sum of the scores over the number of turns. Its variance is computed from each episode's
+    share in both, so that two turns of one episode do not count as independent.
 
     Args:
         scores: of all turns, (episodes, 2, METRICS).
@@ -61,7 +61,7 @@ def group_scores(scores: Floats, group: npt.NDArray[np.bool_], sections: npt.NDA
 def masked_group_scores(
     scores: Floats, group: npt.NDArray[np.bool_], rows: Rows, noise: Noise, names: Sequence[str]
 ) -> GroupScores:
-    """Return the scores of a group of turns of a hidden split, as they are shown.
+    """Return the masked scores of a group of turns of a hidden split.
 
     Args:
         scores: of all turns, (episodes, 2, METRICS).

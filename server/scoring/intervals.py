@@ -1,10 +1,10 @@
 """Confidence intervals for means of scores in [0, 1]: over the episodes of given sections, and over sections.
 
 The variance is estimated from the scores, and expressed as a share of the largest variance that scores in [0, 1] with
-the same mean can have. The interval holds every mean that is within t standard errors of the one observed, where the
-standard error is that of the supposed mean: Wilson's interval (1927) with an effective number of episodes (Korn and
-Graubard 1998). It stays within [0, 1], and covers near both ends too, where the bootstrap does not.
-`benchmarks/leaderboard/interval_coverage.py` measures how often it holds the truth.
+the same mean can have. The interval contains every mean within t standard errors of the observed one, with the
+standard error under that mean: Wilson's interval (1927) with an effective number of episodes (Korn and
+Graubard 1998). It stays within [0, 1], and has its nominal coverage near both ends, too, unlike the
+bootstrap. `benchmarks/leaderboard/interval_coverage.py` measures the coverage.
 """
 
 from dataclasses import dataclass
@@ -45,9 +45,9 @@ class Moments:
 
 
 def episode_moments(values: Floats, strata: npt.NDArray[np.intp]) -> Moments:
-    """Return the mean over all episodes, and its variance if episodes are drawn anew within each stratum.
+    """Return the mean over all episodes, and its variance for episodes drawn anew within each stratum.
 
-    Strata of one episode show no variance, and are taken together as one.
+    Strata of one episode show no variance, and are merged into one.
 
     Args:
         values: scores, (episodes, ...).
@@ -66,10 +66,10 @@ def episode_moments(values: Floats, strata: npt.NDArray[np.intp]) -> Moments:
 
 
 def mean_bounds(moments: Moments, confidence: float = CONFIDENCE) -> Bounds:
-    """Return intervals for means over the episodes that could have been drawn in the same sections.
+    """Return intervals for means over other episodes drawn in the same sections.
 
-    The share of the largest variance is estimated as if one more episode had shown all of it. That matters only where a
-    few episodes, or equal scores, show no variance.
+    The share of the largest variance is estimated with one more episode that has all of it. That matters only if there
+    are few episodes, or if equal scores show no variance.
     """
     mean, number = moments.mean, moments.episodes
     largest = mean * (1.0 - mean)
@@ -80,7 +80,7 @@ def mean_bounds(moments: Moments, confidence: float = CONFIDENCE) -> Bounds:
 
 
 def section_bounds(values: Floats, sections: npt.NDArray[np.intp], confidence: float = CONFIDENCE) -> Bounds | None:
-    """Return intervals for the mean over sections that could have been played instead; None if there is one section.
+    """Return intervals for the mean over other sections; None with one section.
 
     The sections' means are the observations, with as many degrees of freedom as sections less one: with few sections
     the interval is wide.
@@ -113,7 +113,7 @@ def section_means(values: Floats, sections: npt.NDArray[np.intp]) -> Floats:
 
 
 def section_spread(values: Floats, sections: npt.NDArray[np.intp]) -> Floats | None:
-    """Return the standard deviation between sections, without the error of drawing episodes; None with one section."""
+    """Return the standard deviation between sections, without the sampling error of episodes; None with one section."""
     means = section_means(values, sections)
     if len(means) < 2:
         return None

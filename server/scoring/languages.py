@@ -12,7 +12,7 @@ from arramon_server.scoring.paired import difference_bounds
 
 @dataclass(frozen=True, slots=True)
 class LanguageGap:
-    """Difference between the language with the highest mean and that with the lowest, over the episodes that all have.
+    """Difference between the languages with the highest and the lowest mean, over the episodes that all languages have.
 
     Attributes:
         higher, lower: codes of the two languages; the first two if all means are equal.

@@ -1,9 +1,9 @@
-"""Changes of agents' scores from one epoch of a hidden split to another one, drawn from the same distribution.
+"""Changes of agents' scores between two epochs of a hidden split, which are drawn from the same distribution.
 
-Only the means that are shown of each epoch enter, so that a change tells nothing further of single episodes; its
-interval is that of the largest variance that these means allow, for other episodes drawn in both epochs. All agents
-played the same episodes, so that a set that is easier by chance moves all of them alike: the change against the others
-leaves that out.
+They are computed from the shown means of each epoch alone, so that a change reveals nothing more about single episodes.
+Its interval assumes the largest variance that these means allow, with other episodes drawn in both epochs. All agents
+played the same episodes, so that a set that is easier by chance changes all scores alike: the change relative to the
+other agents cancels that out.
 """
 
 import math
@@ -13,18 +13,18 @@ from dataclasses import dataclass
 from scipy.special import ndtri
 
 from arramon_server.scoring.aggregate import Interval
-from arramon_server.scoring.disclosure import LEAST, step_of
+from arramon_server.scoring.disclosure import MIN_EPISODES, step_of
 from arramon_server.scoring.intervals import CONFIDENCE
 from arramon_server.scoring.masking import shown_deviation
 
 
 @dataclass(frozen=True, slots=True)
-class Scored:
+class EpochScores:
     """Shown scores of several agents on one epoch.
 
     Attributes:
         means: shown mean of each agent over both turns.
-        runs: number of runs that each mean is over.
+        runs: number of runs of each mean.
         episodes: number of the epoch's episodes that are not void.
     """
 
@@ -50,14 +50,14 @@ class ScoreChanges:
 
 @dataclass(frozen=True, slots=True)
 class _MaskedFigure:
-    """A figure of one epoch: a mean, or a difference of two; its largest variance by episode, and that of rounding."""
+    """A mean or difference of means in one epoch, with its largest variance per episode and its rounding variance."""
 
     value: float
     variance: float
     rounding: float
 
 
-def changes(older: Scored, newer: Scored) -> ScoreChanges:
+def changes(older: EpochScores, newer: EpochScores) -> ScoreChanges:
     """Return the changes of agents that played both epochs.
 
     Args:
@@ -68,34 +68,34 @@ def changes(older: Scored, newer: Scored) -> ScoreChanges:
     mean = _change(older, newer, *(_mean(one) for one in (older, newer)))
     if len(agents) < 2:
         return ScoreChanges(each, None, mean)
-    apart = tuple(_change(older, newer, *(_apart(one, at) for one in (older, newer))) for at in agents)
-    return ScoreChanges(each, apart, mean)
+    relative = (_change(older, newer, *(_relative_to_others(one, at) for one in (older, newer))) for at in agents)
+    return ScoreChanges(each, tuple(relative), mean)
 
 
-def _own(scored: Scored, at: int) -> _MaskedFigure:
+def _own(scored: EpochScores, at: int) -> _MaskedFigure:
     mean = scored.means[at]
     return _MaskedFigure(mean, mean * (1.0 - mean), shown_deviation(scored.episodes) ** 2)
 
 
-def _mean(scored: Scored) -> _MaskedFigure:
+def _mean(scored: EpochScores) -> _MaskedFigure:
     agents = len(scored.means)
     mean = sum(scored.means) / agents
     return _MaskedFigure(mean, mean * (1.0 - mean), shown_deviation(scored.episodes) ** 2)
 
 
-def _apart(scored: Scored, at: int) -> _MaskedFigure:
-    """Return an agent's mean minus that of the mean of all others, see `masking.difference` for the variance."""
+def _relative_to_others(scored: EpochScores, at: int) -> _MaskedFigure:
+    """Return an agent's mean minus the mean of all others, see `masking.difference` for the variance."""
     means, runs = ([*whole[:at], *whole[at + 1 :]] for whole in (scored.means, scored.runs))
-    rest = Scored(means, runs, scored.episodes)
+    rest = EpochScores(means, runs, scored.episodes)
     own, others = _own(scored, at), _mean(rest)
     value = own.value - others.value
     largest = min(own.value + others.value, 2.0 - own.value - others.value) - value**2
     return _MaskedFigure(value, max(largest, 0.0), own.rounding + others.rounding)
 
 
-def _change(older: Scored, newer: Scored, before: _MaskedFigure, after: _MaskedFigure) -> Interval:
+def _change(older: EpochScores, newer: EpochScores, before: _MaskedFigure, after: _MaskedFigure) -> Interval:
     mean = round(after.value - before.value, 4)
-    if min(older.episodes, newer.episodes) < LEAST:
+    if min(older.episodes, newer.episodes) < MIN_EPISODES:
         return Interval(mean, -1.0, 1.0)
     step = max(step_of(older.episodes), step_of(newer.episodes))
     variance = sum(

@@ -1,25 +1,25 @@
-"""The only figures that are shown of scores on a hidden split: means, rounded, and what follows from them.
+"""Masking of scores on a hidden split: rounded means, and figures derived from them, which alone are shown.
 
-Two exact totals that differ by one episode give its score away, and so does a rounded one whose threshold an attacker
-has found: the attacker controls all other episodes of its own runs. So each mean of a turn is rounded up or down to the
-grid of `step_of` by a threshold of its own: up with the probability of its place between the two grid points, but for
-certain near 0 and 1 (`upward_chance`). What is shown is less than a step from the exact mean, is right on average
-between the first and the last step where the order of metrics (see `_consistent`) does not lower it, and shows 0 as 0
-and 1 as 1. SECURITY.md says what one figure tells of an episode at most, whatever else is
-known (`tests/scoring/figure_bits.py` computes it); several figures tell at most the sum.
+Two exact totals that differ by one episode reveal its score, and so does a rounded total whose threshold an attacker
+has found, as the attacker controls all other episodes of its own runs. So each mean of a turn is rounded up or down to
+the grid of `step_of` by a threshold of its own: up with a probability equal to its position between the two grid
+points, except near 0 and 1, where rounding is certain (`upward_chance`). The shown mean is less than a step from the
+exact mean. It is unbiased between the first and the last step, unless the order of metrics (see `_consistent`) lowers
+it, and 0 and 1 are shown exactly. SECURITY.md bounds the information of one figure about an episode, whatever else is
+known (`tests/scoring/figure_bits.py` computes it); the bounds of several figures add up.
 
-Thresholds follow from the split's ground truth, which nobody outside knows, and from the digest of the play: the
-actions and causes of all episodes (`runs.storage.play_digest`). So the same play shows the same figures, whoever plays
-it and in however many pieces, and another play has thresholds that are independent of all earlier ones. They must not
-follow from the scores: two plays would then show equal figures exactly if they scored alike, and an attacker who knows
-the scores of one would read those of the other; nor from less than the whole play: an attacker would find a threshold
-by several plays that share it. Who has the split can derive them.
+Thresholds are derived from the split's ground truth, which is secret, and from the play digest: the actions and causes
+of all episodes (`runs.storage.play_digest`). So the same play shows the same figures, whoever plays it and in however
+many pieces, and another play has independent thresholds. They must not depend on the scores: then two plays would show
+equal figures exactly if they scored alike, and an attacker who knows the scores of one would learn those of the other.
+Nor may they depend on less than the whole play: then an attacker could find a threshold with several plays that share
+it. Anyone who has the split can derive the thresholds.
 
-Means of groups have Gaussian noise with the deviation GROUP_NOISE, counted in turns: what one tells of a score with
-variance v is at most log2(1 + v / GROUP_NOISE**2) / 2 bits (the capacity of a Gaussian channel). Intervals, differences
-of runs, means over seeds and languages, and gaps are computed from the shown means alone, with the largest variance
-that such means allow, and so tell nothing further. Paired tests, which decide ranks, are of exact scores with LEAST
-episodes of noise beside them; their p-values are shown as one of P_CLASSES.
+Means of groups have Gaussian noise with the deviation GROUP_NOISE, counted in turns: a figure reveals at most
+log2(1 + v / GROUP_NOISE**2) / 2 bits of a score with variance v (the capacity of a Gaussian channel). Intervals,
+differences of runs, means over seeds and languages, and gaps are computed from the shown means alone, with the largest
+variance that such means allow, and so reveal nothing more. Paired tests, which decide ranks, use exact scores and
+MIN_EPISODES further episodes of noise; their p-values are rounded up to one of P_CLASSES.
 """
 
 import hmac
@@ -33,17 +33,17 @@ import numpy.typing as npt
 from scipy.special import stdtrit
 
 from arramon_server.scoring.aggregate import ROWS, Interval
-from arramon_server.scoring.disclosure import FLAT, GROUP_NOISE, LEAST, STEPS, TEST_NOISE, step_of
+from arramon_server.scoring.disclosure import FLAT, GROUP_NOISE, MIN_EPISODES, STEPS, TEST_NOISE, step_of
 from arramon_server.scoring.episode import GATES, METRICS, PLACEMENT
 from arramon_server.scoring.intervals import CONFIDENCE, Floats, Moments, mean_bounds
 
 MASKED_METHOD = "from-masked-means"
-"""Name of the method of the intervals, as receipts state it. A change of the method changes the name."""
+"""Name of the method for intervals in receipts. A change of the method changes the name."""
 
 P_CLASSES = (0.001, 0.01, 0.05, 1.0)
 """Values that p-values are rounded up to."""
 
-_SURE = 9
+_POSITION_DIGITS = 9
 """Decimals of a place between two grid points that are the same on all machines."""
 
 _DIGITS = 4
@@ -54,36 +54,36 @@ Rows = Mapping[str, Mapping[str, Interval]]
 
 @dataclass(frozen=True, slots=True)
 class Noise:
-    """Random numbers that follow from a split's ground truth.
+    """Deterministic random numbers, derived from a split's ground truth.
 
     Attributes:
-        key: what they are derived from; unknown to all who do not have the split.
+        key: secret key, derived from the split's data.
     """
 
     key: bytes = b""
 
     def uniform(self, *names: str) -> float:
-        """Return a number from 0 to 1, both excluded, always the same one for the same names."""
+        """Return a uniform number in (0, 1), always the same for the same names."""
         digest = hmac.digest(self.key, "\0".join(names).encode(), "sha256")
         return (int.from_bytes(digest[:6]) + 0.5) / 2.0**48
 
     def normal(self, *names: str) -> float:
-        """Return a number from the standard normal distribution, always the same one for the same names."""
+        """Return a standard normal number, always the same for the same names."""
         return _NORMAL.inv_cdf(self.uniform(*names))
 
     def test_scores(self, play: str, metric: str) -> Floats:
-        """Return scores of a run in LEAST made-up episodes, (LEAST,), whose sum has the standard deviation TEST_NOISE.
+        """Return a run's noise scores, (MIN_EPISODES,). The standard deviation of their sum is TEST_NOISE.
 
-        Between two runs their differences are symmetric, as the paired tests suppose under their null hypothesis. Runs
-        with the same play have the same ones, and differ by nothing.
+        Between two runs their differences are symmetric, as paired tests assume under their null hypothesis. Runs with
+        the same play have equal ones.
 
         Args:
-            play: digest of how the run was played.
+            play: play digest of the run.
             metric: metric that is compared.
         """
         _check_play(play)
-        scale = TEST_NOISE / LEAST**0.5
-        scores: Floats = scale * np.array([self.normal(play, "test", metric, str(at)) for at in range(LEAST)])
+        scale = TEST_NOISE / MIN_EPISODES**0.5
+        scores: Floats = scale * np.array([self.normal(play, "test", metric, str(at)) for at in range(MIN_EPISODES)])
         return scores
 
 
@@ -91,12 +91,12 @@ _NORMAL = NormalDist()
 
 
 def masked_rows(turns: Floats, noise: Noise, play: str) -> dict[str, dict[str, Interval]]:
-    """Return the rows of a run's score table as they are shown: turns rounded at random, and their means as total.
+    """Return the shown rows of a run's score table: turns rounded at random, and their means as total.
 
     Args:
         turns: scores of both turns of each episode, (episodes, 2, METRICS).
-        noise: of the split.
-        play: digest of how the run was played.
+        noise: noise of the split.
+        play: play digest of the run.
     """
     _check_play(play)
     episodes, step = len(turns), step_of(len(turns))
@@ -116,24 +116,24 @@ def masked_rows(turns: Floats, noise: Noise, play: str) -> dict[str, dict[str, I
 
 
 def randomised_rounding(value: float, step: float, threshold: float) -> float:
-    """Return one of the two numbers on the grid that a number lies between; the number itself if it is on the grid.
+    """Round a number to one of the two neighbouring grid points; a number on the grid stays the same.
 
     Args:
         value: number in [0, 1].
-        step: step of the grid, a whole part of 1.
-        threshold: number in (0, 1): the result is the upper one if `upward_chance` is above.
+        step: step of the grid, which divides 1.
+        threshold: number in (0, 1): the result is the upper grid point if `upward_chance` is above.
     """
     parts = round(1.0 / step)
-    place = round(value * parts, _SURE)  # equal on all machines, whose sums differ in the last bits
+    place = round(value * parts, _POSITION_DIGITS)  # equal on all machines, although sums differ in the last bits
     below = math.floor(place)
     return (below + (upward_chance(place, parts) > threshold)) / parts
 
 
 def upward_chance(place: float, parts: int) -> float:
-    """Return the probability that a number is rounded up: its place between two grid points, but near 0 and 1.
+    """Return the probability that a number is rounded up: its position between two grid points, except near 0 and 1.
 
-    Within FLAT steps of 0 or 1 a number is shown as 0 or 1 for certain, and the probability grows the quicker behind:
-    a run that stops at once in all episodes but one shows 0 whether or not it solved that one.
+    Within FLAT steps of 0 or 1 a number is always rounded to 0 or 1, and the probability is steeper beyond: a run that
+    stops at once in all episodes but one shows 0, whether or not it solved that one.
 
     Args:
         place: number in units of the grid's step, from 0 to `parts`.
@@ -147,13 +147,13 @@ def upward_chance(place: float, parts: int) -> float:
 def masked_group(
     scores: Floats, group: npt.NDArray[np.bool_], metrics: Sequence[str], noise: Noise, names: Sequence[str]
 ) -> dict[str, Interval]:
-    """Return the means over a group of turns as they are shown, by metric.
+    """Return the shown means over a group of turns, by metric.
 
     Args:
         scores: of all turns, (episodes, 2, METRICS).
         group: the turns in the group, (episodes, 2).
-        metrics: those that are shown.
-        noise: of the split.
+        metrics: metrics to show.
+        noise: noise of the split.
         names: digest of the play, and what names the group.
     """
     _check_play(names[0])
@@ -171,19 +171,19 @@ def masked_group(
 
 
 def masked_share(share: float, episodes: int, noise: Noise, names: Sequence[str]) -> float:
-    """Return a share of the episodes as it is shown.
+    """Return the shown value of a share of the episodes.
 
     Args:
         share: exact share.
         episodes: number of the episodes.
-        noise: of the split.
-        names: what names the share, and the digests of the plays.
+        noise: noise of the split.
+        names: names of the share, and the play digests.
     """
     return randomised_rounding(share, step_of(episodes), noise.uniform(*names))
 
 
 def rounded_rows(rows: Rows, episodes: int) -> dict[str, dict[str, Interval]]:
-    """Return the rows of a table with exact scores, rounded, where the split with its thresholds is gone."""
+    """Return the rounded rows of a table with exact scores, for a split whose thresholds are lost with its data."""
     step, deviation = step_of(episodes), shown_deviation(episodes)
     return {
         row: {
@@ -195,7 +195,7 @@ def rounded_rows(rows: Rows, episodes: int) -> dict[str, dict[str, Interval]]:
 
 
 def mean_of_rows(tables: Sequence[Rows], episodes: int) -> dict[str, dict[str, Interval]]:
-    """Return the means of several runs' shown rows: those of several seeds, or languages.
+    """Return the means over the shown rows of several runs, which differ in seed or language.
 
     Args:
         tables: rows of the runs.
@@ -211,24 +211,24 @@ def mean_of_rows(tables: Sequence[Rows], episodes: int) -> dict[str, dict[str, I
 
 
 def shown_deviation(episodes: int) -> float:
-    """Return the largest standard deviation of a shown mean from the exact one: half a step, of a mean in the middle.
+    """Return the largest standard deviation of a shown mean: half a step, midway between two grid points.
 
-    It is used for means over turns and runs too. Their thresholds are independent, but the order of metrics may lower
-    all of them alike.
+    It is used for means over turns and runs, too. Their thresholds are independent, but the order of metrics may lower
+    all of them.
     """
     return step_of(episodes) / 2.0
 
 
 def mean_interval(mean: float, episodes: int, deviation: float, step: float) -> Interval:
-    """Return a shown mean with an interval that follows from it: that of the largest variance, and of what hides it.
+    """Return a shown mean with its interval, from the largest possible variance and the masking error.
 
     Args:
         mean: shown mean.
-        episodes: number of episodes that it is about; below LEAST the interval is [0, 1].
+        episodes: number of episodes of the mean; below MIN_EPISODES the interval is [0, 1].
         deviation: standard deviation of the shown mean from the exact one.
         step: step to which the ends are rounded, outwards.
     """
-    if episodes < LEAST:
+    if episodes < MIN_EPISODES:
         return Interval(mean, 0.0, 1.0)
     value = np.array(mean)
     bounds = mean_bounds(Moments(value, value * (1.0 - value) / episodes, episodes, episodes - 1))
@@ -239,18 +239,18 @@ def mean_interval(mean: float, episodes: int, deviation: float, step: float) -> 
 
 
 def difference(one: float, other: float, episodes: int, deviation: float) -> Interval:
-    """Return the difference of two shown means over the same episodes, with an interval that follows from them.
+    """Return the difference of two shown means over the same episodes, with its interval.
 
     Its variance is the largest that scores with these means can have: as their squared differences are at most their
     differences, it is at most a + b - (a - b)**2, and the same for 1 - a and 1 - b.
 
     Args:
         one, other: shown means.
-        episodes: number of the episodes; below LEAST the interval is [-1, 1].
+        episodes: number of the episodes; below MIN_EPISODES the interval is [-1, 1].
         deviation: standard deviation of the shown difference from the exact one.
     """
     found = _tidy(one - other)
-    if episodes < LEAST:
+    if episodes < MIN_EPISODES:
         return Interval(found, -1.0, 1.0)
     step = step_of(episodes)
     largest = max(min(one + other, 2.0 - one - other) - found**2, 0.0)
@@ -259,34 +259,34 @@ def difference(one: float, other: float, episodes: int, deviation: float) -> Int
     return Interval(found, max(_down(found - half, step), -1.0), min(_up(found + half, step), 1.0))
 
 
-def p_class(p: float) -> float:
+def p_value_class(p: float) -> float:
     """Return the least of P_CLASSES that is at least p."""
     return next((bound for bound in P_CLASSES if p <= bound), P_CLASSES[-1])
 
 
-def name_without(play: str, voided: Collection[str]) -> str:
-    """Return what a run's thresholds without its void episodes follow from, in place of the digest of its play.
+def digest_without(play: str, voided: Collection[str]) -> str:
+    """Return the replacement of a run's play digest, from which its thresholds without void episodes are derived.
 
-    They are as independent of those with all episodes as another play's: with the same ones, the figures before and
-    after an episode is voided would differ by what it scored.
+    They are independent of the thresholds with all episodes: with equal thresholds, the figures before and after an
+    episode is voided would differ by its score.
 
     Args:
-        play: digest of how the run was played, with all its episodes.
+        play: play digest of the run, with all its episodes.
         voided: ids of those of its episodes that are void; with none it is `play` itself.
     """
     return "\n".join([play, "without", *sorted(voided)]) if voided and play else play
 
 
-def coarse(number: float) -> float:
-    """Return a number, at least 0, rounded to two significant digits."""
+def two_digits(number: float) -> float:
+    """Round a number, at least 0, to two significant digits."""
     return float(f"{number:.1e}")
 
 
 def _consistent(values: dict[str, float]) -> dict[str, float]:
-    """Return rounded means in the order that exact ones have: CTC grows with k, a gate and PTC only lower.
+    """Lower rounded means to the order of exact ones: CTC grows with k, and gates and PTC only lower a score.
 
-    Each stays within a step of its exact mean: lowered to `more`, the exact one of `less` is at most that of `more`,
-    and so less than a step above what is shown of `more`; and it is less than a step below, as it was before.
+    Each stays within a step of its exact mean: if it is lowered to `more`, the exact mean of `less` is at most that of
+    `more`, and so less than a step above the shown mean of `more`; and it is less than a step below, as before.
     """
     made = dict(values)
     for less, more in _ORDER:
@@ -296,7 +296,7 @@ def _consistent(values: dict[str, float]) -> dict[str, float]:
 
 
 def _levelled(values: dict[str, float]) -> dict[str, float]:
-    """Return noisy means in the order of exact ones: two in the wrong order become their mean, not the lower one."""
+    """Return noisy means in the order of exact ones: two in the wrong order are replaced by their mean."""
     made = dict(values)
     for less, more in _ORDER:
         if less in made and more in made and made[less] > made[more]:
@@ -313,7 +313,7 @@ _ORDER = (
     *((f"PTC@{gate}", f"rPOD@{gate}") for gate in GATES),
     *((f"PTC@{less}", f"PTC@{more}") for less, more in (("CTC-5", "CTC-7"), ("CTC-3", "CTC-5"))),
 )
-"""Pairs of metrics of which the first is never the greater; a second one is the first one of no later pair."""
+"""Pairs of metrics of which the first is never greater; the second one is not the first one of any later pair."""
 
 
 def _step_above(deviation: float) -> float:

@@ -15,7 +15,7 @@ NDTW_THRESHOLD = 3.0
 def ndtw(path: Sequence[Point2], reference: Sequence[Point2], threshold: float = NDTW_THRESHOLD) -> float:
     """Return the normalised dynamic time warping, exp(-DTW(path, reference) / (threshold * |reference|)).
 
-    Both paths are first reduced to their distinct consecutive positions: turns and blocked moves add nothing.
+    Both paths are first reduced to their distinct consecutive positions: turns and blocked moves do not count.
 
     Args:
         path: positions (x, z) of the agent, in order; an empty path scores 0.
@@ -59,7 +59,7 @@ def ptc(distance: float) -> float:
 
 
 def _distinct(path: Sequence[Point2]) -> npt.NDArray[np.float64]:
-    """Return the path without consecutive repetitions, (n, 2)."""
+    """Return the path without consecutive duplicates, (n, 2)."""
     points = np.asarray(path, dtype=np.float64)
     if points.ndim != 2 or points.shape[1] != 2:
         raise ValueError(f"a path has the shape {points.shape}; expected rows of (x, z)")

@@ -90,7 +90,7 @@ def permutation_tests(scores: Floats, *, flips: int = FLIPS, seed: int = 0) -> F
 
 
 def _signs(episodes: int, flips: int, seed: int) -> npt.NDArray[np.int8]:
-    """Return random signs, (flips, episodes), as 0 or 1; all that there are, if they are fewer."""
+    """Return random signs, (flips, episodes), as 0 or 1; every combination of signs, if these are fewer."""
     if 2**episodes <= flips:
         return ((np.arange(2**episodes)[:, None] >> np.arange(episodes)) & 1).astype(np.int8)
     return np.random.default_rng(seed).integers(0, 2, size=(flips, episodes), dtype=np.int8)
@@ -99,7 +99,7 @@ def _signs(episodes: int, flips: int, seed: int) -> npt.NDArray[np.int8]:
 def tails(differences: Floats) -> Floats:
     """Return the two-sided tail of each row's sum under random signs, by the saddlepoint approximation.
 
-    Steps between the sums that can occur are taken into account where all differences are multiples of one number.
+    It is corrected for the lattice of possible sums where all differences are multiples of one number.
 
     Args:
         differences: differences of pairs of runs, (pairs, episodes); each row's sum must not be 0.
@@ -141,7 +141,7 @@ def holm(p: Sequence[float] | Floats) -> Floats:
 def difference_bounds(
     differences: Floats, strata: npt.NDArray[np.intp], confidence: float = CONFIDENCE
 ) -> tuple[float, float, float]:
-    """Return the mean of a pair's differences and its interval, if episodes are drawn anew within each stratum.
+    """Return the mean of a pair's differences and its interval, for episodes drawn anew within each stratum.
 
     Args:
         differences: difference in each episode, (episodes,), in [-1, 1].

@@ -1,4 +1,4 @@
-"""Variance between runs of one agent that differ in their seed, told apart from that between episodes.
+"""Variance between runs of one agent with different seeds, separated from the variance between episodes.
 
 All runs played the same episodes, so that scores have two factors: run and episode. Their variance components follow
 from the mean squares of a two-way analysis of variance with one score in each cell (Searle, Casella and McCulloch
@@ -39,8 +39,8 @@ class SeedSpread:
 def seed_spread(scores: Floats, confidence: float = CONFIDENCE) -> SeedSpread:
     """Return the spread of runs with several seeds.
 
-    The interval is Student's, from the means of the runs: with few of them it is wide. What is by chance within a run
-    is in it too, as another seed would draw that anew.
+    The interval is Student's, from the means of the runs: with few of them it is wide. It includes randomness within a
+    run, which another seed would draw anew.
 
     Args:
         scores: score of each run in each episode, (runs, episodes); at least two runs, and two episodes.

@@ -1,4 +1,4 @@
-"""Signature of a score: the settings that must be equal for scores to be comparable, in one line as in sacrebleu."""
+"""Signature of a score: the settings that comparable scores must share, in one line as in sacrebleu."""
 
 import hashlib
 import re
@@ -11,7 +11,7 @@ _NONE = "none"
 
 @dataclass(frozen=True, slots=True)
 class Signature:
-    """Settings under which a score was reached.
+    """Settings that produced a score.
 
     `str()` returns the line to quote with a score, and `Signature.parse` reads it.
 
@@ -112,7 +112,7 @@ class Signature:
 
 
 def digest_of(episode_ids: Iterable[str]) -> str:
-    """Return what stands for a set of episodes in a signature: the first 12 digits of a hash of their ids."""
+    """Return the digest of a set of episodes in a signature: the first 12 digits of a hash of their ids."""
     return hashlib.sha256("\n".join(sorted(episode_ids)).encode()).hexdigest()[:12]
 
 
@@ -128,7 +128,7 @@ def without_episodes(line: str, voided: Collection[str]) -> str:
 
 
 def argument(name: str, value: str) -> str:
-    """Return an argument as in a signature: `name=value`, with white space, "%", "+" and "|" percent-encoded."""
+    """Format an argument for a signature: `name=value`, with white space, "%", "+" and "|" percent-encoded."""
     written = re.sub(r"[\s%+|]", lambda mark: quote(mark[0], safe=""), value)
     return f"{name}={written}"
 

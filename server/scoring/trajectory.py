@@ -1,4 +1,4 @@
-"""Records of played episodes and their turns, the input of scoring; independent of the simulator."""
+"""Records of played episodes and turns: the input of scoring, independent of the simulator."""
 
 from dataclasses import dataclass
 
@@ -51,7 +51,7 @@ class EpisodeRecord:
 
     Attributes:
         episode_id: id of the episode, unique in the split.
-        section: section of the city; confidence intervals take the sections as given.
+        section: section of the city; confidence intervals condition on the sections.
         turns: records of both turns, also of a second turn that was never begun.
     """
 

@@ -8,7 +8,7 @@ from arramon_server.runs.results.breakdown import Breakdown, BreakdownLine
 from arramon_server.runs.results.groups import TurnGroup
 from arramon_server.scoring.aggregate import Interval
 from arramon_server.scoring.breakdown import SHOWN
-from arramon_server.scoring.disclosure import LEAST
+from arramon_server.scoring.disclosure import MIN_EPISODES
 from arramon_server.web.texts import Texts
 
 PLOTTED = ("CTC-3", "PTC", "PTC@CTC-3")
@@ -65,7 +65,7 @@ def breakdown_part(t: Texts, found: Breakdown) -> Part:
 def _remarks(t: Texts, found: Breakdown) -> list[str]:
     said = []
     if found.rounded:
-        said.append(t("report.hidden", least=t.whole(LEAST)) if found.lines else t("report.few"))
+        said.append(t("report.hidden", least=t.whole(MIN_EPISODES)) if found.lines else t("report.few"))
     if found.withheld and found.lines:
         said.append(t("report.withheld", number=t.whole(found.withheld)))
     if not found.reads:

@@ -16,7 +16,7 @@ from arramon_server.runs.results.receipts import Receipts, stored_receipt
 from arramon_server.runs.results.signing import SigningKey
 from arramon_server.runs.storage.epochs import EpochState, check_open
 from arramon_server.runs.storage.records import COMPLETE, Code
-from arramon_server.scoring.leakage import Scored, changes
+from arramon_server.scoring.leakage import EpochScores, changes
 from tests import tiny
 from tests.board.made import House, secret_of
 
@@ -151,7 +151,7 @@ def test_changes_are_those_of_the_episodes_that_are_not_void(house: House, tmp_p
     Correcting(house.database, house.splits, SigningKey(tmp_path / "key.pem")).void(newer, [first], "a wall")
     (line,) = house.epoch_board.compare(older, newer, "en").agents
     means = (line.older_mean, line.newer_mean)
-    scored = [Scored([mean], [1], episodes) for mean, episodes in zip(means, (60, 59), strict=True)]
+    scored = [EpochScores([mean], [1], episodes) for mean, episodes in zip(means, (60, 59), strict=True)]
     assert line.difference == changes(*scored).of_each[0]
     assert line.difference != changes(*(replace(one, episodes=60) for one in scored)).of_each[0]
 

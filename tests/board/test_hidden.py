@@ -22,7 +22,14 @@ from arramon_server.runs.storage import tables
 from arramon_server.runs.storage.records import Code
 from arramon_server.scoring.disclosure import step_of
 from arramon_server.scoring.episode import METRICS
-from arramon_server.scoring.masking import Noise, difference, masked_rows, mean_interval, name_without, shown_deviation
+from arramon_server.scoring.masking import (
+    Noise,
+    difference,
+    digest_without,
+    masked_rows,
+    mean_interval,
+    shown_deviation,
+)
 from tests import tiny
 from tests.board.made import CLOCKS, STEPS, House
 
@@ -182,7 +189,7 @@ def test_void_episode_leaves_no_trace_in_fresh_figures(hidden: House, tmp_path: 
     after = board.entry("a").rows  # the board of a server that runs
     kept = [ending for ending in endings if ending.episode_id != order[0]]
     play, noise = hidden.journal.play(run), Noise(split.truth_hash)
-    assert after == masked_rows(score_array(kept), noise, name_without(play, order[:1]))
+    assert after == masked_rows(score_array(kept), noise, digest_without(play, order[:1]))
     assert after != masked_rows(score_array(kept), noise, play)
     assert after == report_of(run, hidden.journal, hidden.splits).table.rows
     receipts = Receipts(hidden.database, hidden.splits, SigningKey(tmp_path / "key.pem"))

@@ -12,7 +12,7 @@ from arramon.v1 import evaluation_pb2 as pb
 from arramon_client.cli import main
 from arramon_client.commands.report import plot
 from arramon_server.runs.accounts.callers import HOST, Role
-from arramon_server.scoring.disclosure import LEAST
+from arramon_server.scoring.disclosure import MIN_EPISODES
 from tests import demanding
 from tests.api.people import Person, token_of
 from tests.api.test_runs import refused
@@ -88,7 +88,7 @@ def test_hidden_split_shows_large_groups_with_rounded_scores(
     assert found["withheld"] > 10
     assert len(found["groups"]) > 5
     for group in found["groups"]:
-        assert group["episodes"] >= LEAST
+        assert group["episodes"] >= MIN_EPISODES
         for score in group["scores"].values():
             assert score["mean"] * 100 == pytest.approx(round(score["mean"] * 100))
 

@@ -9,8 +9,8 @@ from arramon_server.scoring.disclosure import (
     FLAT,
     GROUP_BITS,
     GROUP_NOISE,
-    LEAST,
-    LEAST_A_STEP,
+    MIN_EPISODES,
+    MIN_EPISODES_PER_STEP,
     PublishedSums,
     bits_of,
     step_of,
@@ -40,9 +40,9 @@ def told(groups: list[Mask]) -> float:
 
 def test_small_group_is_refused() -> None:
     published = PublishedSums(1000)
-    assert not published.admit(first(1000, LEAST - 1))
-    assert not published.admit(first(1000, LEAST - 1, turns=(0,)))
-    assert published.admit(first(1000, 3 * LEAST))
+    assert not published.admit(first(1000, MIN_EPISODES - 1))
+    assert not published.admit(first(1000, MIN_EPISODES - 1, turns=(0,)))
+    assert published.admit(first(1000, 3 * MIN_EPISODES))
 
 
 def test_group_whose_complement_is_small_is_refused() -> None:
@@ -92,15 +92,15 @@ def test_no_combination_of_random_groups_is_about_few_episodes(seed: int) -> Non
             admitted.append(group)
     assert 3 < len(admitted) < 60
     assert told(admitted) == pytest.approx(published.leverages().max())
-    assert told(admitted) <= 1.0 / LEAST + 1e-9
-    # Nothing that follows from the sums is about fewer than LEAST episodes, as far as random combinations show it.
+    assert told(admitted) <= 1.0 / MIN_EPISODES + 1e-9
+    # No combination of the sums is about fewer than MIN_EPISODES episodes, as far as random combinations show it.
     turns = [first(episodes, episodes, turns=(turn,)) for turn in (0, 1)]
     sums = np.array([group.astype(float).ravel() for group in (*turns, *admitted)])
     for _ in range(300):
         zero = draw.choice(2 * episodes, len(sums) - 1, replace=False)  # a combination that is 0 in these turns
         weights = np.linalg.svd(sums[:, zero].T)[2][-1]
         about = np.abs(weights @ sums).reshape(episodes, 2).max(axis=1) > 1e-9
-        assert about.sum() >= LEAST
+        assert about.sum() >= MIN_EPISODES
 
 
 @pytest.mark.parametrize(
@@ -120,7 +120,7 @@ def test_no_combination_of_random_groups_is_about_few_episodes(seed: int) -> Non
 )
 def test_a_step_is_about_some_episodes(episodes: int, step: float) -> None:
     assert step_of(episodes) == step
-    assert step * episodes >= min(LEAST_A_STEP, episodes)
+    assert step * episodes >= min(MIN_EPISODES_PER_STEP, episodes)
 
 
 def capacity(channel: npt.NDArray[np.float64]) -> float:

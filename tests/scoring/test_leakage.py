@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from arramon_server.scoring.disclosure import step_of
-from arramon_server.scoring.leakage import Scored, changes
+from arramon_server.scoring.leakage import EpochScores, changes
 
 
 def test_changes_are_differences_of_the_shown_means() -> None:
-    older = Scored([0.3, 0.5, 0.4], [1, 1, 2], 1200)
-    newer = Scored([0.2, 0.5, 0.45], [1, 1, 1], 1000)
+    older = EpochScores([0.3, 0.5, 0.4], [1, 1, 2], 1200)
+    newer = EpochScores([0.2, 0.5, 0.45], [1, 1, 1], 1000)
     found = changes(older, newer)
     assert [one.mean for one in found.of_each] == pytest.approx([-0.1, 0.0, 0.05])
     assert found.mean.mean == pytest.approx(-0.05 / 3, abs=1e-4)
@@ -21,7 +21,7 @@ def test_changes_are_differences_of_the_shown_means() -> None:
 
 
 def test_an_agent_that_falls_alone_is_found() -> None:
-    found = changes(Scored([0.5, 0.5, 0.5], [1] * 3, 1205), Scored([0.5, 0.5, 0.25], [1] * 3, 1205))
+    found = changes(EpochScores([0.5, 0.5, 0.5], [1] * 3, 1205), EpochScores([0.5, 0.5, 0.25], [1] * 3, 1205))
     assert found.against_others is not None
     assert found.against_others[2].high < 0.0
     assert [one.low <= 0.0 <= one.high for one in found.against_others[:2]] == [False, False]  # they rose against it
@@ -29,7 +29,7 @@ def test_an_agent_that_falls_alone_is_found() -> None:
 
 
 def test_one_agent_has_no_others_and_few_episodes_tell_nothing() -> None:
-    found = changes(Scored([1.0], [1], 5), Scored([0.0], [1], 500))
+    found = changes(EpochScores([1.0], [1], 5), EpochScores([0.0], [1], 500))
     assert found.against_others is None
     assert (found.mean.mean, found.of_each[0].low, found.of_each[0].high) == (-1.0, -1.0, 1.0)
 
@@ -46,7 +46,7 @@ def test_intervals_hold_the_truth_at_least_as_often_as_they_say(mean: float, epi
             hard = rng.beta(4 * mean, 4 * (1 - mean), episodes)
             scores = (rng.random((3, episodes)) < hard).mean(axis=1)
             shown = np.floor(scores * parts + rng.random(3)) / parts
-            sets.append(Scored([*shown], [1] * 3, episodes))
+            sets.append(EpochScores([*shown], [1] * 3, episodes))
         found = changes(*sets)
         assert found.against_others is not None
         shown = (found.of_each[0], found.against_others[0], found.mean)

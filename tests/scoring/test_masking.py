@@ -7,22 +7,22 @@ import numpy.typing as npt
 import pytest
 
 from arramon_server.scoring.aggregate import ROWS
-from arramon_server.scoring.disclosure import LEAST, STEPS, TEST_NOISE, step_of
+from arramon_server.scoring.disclosure import MIN_EPISODES, STEPS, TEST_NOISE, step_of
 from arramon_server.scoring.episode import GATES, METRICS, PLACEMENT
 from arramon_server.scoring.masking import (
     P_CLASSES,
     Noise,
     Rows,
-    coarse,
     difference,
     masked_rows,
     masked_share,
     mean_interval,
     mean_of_rows,
-    p_class,
+    p_value_class,
     randomised_rounding,
     rounded_rows,
     shown_deviation,
+    two_digits,
 )
 
 SECRET = Noise(b"\7" * 32)
@@ -157,11 +157,11 @@ def check_order(rows: Rows) -> None:
 
 
 def test_few_episodes_have_no_intervals() -> None:
-    """Fewer than LEAST have intervals from 0 to 1."""
-    for scores in (np.zeros((LEAST - 1, 2, len(METRICS))), np.ones((LEAST - 1, 2, len(METRICS)))):
+    """Fewer than MIN_EPISODES have intervals from 0 to 1."""
+    for scores in (np.zeros((MIN_EPISODES - 1, 2, len(METRICS))), np.ones((MIN_EPISODES - 1, 2, len(METRICS)))):
         for values in masked_rows(scores, SECRET, "play").values():
             assert {(value.low, value.high) for value in values.values()} == {(0.0, 1.0)}
-    assert difference(1.0, 0.0, LEAST - 1, 0.1).low == -1.0
+    assert difference(1.0, 0.0, MIN_EPISODES - 1, 0.1).low == -1.0
 
 
 @pytest.mark.parametrize("alike", [1, 8])
@@ -213,17 +213,17 @@ def test_rows_without_their_truth_are_rounded() -> None:
     ("p", "bound"), [(0.0, 0.001), (0.001, 0.001), (0.0011, 0.01), (0.049, 0.05), (0.06, 1), (1, 1)]
 )
 def test_p_values_are_rounded_up(p: float, bound: float) -> None:
-    assert p_class(p) == bound
+    assert p_value_class(p) == bound
     assert bound in P_CLASSES
 
 
 @pytest.mark.parametrize(("number", "shown"), [(0, 0), (7, 7), (12_345, 12_000), (0.0123456, 0.012)])
-def test_coarse_numbers_have_two_digits(number: float, shown: float) -> None:
-    assert coarse(number) == shown
+def test_numbers_are_rounded_to_two_digits(number: float, shown: float) -> None:
+    assert two_digits(number) == shown
 
 
 def test_test_scores_sum_to_noise_of_some_episodes() -> None:
     sums = [SECRET.test_scores(str(number), "PTC").sum() for number in range(3000)]
     assert np.std(sums) == pytest.approx(TEST_NOISE, rel=0.05)
     assert abs(np.mean(sums)) < 0.3
-    assert len(SECRET.test_scores("run", "PTC")) == LEAST
+    assert len(SECRET.test_scores("run", "PTC")) == MIN_EPISODES

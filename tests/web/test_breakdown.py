@@ -7,7 +7,7 @@ from contextlib import closing
 import pytest
 
 from arramon_server.runs.results.breakdown import Breakdowns
-from arramon_server.scoring.disclosure import LEAST
+from arramon_server.scoring.disclosure import MIN_EPISODES
 from tests import demanding
 from tests.web.made import HIDDEN_RUN, WebHouse
 from tests.web.reading import Page
@@ -50,7 +50,7 @@ def test_hidden_run_has_few_groups_and_rounded_scores(asked: WebHouse, language:
     assert 2 < len(found.lines) < 20
     assert found.withheld > 10
     assert str(found.withheld) in part
-    assert str(LEAST) in part
+    assert str(MIN_EPISODES) in part
     numbers = {float(number) for number in re.findall(r"[01]\.\d{3}", part)}
     assert numbers
     assert all(number * 100 == pytest.approx(round(number * 100)) for number in numbers)

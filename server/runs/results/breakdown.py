@@ -11,7 +11,7 @@ from arramon_server.runs.results.groups import TRAIN, Grouping, TurnGroup, group
 from arramon_server.runs.results.reports import counted, score_array, split_of
 from arramon_server.runs.storage.records import EpisodeEnding, Run
 from arramon_server.scoring.breakdown import GroupScores, group_scores, masked_group_scores
-from arramon_server.scoring.masking import Noise, masked_rows, name_without
+from arramon_server.scoring.masking import Noise, digest_without, masked_rows
 
 _KEPT = 32
 """Groupings of a split in a language that are cached, about 200 KB each."""
@@ -74,7 +74,7 @@ class Breakdowns:
         found = [(group, group.turns[rows]) for group in groups.groups if group.turns[rows].any()]
         if split.hidden:
             noise = Noise(split.truth_hash)
-            name = name_without(self._play_of(run), voided & {ending.episode_id for ending in endings})
+            name = digest_without(self._play_of(run), voided & {ending.episode_id for ending in endings})
             table = masked_rows(scores, noise, name)
             lines = [
                 BreakdownLine(group, masked_group_scores(scores, turns, table, noise, (name, *group.names)))

@@ -14,7 +14,7 @@ from arramon_server.runs.storage.records import RUNNING, EpisodeEnding, Run, Run
 from arramon_server.scoring.aggregate import ScoreTable, aggregate
 from arramon_server.scoring.episode import METRICS, EpisodeScores
 from arramon_server.scoring.intervals import Floats
-from arramon_server.scoring.masking import Noise, coarse, masked_rows, name_without
+from arramon_server.scoring.masking import Noise, digest_without, masked_rows, two_digits
 from arramon_server.scoring.signature import Signature, argument, digest_of
 
 
@@ -119,7 +119,7 @@ def make_report(
         void=digest_of(mine) if mine else "",
     )
     if split.hidden and not exact:
-        name = name_without(play, mine)
+        name = digest_without(play, mine)
         table = ScoreTable(masked_rows(score_array(kept), Noise(split.truth_hash), name), len(kept))
     else:
         table = aggregate([_scores(ending, split) for ending in kept])
@@ -151,12 +151,12 @@ def coarse_progress(progress: RunProgress) -> RunProgress:
     and so the distance of its target.
     """
     seconds = progress.seconds_a_step
-    timed = int(coarse(progress.timed_steps))
+    timed = int(two_digits(progress.timed_steps))
     return replace(
         progress,
-        steps=int(coarse(progress.steps)),
+        steps=int(two_digits(progress.steps)),
         timed_steps=timed,
-        thinking_seconds=0.0 if seconds is None else coarse(coarse(seconds) * timed),
+        thinking_seconds=0.0 if seconds is None else two_digits(two_digits(seconds) * timed),
     )
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from arramon_server.runs.results.groups import ASPECTS, Grouping, TurnGroup, grouping
-from arramon_server.scoring.disclosure import LEAST
+from arramon_server.scoring.disclosure import MIN_EPISODES
 from tests import demanding
 from tests.scoring.test_disclosure import told
 
@@ -68,9 +68,9 @@ def test_hidden_split_shows_groups_that_tell_of_no_episode() -> None:
         found = grouping(demanding.split("secret", count, hidden=True), "en", None)
         assert len(found.groups) + found.withheld == len(whole.groups)
         for group in found.groups:
-            assert group.turns.any(axis=1).sum() >= LEAST
+            assert group.turns.any(axis=1).sum() >= MIN_EPISODES
         if found.groups:
-            assert told([group.turns for group in found.groups]) <= 1.0 / LEAST + 1e-9
+            assert told([group.turns for group in found.groups]) <= 1.0 / MIN_EPISODES + 1e-9
         shares[count] = len(found.groups) / len(whole.groups)
     assert shares[10] == 0.0
     assert shares[60] < 0.3
