@@ -1,1 +1,1 @@
-"""The simulator: geometry, object catalogue, city, room, rules, collisions, cameras. No gRPC, no storage."""
+"""The simulator: geometry, object catalogue, city, room, rules, collisions and cameras, without gRPC or storage."""

@@ -1,4 +1,4 @@
-"""The pybullet world of a scene: collision checks and the reference camera. The only module that imports pybullet."""
+"""Collision checks and the reference camera with pybullet. The only module that imports pybullet."""
 
 import math
 import os
@@ -53,8 +53,8 @@ _NUDGE = 1e-4
 class Obstacles:
     """The solid bodies of a scene in one pybullet client, for collision checks (`rules.CollisionCheck`).
 
-    It decides as `footprints.Footprints` does: pybullet's answers differ from the exact distance only for bodies that
-    the agent all but touches, and about these the exact distance decides. Use it as a context manager, or `close` it.
+    Its answers equal those of `footprints.Footprints`: pybullet differs from the exact distance only for bodies that
+    the agent almost touches, and for these the exact distance is used. Use it as a context manager, or `close` it.
     It belongs to one thread.
 
     Args:
@@ -103,8 +103,8 @@ class Obstacles:
         Args:
             start: (X, Y) on the scene's ground plane, units.
             end: the same.
-            absent: bodies of the scene that are not there.
-            further: bodies that are there besides those of the scene, each with a collider.
+            absent: bodies of the scene to ignore.
+            further: bodies in addition to those of the scene, each with a collider.
         """
         near, beside = self._near(start, end, absent), _beside(start, end, further)
         unsure: list[int] = []
@@ -146,12 +146,12 @@ class Obstacles:
         return [number for number in found if number in self._solid and self._solid[number] not in absent]
 
     def _exact(self, footprint: Footprint, start: Place, end: Place) -> bool | None:
-        """Return whether the agent touches a body on its way; None if pybullet decides that."""
+        """Return whether the agent touches a body on its way, by exact distance; None if pybullet can decide."""
         excess = footprint.distance(start, end) - AGENT_RADIUS
         return None if abs(excess) > self._exact_within else excess <= 0.0
 
     def _probe_of(self, start: Place, end: Place) -> Callable[..., object]:
-        """Return the function that returns the points in which the agent touches a body on its way."""
+        """Return a function that returns the contact points of the agent with a body on its way."""
         (x0, y0), (x1, y1) = start, end
         # A capsule's axis is its own Z: lay it down along X, then turn it about Z.
         half = math.atan2(y1 - y0, x1 - x0) / 2
@@ -301,7 +301,7 @@ class ReferenceCamera(Obstacles):
         return Frame(rgb, thousandths, numbers)
 
     def _cull(self, viewpoint: Viewpoint, absent: Iterable[Body]) -> None:
-        """Hide the scene's bodies that are absent or wholly outside the frame: even invisible triangles take time."""
+        """Hide the scene's bodies that are absent or entirely outside the frame: even invisible triangles take time."""
         angle, half = math.radians(viewpoint.heading), math.radians(FIELD_OF_VIEW) / 2
         x, y, radius = self._extents.T
         right = (x - viewpoint.x) * math.cos(angle) - (y - viewpoint.y) * math.sin(angle)
@@ -331,7 +331,7 @@ class ReferenceCamera(Obstacles):
         return shown
 
     def _add_further(self, further: Iterable[Body]) -> list[int]:
-        """Place a body for each further one of a variation, and return the pybullet ids. They collide with nothing."""
+        """Add the further bodies of a variation, without collisions, and return the pybullet ids."""
         taken: Counter[tuple[str, str, float, str]] = Counter()
         shown = []
         for body in further:
@@ -399,7 +399,7 @@ class ReferenceCamera(Obstacles):
 
 
 def _beside(start: Place, end: Place, further: Sequence[Body]) -> list[Body]:
-    """Return the bodies that are not too far from a way to be touched."""
+    """Return the bodies that are near enough to a way to be touched."""
     if not further:
         return []
     middle, reach = ((start[0] + end[0]) / 2, (start[1] + end[1]) / 2), _REACH + math.dist(start, end) / 2

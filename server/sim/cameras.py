@@ -1,4 +1,4 @@
-"""The interface of cameras: a camera renders a frame of its scene from a viewpoint and actors."""
+"""The camera interface: a camera renders frames of its scene from a viewpoint, with actors."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -76,12 +76,12 @@ class Frame:
 
 
 def colourless(size: int) -> Frame:
-    """Return a new frame of `size` to draw into without colours, for depth and segmentation alone."""
+    """Return a new frame of `size` without colours, to draw depth and segmentation into."""
     return Frame(np.empty(0, np.uint8), np.empty((size, size), np.uint16), np.empty((size, size), np.uint16))
 
 
 class Camera(Protocol):
-    """Renderer of one scene. Implementations must agree with each other except at edges."""
+    """Renderer of one scene. Images of all implementations must agree except at edges."""
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -101,21 +101,21 @@ class Camera(Protocol):
         """Draw a frame.
 
         Args:
-            viewpoint: of the camera.
-            actors: in the scene for this frame only.
+            viewpoint: pose of the camera.
+            actors: objects in the scene for this frame only.
             size: side length of the frame, in pixels.
             segmentation: whether to label each pixel.
             into: a frame of this size, whose contiguous arrays are overwritten and returned; None for new ones. Its
-                depth may be float32. If it has no segmentation, and that is asked for, it is new. If its colours are an
-                empty array, none are drawn.
+                depth may be float32. A requested segmentation is allocated if it has none. If its colours are an empty
+                array, none are drawn.
             variation: a scene whose bodies are drawn instead of those of the camera's own scene. Their meshes, textures
-                and labels must be known there, by its bodies or its spare ones.
+                and labels must be those of the bodies or spare bodies of that scene.
         """
         ...
 
 
 def labels_of(scene: Scene) -> tuple[str, ...]:
-    """Return all labels that a frame of the scene, or of a variation of it, can have, each once.
+    """Return all labels that a frame of the scene or of a variation can contain, each once.
 
     First NOTHING, then those of the bodies and the spare ones, then every collectible's.
     """
@@ -125,5 +125,5 @@ def labels_of(scene: Scene) -> tuple[str, ...]:
 
 
 def label_of(body: Body) -> str:
-    """Return a body's label, or its name up to the first "/" if it has none."""
+    """Return a body's label; without one, its name up to the first "/"."""
     return body.label or body.name.partition("/")[0]

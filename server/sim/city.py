@@ -76,9 +76,9 @@ def city_scene(section: Section, spare: Iterable[Prop] = ()) -> Scene:
 
 
 def refurnished(scene: Scene, section: Section) -> Scene:
-    """Return the scene of a section that differs from the one of `scene` in furniture alone, zebra crossings excepted.
+    """Return the scene of a section that differs from that of `scene` only in furniture other than zebra crossings.
 
-    It is `city_scene(section)`, but shares everything that is the same with `scene`: meshes, textures and bodies.
+    It equals `city_scene(section)`, but shares equal meshes, textures and bodies with `scene`.
 
     Raises:
         ValueError: as in `city_scene`.
@@ -98,7 +98,7 @@ def refurnished(scene: Scene, section: Section) -> Scene:
 
 
 def _same(body: Body, before: Body | None) -> Body:
-    """Return the body before if it looks and stands the same."""
+    """Return the earlier body if look and pose are equal, otherwise the new one."""
     if before is None:
         return body
     looks = [(one.mesh, one.texture, one.position, one.heading) for one in (body, before)]

@@ -1,7 +1,7 @@
 """Exact collision checks on the ground plane: the agent's disc, moved along a straight line, against upright boxes.
 
-That is all that the rules ask of physics. A box counts by its footprint alone, a rectangle, as every collider is solid
-at the height at which agents collide. The arithmetic is plain double precision.
+The rules need nothing else from physics. Only a box's footprint matters, a rectangle, as every collider is solid at
+the height at which agents collide. The arithmetic is plain double precision.
 """
 
 import math
@@ -52,8 +52,8 @@ class Footprint:
         """Return the footprint of a body.
 
         Raises:
-            ValueError: if the body has no collider, or one that is not solid at PROBE_HEIGHT: whether it is in the way
-                would then depend on more than its footprint.
+            ValueError: if the body has no collider, or one that is not solid at PROBE_HEIGHT: collisions would then
+                depend on more than its footprint.
         """
         box, (x, y, low) = body.collider, body.position
         if box is None:
@@ -96,7 +96,7 @@ class Footprint:
 
 
 class _Solid(NamedTuple):
-    """A solid body with its footprint, and the bounds of the places at which an agent may touch it, in units."""
+    """A solid body with its footprint, and the bounds of the positions where an agent may touch it, in units."""
 
     body: Body
     footprint: Footprint
@@ -136,8 +136,8 @@ class Footprints:
         Args:
             start: (X, Y) on the scene's ground plane, units.
             end: the same.
-            absent: bodies of the scene that are not there.
-            further: bodies that are there besides those of the scene, each with a collider.
+            absent: bodies of the scene to ignore.
+            further: bodies in addition to those of the scene, each with a collider.
 
         Raises:
             ValueError: if one of `further` has no collider, or one that is not solid at PROBE_HEIGHT.

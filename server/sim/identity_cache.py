@@ -1,4 +1,4 @@
-"""A cache by identity, for arguments that are the same object from frame to frame and slow to hash."""
+"""Cache by object identity, for arguments that stay the same object from frame to frame and are slow to hash."""
 
 from collections.abc import Callable
 from typing import Generic, TypeVar
@@ -8,20 +8,20 @@ V = TypeVar("V")
 
 
 class IdentityCache(Generic[K, V]):
-    """A function that remembers its results by the identity of its first argument. For use from any thread.
+    """A function that caches its results by the identity of its first argument. Thread-safe.
 
     Args:
         make: the function.
-        size: results that are kept; when there are more, all are forgotten.
+        size: maximum number of cached results; when it is reached, all are dropped.
     """
 
     def __init__(self, make: Callable[..., V], size: int) -> None:
         self._make, self._size = make, size
         self._kept: dict[tuple[int, ...], tuple[K, V]] = {}
-        """With the argument itself, so that no other object gets its identity."""
+        """Includes the argument itself, so that no other object can get its identity."""
 
     def __call__(self, key: K, *more: int) -> V:
-        """Return the function's result for an object, and further numbers."""
+        """Return the function's result for an object and further numbers."""
         place = (id(key), *more)
         found = self._kept.get(place)
         if found is not None:

@@ -1,4 +1,4 @@
-"""Labels of segmentation: one fixed table for every section and the room."""
+"""Segmentation labels: one fixed table for all sections and the room."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

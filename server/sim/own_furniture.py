@@ -1,4 +1,4 @@
-"""An episode's own furniture: how the street furniture of one episode differs from that of its section."""
+"""An episode's own furniture: the differences between its street furniture and that of its section."""
 
 from dataclasses import dataclass, replace
 
@@ -15,7 +15,7 @@ _LABELS = frozenset(LABELS)
 
 @dataclass(frozen=True, slots=True)
 class MovedProp:
-    """A prop of the section that stands elsewhere in one episode.
+    """A prop of the section at another position in one episode.
 
     Attributes:
         prop: its index in `Section.props`.
@@ -35,8 +35,8 @@ class OwnFurniture:
 
     Attributes:
         added: props of this episode alone.
-        moved: props of the section that stand elsewhere, by index.
-        left_out: indices in `Section.props` of those that are not there.
+        moved: props of the section at other positions, by index.
+        left_out: indices in `Section.props` of removed props.
     """
 
     added: tuple[Prop, ...] = ()
@@ -55,14 +55,14 @@ class OwnFurniture:
 
     @property
     def is_empty(self) -> bool:
-        """Whether the episode has the section's furniture as it is."""
+        """Whether the episode has the section's furniture unchanged."""
         return not (self.added or self.moved or self.left_out)
 
     def check(self, section: Section) -> None:
         """Check that the section has the props that are moved or left out.
 
         Raises:
-            ValueError: naming the one that cannot be.
+            ValueError: naming the prop that does not exist.
         """
         for index in (*(each.prop for each in self.moved), *self.left_out):
             if not 0 <= index < len(section.props):
@@ -76,14 +76,14 @@ NO_FURNITURE = OwnFurniture()
 
 
 def furnished(section: Section, furniture: OwnFurniture) -> Section:
-    """Return the section as it is in an episode: its own props in their order, then those of the episode."""
+    """Return a section with an episode's furniture: the section's props in their order, then those of the episode."""
     if furniture.is_empty:
         return section
     return replace(section, props=(*(prop for prop in _kept(section, furniture) if prop is not None), *furniture.added))
 
 
 def _kept(section: Section, furniture: OwnFurniture) -> list[Prop | None]:
-    """Return the section's props as they are in an episode, by index; None for those left out."""
+    """Return the section's props in an episode, by index; None for those left out."""
     kept: list[Prop | None] = list(section.props)
     for each in furniture.moved:
         kept[each.prop] = replace(section.props[each.prop], x=each.x, z=each.z, heading=each.heading)

@@ -1,4 +1,4 @@
-"""The choice of what checks collisions: pybullet where it is installed, plane geometry elsewhere. They never differ.
+"""Choice of the collision checks: pybullet if it is installed, otherwise plane geometry, with equal results.
 
 pybullet publishes no builds for many machines: see "Two commands" in README.md. It draws the reference camera, too.
 """
@@ -23,7 +23,7 @@ INSTALL_PYBULLET = "pip install 'arramon-server[pybullet]' compiles it, with a C
 
 
 class Physics(Protocol):
-    """Collision checks in a scene some of whose bodies are absent, and that has further ones. Close it after use."""
+    """Collision checks in a scene and its variations, with bodies removed and added. Close it after use."""
 
     def way_is_free(self, start: Place, end: Place, absent: Container[Body] = (), further: Sequence[Body] = ()) -> bool:
         """Return whether the agent's disc can move straight from `start` to `end` without touching a solid body.
@@ -31,13 +31,13 @@ class Physics(Protocol):
         Args:
             start: (X, Y) on the scene's ground plane, units.
             end: the same.
-            absent: bodies of the scene that are not there.
-            further: bodies that are there besides those of the scene, each with a collider.
+            absent: bodies of the scene to ignore.
+            further: bodies in addition to those of the scene, each with a collider.
         """
         ...
 
     def close(self) -> None:
-        """Free what it holds. A second call has no effect."""
+        """Free all resources. A second call has no effect."""
         ...
 
 
@@ -47,7 +47,7 @@ def has_pybullet() -> bool:
 
 
 def physics_of(scene: Scene) -> Physics:
-    """Return the collision checks of a scene: by pybullet where it is installed, otherwise by plane geometry.
+    """Return the collision checks of a scene: by pybullet if it is installed, otherwise by plane geometry.
 
     Raises:
         ValueError: for a collider that is not solid at `footprints.PROBE_HEIGHT`; with pybullet also for two bodies
@@ -62,7 +62,7 @@ def physics_of(scene: Scene) -> Physics:
 
 
 def reference_camera_of(scene: Scene) -> "ReferenceCamera":
-    """Return the reference camera of a scene, which checks its collisions, too; it needs pybullet.
+    """Return the reference camera of a scene, which also checks its collisions; it needs pybullet.
 
     Raises:
         ValueError: as `physics_of`.
@@ -74,7 +74,7 @@ def reference_camera_of(scene: Scene) -> "ReferenceCamera":
 
 
 def problem_of_camera(name: str) -> str:
-    """Return why a camera cannot be had on this machine: unknown, or pybullet is not installed; "" if it can."""
+    """Return why a camera is not available: unknown name, or pybullet is not installed; "" if it is available."""
     if name not in CAMERAS:
         return f"expected one of {', '.join(CAMERAS)}"
     if name == WITH_PYBULLET and not has_pybullet():
@@ -86,8 +86,8 @@ class VariedCollisionCheck:
     """Collision checks (`rules.CollisionCheck`) in a variation of a scene.
 
     Args:
-        physics: of the scene.
-        difference: between the scene and the variation.
+        physics: collision checks of the scene.
+        difference: difference between the scene and the variation.
     """
 
     def __init__(self, physics: Physics, difference: SceneDifference) -> None:

@@ -1,9 +1,9 @@
 """The rules of the task: pure functions `(state, action) -> state, events`, apart from a `CollisionCheck`.
 
 Kinematics, pick-up box, room and fallbacks are those of the paper (sections 3 and 4, appendix D) and of its release, as
-measured. In the room only the walls stop the agent, not the objects: 139 of val-seen's 1,065 second turns walk through
-the very cell in which the first turn's object was placed. Each turn has its own objects in the street: an error in
-turn 1 changes the start of turn 2, as in the paper, but never its target.
+measured. In the room, walls block the agent and objects do not: in 139 of val-seen's 1,065 second turns, the ground
+truth leads through the cell in which the first turn's object was placed. Each turn has its own objects in the street:
+an error in turn 1 changes the start of turn 2, as in the paper, but never its target.
 """
 
 from collections.abc import Sequence
@@ -26,12 +26,12 @@ class Phase(Enum):
 
 
 class CollisionCheck(Protocol):
-    """Collision checks that the rules need from a section.
+    """The collision check of a section that the rules use.
 
     The agent is a disc of AGENT_RADIUS that moves straight, and each solid body a rectangle. A body blocks the way if
     its distance from the straight line between the two places is at most AGENT_RADIUS. Where it differs from that by at
     most `footprints.TOUCHING`, the exact distance decides (`footprints.Footprint.distance`). Elsewhere a physics engine
-    may decide (`bullet.Obstacles`), as it agrees with the distance there. So all implementations answer alike.
+    may decide (`bullet.Obstacles`), as it agrees with the distance there. So all implementations give equal answers.
     """
 
     def way_is_free(self, start: tuple[float, float], end: tuple[float, float]) -> bool:
@@ -192,7 +192,7 @@ def step(state: State, action: Action, layout: EpisodeLayout, collisions: Collis
 
 
 def time_out(state: State, layout: EpisodeLayout) -> Outcome:
-    """End an episode whose time is up: the current phase and all later ones end as at their step limit.
+    """End an episode at its time limit: the current phase and all later ones end as at their step limit.
 
     This counts no step.
 
@@ -244,7 +244,7 @@ def _changed(
     square: RoomCell | None = None,
     room_heading: float | None = None,
 ) -> State:
-    """Return a state with some attributes changed, as `replace` does, which takes four times as long."""
+    """Return a state with some attributes changed, like `replace` but four times as fast."""
     return State(
         state.pose if pose is None else pose,
         state.room,
@@ -291,7 +291,7 @@ def _square_ahead(state: State) -> RoomCell | None:
 
 
 def _force(state: State, layout: EpisodeLayout) -> Outcome:
-    """End a phase by force, as at its step limit (paper, appendix D.1)."""
+    """Force the end of a phase, as at its step limit (paper, appendix D.1)."""
     if state.phase is Phase.ASSEMBLY:
         return _place(state, _square_ahead(state) or state.square, forced=True)
 

@@ -1,4 +1,4 @@
-"""Scenes as data: named bodies with meshes, textures and poses, from which worlds and cameras are built.
+"""Scenes as data: named bodies with meshes, textures and poses, from which collision checks and cameras are built.
 
 Everything here is in the scene frame (right-handed, z up; see `geometry`): X is the world's x, Y its z, Z its y.
 """

@@ -1,4 +1,4 @@
-"""Sections of the city as plain data, from which scenes and obstacles are built."""
+"""Sections of the city as plain data, from which scenes are built."""
 
 from dataclasses import dataclass
 
@@ -34,7 +34,7 @@ class Prop:
 
     Attributes:
         kind: one of PROP_KINDS.
-        x, z: position, in units; for one of ON_WALLS, a point on the wall that it hangs on.
+        x, z: position, in units; for a kind in ON_WALLS, a point on the wall.
         heading: direction of its front, degrees clockwise from +z; of a zebra crossing, that of the street.
         colour: for kinds with several colours (`assets.furniture.COLOURS`; a banner's background colour), otherwise "".
         shape: a banner's star, diamond, triangle, circle, hexagon or dot; what a shop's sign is for, one of

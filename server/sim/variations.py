@@ -1,11 +1,11 @@
-"""Variations of a scene: other bodies, with the same meshes and textures."""
+"""Variations of a scene: the same meshes and textures with other bodies."""
 
 from dataclasses import dataclass
 
 from arramon_server.sim.scene import Body, Scene
 
 CACHED = 512
-"""Number of variations of a scene that a camera remembers, some 20 KB each."""
+"""Number of variations of a scene that a camera caches, about 20 KB each."""
 
 
 @dataclass(frozen=True, eq=False)

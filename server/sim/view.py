@@ -17,7 +17,7 @@ CACHED_POSES = 4096
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """The input of a camera for one frame.
+    """Input of a camera for one frame.
 
     Attributes:
         indoors: whether the scene is the room; otherwise it is the episode's section.
@@ -31,7 +31,7 @@ class View:
 
 
 def view(state: State, layout: EpisodeLayout) -> View:
-    """Return the agent's view in `state`. The object it carries is not visible, as in the original."""
+    """Return the agent's view in `state`. The object that it carries is not visible, as in the original."""
     if state.phase is Phase.ASSEMBLY:
         viewpoint = Viewpoint(state.square.column * CELL_SIZE, state.square.row * CELL_SIZE, state.room_heading)
         # An agent may stand on a cell with objects; these are left out, so that it does not see their insides.

@@ -1,4 +1,4 @@
-"""Banners: a cloth on a wall with a shape on a background colour."""
+"""Banners: cloths on walls with a shape on a coloured background."""
 
 import math
 from functools import cache

@@ -73,7 +73,7 @@ def piece_of(kind: str, colour: str = "") -> Piece:
 
 @cache
 def footprint_radius(kind: str) -> float:
-    """Return the radius, in units, of a circle that contains the collider of any prop of a kind; 0 without a collider.
+    """Return the radius of a circle that contains the colliders of all props of a kind, in units; 0 without colliders.
 
     Raises:
         ValueError: for an unknown kind.

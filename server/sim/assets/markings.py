@@ -1,4 +1,4 @@
-"""Dashed lines along the middle of the streets, which are detected between the buildings."""
+"""Dashed centre lines of the streets, which are detected between the buildings."""
 
 import math
 from collections.abc import Iterator
@@ -70,7 +70,7 @@ def dashes(section: Section, pavement: float) -> list[Dash]:
 
 
 def _apart(roads: list[list[Dash]]) -> list[Dash]:
-    """Return the roads' dashes without those that cross a longer road's: a road may be detected for several headings.
+    """Remove dashes that cross those of a longer road, as a road may be detected for several headings.
 
     Roads at right angles may cross.
     """

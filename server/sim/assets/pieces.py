@@ -1,4 +1,4 @@
-"""What street furniture is made of: a piece's mesh and collider, and parts in a single colour."""
+"""Building blocks of street furniture: a piece's mesh and collider, and parts in a single colour."""
 
 from dataclasses import dataclass
 
@@ -13,14 +13,14 @@ class Piece:
 
     Attributes:
         mesh: the mesh; its front faces +Y.
-        collider: None for what hangs on a wall or lies on the ground.
+        collider: collider; None for pieces on a wall or flat on the ground.
     """
 
     mesh: Mesh
     collider: BoxCollider | None
 
     def scaled(self, factor: float) -> "Piece":
-        """Return the piece larger by a factor."""
+        """Return the piece scaled by a factor."""
         mesh = stretched(self.mesh, factor, factor, factor)
         if self.collider is None:
             return Piece(mesh, None)

@@ -1,4 +1,4 @@
-"""Larger things of the street: parked cars, kiosks, planters, awnings over shops, and zebra crossings."""
+"""Large street furniture: parked cars, kiosks, planters, awnings over shops, and zebra crossings."""
 
 from itertools import pairwise
 

@@ -1,4 +1,4 @@
-"""Signs of shops: a broad board on a wall and one that juts out, with a word in large letters or a pharmacy's cross."""
+"""Shop signs: a board on the wall and a projecting one, with a word in large letters or a pharmacy's cross."""
 
 from functools import cache
 
@@ -52,7 +52,7 @@ def shop_sign_texture(shop: str) -> Image:
 
 @cache
 def shop_sign_mesh() -> Mesh:
-    """Build a board flat on the wall, and beside it one that juts out, to be read along the street.
+    """Build a board flat on the wall, and beside it a projecting one, readable along the street.
 
     The back is in the X-Z plane, against the wall, and it faces +Y.
     """

@@ -1,4 +1,4 @@
-"""The fast camera: a rasteriser compiled with numba, equivalent to the reference camera, with mipmaps."""
+"""The fast camera: a rasteriser compiled with numba that agrees with the reference camera, and has mipmaps."""
 
 import math
 import threading
@@ -32,7 +32,7 @@ _ACTORS = 32
 """Number of actors for which buffers are allocated at first."""
 
 _NO_DEPTH, _NO_UNITS, _NO_LABELS = np.empty(0, np.uint16), np.empty(0, np.float32), np.empty(0, np.uint16)
-"""What is not drawn."""
+"""Outputs that are not drawn."""
 
 _CACHED_POSES = 1024
 """Number of cached groups of actors, as arrays: they rarely change between the frames of an episode."""
@@ -47,39 +47,39 @@ class _Placed(NamedTuple):
 
 
 class _Capacity(NamedTuple):
-    """What scratch buffers have space for: actors, polygons of bodies (up to `end`) and their clusters."""
+    """Capacity of scratch buffers: actors, polygons of bodies (up to `end`) and their clusters."""
 
     actors: int
     end: int
     clusters: int
 
     def holds(self, actors: int, placed: _Placed) -> bool:
-        """Return whether there is space for so many actors and these bodies."""
+        """Return whether a number of actors and these bodies fit."""
         return actors <= self.actors and placed.end <= self.end and placed.clusters <= self.clusters
 
     def joined(self, other: "_Capacity") -> "_Capacity":
-        """Return space for what either has space for."""
+        """Return the maximum of both capacities."""
         return _Capacity(*map(max, self, other))
 
 
 class _Prepared(NamedTuple):
-    """What a thread keeps for a frame size."""
+    """Data that a thread caches for a frame size."""
 
     constants: FrameConstants
     background: Integers
     scratch: Scratch
-    room: _Capacity
+    capacity: _Capacity
 
 
 class _ThreadCache(threading.local):
-    """What each thread keeps, by frame size."""
+    """Cached data of each thread, by frame size."""
 
     def __init__(self) -> None:
         self.prepared: dict[int, _Prepared] = {}
 
 
 class RasterCamera:
-    """Rasteriser of one scene (`cameras.Camera`). Any number of threads may draw at once, each into other arrays.
+    """Rasteriser of one scene (`cameras.Camera`). Thread-safe, if each thread draws into its own arrays.
 
     Args:
         scene: the scene, without actors.
@@ -184,31 +184,31 @@ class RasterCamera:
         )
 
     def _prepared(self, size: int, actors: int, placed: _Placed) -> _Prepared:
-        """Return what this thread needs to draw frames of a size, with space for what is drawn."""
+        """Return this thread's cached data for a frame size, with enough capacity for the actors and bodies."""
         mine = self._threads.prepared
-        if size not in mine or not mine[size].room.holds(actors, placed):
-            room = _Capacity(max(_ACTORS, 2 * actors), placed.end, placed.clusters)
+        if size not in mine or not mine[size].capacity.holds(actors, placed):
+            capacity = _Capacity(max(_ACTORS, 2 * actors), placed.end, placed.clusters)
             if size in mine:
-                room = room.joined(mine[size].room)
+                capacity = capacity.joined(mine[size].capacity)
             mine[size] = _Prepared(
                 _frame_constants(size, self._levels),
                 _packed(sky(size)),
-                self._scratch(size, room),
-                room,
+                self._scratch(size, capacity),
+                capacity,
             )
         return mine[size]
 
-    def _scratch(self, size: int, room: _Capacity) -> Scratch:
+    def _scratch(self, size: int, capacity: _Capacity) -> Scratch:
         flat = self._geometry
         each = flat.meshes[:, 1] - flat.meshes[:, 0]
-        clusters = room.clusters + room.actors * int(each[-len(COLLECTIBLES) :].max())
+        clusters = capacity.clusters + capacity.actors * int(each[-len(COLLECTIBLES) :].max())
         points = int((flat.clusters[:, 2] - flat.clusters[:, 0]).max())
-        polygons = room.end + room.actors * self._most
+        polygons = capacity.end + capacity.actors * self._most
         return new_scratch(size, polygons, clusters, points, int(flat.shapes[:, 1].max()))
 
 
 def is_compiled() -> bool:
-    """Return whether the kernels are compiled already, in this process or on disk, so that the first frame is fast."""
+    """Return whether the kernels are already compiled, in this process or on disk, so that the first frame is fast."""
     return compilation.is_compiled(cover) and compilation.is_compiled(paint)
 
 

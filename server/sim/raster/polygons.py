@@ -36,7 +36,7 @@ class Polygon:
 
 
 @dataclass(eq=False)
-class _Part:
+class _FlatPart:
     corners: list[int]
     normal: Vector
     distance: float
@@ -48,20 +48,20 @@ def polygons(mesh: Mesh) -> list[Polygon]:
 
     Triangles without an area are left out.
     """
-    places = _one_number_for_a_place(mesh.vertices)
+    places = _position_numbers(mesh.vertices)
     points = mesh.vertices.astype(np.float64)
     # With a 1 behind each: the affine functions are products with these.
     points_and_one = np.column_stack([points, np.ones(len(points))])
     return [_polygon(part, points_and_one) for part in _joined(list(_parts(mesh, points, places)), points_and_one)]
 
 
-def _one_number_for_a_place(vertices: npt.NDArray[np.float32]) -> list[int]:
+def _position_numbers(vertices: npt.NDArray[np.float32]) -> list[int]:
     first: dict[bytes, int] = {}
     tidy = np.ascontiguousarray(vertices + np.float32(0.0))  # -0.0 and 0.0 are the same position
     return [first.setdefault(row.tobytes(), number) for number, row in enumerate(tidy)]
 
 
-def _parts(mesh: Mesh, points: Vector, places: list[int]) -> Iterator[_Part]:
+def _parts(mesh: Mesh, points: Vector, places: list[int]) -> Iterator[_FlatPart]:
     """Yield the triangles; those without an area are left out."""
     a, b, c = (points[mesh.triangles[:, i]] for i in range(3))
     normals = cross(b - a, c - a)
@@ -78,10 +78,10 @@ def _parts(mesh: Mesh, points: Vector, places: list[int]) -> Iterator[_Part]:
     functions = np.concatenate([factors, constants[:, :, None]], axis=2)
     distances = np.einsum("ij,ij->i", normals, a)
     for i, corners in enumerate(triangles.tolist()):
-        yield _Part([places[corner] for corner in corners], normals[i], float(distances[i]), functions[i])
+        yield _FlatPart([places[corner] for corner in corners], normals[i], float(distances[i]), functions[i])
 
 
-def _joined(parts: list[_Part], points: Vector) -> list[_Part]:
+def _joined(parts: list[_FlatPart], points: Vector) -> list[_FlatPart]:
     """Merge neighbours until no more can be merged."""
     edges = {edge: part for part in parts for edge in _edges(part.corners)}
     gone: set[int] = set()
@@ -109,7 +109,7 @@ def _edges(corners: list[int]) -> list[tuple[int, int]]:
     return list(zip(corners, corners[1:] + corners[:1], strict=True))
 
 
-def _union(part: _Part, other: _Part, edge: tuple[int, int], points: Vector) -> list[int]:
+def _union(part: _FlatPart, other: _FlatPart, edge: tuple[int, int], points: Vector) -> list[int]:
     """Return the corners of both as one convex polygon; empty if they cannot be merged."""
     if len(part.corners) + len(other.corners) - 2 > _MOST_CORNERS or part.normal @ other.normal < 0.99999:
         return []
@@ -138,7 +138,7 @@ def _is_convex(places: Vector, normal: Vector) -> bool:
     return bool((turns > -1e-9).all() and ((along > 0.0) | (turns > 1e-3 * -along)).all())
 
 
-def _polygon(part: _Part, points: Vector) -> Polygon:
+def _polygon(part: _FlatPart, points: Vector) -> Polygon:
     functions = part.functions.copy()
     functions[1] *= -1.0  # rows run downwards
     places = points[part.corners]

@@ -1,4 +1,4 @@
-"""Conversion of a scene to the rasteriser's arrays: convex polygons and mipmaps.
+"""Conversion of a scene to the rasteriser's arrays: convex polygons and textures with mipmaps.
 
 A polygon is described by its plane and by affine functions of the position on it (texture coordinates, normal), so that
 nothing must be computed from its corners when it is drawn, however it is clipped.
