@@ -28,13 +28,13 @@ PLAIN, FURNISHED = 1, 2
 
 
 MIN_DECOMPRESSED, MAX_RATIO = 64 << 20, 50
-"""A compressed file may hold MIN_DECOMPRESSED bytes, or MAX_RATIO times its own if that is more."""
+"""Maximum decompressed size: MIN_DECOMPRESSED bytes, or MAX_RATIO times the compressed size if that is more."""
 
 _PIECE = 1 << 20
 """Bytes that are decompressed at a time."""
 
 _LONGEST_HEADER = 1 << 20
-"""Maximum bytes of a header that is read alone."""
+"""Maximum bytes of a header, when only the header is read."""
 
 _T = TypeVar("_T")
 

@@ -12,8 +12,8 @@ from arramon_server.episodes.episode import Episode
 from arramon_server.sim.section import Section
 
 AGREEMENT, COLOUR, TEXT, DRAWN = "agreement", "colour", "text", "drawn"
-"""Origins: several texts agree on it; they agree on its place, and the episode's own text says which of the colours
-that they give it; the episode's own text says so; chance."""
+"""Origins: several texts agree; they agree on the position, and the episode's own text selects one of their colours;
+the episode's own text alone; drawn at random."""
 
 OWN_ORIGINS = (COLOUR, TEXT, DRAWN)
 

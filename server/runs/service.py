@@ -33,7 +33,7 @@ LONGEST_AGENT = 200
 """Maximum characters in an agent's name."""
 
 LONGEST_ID = 100
-"""Maximum characters of an episode's id that an error message quotes."""
+"""Maximum characters of an episode's id in an error message."""
 
 
 class Runs:

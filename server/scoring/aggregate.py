@@ -20,10 +20,10 @@ from arramon_server.scoring.intervals import (
 ROWS = ("turn 1", "turn 2", "total")
 
 METHOD = "wilson-within-sections"
-"""Name of the method of the intervals, as receipts state it. A change of the method changes the name."""
+"""Name of the method for intervals in receipts. A change of the method changes the name."""
 
 MIN_SECTION = 10
-"""Episodes that each section needs before differences between sections are computed: fewer tell of single episodes."""
+"""Minimum episodes per section to compute differences between sections: fewer would reveal single episodes."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -44,10 +44,10 @@ P_CLASSES = (0.001, 0.01, 0.05, 1.0)
 """Values that p-values are rounded up to."""
 
 _POSITION_DIGITS = 9
-"""Decimals of a place between two grid points that are the same on all machines."""
+"""Decimals of a position between two grid points that are equal on all machines."""
 
 _DIGITS = 4
-"""Decimals to which means of shown figures are rounded, for display alone."""
+"""Decimals to which means of shown figures are rounded, only for display."""
 
 Rows = Mapping[str, Mapping[str, Interval]]
 

@@ -18,7 +18,7 @@ from scipy.special import ndtr, stdtrit
 from arramon_server.scoring.intervals import CONFIDENCE, Floats, episode_moments
 
 FLIPS = 10_000
-"""Random signs of each episode."""
+"""Number of random signs of each episode."""
 
 FEW = 20
 """Number of random sums that reach the observed one, up to which the saddlepoint approximation takes over."""
@@ -30,7 +30,7 @@ _EXACT = 1e-9
 """Difference up to which sums of scores count as equal."""
 
 _NEWTON = 60
-"""Maximum number of steps that find a saddlepoint."""
+"""Maximum number of Newton steps to find a saddlepoint."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -43,7 +43,7 @@ with _discarded_stderr():
     import pybullet
 
 _REACH = AGENT_RADIUS + 0.01
-"""Distance of a body from the agent's way, in units, beyond which it is not looked at."""
+"""Distance of a body from the agent's way, in units, beyond which it is not checked."""
 
 _FARTHEST = 65535
 _NUDGE = 1e-4

@@ -23,7 +23,7 @@ PAVEMENT = 0.8
 """Width of the pavement around a building, in units."""
 
 CLEAR_OF_ZEBRA = 1.4
-"""Distance between the middles of a dash and of a zebra crossing from which both are painted, in units."""
+"""Minimum distance between the middles of a dash and a zebra crossing, in units."""
 
 _KERB, _LINE = 0.07, 0.12
 _TILE = 16.0

@@ -18,13 +18,13 @@ PROBE_HEIGHT = 0.1
 
 TOUCHING = 0.001
 """Largest difference, in units, between AGENT_RADIUS and a body's distance from the agent's way at which the exact
-distance decides, whatever checks collisions: there the answer of a physics engine depends on its solver."""
+distance decides in all implementations: there the answer of a physics engine depends on its solver."""
 
 _CELL = 4.0
 """Side of a cell of the index, in units."""
 
 _CACHED = 8192
-"""Footprints of further bodies that are kept, some 300 bytes each."""
+"""Number of cached footprints of further bodies, about 300 bytes each."""
 
 Place = tuple[float, float]
 """(X, Y) on the scene's ground plane, in units."""

@@ -8,11 +8,11 @@ import numpy as np
 import numpy.typing as npt
 
 from arramon_client.world import BANNER_COLOURS, BANNER_SHAPES, FACADES, FURNITURE, SHOPS, WALLS
-from arramon_server.sim.assets.furniture import COLOURS, SPOKEN_COLOURS
+from arramon_server.sim.assets.furniture import COLOURS, IMPORTED_COLOURS
 from arramon_server.sim.catalogue import ALL_TYPES, ObjectType
 
-SPOKEN_BANNER_COLOURS = ("orange", "brown")
-"""Further colours of banners that people spoke of in imported texts."""
+IMPORTED_BANNER_COLOURS = ("orange", "brown")
+"""Further colours of banners, from people's instructions in imported texts."""
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -67,8 +67,8 @@ LABELS: tuple[SegmentationLabel, ...] = (
     *(SegmentationLabel("shop_sign", look=shop) for shop in SHOPS),
     *(SegmentationLabel.of(type_) for type_ in ALL_TYPES),
     # At the end: what is learned of the labels before keeps its numbers.
-    *(SegmentationLabel(kind, colour) for kind in FURNITURE for colour in SPOKEN_COLOURS.get(kind, ())),
-    *(SegmentationLabel("banner", colour, shape) for colour, shape in product(SPOKEN_BANNER_COLOURS, BANNER_SHAPES)),
+    *(SegmentationLabel(kind, colour) for kind in FURNITURE for colour in IMPORTED_COLOURS.get(kind, ())),
+    *(SegmentationLabel("banner", colour, shape) for colour, shape in product(IMPORTED_BANNER_COLOURS, BANNER_SHAPES)),
 )
 """All labels; a segmentation's numbers are indices into this table."""
 

@@ -8,7 +8,7 @@ from arramon_server.sim.labels import LABELS
 from arramon_server.sim.section import Prop, Section
 
 PAINTED = "zebra_crossing"
-"""The kind of prop that is part of the road's markings: it is the same in all episodes of a section."""
+"""The kind of prop that is a road marking: it is the same in all episodes of a section."""
 
 _LABELS = frozenset(LABELS)
 
@@ -72,7 +72,7 @@ class OwnFurniture:
 
 
 NO_FURNITURE = OwnFurniture()
-"""That of an episode which has its section's furniture as it is."""
+"""No differences: the episode has its section's furniture."""
 
 
 def furnished(section: Section, furniture: OwnFurniture) -> Section:

@@ -78,4 +78,4 @@ _actors_of_street: IdentityCache[tuple[Collectible, ...], tuple[Actor, ...]] = I
     street_actors, CACHED_POSES
 )
 _actors_of_room: IdentityCache[tuple[PlacedObject, ...], tuple[Actor, ...]] = IdentityCache(room_actors, CACHED_POSES)
-"""By identity first: streets and rooms stay the same objects from step to step, and to hash them takes microseconds."""
+"""By identity: streets and rooms stay the same objects from step to step, and hashing them takes microseconds."""

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from arramon_client.world import AGENT_RADIUS, FURNITURE
-from arramon_server.sim.assets.furniture import COLOURS, SPOKEN_COLOURS, piece_of
+from arramon_server.sim.assets.furniture import COLOURS, IMPORTED_COLOURS, piece_of
 from arramon_server.sim.city import city_scene
 from arramon_server.sim.footprints import Footprint, Footprints, Place
 from arramon_server.sim.room_scene import room_scene
@@ -144,7 +144,7 @@ def test_every_collider_of_the_project_counts_by_its_footprint() -> None:
     """So nothing that can be built is refused, and nothing of it needs more than plane geometry."""
     found = 0
     for kind in FURNITURE:
-        for colour in ("", *COLOURS.get(kind, ()), *SPOKEN_COLOURS.get(kind, ())):
+        for colour in ("", *COLOURS.get(kind, ()), *IMPORTED_COLOURS.get(kind, ())):
             collider = piece_of(kind, colour).collider
             if collider is not None:
                 Footprint.of(body(0.0, 0.0, collider=collider))

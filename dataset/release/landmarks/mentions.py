@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import arramon_lang as lang
 from arramon_client.world import BANNER_COLOURS
 from arramon_lang.reading.outline import Said
-from arramon_server.sim.labels import SPOKEN_BANNER_COLOURS
+from arramon_server.sim.labels import IMPORTED_BANNER_COLOURS
 
 METAL, METAL_BENCH = ("bench", "silver"), "metal_bench"
 """Kind and colour of benches of metal, and their sort."""
@@ -76,7 +76,9 @@ def _event(said: Said, identities: Sequence[str]) -> Event:
     thing = said.thing
     if thing is None:
         return Event(direction=said.direction, tied=said.tied)
-    kind = "banner" if thing.kind == _SIGN and thing.colour in (*BANNER_COLOURS, *SPOKEN_BANNER_COLOURS) else thing.kind
+    kind = (
+        "banner" if thing.kind == _SIGN and thing.colour in (*BANNER_COLOURS, *IMPORTED_BANNER_COLOURS) else thing.kind
+    )
     kind = FACADES if kind == "building_corner" else kind
     weight = 1.0 / max(1, identities.count(thing.identity)) if thing.identity else 1.0
     return Event(

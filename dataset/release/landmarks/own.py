@@ -122,7 +122,7 @@ def _best(group: Sequence[Wanted], indices: Indices, ground: Ground) -> int:
 
 def make(kind: str, place: Numbers, mentions: Sequence[Wanted], room: Room, random: Random) -> Prop:
     """Return a prop of a kind at a place, in the colour that is said, with its front to the nearest path."""
-    possible = (*furniture.COLOURS.get(kind, ()), *furniture.SPOKEN_COLOURS.get(kind, ()))
+    possible = (*furniture.COLOURS.get(kind, ()), *furniture.IMPORTED_COLOURS.get(kind, ()))
     said = next((each.event.colour for each in mentions if each.event.colour in possible), "")
     drawn = random.choice(furniture.COLOURS.get(kind, ("",)))
     return Prop(kind, *_rounded(place), front(place, room.ground.heading, room.walked), said or drawn)

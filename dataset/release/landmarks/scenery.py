@@ -73,7 +73,7 @@ def look_of(landmark: Landmark) -> tuple[str, str, str]:
         colour = colour if colour in SHAPE_COLOURS else "blue"
         shape = landmark.look if landmark.look in BANNER_SHAPES else "star"
         return colour, shape, SHAPE_COLOURS[colour][0]
-    possible = (*furniture.COLOURS.get(landmark.kind, ()), *furniture.SPOKEN_COLOURS.get(landmark.kind, ()))
+    possible = (*furniture.COLOURS.get(landmark.kind, ()), *furniture.IMPORTED_COLOURS.get(landmark.kind, ()))
     default = furniture.COLOURS.get(landmark.kind, ("",))[0]
     return landmark.colour if landmark.colour in possible else default, "", ""
 

@@ -22,7 +22,7 @@ PREFIX = "arramon"
 """Prefix of every token, by which scanners for leaked secrets can recognise one."""
 
 SECRET_BYTES = 32
-"""Random bytes in a token. These cannot be guessed, so a plain SHA-256 protects them as well as a slow hash protects a
+"""Random bytes in a token. They cannot be guessed, so a plain SHA-256 protects them as well as a slow hash protects a
 password, and does not delay a call."""
 
 LONGEST_NAME, LONGEST_NOTE = 100, 200

@@ -13,7 +13,7 @@ from arramon_server.runs.storage.records import Run
 ReadQuery: TypeAlias = Callable[[sa.Select[Any]], Sequence[Row[Any]]]
 
 ParticipantKey: TypeAlias = tuple[str | None, str]
-"""An account and "", or None and the name that an anonymous participant gave."""
+"""An account and "", or None and the name given by an anonymous participant."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,7 +19,7 @@ from arramon_server.runs.storage.journal import run_of
 from arramon_server.runs.storage.records import Run
 
 MIN_STEPS = 50
-"""Steps that two runs must have in their common episodes to be compared: a few equal ones say nothing."""
+"""Minimum steps in the common episodes of two runs to compare them: a few equal steps prove nothing."""
 
 
 Actions: TypeAlias = dict[str, npt.NDArray[np.uint8]]

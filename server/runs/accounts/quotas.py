@@ -57,10 +57,10 @@ LIMITS = tuple(field.name for field in fields(Quota))
 NO_QUOTA = Quota()
 
 OPEN_QUOTA = Quota(runs_per_day=200, runs_at_once=20, streams_at_once=64)
-"""Limits on a split that is not hidden, where the host sets none: more than careful work needs, less than a flood."""
+"""Default limits on a split that is not hidden: more than careful work needs, less than a flood."""
 
 HIDDEN_QUOTA = Quota(runs_per_day=3, runs_at_once=3, streams_at_once=64)
-"""Limits on a hidden split, where the host sets none: every run reveals a little of it."""
+"""Default limits on a hidden split: every run reveals a little of it."""
 
 
 class DefaultQuotas:

@@ -10,10 +10,10 @@ from arramon_server.runs.storage.journal import Journal
 from arramon_server.runs.storage.records import CANCELLED, CLOSER, PENDING, Claim, CommitBatch, EpisodeEnding, Run
 
 CHUNK = 64
-"""Episodes ended at once that nobody has begun; other streams are served between two chunks."""
+"""Number of episodes without steps that are ended at once; other streams are served between two chunks."""
 
 OPEN_CHUNK = 1
-"""The same for open ones: each is replayed first, which may be hundreds of steps."""
+"""The same for open episodes, which are first replayed, over hundreds of steps each."""
 
 
 class Forfeits:
@@ -34,7 +34,7 @@ class Forfeits:
         """End some episodes as `forfeit_some` does; the transaction that ends the last one also cancels the run.
 
         Args:
-            run: that is to be cancelled.
+            run: run to cancel.
             note: kept with each ending.
             now: the time; None for that of the journal.
         """
@@ -44,7 +44,7 @@ class Forfeits:
     def forfeit_some(self, run: Run, note: str) -> bool:
         """End some of a run's remaining episodes, and return whether there were any.
 
-        They are claimed first, so that whoever plays them cannot write any more; those that end in between stay as
+        They are claimed first, so that their players cannot write any more; those that end in the meantime stay as
         they are. If the run's data is gone, its episodes cannot be played any more and end by the server's fault.
         """
         return self._forfeit_some(run, note, {})

@@ -14,7 +14,7 @@ SWEEP_SECONDS = 1.0
 """Time between two rounds of upkeep."""
 
 ACTIVE_SECONDS = 10.0
-"""Time between two notes of the runs that have streams, and between two looks for an abandoned run."""
+"""Interval at which runs with streams are recorded as active, and abandoned runs are searched for."""
 
 _log = logging.getLogger(__name__)
 

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from arramon_server.sim.bullet import ReferenceCamera
 
 Key = tuple[str, str]
-"""A split and a section of it; the first of those with an equal section."""
+"""Split and section id of a section; equal sections share the first key."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,7 @@ from arramon_server.scoring.breakdown import GroupScores, group_scores, masked_g
 from arramon_server.scoring.masking import Noise, digest_without, masked_rows
 
 _KEPT = 32
-"""Groupings of a split in a language that are cached, about 200 KB each."""
+"""Number of cached groupings, one per split and language, about 200 KB each."""
 
 
 @dataclass(frozen=True, slots=True)

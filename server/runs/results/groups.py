@@ -16,12 +16,12 @@ from arramon_server.scoring.disclosure import PublishedSums
 Mask = npt.NDArray[np.bool_]
 
 ASPECTS = ("turn", "length", "corners", "object", "steps", "landmarks", "step", "landmark", "relation", "placement")
-"""What turns are grouped by.
+"""Aspects by which turns are grouped.
 
 turn: the first or the second; length: moves forward on the ground truth; corners: changes of direction on it by 60
 degrees or more; object: whether the target's kind, colour and pattern is that of a target of the split TRAIN ("seen")
 or not ("unseen"); steps: number of steps in the navigation instruction; landmarks: number of different things that it
-names; step, landmark, relation: what it has of a kind; placement: relations in the assembly instruction.
+names; step, landmark, relation: the kinds that it contains; placement: relations in the assembly instruction.
 """
 
 COUNTED = {"length": 5, "corners": 1, "steps": 1, "landmarks": 1}
@@ -30,7 +30,7 @@ COUNTED = {"length": 5, "corners": 1, "steps": 1, "landmarks": 1}
 TRAIN = "train"
 
 _PARTS = 3
-"""Groups of about equal size by a number."""
+"""Number of groups of about equal size for a numeric aspect."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -26,7 +26,7 @@ from arramon_server.runs.storage.play_digest import play_digest
 from arramon_server.runs.storage.records import Code, EpisodeEnding, Run, RunProgress
 
 FILE_FORMAT, FILE_VERSION = "arramon-receipt-file", 1
-"""Header of a receipt's file, which `arramon-client verify` reads too."""
+"""Header of a receipt file, which `arramon-client verify` reads, too."""
 
 _DIGITS = frozenset("0123")
 
@@ -37,7 +37,7 @@ CAUSES = (AGENT_FINISHED, STEP_LIMIT, TIME_LIMIT, FORFEITED, SERVER_FAULT)
 """Causes that an episode of a receipt may commit to."""
 
 _PLAYED = TypeAdapter(tuple[Run, RunProgress, list[EpisodeEnding]])
-"""Checks the types of what a receipt says: anyone can sign a file with a key of their own."""
+"""Checks the types of a receipt's values, as anyone can sign a file with their own key."""
 
 Actions = Mapping[str, Sequence[int]]
 """Actions of a run, by episode id."""

@@ -34,8 +34,8 @@ from arramon_server.scoring.aggregate import METHOD
 from arramon_server.scoring.masking import MASKED_METHOD
 
 FORMAT, VERSION, MASKED_VERSION = "arramon-receipt", 1, 2
-"""Header of the payload. On hidden splits new receipts have MASKED_VERSION: scores as they are shown, no steps, and in
-place of an episode's cause what commits to it. Receipts that earlier releases signed there have VERSION."""
+"""Header of the payload. On hidden splits new receipts have MASKED_VERSION: masked scores, no steps, and a
+commitment in place of each episode's cause. Receipts that earlier releases signed there have VERSION."""
 
 ATTEMPTS = "attempts"
 """Field with the participant's attempts at the time of signing, which cannot be derived again later."""
@@ -44,10 +44,10 @@ EPOCH = "epoch"
 """Field with the commitment of the epoch that the split is, in hexadecimal."""
 
 CORRECTIONS, REVISION, VOIDED = "corrections", "revision", "voided"
-"""Fields with the corrections that the scores follow, with what a receipt supersedes, and with the void episodes."""
+"""Fields with the corrections applied to the scores, with the superseded receipt, and with the void episodes."""
 
 UNDERIVED = frozenset((ATTEMPTS, EPOCH, CORRECTIONS, REVISION))
-"""Fields that do not follow from a run's actions and its split."""
+"""Fields that cannot be derived from a run's actions and its split."""
 
 ActionsOf: TypeAlias = Callable[[str, str], Sequence[int]]
 """Returns the recorded actions of a run's episode, given the ids of both."""

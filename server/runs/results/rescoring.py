@@ -34,7 +34,7 @@ from arramon_server.runs.storage.records import RUNNING, EpisodeEnding, Run
 from arramon_server.sim.rules import Limits
 
 TOLERANCE = 1e-9
-"""Greatest difference of scores that count as equal: exponentials differ in the last digits between machines."""
+"""Maximum difference of scores that count as equal: exponentials differ in the last digits between machines."""
 
 MAX_DIFFERENCES = 10
 """Maximum number of differences that are listed for a run's episodes, and also for its receipt."""

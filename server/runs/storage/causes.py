@@ -7,7 +7,7 @@ STEP_LIMIT = "STEP_LIMIT"
 """At least one phase was ended by the step limit."""
 
 TIME_LIMIT = "TIME_LIMIT"
-"""A clock ran out; the remaining phases ended as at the step limit."""
+"""A time limit was reached; the remaining phases ended as at the step limit."""
 
 FORFEITED = "FORFEITED"
 """The participant forfeited the episode, cancelled the run, or did not reconnect."""

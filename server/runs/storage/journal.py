@@ -24,7 +24,7 @@ from arramon_server.runs.storage.steps import Steps
 from arramon_server.runs.storage.worker_registry import WorkerRegistry
 
 _KEPT_PLAYS = 1024
-"""Digests of plays that are kept: to make one, all actions of a run are read."""
+"""Number of cached play digests: computing one reads all actions of a run."""
 
 
 class Journal(WorkerRegistry, Claims, Steps):

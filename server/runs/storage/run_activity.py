@@ -11,10 +11,10 @@ from arramon_server.runs.storage.records import CLOSER, ENDED, RUNNING, Claim, R
 from arramon_server.runs.storage.service_clock import service_time
 
 ABANDONED_SECONDS = 60.0
-"""Seconds by which a run's time must be exceeded before it is closed: a process that stalls notes nothing meanwhile."""
+"""Grace period in seconds before an abandoned run is closed: a process that stalls does not record its activity."""
 
 UNPLAYED_MINUTES = 15
-"""Minutes until an anonymous run that nobody has begun to play is closed, where strangers share one limit of runs."""
+"""Minutes until an anonymous run that was never played is closed, on servers where all strangers share one limit."""
 
 
 class RunActivity:

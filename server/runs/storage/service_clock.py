@@ -10,7 +10,7 @@ from sqlalchemy.engine import Connection
 from arramon_server.runs.storage import tables
 
 LONGEST_TICK = 3.0
-"""Most seconds that count between two heartbeats, of which there is one a second."""
+"""Maximum seconds that count between two heartbeats, which come once a second."""
 
 
 def service_time(now: sa.ColumnElement[float]) -> sa.ColumnElement[float]:

@@ -100,7 +100,7 @@ class Steps:
 
 
 _WRITTEN = ("cause", "steps", "scores", "thinking_seconds", "timed_steps")
-"""What an ending writes to its episode, besides the note."""
+"""Columns of an episode that its ending writes, besides the note."""
 
 
 def _has_unended(run_id: str) -> sa.ColumnElement[bool]:
@@ -149,4 +149,4 @@ _INSERT_STEPS = sa.text(f"""
     INSERT INTO steps (run_id, episode_id, step, action)
     SELECT * FROM held WHERE (SELECT count(*) FROM held) = (SELECT count(*) FROM given)
 """).execution_options(preserve_rowcount=True)  # noqa: S608 - the only inserted text is a constant
-"""The same for many steps in one statement, for PostgreSQL: inserts all, or none if any claim is no longer held."""
+"""The same for many steps in one statement, for PostgreSQL: inserts all, or none if any claim is lost."""

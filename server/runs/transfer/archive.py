@@ -55,13 +55,13 @@ EXCLUDED_COLUMNS = frozenset(
 _LEVEL, _BUFFER = 10, 1 << 20
 
 _MAX_WINDOW = 1 << 27
-"""Bytes that a decompressor may keep; this level needs less."""
+"""Maximum window of the decompressor, in bytes; this level needs less."""
 
 _LONGEST_LINE = 16 << 20
 """Maximum bytes of a line. The longest rows are receipts, of about 1 KB for each episode."""
 
 _MIN_SIZE, _MAX_RATIO = 64 << 20, 1000
-"""A file may expand to _MIN_SIZE bytes, or _MAX_RATIO times its size if that is more."""
+"""Maximum decompressed size: _MIN_SIZE bytes, or _MAX_RATIO times the file's size if that is more."""
 
 
 def columns_of(table: sa.Table) -> list[str]:

@@ -28,7 +28,7 @@ COLOURS: dict[str, tuple[str, ...]] = {
 }
 """Colours of the kinds with several; the first is the default."""
 
-SPOKEN_COLOURS: dict[str, tuple[str, ...]] = {
+IMPORTED_COLOURS: dict[str, tuple[str, ...]] = {
     "cone": ("green", "white"),
     "barrier": ("yellow",),
     "barrel": ("brown", "orange"),
@@ -37,14 +37,14 @@ SPOKEN_COLOURS: dict[str, tuple[str, ...]] = {
     "lamp_post": ("black",),
     "traffic_light": ("yellow",),
 }
-"""Further colours, of things that people spoke of in imported texts; no street plan and no drawing uses them."""
+"""Further colours, from people's instructions in imported texts; street plans and random drawing do not use them."""
 
 
 _LARGER = {
     "cone": 1.45, "hydrant": 1.6, "bin": 1.45, "barrel": 1.35, "mailbox": 1.35, "bags": 1.5, "tyre_stack": 1.25,
     "bench": 1.3, "barrier": 1.15, "traffic_light": 1.2, "stop_sign": 1.35, "speed_sign": 1.4, "lamp_post": 1.15,
 }  # fmt: skip
-"""How much larger than life small things are, so that they can be recognised in a frame of 224 pixels."""
+"""Enlargement of small things, so that they can be recognised in a frame of 224 pixels."""
 
 
 @cache
@@ -60,8 +60,8 @@ def piece_of(kind: str, colour: str = "") -> Piece:
     """
     if kind not in FURNITURE:
         raise ValueError(f"{kind!r} is not one of {', '.join(FURNITURE)}")
-    colours = (*COLOURS.get(kind, ()), *SPOKEN_COLOURS.get(kind, ()))
-    if kind in COLOURS or (kind in SPOKEN_COLOURS and colour):
+    colours = (*COLOURS.get(kind, ()), *IMPORTED_COLOURS.get(kind, ()))
+    if kind in COLOURS or (kind in IMPORTED_COLOURS and colour):
         chosen = colour or COLOURS[kind][0]
         if chosen not in colours:
             raise ValueError(f"a {kind} comes in {', '.join(colours)}, not in {colour!r}")

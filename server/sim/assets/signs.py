@@ -16,13 +16,13 @@ _BOARDS: dict[str, tuple[Colour, Colour]] = {
 }  # fmt: skip
 """Colours of each board and of what it shows."""
 
-"""What the signs are for."""
+"""Kinds of shops with signs."""
 
 WIDTH, HEIGHT, BASE = 1.44, 0.54, 0.92
 """Size of a board, and height of its lower edge, in units."""
 
 _DEPTH, _OUT, _BLADE = 0.07, 1.12, 0.42
-"""Thickness of the boards; length and height of the one that juts out, in units."""
+"""Thickness of the boards; length and height of the projecting one, in units."""
 
 _PX = (48, 128)
 

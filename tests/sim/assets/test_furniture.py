@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from arramon_client.world import EYE_HEIGHT, FURNITURE
-from arramon_server.sim.assets.furniture import COLOURS, SPOKEN_COLOURS, footprint_radius, piece_of
+from arramon_server.sim.assets.furniture import COLOURS, IMPORTED_COLOURS, footprint_radius, piece_of
 from arramon_server.sim.assets.roadside import ZEBRA_LENGTH, ZEBRA_WIDTH
 from arramon_server.sim.footprints import PROBE_HEIGHT
 from arramon_server.sim.section import ON_WALLS
@@ -38,7 +38,7 @@ def test_a_zebra_crossing_is_flat() -> None:
 
 
 @pytest.mark.parametrize(
-    ("kind", "colour"), [(k, c) for k in HEIGHTS for c in (*COLOURS.get(k, ("",)), *SPOKEN_COLOURS.get(k, ()))]
+    ("kind", "colour"), [(k, c) for k in HEIGHTS for c in (*COLOURS.get(k, ("",)), *IMPORTED_COLOURS.get(k, ()))]
 )
 def test_pieces_have_the_expected_height_and_a_fitting_collider(kind: str, colour: str) -> None:
     piece = piece_of(kind, colour)
