@@ -29,7 +29,7 @@ from tests import tiny
 CLOCKS = Clocks(60.0, 100.0)
 
 
-class House:
+class Backend:
     """A journal, a split, and any number of engines.
 
     Attributes:
@@ -101,13 +101,13 @@ class House:
         return self.journal.progress("run").causes
 
 
-class Seat:
+class FakeStream:
     """A stream that has joined an engine, seen from the client, and its transport.
 
     Attributes:
-        events: that it was told.
-        closed: with what it was closed, if it was.
-        reads: whether what it is told leaves the server at once; otherwise one delivery fills what may wait.
+        events: received events.
+        closed: errors, or None, with which it was closed.
+        reads: whether sent events leave the server at once; otherwise one delivery fills the backlog.
     """
 
     def __init__(
@@ -192,8 +192,8 @@ class Seat:
                 self.act(event.episode.episode_id, step, tiny.ACTIONS[step])
 
 
-async def looks(engine: Engine, times: int = 5) -> None:
-    """Wait until an engine has looked so many times: what it would do by itself, it has done by then."""
+async def wait_for_rounds(engine: Engine, times: int = 5) -> None:
+    """Wait for a number of the engine's rounds: by then it has done what it does by itself."""
     for _ in range(times):
         before = engine.turned_at
         await until(lambda: engine.turned_at > before)  # noqa: B023 - awaited at once

@@ -9,7 +9,7 @@ from arramon_server.runs.play.clocks import Clocks
 from arramon_server.runs.play.events import Observed
 from arramon_server.runs.storage.run_activity import ABANDONED_SECONDS
 from tests import tiny
-from tests.runs.engines import CLOCKS, House, Seat, looks, quick, until  # noqa: F401
+from tests.runs.engines import CLOCKS, Backend, FakeStream, quick, until, wait_for_rounds  # noqa: F401
 
 pytestmark = pytest.mark.usefixtures("quick")
 
@@ -19,17 +19,17 @@ ALLOWED = CLOCKS.step_seconds + CLOCKS.bank_seconds + ABANDONED_SECONDS
 
 def test_a_run_that_was_never_played_is_closed(tmp_path: Path) -> None:
     async def play() -> None:
-        house = House(tmp_path, 3)
-        house.run()
-        async with house.engine() as engine:
-            await looks(engine)
-            house.live(ALLOWED - 2.0)
-            await looks(engine)
-            assert house.journal.run("run").state == "RUNNING"
-            house.live(4.0)
-            await until(lambda: house.journal.run("run").state == "COMPLETE")
-        assert house.causes() == {"FORFEITED": 3}
-        endings = house.journal.endings("run")
+        backend = Backend(tmp_path, 3)
+        backend.run()
+        async with backend.engine() as engine:
+            await wait_for_rounds(engine)
+            backend.live(ALLOWED - 2.0)
+            await wait_for_rounds(engine)
+            assert backend.journal.run("run").state == "RUNNING"
+            backend.live(4.0)
+            await until(lambda: backend.journal.run("run").state == "COMPLETE")
+        assert backend.causes() == {"FORFEITED": 3}
+        endings = backend.journal.endings("run")
         assert {ending.note for ending in endings} == {"the client was away for longer than the run allows"}
         assert all(value == 0.0 for ending in endings for turn in ending.scores for value in turn.values())
 
@@ -38,19 +38,19 @@ def test_a_run_that_was_never_played_is_closed(tmp_path: Path) -> None:
 
 def test_a_closed_run_is_scored_as_far_as_it_was_played(tmp_path: Path) -> None:
     async def play() -> None:
-        house = House(tmp_path, 3)
-        run = house.run()
-        async with house.engine() as engine:
-            seat = Seat(engine, run)
+        backend = Backend(tmp_path, 3)
+        run = backend.run()
+        async with backend.engine() as engine:
+            fake = FakeStream(engine, run)
             for step, action in enumerate(tiny.ACTIONS[:4]):
-                seen = await seat.observation()
-                seat.act(seen.episode.episode_id, step, action)
-            await seat.observation()
-            engine.leave(seat.stream)
-            house.live(ALLOWED + 4.0)
-            await until(lambda: house.journal.run("run").state == "COMPLETE")
-        assert house.causes() == {"FORFEITED": 3}
-        first = house.journal.endings("run")[0]
+                seen = await fake.observation()
+                fake.act(seen.episode.episode_id, step, action)
+            await fake.observation()
+            engine.leave(fake.stream)
+            backend.live(ALLOWED + 4.0)
+            await until(lambda: backend.journal.run("run").state == "COMPLETE")
+        assert backend.causes() == {"FORFEITED": 3}
+        first = backend.journal.endings("run")[0]
         assert (first.steps, first.scores[0]["CTC-0"], first.scores[1]["nDTW"]) == (4, 1.0, 0.0)
 
     asyncio.run(play())
@@ -58,69 +58,69 @@ def test_a_closed_run_is_scored_as_far_as_it_was_played(tmp_path: Path) -> None:
 
 def test_what_is_left_in_the_bank_is_the_time_to_come_back(tmp_path: Path) -> None:
     async def play() -> None:
-        house = House(tmp_path, 2)
-        run = house.run()
-        async with house.engine() as engine:
-            seat = Seat(engine, run)
-            seen = await seat.observation()
-            house.live(60.0 + 70.0)
-            seat.act(seen.episode.episode_id, 0, tiny.F)
-            await seat.observation()
-            engine.leave(seat.stream)
-            house.live(ALLOWED - 70.0 - 2.0)
-            await looks(engine)
-            assert house.journal.run("run").state == "RUNNING"
-            house.live(4.0)
-            await until(lambda: house.journal.run("run").state == "COMPLETE")
+        backend = Backend(tmp_path, 2)
+        run = backend.run()
+        async with backend.engine() as engine:
+            fake = FakeStream(engine, run)
+            seen = await fake.observation()
+            backend.live(60.0 + 70.0)
+            fake.act(seen.episode.episode_id, 0, tiny.F)
+            await fake.observation()
+            engine.leave(fake.stream)
+            backend.live(ALLOWED - 70.0 - 2.0)
+            await wait_for_rounds(engine)
+            assert backend.journal.run("run").state == "RUNNING"
+            backend.live(4.0)
+            await until(lambda: backend.journal.run("run").state == "COMPLETE")
 
     asyncio.run(play())
 
 
 def test_an_open_stream_keeps_a_run(tmp_path: Path) -> None:
     async def play() -> None:
-        house = House(tmp_path, 1)
-        run = house.run(Clocks(DAY, 0.0))
-        async with house.engine() as engine:
-            seat = Seat(engine, run)
-            await seat.next(Observed)
-            house.live(0.9 * DAY)
-            await looks(engine)
-            engine.leave(seat.stream)
-            house.live(0.9 * DAY)
-            await looks(engine)
-            assert house.journal.run("run").state == "RUNNING"
+        backend = Backend(tmp_path, 1)
+        run = backend.run(Clocks(DAY, 0.0))
+        async with backend.engine() as engine:
+            fake = FakeStream(engine, run)
+            await fake.next(Observed)
+            backend.live(0.9 * DAY)
+            await wait_for_rounds(engine)
+            engine.leave(fake.stream)
+            backend.live(0.9 * DAY)
+            await wait_for_rounds(engine)
+            assert backend.journal.run("run").state == "RUNNING"
 
     asyncio.run(play())
 
 
 def test_a_run_without_clocks_is_never_closed(tmp_path: Path) -> None:
     async def play() -> None:
-        house = House(tmp_path, 1)
-        run = house.run(Clocks())
-        async with house.engine() as engine:
-            seat = Seat(engine, run)
-            await seat.next(Observed)
-            engine.leave(seat.stream)
-            house.live(1000 * DAY)
-            await looks(engine)
-        assert house.journal.run("run").state == "RUNNING"
+        backend = Backend(tmp_path, 1)
+        run = backend.run(Clocks())
+        async with backend.engine() as engine:
+            fake = FakeStream(engine, run)
+            await fake.next(Observed)
+            engine.leave(fake.stream)
+            backend.live(1000 * DAY)
+            await wait_for_rounds(engine)
+        assert backend.journal.run("run").state == "RUNNING"
 
     asyncio.run(play())
 
 
 def test_two_processes_close_a_run_once(tmp_path: Path) -> None:
     async def play() -> None:
-        house = House(tmp_path, 6)
-        house.run()
-        async with house.engine() as engine, house.engine() as other:
-            await looks(engine)
-            house.live(ALLOWED + 4.0)
-            await until(lambda: house.journal.run("run").state == "COMPLETE")
-            ended_at = house.journal.run("run").ended_at
-            await looks(engine)
-            await looks(other)
-            assert house.journal.run("run").ended_at == ended_at
-        assert house.causes() == {"FORFEITED": 6}
+        backend = Backend(tmp_path, 6)
+        backend.run()
+        async with backend.engine() as engine, backend.engine() as other:
+            await wait_for_rounds(engine)
+            backend.live(ALLOWED + 4.0)
+            await until(lambda: backend.journal.run("run").state == "COMPLETE")
+            ended_at = backend.journal.run("run").ended_at
+            await wait_for_rounds(engine)
+            await wait_for_rounds(other)
+            assert backend.journal.run("run").ended_at == ended_at
+        assert backend.causes() == {"FORFEITED": 6}
 
     asyncio.run(play())
 
@@ -128,31 +128,31 @@ def test_two_processes_close_a_run_once(tmp_path: Path) -> None:
 @pytest.mark.parametrize("seconds", [30 * DAY, -30 * DAY])
 def test_neither_a_downtime_of_the_server_nor_a_jump_of_the_clock_closes_a_run(tmp_path: Path, seconds: float) -> None:
     async def play() -> None:
-        house = House(tmp_path, 1)
-        house.run()
-        async with house.engine() as engine:
-            await looks(engine)
-        house.wall += seconds  # no server was there
-        async with house.engine() as engine:
-            await looks(engine)
-            house.wall += seconds
-            await looks(engine)
-            assert house.journal.run("run").state == "RUNNING"
-            house.live(ALLOWED + 4.0)
-            await until(lambda: house.journal.run("run").state == "COMPLETE")
+        backend = Backend(tmp_path, 1)
+        backend.run()
+        async with backend.engine() as engine:
+            await wait_for_rounds(engine)
+        backend.wall += seconds  # no server was there
+        async with backend.engine() as engine:
+            await wait_for_rounds(engine)
+            backend.wall += seconds
+            await wait_for_rounds(engine)
+            assert backend.journal.run("run").state == "RUNNING"
+            backend.live(ALLOWED + 4.0)
+            await until(lambda: backend.journal.run("run").state == "COMPLETE")
 
     asyncio.run(play())
 
 
 def test_a_run_of_data_that_is_not_served_stays(tmp_path: Path) -> None:
     async def play() -> None:
-        house = House(tmp_path, 1)
-        house.run()
-        house.split = tiny.write(tmp_path / "other", count=2)
-        async with house.engine() as engine:
-            await looks(engine)
-            house.live(2 * ALLOWED)
-            await looks(engine)
-            assert house.journal.run("run").state == "RUNNING"
+        backend = Backend(tmp_path, 1)
+        backend.run()
+        backend.split = tiny.write(tmp_path / "other", count=2)
+        async with backend.engine() as engine:
+            await wait_for_rounds(engine)
+            backend.live(2 * ALLOWED)
+            await wait_for_rounds(engine)
+            assert backend.journal.run("run").state == "RUNNING"
 
     asyncio.run(play())

@@ -10,27 +10,27 @@ from arramon_server.runs.play import engine as engines
 from arramon_server.runs.play.engine import Engine
 from arramon_server.runs.play.events import Observed, StreamOpened
 from arramon_server.runs.storage.records import CommitBatch, Run
-from tests.runs.engines import House, Seat, quick, until
+from tests.runs.engines import Backend, FakeStream, quick, until
 
 __all__ = ["quick"]
 
 MANY, STEPS = 12, 149
 
 
-def left(house: House, engine: Engine, run: Run) -> None:
+def left(backend: Backend, engine: Engine, run: Run) -> None:
     """Let a player begin many episodes, and leave all of them a step before the end of their first phase."""
-    seat = Seat(engine, run, MANY, "greedy")
+    fake = FakeStream(engine, run, MANY, "greedy")
     batch = CommitBatch()
-    for claim in house.journal.open_claims("run"):
+    for claim in backend.journal.open_claims("run"):
         if claim.player == "greedy":
             for step in range(STEPS):
                 batch.add_step("run", claim.episode_id, claim.fence, step, Action.LEFT)
-    house.journal.commit(batch)
-    engine.leave(seat.stream)
+    backend.journal.commit(batch)
+    engine.leave(fake.stream)
 
 
-def observed(seat: Seat) -> list[Observed]:
-    return [event for event in seat.events if isinstance(event, Observed)]
+def observed(fake: FakeStream) -> list[Observed]:
+    return [event for event in fake.events if isinstance(event, Observed)]
 
 
 @pytest.mark.usefixtures("quick")
@@ -39,15 +39,15 @@ def test_other_streams_are_answered_while_long_episodes_are_opened(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, history: bool
 ) -> None:
     monkeypatch.setattr(engines, "OPENING_SECONDS", 0.0001)
-    house = House(tmp_path, MANY + 1)
-    run = house.run()
+    backend = Backend(tmp_path, MANY + 1)
+    run = backend.run()
 
     async def play() -> None:
-        async with house.engine() as engine:
-            neighbour = Seat(engine, run, 1, "neighbour")
+        async with backend.engine() as engine:
+            neighbour = FakeStream(engine, run, 1, "neighbour")
             first = await neighbour.observation()
-            left(house, engine, run)
-            greedy = Seat(engine, run, MANY, "greedy", history=history)
+            left(backend, engine, run)
+            greedy = FakeStream(engine, run, MANY, "greedy", history=history)
             neighbour.act(first.episode.episode_id, 0, Action.LEFT)
             assert (await neighbour.observation()).state.step == 1
             assert len([event for event in observed(greedy) if event.taken is None]) < MANY
@@ -65,20 +65,20 @@ def test_unopened_episodes_are_released_with_their_waiting_time(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(engines, "OPENING_SECONDS", 0.0)
-    house = House(tmp_path, MANY)
-    run = house.run()
+    backend = Backend(tmp_path, MANY)
+    run = backend.run()
 
     async def play() -> None:
-        async with house.engine() as engine:
-            greedy = Seat(engine, run, MANY, "greedy")
+        async with backend.engine() as engine:
+            greedy = FakeStream(engine, run, MANY, "greedy")
             engine.leave(greedy.stream)
-            claims = house.journal.open_claims("run")
+            claims = backend.journal.open_claims("run")
             assert [claim.worker for claim in claims] == [None] * MANY
-            house.journal.release("run", {claim.episode_id: claim.fence for claim in claims}, {"0": (5, 7.0)})
-            again = Seat(engine, run, MANY, "greedy")
+            backend.journal.release("run", {claim.episode_id: claim.fence for claim in claims}, {"0": (5, 7.0)})
+            again = FakeStream(engine, run, MANY, "greedy")
             assert not again.stream.sessions
             engine.leave(again.stream)
-            claims = house.journal.open_claims("run")
+            claims = backend.journal.open_claims("run")
             assert [claim.worker for claim in claims] == [None] * MANY
             waits = [claim.waited_for(5) for claim in claims if claim.waited_for(5) is not None]
             assert waits == pytest.approx([7.0])

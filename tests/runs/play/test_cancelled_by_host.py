@@ -11,7 +11,7 @@ from arramon_server.runs.play import forfeits as closings
 from arramon_server.runs.play.events import RunEnded
 from arramon_server.runs.storage.database import Database
 from arramon_server.runs.storage.records import CANCELLED
-from tests.runs.engines import House, Seat, quick
+from tests.runs.engines import Backend, FakeStream, quick
 
 __all__ = ["quick"]
 
@@ -22,14 +22,14 @@ def test_a_run_that_is_being_cancelled_never_becomes_complete(
 ) -> None:
     """Let the process that plays look after each portion of forfeited episodes."""
     monkeypatch.setattr(closings, "CHUNK", 1)
-    house = House(tmp_path, url=database_url)
+    backend = Backend(tmp_path, url=database_url)
 
     async def body() -> None:
-        run = house.run()
-        async with house.engine() as engine:
-            seat = Seat(engine, run, 9)  # with room for more, so that it asks what is left
-            await seat.observation()
-            with closing(Database(house.url)) as database:
+        run = backend.run()
+        async with backend.engine() as engine:
+            fake = FakeStream(engine, run, 9)  # with room for more, so that it asks what is left
+            await fake.observation()
+            with closing(Database(backend.url)) as database:
                 loop = asyncio.get_running_loop()
                 end = Canceller._mark_cancelled  # called after the last portion
 
@@ -38,16 +38,16 @@ def test_a_run_that_is_being_cancelled_never_becomes_complete(
                     end(canceller, run_id)
 
                 async def told() -> None:
-                    while not any(isinstance(event, RunEnded) for event in seat.events):
+                    while not any(isinstance(event, RunEnded) for event in fake.events):
                         engine.wake()
                         await asyncio.sleep(0.002)
 
                 monkeypatch.setattr(Canceller, "_mark_cancelled", cancelled)
                 canceller = Canceller(database, tmp_path)
                 assert (await asyncio.to_thread(canceller.cancel, "run")).state == CANCELLED
-        ended = next(event for event in seat.events if isinstance(event, RunEnded))
+        ended = next(event for event in fake.events if isinstance(event, RunEnded))
         assert ended.run.state == CANCELLED
-        assert house.causes() == {"FORFEITED": 3}
+        assert backend.causes() == {"FORFEITED": 3}
 
-    with closing(house.database):
+    with closing(backend.database):
         asyncio.run(body())

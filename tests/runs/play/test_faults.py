@@ -12,7 +12,7 @@ from arramon_server.runs.play.loader import SessionLoader
 from arramon_server.runs.play.session import EpisodeSession
 from arramon_server.runs.play.worlds import Worlds
 from tests import tiny
-from tests.runs.engines import House, Seat, quick  # noqa: F401
+from tests.runs.engines import Backend, FakeStream, quick  # noqa: F401
 
 pytestmark = pytest.mark.usefixtures("quick")
 
@@ -47,19 +47,19 @@ def test_defect_affects_only_its_episode(
     Break(monkeypatch, owner, name, "1", times)
 
     async def play() -> None:
-        house = House(tmp_path, 3)
-        run = house.run(sensors=sensors)
-        async with house.engine() as engine:
-            seat = Seat(engine, run, episodes=3)
-            await seat.play()
-        over = seat.events[-1]
+        backend = Backend(tmp_path, 3)
+        run = backend.run(sensors=sensors)
+        async with backend.engine() as engine:
+            fake = FakeStream(engine, run, episodes=3)
+            await fake.play()
+        over = fake.events[-1]
         assert isinstance(over, RunEnded)
         others = {"AGENT_FINISHED": 2 if cause == "SERVER_FAULT" else 3}
         assert over.progress.causes == ({**others, "SERVER_FAULT": 1} if cause == "SERVER_FAULT" else others)
         assert over.progress.reoffers == reoffers
-        told = {event.episode_id: event.cause for event in seat.events if isinstance(event, EpisodeEnded)}
+        told = {event.episode_id: event.cause for event in fake.events if isinstance(event, EpisodeEnded)}
         assert told == {"0": "AGENT_FINISHED", "1": cause, "2": "AGENT_FINISHED"}
-        assert [e.episode_id for e in house.journal.endings("run")] == ["0", "1", "2"]
+        assert [e.episode_id for e in backend.journal.endings("run")] == ["0", "1", "2"]
 
     with caplog.at_level(logging.ERROR):
         asyncio.run(play())
@@ -70,14 +70,14 @@ def test_defect_affects_only_its_episode(
 
 def test_steps_before_a_fault_are_kept_and_scored(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     async def play() -> None:
-        house = House(tmp_path, 1)
-        run = house.run()
-        async with house.engine() as engine:
-            seat = Seat(engine, run)
+        backend = Backend(tmp_path, 1)
+        run = backend.run()
+        async with backend.engine() as engine:
+            fake = FakeStream(engine, run)
             for step, action in enumerate(tiny.ACTIONS[:4]):
-                seen = await seat.observation()
-                seat.act(seen.episode.episode_id, step, action)
-            await seat.observation()
+                seen = await fake.observation()
+                fake.act(seen.episode.episode_id, step, action)
+            await fake.observation()
             whole = EpisodeSession.apply
 
             def broken(this: EpisodeSession, action: Any) -> Any:
@@ -87,12 +87,12 @@ def test_steps_before_a_fault_are_kept_and_scored(tmp_path: Path, monkeypatch: p
 
             monkeypatch.setattr(EpisodeSession, "apply", broken)
             for _ in range(3):
-                seat.act("0", 4, tiny.ACTIONS[4])
-                event = await seat.next(EpisodeStarted | EpisodeEnded)  # type: ignore[arg-type]
+                fake.act("0", 4, tiny.ACTIONS[4])
+                event = await fake.next(EpisodeStarted | EpisodeEnded)  # type: ignore[arg-type]
                 if isinstance(event, EpisodeStarted):
                     assert event.step == 4
-                    assert (await seat.observation()).state.step == 4
-        (ending,) = house.journal.endings("run")
+                    assert (await fake.observation()).state.step == 4
+        (ending,) = backend.journal.endings("run")
         assert (ending.cause, ending.steps, ending.note) == ("SERVER_FAULT", 4, "the server failed on it 3 times")
         assert ending.scores[0]["CTC-0"] == 1.0
 
@@ -101,51 +101,51 @@ def test_steps_before_a_fault_are_kept_and_scored(tmp_path: Path, monkeypatch: p
 
 def test_an_event_that_cannot_be_delivered_affects_no_other_episode(tmp_path: Path) -> None:
     async def play() -> None:
-        house = House(tmp_path, 3)
-        run = house.run()
-        async with house.engine() as engine:
-            seat = Seat(engine, run, episodes=3)
-            whole = seat.send
+        backend = Backend(tmp_path, 3)
+        run = backend.run()
+        async with backend.engine() as engine:
+            fake = FakeStream(engine, run, episodes=3)
+            whole = fake.send
 
             def deliver(events: list[Event]) -> None:
                 if any(isinstance(event, Observed) and event.episode.episode_id == "2" for event in events):
                     raise UnicodeEncodeError("utf-8", "\ud800", 0, 1, "a defect")
                 whole(events)
 
-            seat.send = deliver  # type: ignore[assignment]
-            await seat.play()
-        assert house.causes() == {"AGENT_FINISHED": 2, "SERVER_FAULT": 1}
+            fake.send = deliver  # type: ignore[assignment]
+            await fake.play()
+        assert backend.causes() == {"AGENT_FINISHED": 2, "SERVER_FAULT": 1}
 
     asyncio.run(play())
 
 
 def test_episodes_of_a_dead_process_are_offered_again_and_counted(tmp_path: Path) -> None:
     async def play() -> None:
-        house = House(tmp_path, 2)
-        run = house.run()
-        claims = house.journal.pending("run")
-        house.journal.beat("dead")
-        house.journal.claim("run", claims[:1], "p", "dead")
-        house.wall += 3.0  # without a sign of life
-        async with house.engine() as engine:
-            seat = Seat(engine, run, episodes=2)
-            await seat.play()
-            assert house.journal.progress("run").reoffers == 1
+        backend = Backend(tmp_path, 2)
+        run = backend.run()
+        claims = backend.journal.pending("run")
+        backend.journal.beat("dead")
+        backend.journal.claim("run", claims[:1], "p", "dead")
+        backend.wall += 3.0  # without a sign of life
+        async with backend.engine() as engine:
+            fake = FakeStream(engine, run, episodes=2)
+            await fake.play()
+            assert backend.journal.progress("run").reoffers == 1
 
     asyncio.run(play())
 
 
 def test_a_reconnection_is_not_a_reoffer(tmp_path: Path) -> None:
     async def play() -> None:
-        house = House(tmp_path, 1)
-        run = house.run()
-        async with house.engine() as engine:
-            first = Seat(engine, run)
+        backend = Backend(tmp_path, 1)
+        run = backend.run()
+        async with backend.engine() as engine:
+            first = FakeStream(engine, run)
             await first.observation()
-            second = Seat(engine, run)  # the same player: it takes the first one's place
+            second = FakeStream(engine, run)  # the same player: it takes the first one's place
             assert len(first.closed) == 1
             engine.leave(second.stream)
-            await Seat(engine, run).observation()
-            assert house.journal.progress("run").reoffers == 0
+            await FakeStream(engine, run).observation()
+            assert backend.journal.progress("run").reoffers == 0
 
     asyncio.run(play())

@@ -9,7 +9,7 @@ import pytest
 from arramon_server.runs.play.clocks import Clocks
 from arramon_server.runs.play.thinking import Thinking
 from tests import tiny
-from tests.runs.engines import House, Seat, quick, until  # noqa: F401
+from tests.runs.engines import Backend, FakeStream, quick, until  # noqa: F401
 
 
 def test_time_from_sending_to_the_answer_is_added_up() -> None:
@@ -57,26 +57,26 @@ def test_engine_measures_with_and_without_clocks_and_leaves_out_what_a_stream_lo
     tmp_path: Path, clocks: Clocks
 ) -> None:
     async def play() -> None:
-        house = House(tmp_path, 1)
-        run = house.run(clocks)
-        async with house.engine() as engine:
-            seat = Seat(engine, run)
-            seen = await seat.observation()
-            house.now += 2.0
-            seat.act(seen.episode.episode_id, 0, tiny.ACTIONS[0])
-            await seat.observation()
-            house.now += 30.0
-            engine.leave(seat.stream)
-            seat = Seat(engine, run)  # gets step 1 again, whose time is lost with the stream, as is that of step 0
-            await seat.observation()
-            house.now += 5.0
+        backend = Backend(tmp_path, 1)
+        run = backend.run(clocks)
+        async with backend.engine() as engine:
+            fake = FakeStream(engine, run)
+            seen = await fake.observation()
+            backend.now += 2.0
+            fake.act(seen.episode.episode_id, 0, tiny.ACTIONS[0])
+            await fake.observation()
+            backend.now += 30.0
+            engine.leave(fake.stream)
+            fake = FakeStream(engine, run)  # gets step 1 again, whose time is lost with the stream, like that of step 0
+            await fake.observation()
+            backend.now += 5.0
             for step, action in enumerate(tiny.ACTIONS[1:], start=1):
-                seat.act(seen.episode.episode_id, step, action)
+                fake.act(seen.episode.episode_id, step, action)
                 if step < len(tiny.ACTIONS) - 1:
-                    await seat.observation()
-                    house.now += 0.5
-            await until(lambda: house.journal.progress("run").ended == 1)
-        progress = house.journal.progress("run")
+                    await fake.observation()
+                    backend.now += 0.5
+            await until(lambda: backend.journal.progress("run").ended == 1)
+        progress = backend.journal.progress("run")
         assert progress.timed_steps == len(tiny.ACTIONS) - 2
         assert progress.thinking_seconds == pytest.approx(0.5 * progress.timed_steps)
         assert progress.seconds_a_step == pytest.approx(0.5)

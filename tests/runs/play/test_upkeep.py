@@ -8,7 +8,7 @@ import pytest
 
 from arramon_server.runs.play import upkeep
 from arramon_server.runs.storage.records import LEASE
-from tests.runs.engines import House
+from tests.runs.engines import Backend
 
 
 @pytest.mark.parametrize(("seconds", "expected"), [(LEASE - 1.0, 0), (LEASE + 3.0, 1)])
@@ -21,9 +21,9 @@ def test_a_heartbeat_that_others_missed_causes_one_warning(
 ) -> None:
     now = 1000.0
     monkeypatch.setattr(upkeep, "time", SimpleNamespace(monotonic=lambda: now))
-    house = House(tmp_path)
-    with closing(house.database):
-        kept = upkeep.Upkeep(house.journal, house.activity, [], worker="w", address="")
+    backend = Backend(tmp_path)
+    with closing(backend.database):
+        kept = upkeep.Upkeep(backend.journal, backend.activity, [], worker="w", address="")
         kept.start()
         for passed in (1.0, seconds, 1.0):
             now += passed
