@@ -11,7 +11,7 @@ REASON = "pybullet is not installed: pip install 'arramon-server[pybullet]' comp
 
 if TYPE_CHECKING or has_pybullet():
     from arramon_server.sim.bullet import Obstacles as Obstacles
-    from arramon_server.sim.bullet import ReferenceCamera as World
+    from arramon_server.sim.bullet import ReferenceCamera as ReferenceCamera
 else:
 
     class _Skipping:
@@ -20,7 +20,7 @@ else:
         def __init__(self, *_: object, **__: object) -> None:
             pytest.skip(REASON)
 
-    Obstacles = World = _Skipping
+    Obstacles = ReferenceCamera = _Skipping
 
 needs_pybullet = pytest.mark.skipif(not has_pybullet(), reason=REASON)
 """Marks a test that needs pybullet."""

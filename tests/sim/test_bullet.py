@@ -14,7 +14,7 @@ from arramon_server.sim.assets.meshes import box, moved, quad
 from arramon_server.sim.cameras import Actor, Frame, Viewpoint
 from arramon_server.sim.catalogue import ObjectType
 from arramon_server.sim.scene import Body, BoxCollider, Scene
-from tests.physics import Obstacles, World
+from tests.physics import Obstacles, ReferenceCamera
 
 BALL = ObjectType("dotted", "red", "ball")
 MUG = ObjectType("striped", "blue", "mug")
@@ -36,8 +36,8 @@ SCENE = Scene("test", (WALL, POST, CLOTH, GROUND), MESHES, {"grey": GREY, "quart
 
 
 @pytest.fixture(scope="module")
-def world() -> Iterator[World]:
-    with World(SCENE) as built:
+def world() -> Iterator[ReferenceCamera]:
+    with ReferenceCamera(SCENE) as built:
         yield built
 
 
@@ -65,7 +65,7 @@ def obstacles() -> Iterator[Obstacles]:
     ],
 )
 def test_way_is_free_detects_obstacles_in_both_directions(
-    world: World, obstacles: Obstacles, start: tuple[float, float], end: tuple[float, float], free: bool
+    world: ReferenceCamera, obstacles: Obstacles, start: tuple[float, float], end: tuple[float, float], free: bool
 ) -> None:
     for built in (world, obstacles):
         assert built.way_is_free(start, end) is free
@@ -78,7 +78,7 @@ def test_way_is_free_detects_obstacles_in_both_directions(
     y=st.floats(-2.0, 2.0),
     heading=st.floats(0.0, 360.0),
 )
-def test_way_is_free_agrees_with_plane_geometry(world: World, x: float, y: float, heading: float) -> None:
+def test_way_is_free_agrees_with_plane_geometry(world: ReferenceCamera, x: float, y: float, heading: float) -> None:
     end = (x + math.sin(math.radians(heading)), y + math.cos(math.radians(heading)))
     points = np.linspace((x, y), end, 401)
     turn = math.radians(30.0)
@@ -90,7 +90,7 @@ def test_way_is_free_agrees_with_plane_geometry(world: World, x: float, y: float
 
 
 @pytest.mark.parametrize("size", [64, 128, 224])
-def test_wall_depth_is_correct_at_every_image_size(world: World, size: int) -> None:
+def test_wall_depth_is_correct_at_every_image_size(world: ReferenceCamera, size: int) -> None:
     frame = world.render(Viewpoint(0, 0, 0), [], size)
     middle = frame.depth[size // 2 - 4 : size // 2 + 1, size // 2 - 4 : size // 2 + 4]
     np.testing.assert_allclose(middle, 7500, rtol=0.005)
@@ -99,7 +99,7 @@ def test_wall_depth_is_correct_at_every_image_size(world: World, size: int) -> N
     assert frame.depth.dtype == np.uint16
 
 
-def test_ground_depth_is_correct_in_every_row(world: World) -> None:
+def test_ground_depth_is_correct_in_every_row(world: ReferenceCamera) -> None:
     """The depth of flat ground is the eye's height over the tangent of a row's depression, at the row's middle."""
     depth = world.render(Viewpoint(0, -30, 180), [], 224).depth[:, 112] / 1000.0
     rows = np.arange(130, 224)
@@ -107,7 +107,7 @@ def test_ground_depth_is_correct_in_every_row(world: World) -> None:
     np.testing.assert_allclose(depth[rows], EYE_HEIGHT / slope, rtol=0.002)
 
 
-def test_far_depth_is_clipped_and_empty_depth_is_zero(world: World) -> None:
+def test_far_depth_is_clipped_and_empty_depth_is_zero(world: ReferenceCamera) -> None:
     frame = world.render(Viewpoint(0, -30, 180), [], 224)
     assert (frame.depth[:110] == 0).all()
     assert frame.depth.max() <= 65535
@@ -116,14 +116,14 @@ def test_far_depth_is_clipped_and_empty_depth_is_zero(world: World) -> None:
     assert wall.rgb[111, 112].tolist() != frame.rgb[111, 112].tolist()
 
 
-def test_the_sky_is_blue_above_and_pale_below(world: World) -> None:
+def test_the_sky_is_blue_above_and_pale_below(world: ReferenceCamera) -> None:
     rgb = world.render(Viewpoint(0, -30, 180), [], 224).rgb.astype(int)
     assert (rgb[0, :, 2] - rgb[0, :, 0] > 60).all()
     assert (np.diff(rgb[:110, 112, 0]) >= 0).all()
     assert np.abs(rgb[109, 112] - 220).max() < 25
 
 
-def test_textures_are_drawn_upright(world: World) -> None:
+def test_textures_are_drawn_upright(world: ReferenceCamera) -> None:
     rgb = world.render(Viewpoint(0, 2, 0), [], 224).rgb.astype(int)
     # The wall is 5.5 away, 4 wide and 2 high: from column 41 to 183, from row 60 down to 130.
     quarters = [rgb[75, 60], rgb[75, 160], rgb[118, 60], rgb[118, 160]]
@@ -147,7 +147,7 @@ def test_textures_are_drawn_upright(world: World) -> None:
     ],
 )
 def test_objects_to_the_right_are_drawn_on_the_right(
-    world: World, heading: float, place: tuple[float, float, float], right: bool
+    world: ReferenceCamera, heading: float, place: tuple[float, float, float], right: bool
 ) -> None:
     view = Viewpoint(0, 0, heading)
     changed = pixels(world.render(view, [Actor(BALL, place)], 224), world.render(view, [], 224))
@@ -165,7 +165,7 @@ def pixels(frame: Frame, other: Frame) -> np.ndarray:
     ("x", "z", "column", "row"), [(0.0, 0.395, 112, 112), (1.0, 0.0, 176.6, 137.3), (-1.0, 1.0, 47.3, 73.0)]
 )
 def test_actors_are_drawn_at_their_projected_position(
-    world: World, x: float, z: float, column: float, row: float
+    world: ReferenceCamera, x: float, z: float, column: float, row: float
 ) -> None:
     """A ball's middle, 0.13 above its base, three units ahead: 194 px a unit at one unit's distance."""
     view = Viewpoint(0, 0, 0)
@@ -175,7 +175,7 @@ def test_actors_are_drawn_at_their_projected_position(
     assert (rows.min() + rows.max() + 1) / 2 == pytest.approx(row, abs=1.0)
 
 
-def test_an_actor_faces_its_heading(world: World) -> None:
+def test_an_actor_faces_its_heading(world: ReferenceCamera) -> None:
     """A mug's handle is on its right, +X of its own: seen from its back at heading 0, from its front at 180."""
     view, bare = Viewpoint(0, 0, 0), world.render(Viewpoint(0, 0, 0), [], 224)
     for heading, longer in ((0.0, "right"), (180.0, "left")):
@@ -185,7 +185,7 @@ def test_an_actor_faces_its_heading(world: World) -> None:
         assert ("right" if filled[-half:].sum() < filled[:half].sum() else "left") == longer
 
 
-def test_scale_makes_an_actor_larger(world: World) -> None:
+def test_scale_makes_an_actor_larger(world: ReferenceCamera) -> None:
     view, bare = Viewpoint(0, 0, 0), world.render(Viewpoint(0, 0, 0), [], 224)
     small, large = (
         pixels(world.render(view, [Actor(BALL, (0.0, 3.0, 0.0), scale=scale)], 224), bare).any(axis=0).sum()
@@ -194,7 +194,7 @@ def test_scale_makes_an_actor_larger(world: World) -> None:
     assert large / small == pytest.approx(2.0, rel=0.15)
 
 
-def test_frames_are_independent_of_earlier_frames(world: World) -> None:
+def test_frames_are_independent_of_earlier_frames(world: ReferenceCamera) -> None:
     view = Viewpoint(1.0, 2.0, 20.0)
     actors = [Actor(BALL, (1.5, 5.0, 0.0)), Actor(BALL, (2.5, 5.0, 0.0), 40.0), Actor(MUG, (2.0, 6.0, 0.2), 70.0, 2.0)]
     first = world.render(view, actors, 128)
@@ -204,23 +204,23 @@ def test_frames_are_independent_of_earlier_frames(world: World) -> None:
     assert (again.rgb == first.rgb).all()
     assert (again.depth == first.depth).all()
     assert (world.render(view, [], 128).rgb == bare.rgb).all()
-    with World(SCENE) as other:
+    with ReferenceCamera(SCENE) as other:
         fresh = other.render(view, actors, 128)
     assert (fresh.rgb == first.rgb).all()
     assert (fresh.depth == first.depth).all()
 
 
-def test_actors_do_not_block_the_way(world: World) -> None:
+def test_actors_do_not_block_the_way(world: ReferenceCamera) -> None:
     world.render(Viewpoint(0, 0, 0), [Actor(BALL, (0.0, 2.0, 0.0))], 64)
     assert world.way_is_free((0.0, 1.5), (0.0, 2.5))
 
 
-def test_culling_bodies_outside_the_view_changes_no_pixel(world: World) -> None:
+def test_culling_bodies_outside_the_view_changes_no_pixel(world: ReferenceCamera) -> None:
     """Bodies outside the picture are left out; those that reach into it are not."""
     for heading in range(0, 360, 7):
         view = Viewpoint(4.0, 1.0, float(heading))
         frame = world.render(view, [], 64)
-        with_all = World(replace(SCENE, bodies=SCENE.bodies))
+        with_all = ReferenceCamera(replace(SCENE, bodies=SCENE.bodies))
         with_all._cull = lambda viewpoint, absent: None  # type: ignore[method-assign]
         assert (with_all.render(view, [], 64).rgb == frame.rgb).all()
         with_all.close()
@@ -236,11 +236,11 @@ def test_culling_bodies_outside_the_view_changes_no_pixel(world: World) -> None:
 )
 def test_invalid_scenes_are_refused(bodies: tuple[Body, ...], words: str) -> None:
     with pytest.raises(ValueError, match=words):
-        World(replace(SCENE, bodies=bodies))
+        ReferenceCamera(replace(SCENE, bodies=bodies))
 
 
 def test_worlds_are_independent_of_each_other() -> None:
-    with World(SCENE) as one, World(replace(SCENE, bodies=(GROUND,))) as two:
+    with ReferenceCamera(SCENE) as one, ReferenceCamera(replace(SCENE, bodies=(GROUND,))) as two:
         assert not one.way_is_free((0, 7), (0, 8))
         assert two.way_is_free((0, 7), (0, 8))
         two.close()
@@ -248,7 +248,7 @@ def test_worlds_are_independent_of_each_other() -> None:
         assert not one.way_is_free((0, 7), (0, 8))
 
 
-def test_segmentation_labels_visible_objects_on_request(world: World) -> None:
+def test_segmentation_labels_visible_objects_on_request(world: ReferenceCamera) -> None:
     view, ball = Viewpoint(0, 0, 0), Actor(BALL, (0.0, 3.0, 0.395))
     assert world.render(view, [ball], 64).segmentation is None
     frame = world.render(view, [ball], 64, segmentation=True)
@@ -259,7 +259,7 @@ def test_segmentation_labels_visible_objects_on_request(world: World) -> None:
     assert ((frame.segmentation == 0) == (frame.depth == 0)).all()
 
 
-def test_labels_list_the_scene_then_every_collectible(world: World) -> None:
+def test_labels_list_the_scene_then_every_collectible(world: ReferenceCamera) -> None:
     assert world.labels[:5] == ("nothing", "cloth", "ground", "post", "wall")
     assert len(world.labels) == 5 + 98
     assert len(set(world.labels)) == len(world.labels)

@@ -10,12 +10,12 @@ from arramon_server.sim.assets.textures import texture
 from arramon_server.sim.cameras import Viewpoint
 from arramon_server.sim.room import START
 from arramon_server.sim.room_scene import WALL_HEIGHT, room_scene
-from tests.physics import World
+from tests.physics import ReferenceCamera
 
 
 @pytest.fixture(scope="module")
-def world() -> Iterator[World]:
-    with World(room_scene()) as built:
+def world() -> Iterator[ReferenceCamera]:
+    with ReferenceCamera(room_scene()) as built:
         yield built
 
 
@@ -28,7 +28,9 @@ def world() -> Iterator[World]:
         (270.0, "spotted", (START.column + 0.5) * CELL_SIZE),
     ],
 )
-def test_walls_surround_the_start_in_fixed_directions(world: World, heading: float, wall: str, distance: float) -> None:
+def test_walls_surround_the_start_in_fixed_directions(
+    world: ReferenceCamera, heading: float, wall: str, distance: float
+) -> None:
     frame = world.render(Viewpoint(START.column * CELL_SIZE, START.row * CELL_SIZE, heading), [], 224)
     assert frame.depth[111, 112] / 1000 == pytest.approx(distance, rel=0.005)
     seen = frame.rgb[100:112, 100:124].reshape(-1, 3).astype(float).mean(axis=0)
@@ -42,7 +44,7 @@ def tint(colour: np.ndarray) -> np.ndarray:
     return share
 
 
-def test_the_start_tile_is_yellow_and_the_floor_is_not(world: World) -> None:
+def test_the_start_tile_is_yellow_and_the_floor_is_not(world: ReferenceCamera) -> None:
     away = world.render(Viewpoint(START.column * CELL_SIZE, 2 * CELL_SIZE, 180.0), [], 224)
     red, green, blue = away.rgb[145, 112].astype(int)
     assert red > green > blue + 60

@@ -13,7 +13,7 @@ from arramon_server.sim.assets.meshes import quad
 from arramon_server.sim.cameras import Actor, Viewpoint
 from arramon_server.sim.catalogue import ALL_TYPES, EXTENT, ObjectType
 from arramon_server.sim.scene import Body, Scene
-from tests.physics import World
+from tests.physics import ReferenceCamera
 
 APART = 10.0
 """Mean absolute difference (of 255, over the pixels and channels of both objects' common bounding box) that tells two
@@ -52,15 +52,17 @@ def test_dots_are_round_and_stripes_run_around() -> None:
 
 
 @pytest.fixture(scope="module")
-def world() -> Iterator[World]:
+def world() -> Iterator[ReferenceCamera]:
     ground = quad([(-50, -50, 0), (50, -50, 0), (50, 50, 0), (-50, 50, 0)])
     grey = np.full((4, 4, 3), 120, np.uint8)
     scene = Scene("plain", (Body("ground", "ground", "grey", (0, 0, 0)),), {"ground": ground}, {"grey": grey})
-    with World(scene) as built:
+    with ReferenceCamera(scene) as built:
         yield built
 
 
-def seen(world: World, kind: ObjectType, heading: float) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.bool_]]:
+def seen(
+    world: ReferenceCamera, kind: ObjectType, heading: float
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.bool_]]:
     """The middle of the frame with the object three units ahead, and which of its pixels are the object."""
     frame = world.render(Viewpoint(0, 0, 0), [Actor(kind, (0.0, 3.0, 0.0), heading)], 224)
     bare = world.render(Viewpoint(0, 0, 0), [], 224)
@@ -69,7 +71,7 @@ def seen(world: World, kind: ObjectType, heading: float) -> tuple[npt.NDArray[np
 
 
 @pytest.mark.parametrize("heading", [180.0, 215.0, 20.0])
-def test_all_98_collectibles_look_different_at_three_units(world: World, heading: float) -> None:
+def test_all_98_collectibles_look_different_at_three_units(world: ReferenceCamera, heading: float) -> None:
     views = {kind: seen(world, kind, heading) for kind in ALL_TYPES}
     for kind, (_, mask) in views.items():
         height, width = (np.ptp(np.flatnonzero(mask.any(axis=axis))) + 1 for axis in (1, 0))

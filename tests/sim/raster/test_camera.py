@@ -20,7 +20,7 @@ from arramon_server.sim.raster.camera import RasterCamera, compile_kernels, is_c
 from arramon_server.sim.room_scene import room_scene
 from arramon_server.sim.scene import Body, Scene
 from arramon_server.sim.section import Building, Prop, Section
-from tests.physics import World
+from tests.physics import ReferenceCamera
 
 BALL, MUG = ObjectType("dotted", "red", "ball"), ObjectType("striped", "blue", "mug")
 
@@ -52,8 +52,8 @@ def camera() -> RasterCamera:
 
 
 @pytest.fixture(scope="module")
-def reference() -> Iterator[World]:
-    with World(STREET) as world:
+def reference() -> Iterator[ReferenceCamera]:
+    with ReferenceCamera(STREET) as world:
         yield world
 
 
@@ -75,7 +75,7 @@ def both(
     )
 
 
-def test_street_rendering_matches_the_reference(reference: World) -> None:
+def test_street_rendering_matches_the_reference(reference: ReferenceCamera) -> None:
     plain = RasterCamera(STREET, mipmaps=False)
     found = [both(reference, plain, view, STREET_ACTORS) for view in viewpoints((-9, 5), (9, 9), 25)]
     assert min(depth for depth, _, _ in found) > 0.997
@@ -83,7 +83,7 @@ def test_street_rendering_matches_the_reference(reference: World) -> None:
     assert np.mean([colour for _, _, colour in found]) < 0.3
 
 
-def test_mipmaps_change_only_colours_and_only_slightly(reference: World, camera: RasterCamera) -> None:
+def test_mipmaps_change_only_colours_and_only_slightly(reference: ReferenceCamera, camera: RasterCamera) -> None:
     plain = RasterCamera(STREET, mipmaps=False)
     for view in viewpoints((-9, 5), (9, 9), 5):
         ours, without = (c.render(view, STREET_ACTORS, 224, segmentation=True) for c in (camera, plain))
@@ -93,7 +93,7 @@ def test_mipmaps_change_only_colours_and_only_slightly(reference: World, camera:
 
 def test_room_rendering_matches_the_reference() -> None:
     plain = RasterCamera(room_scene(), mipmaps=False)
-    with World(room_scene()) as world:
+    with ReferenceCamera(room_scene()) as world:
         for view in viewpoints((0, 0), (6, 4.5), 15):
             actors = [a for a in ROOM_ACTORS if math.dist(a.position[:2], (view.x, view.y)) > 1.0]
             depth, labels, colour = both(world, plain, view, actors)
@@ -103,7 +103,7 @@ def test_room_rendering_matches_the_reference() -> None:
 
 
 @pytest.mark.parametrize("size", [17, 30, 64, 128])
-def test_pictures_of_any_size_match_the_reference(reference: World, camera: RasterCamera, size: int) -> None:
+def test_pictures_of_any_size_match_the_reference(reference: ReferenceCamera, camera: RasterCamera, size: int) -> None:
     depth, labels, _ = both(reference, camera, Viewpoint(0, 6, 60), STREET_ACTORS, size)
     assert depth > 0.99
     assert labels > 0.99
@@ -123,7 +123,7 @@ def test_views_near_and_inside_walls_match_the_reference(heading: float) -> None
     stone = np.random.default_rng(2).integers(0, 255, (32, 32, 3)).astype(np.uint8)
     scene = Scene("lane", bodies, {"lane": walls, "floor": floor}, {"stone": stone})
     plain = RasterCamera(scene, mipmaps=False)
-    with World(scene) as world:
+    with ReferenceCamera(scene) as world:
         for x in (0.0, 0.13, 0.4):
             depth, labels, _ = both(world, plain, Viewpoint(x, 1.0, heading), [])
             assert depth > 0.99
@@ -142,7 +142,7 @@ def test_object_behind_a_wall_is_drawn_where_visible() -> None:
     stone = np.full((4, 4, 3), 90, np.uint8)
     scene = Scene("wall", (Body("wall", "wall", "stone", (0, 4, 0)),), {"wall": box(4.0, 0.2, 1.0)}, {"stone": stone})
     camera, shown = RasterCamera(scene), []
-    with World(scene) as world:
+    with ReferenceCamera(scene) as world:
         for height in np.linspace(0.6, 1.6, 11).tolist():
             ball = Actor(BALL, (0.3, 7.0, height))
             assert both(world, camera, Viewpoint(0, 0, 0), [ball])[1] > 0.9995
@@ -152,7 +152,7 @@ def test_object_behind_a_wall_is_drawn_where_visible() -> None:
     assert 0 < shown[6] < shown[7] < shown[-1]
 
 
-def test_labels_equal_the_references(reference: World, camera: RasterCamera) -> None:
+def test_labels_equal_the_references(reference: ReferenceCamera, camera: RasterCamera) -> None:
     assert camera.labels == reference.labels == labels_of(STREET)
     assert camera.labels[0] == "nothing"
     assert label_of(Body("cone/3", "m", "t", (0, 0, 0))) == "cone"
@@ -181,7 +181,7 @@ def test_frames_are_not_overwritten_and_independent_of_others(camera: RasterCame
         np.testing.assert_array_equal(new, copy)
 
 
-def test_depth_in_units_is_the_same_times_a_thousandth(reference: World, camera: RasterCamera) -> None:
+def test_depth_in_units_is_the_same_times_a_thousandth(reference: ReferenceCamera, camera: RasterCamera) -> None:
     view, far = Viewpoint(0, 6, 60), Viewpoint(0, -30, 180)
     for drawing in (reference, camera):
         for seen, size in ((view, 64), (far, 30)):
@@ -195,7 +195,7 @@ def test_depth_in_units_is_the_same_times_a_thousandth(reference: World, camera:
             assert (labels == frame.segmentation).all()
 
 
-def test_without_colours_depth_and_labels_are_the_same(reference: World, camera: RasterCamera) -> None:
+def test_without_colours_depth_and_labels_are_the_same(reference: ReferenceCamera, camera: RasterCamera) -> None:
     for drawing in (reference, camera):
         for seen, size in ((Viewpoint(0, 6, 60), 64), (Viewpoint(0, -30, 180), 30)):
             frame = drawing.render(seen, STREET_ACTORS, size, segmentation=True)
@@ -288,7 +288,7 @@ def test_uncached_kernels_draw_identical_images(camera: RasterCamera) -> None:
     assert run(NOWHERE_TO_KEEP_IT + DRAW) == ["False", digest(camera)]
 
 
-def test_rotated_and_scaled_actors_match_the_reference(reference: World, camera: RasterCamera) -> None:
+def test_rotated_and_scaled_actors_match_the_reference(reference: ReferenceCamera, camera: RasterCamera) -> None:
     actor = Actor(MUG, (0.2, 7.4, 0.1), 70.0, 2.5)
     for view in (Viewpoint(0, 6, 0), replace(Viewpoint(0, 6, 10), z=1.4), Viewpoint(1.2, 8.2, 230)):
         depth, labels, _ = both(reference, camera, view, [actor])
