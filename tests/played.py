@@ -56,7 +56,7 @@ def play(
         if session.state.finished:
             cause = causes.STEP_LIMIT if session.was_forced else causes.AGENT_FINISHED
         elif cause == causes.TIME_LIMIT:
-            session.run_out()
+            session.end_at_time_limit()
         if cause is not None:
             scores = [dict(turn) for turn in session.scores().turns]
             taken = len(actions[claim.episode_id])

@@ -67,7 +67,7 @@ def scores_of(source: Source, session: EpisodeSession) -> Scores:
         if source.cause == AGENT_FINISHED:
             raise misfit(source, f"its {len(source.actions)} actions do not end the episode")
         if source.cause == TIME_LIMIT:
-            session.run_out()
+            session.end_at_time_limit()
     return {f"turn {number}": dict(turn) for number, turn in enumerate(session.scores().turns, start=1)}
 
 

@@ -135,7 +135,7 @@ class Servicer(EvaluationServicer):
         caller = caller_of()
 
         def account() -> pb.Account:
-            standings = {split: self._runs.quotas.standing(caller, split) for split in self._runs.splits}
+            standings = {split: self._runs.quotas.limits_and_usage(caller, split) for split in self._runs.splits}
             return account_message(caller, standings)
 
         return await asyncio.to_thread(account)

@@ -8,13 +8,13 @@ import sqlalchemy as sa
 
 from arramon_server.board.entries import Entries, Scores
 from arramon_server.board.episode_table import EpisodeTable
-from arramon_server.episodes.changes import EpisodeChanges, changes_between, named
+from arramon_server.episodes.changes import EpisodeChanges, changes_between, episode_list
 from arramon_server.episodes.splits import Split, check_split
 from arramon_server.errors import BadInput, Conflict, NotFound
 from arramon_server.runs.play.worlds import Worlds
 from arramon_server.runs.results.receipts import Receipts
 from arramon_server.runs.results.reports import make_report
-from arramon_server.runs.results.rescoring import check_same_way, replayed
+from arramon_server.runs.results.rescoring import check_same_way, replay_ending
 from arramon_server.runs.results.signing import SigningKey
 from arramon_server.runs.storage import tables
 from arramon_server.runs.storage.corrections import MAX_REASON, Correction, CorrectionKind, Corrections
@@ -90,7 +90,7 @@ class Correcting:
         wrong = asked - void if restore else asked & void
         if wrong:
             kind = AlreadyCorrected if wrong == asked else Conflict
-            raise kind(f"{named(wrong)} of split {split!r} {'not void' if restore else 'void already'}")
+            raise kind(f"{episode_list(wrong)} of split {split!r} {'not void' if restore else 'void already'}")
         left = found.episodes.keys() - asked - void
         if not restore and any(
             not any(language in found.episodes[name].instructions for name in left) for language in found.languages
@@ -132,8 +132,8 @@ class Correcting:
         changes = changes_between(before, after)
         if shown := changes.world - self._corrections.voided(name):
             raise Conflict(
-                f"the world of {named(shown)} of split {name!r} is another than that in which the runs were played, so "
-                "that their actions cannot be scored in it; void these episodes first (`arramon-server void`), or "
+                f"the world of {episode_list(shown)} of split {name!r} is another than that in which the runs were played, "
+                "so that their actions cannot be scored in it; void these episodes first (`arramon-server void`), or "
                 "leave the runs without a rank"
             )
         return self._rescore(before, after, changes, reason)
@@ -183,7 +183,7 @@ class Correcting:
         name = ending.episode_id
         if name not in changes.truth or name in changes.world:
             return ending
-        again = replayed(run, after, ending, worlds, self._journal.actions)
+        again = replay_ending(run, after, ending, worlds, self._journal.actions)
         if (again.cause, again.steps) != (ending.cause, ending.steps):
             raise ValueError(
                 f"episode {name} ended by {ending.cause} after {ending.steps} steps, and would by {again.cause} after "

@@ -8,7 +8,7 @@ from arramon_server.commands import Commands
 from arramon_server.commands.journal import open_journal
 from arramon_server.configuration.config import Config
 from arramon_server.configuration.sources import add_flag
-from arramon_server.episodes.changes import named
+from arramon_server.episodes.changes import episode_list
 from arramon_server.episodes.splits import read_splits
 from arramon_server.errors import BadInput
 from arramon_server.runs.results.signing import KnownKeys, SigningKey
@@ -51,7 +51,8 @@ def _void(arguments: argparse.Namespace) -> None:
             print(f"{error}, by a command that stopped before all receipts were signed\nnew receipts: {revised}")
             return
         print(
-            f"{'restored' if arguments.restore else 'void'}: {named(made.episodes)} of split {made.split}", flush=True
+            f"{'restored' if arguments.restore else 'void'}: {episode_list(made.episodes)} of split {made.split}",
+            flush=True,
         )
         print(f"new receipts: {correcting.revise(made.split)}")
     if splits[made.split].hidden:
@@ -67,7 +68,7 @@ def _list(arguments: argparse.Namespace) -> None:
         found = Corrections(database).on(arguments.split)
     for one in found:
         data = f", data {one.data_before[:12]} to {one.data_after[:12]}" if one.data_before and one.data_after else ""
-        print(f"{one.made_at:%Y-%m-%dT%H:%MZ}  {one.kind}  {named(one.episodes)}{data}: {one.reason}")
+        print(f"{one.made_at:%Y-%m-%dT%H:%MZ}  {one.kind}  {episode_list(one.episodes)}{data}: {one.reason}")
     void = voided_by(found)
     print(f"void now: {', '.join(sorted(void)) or 'none'}")
 

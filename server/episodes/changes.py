@@ -41,8 +41,8 @@ def changes_between(before: Split, after: Split) -> EpisodeChanges:
             are not valid for the other.
     """
     if before.episodes.keys() != after.episodes.keys():
-        gone = named(before.episodes.keys() - after.episodes.keys())
-        new = named(after.episodes.keys() - before.episodes.keys())
+        gone = episode_list(before.episodes.keys() - after.episodes.keys())
+        new = episode_list(after.episodes.keys() - before.episodes.keys())
         raise Conflict(
             f"split {after.name!r} does not have the episodes that it had: {gone} left out, {new} added; expected the "
             "same episodes (one that cannot be corrected is voided: `arramon-server void`)"
@@ -51,7 +51,9 @@ def changes_between(before: Split, after: Split) -> EpisodeChanges:
         raise Conflict(f"split {after.name!r} was hidden or for training before and is not now, or the other way round")
     pairs = [(before.episodes[name], episode) for name, episode in after.episodes.items()]
     if spoken := [one.episode_id for one, other in pairs if one.instructions.keys() != other.instructions.keys()]:
-        raise Conflict(f"other languages than before in {named(spoken)} of split {after.name!r}; expected the same")
+        raise Conflict(
+            f"other languages than before in {episode_list(spoken)} of split {after.name!r}; expected the same"
+        )
     redrawn = {name for name, section in before.sections.items() if after.sections.get(name) != section}
     return EpisodeChanges(
         frozenset(two.episode_id for one, two in pairs if one.section in redrawn or _world(one) != _world(two)),
@@ -60,7 +62,7 @@ def changes_between(before: Split, after: Split) -> EpisodeChanges:
     )
 
 
-def named(episode_ids: Collection[str]) -> str:
+def episode_list(episode_ids: Collection[str]) -> str:
     """Return the number of some episodes and the first ids, as text."""
     ordered = sorted(episode_ids)
     if not ordered:

@@ -88,25 +88,25 @@ class Metrics(Meter):
         """Count an episode that has ended, by its cause."""
         self._episodes_ended.labels(cause).inc()
 
-    def reoffered(self, episodes: int) -> None:
+    def count_reoffers(self, episodes: int) -> None:
         """Count episodes that were offered again after their process died."""
         self._reoffered.inc(episodes)
 
-    def stepped(self, steps: int) -> None:
+    def count_steps(self, steps: int) -> None:
         """Count steps that were committed."""
         self._steps.inc(steps)
 
-    def took(self, stage: Stage, seconds: float) -> None:
+    def record_duration(self, stage: Stage, seconds: float) -> None:
         """Add the duration of a stage."""
         self._stages[stage].observe(seconds)
         if stage is Stage.DRAW:
             self._frames.inc()
 
-    def faulted(self, kind: str) -> None:
+    def count_fault(self, kind: str) -> None:
         """Count a fault of the server, by its kind."""
         self._faults.labels(kind).inc()
 
-    def loaded(self, streams: int, episodes: int, waiting: int) -> None:
+    def record_load(self, streams: int, episodes: int, waiting: int) -> None:
         """Note the open streams and episodes, and the messages that wait to be handled."""
         self._streams.set(streams)
         self._episodes.set(episodes)

@@ -172,10 +172,10 @@ class Runs:
 
         Raises:
             NotFound: if there is no such run that the caller may see.
-            Conflict: if its leaderboard is frozen, and the run may be another caller's (see `Caller.is_shown_all`).
+            Conflict: if its leaderboard is frozen, and the run may be another caller's (see `Caller.may_see_withheld`).
         """
         run, progress = self.visible(caller, run_id), self.progress(run_id)
-        if caller.is_shown_all(run, published=progress.published):
+        if caller.may_see_withheld(run, published=progress.published):
             return run, progress
         self.closing.check_shown(run.split)
         if self._is_hidden(run):
@@ -218,7 +218,7 @@ class Runs:
             NotFound: if there is no such run that the caller may see.
             Forbidden: if it is not the caller's own run: a host sees the runs of others, but does not play them.
             Conflict: if the data of the split has changed since the run was created; or if the run is on the
-                leaderboard, and may be another caller's (see `Caller.is_shown_all`).
+                leaderboard, and may be another caller's (see `Caller.may_see_withheld`).
         """
         run = self.visible(caller, run_id)
         if not caller.owns(run):
@@ -227,7 +227,7 @@ class Runs:
                 "play it; a host can cancel it"
             )
         split_of(run, self.splits)
-        if run.state != RUNNING and not caller.is_shown_all(run, published=self._journal.is_published(run_id)):
+        if run.state != RUNNING and not caller.may_see_withheld(run, published=self._journal.is_published(run_id)):
             raise Conflict(f"run {run_id!r} is {run.state.lower()} and on the leaderboard; there is nothing to play")
         return run
 
@@ -251,7 +251,7 @@ class Runs:
         """
         run, _ = self.progress_for(caller, run_id)
         report = report_of(run, self._journal, self.splits)
-        if self._is_hidden(run) and not caller.is_shown_all(run, published=report.progress.published):
+        if self._is_hidden(run) and not caller.may_see_withheld(run, published=report.progress.published):
             return replace(report, progress=coarse_progress(report.progress))
         return report
 
@@ -267,7 +267,7 @@ class Runs:
         run = self._journal.run(run_id)
         if not (published or caller.may_see(run)):
             raise run_not_found(run_id)
-        if not caller.is_shown_all(run, published=published):
+        if not caller.may_see_withheld(run, published=published):
             self.closing.check_shown(run.split)
         report = report_of(run, self._journal, self.splits)
         if self._is_hidden(run):

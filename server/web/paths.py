@@ -126,7 +126,7 @@ class Paths:
         watch = room_map.RoomWatch(session)
         watch.replay(self._journal.actions(run.run_id, episode_id) if cause else ())
         if cause == causes.TIME_LIMIT and not session.state.finished:
-            session.run_out()
+            session.end_at_time_limit()
         return tuple(section_map.track(section, turn) for turn in session.record().turns), watch.rooms()
 
     def _ground(self, section: Section, furniture: OwnFurniture) -> CollisionCheck:

@@ -399,7 +399,7 @@ def test_timed_out_and_faulty_episodes_are_drawn_as_scored(web: WebHouse) -> Non
     ended = {"quokka-0": causes.TIME_LIMIT, "quokka-1": causes.FORFEITED}
     play(web.database, web.splits["open"], run, actions, ended=ended, over=False)
     unplayed = [dict.fromkeys(METRICS, 0.0)] * 2
-    web.journal.commit(CommitBatch(endings=[EpisodeEnding(run, "quokka-2", causes.SERVER_FAULT, 0, unplayed, epoch=1)]))
+    web.journal.commit(CommitBatch(endings=[EpisodeEnding(run, "quokka-2", causes.SERVER_FAULT, 0, unplayed, fence=1)]))
     web.journal.set_state(run, COMPLETE)
     web.publish(run)
     walked = "26.44,26 26.44,25 26.44,24"

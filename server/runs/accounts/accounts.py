@@ -134,7 +134,7 @@ class Accounts:
             raise Unauthenticated("authentication failed: unknown token; ask the host for another one")
         found = _token(rows[0])
         if rows[0].banned_at is not None:
-            raise Unauthenticated(f"authentication failed: {banned(found.participant, rows[0].ban_reason)}")
+            raise Unauthenticated(f"authentication failed: {ban_clause(found.participant, rows[0].ban_reason)}")
         if found.revoked_at is not None:
             raise Unauthenticated(f"authentication failed: token {token_id} was revoked; ask the host for another one")
         if found.expires_at is not None and found.expires_at <= datetime.now(UTC):
@@ -206,7 +206,7 @@ def check_free(connection: Connection, name: str, *, but: str | None = None) -> 
         raise Conflict(f"the name {name!r} can be confused with {alike!r}, an earlier name of {once[alike]!r}")
 
 
-def banned(participant: str, reason: str) -> str:
+def ban_clause(participant: str, reason: str) -> str:
     """Return the clause of a message that a participant is banned, with the host's reason if there is one."""
     return f"the account {participant!r} is banned" + (f": {reason}" if reason else "") + "; ask the host"
 

@@ -7,7 +7,7 @@ import sqlalchemy as sa
 from sqlalchemy.engine import Connection
 
 from arramon_server.errors import BadInput, Conflict, Forbidden, NotFound, TakenOver
-from arramon_server.runs.accounts.accounts import ANONYMOUS_NAME, banned, check_free, check_name
+from arramon_server.runs.accounts.accounts import ANONYMOUS_NAME, ban_clause, check_free, check_name
 from arramon_server.runs.accounts.callers import Role
 from arramon_server.runs.storage import tables
 from arramon_server.runs.storage.database import Database, utc
@@ -181,7 +181,7 @@ def check_may_act(connection: Connection, account: str | None) -> None:
     if row is None:
         raise TakenOver(f"the account {account!r} was renamed just now; try again")
     if row.banned_at is not None:
-        raise Forbidden(banned(account, row.ban_reason))
+        raise Forbidden(ban_clause(account, row.ban_reason))
 
 
 def earlier_names(database: Database, participant: str | None) -> frozenset[str]:

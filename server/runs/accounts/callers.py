@@ -35,7 +35,7 @@ class Caller:
         """Return whether the caller may see a run: hosts see all, participants their own, others the anonymous ones."""
         return self.role is Role.HOST or self.owns(run)
 
-    def is_shown_all(self, run: Run, *, published: bool) -> bool:
+    def may_see_withheld(self, run: Run, *, published: bool) -> bool:
         """Return whether the caller sees all data of a run, also what frozen and hidden splits withhold from others.
 
         The leaderboard shows the id of a published run to everybody: on a public server, knowing the id then no longer

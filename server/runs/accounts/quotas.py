@@ -174,7 +174,7 @@ class Quotas:
         with self._database.write() as connection:
             connection.execute(table.delete().where(table.c.stream_id == stream_id))
 
-    def standing(self, caller: Caller, split: str) -> tuple[Quota, Usage]:
+    def limits_and_usage(self, caller: Caller, split: str) -> tuple[Quota, Usage]:
         """Return the limits of a caller on a split, and the usage that counts against them."""
         read = self._database.read
         streams = open_streams(read, caller.account, split, self._database.now)

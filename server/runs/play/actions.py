@@ -8,7 +8,7 @@ from arramon_client.world import Action
 from arramon_server.errors import LONGEST_QUOTE, quoted
 from arramon_server.runs.play.events import ActionProblem, EpisodeEnded, Event, Observed, PhaseOver
 from arramon_server.runs.play.faults import EpisodeFault, fault_boundary
-from arramon_server.runs.play.session import EpisodeSession, ending
+from arramon_server.runs.play.session import EpisodeSession, ending_of
 from arramon_server.runs.play.stream import MAX_BATCH, Act, Stream
 from arramon_server.runs.play.timekeeper import Timekeeper
 from arramon_server.runs.storage import causes
@@ -83,7 +83,7 @@ class ActionHandler:
             return [_problem(act, "STEP_AHEAD", f"step {act.step} is ahead of its turn, expected {step}")]
         if act.step < step:
             first = session.actions[act.step]
-            again = observed(stream, session)
+            again = observation_of(stream, session)
             if first == act.action:
                 return [again]
             return [_problem(act, "STEP_BEHIND", f"step {act.step} was answered with {first:d}; that stands"), again]
@@ -95,13 +95,13 @@ class ActionHandler:
             stream.clock.answer(act.episode_id, act.step)
         events: list[Event] = [PhaseOver(act.episode_id, phase) for phase in phases]
         if not session.state.finished:
-            return [*events, observed(stream, session)]
+            return [*events, observation_of(stream, session)]
         return [*events, self._end(stream, session, batch, session.cause)]
 
     def _run_out(self, stream: Stream, session: EpisodeSession, batch: CommitBatch) -> list[Event]:
         """End an episode that is out of time."""
         with fault_boundary(stream.run, stream.claim(session), "ending"):
-            phases = session.run_out()
+            phases = session.end_at_time_limit()
         over = [PhaseOver(session.episode.episode_id, phase) for phase in phases]
         return [*over, self._end(stream, session, batch, causes.TIME_LIMIT)]
 
@@ -111,7 +111,7 @@ class ActionHandler:
         """Score an episode as far as it was played, and remove it from its stream."""
         run_id, episode_id = stream.run.run_id, session.episode.episode_id
         with fault_boundary(stream.run, stream.claim(session), "scoring"):
-            batch.endings.append(ending(stream.run, session, cause, note))
+            batch.endings.append(ending_of(stream.run, session, cause, note))
         in_batch = sum(ending.run_id == run_id for ending in batch.endings)
         ended = EpisodeEnded(episode_id, cause, self._journal.count_ended(run_id) + in_batch)
         stream.ended.add(episode_id)
@@ -119,7 +119,7 @@ class ActionHandler:
         return ended
 
 
-def observed(stream: Stream, session: EpisodeSession) -> Observed:
+def observation_of(stream: Stream, session: EpisodeSession) -> Observed:
     """Return the observation of an episode's current state; its frame is drawn when it is delivered."""
     left = None if stream.clock is None else stream.clock.time_left(session.episode.episode_id)
     return Observed(stream.run, session.episode, session.state, session.steps_left(session.state), time_left=left)

@@ -3,7 +3,7 @@
 import time
 from collections.abc import Collection, Iterator
 
-from arramon_server.runs.play.actions import observed
+from arramon_server.runs.play.actions import observation_of
 from arramon_server.runs.play.events import EpisodeStarted, Event, Observed, StreamOpened
 from arramon_server.runs.play.faults import EpisodeFault, FaultHandler, fault_boundary
 from arramon_server.runs.play.loader import SessionLoader
@@ -108,5 +108,5 @@ class Assignment:
             session.thinking.skip(session.state.step)
         if stream.clock is not None:
             step = session.state.step
-            stream.clock.open(claim.episode_id, step, claim.waited_for(step))
-        stream.outbox.extend((started, *past, observed(stream, session)))
+            stream.clock.open(claim.episode_id, step, claim.seconds_waited(step))
+        stream.outbox.extend((started, *past, observation_of(stream, session)))

@@ -171,7 +171,7 @@ class StreamClock:
         running = self._granted(step) if step.began == inf else step.due - self._now()
         return TimeLeft(max(0.0, running), self.bank.left)
 
-    def waits(self) -> dict[str, tuple[int, float | None]]:
+    def waiting_times(self) -> dict[str, tuple[int, float | None]]:
         """Return each episode's step number and the seconds since its observation was first sent, None if never."""
         now = self._now()
         return {

@@ -113,7 +113,7 @@ class Delivery:
                     into=stream.transport.canvas(event.episode.episode_id) if event.taken is None else None,
                 )
                 drawn = event.with_images(frame)
-                self._meter.took(Stage.DRAW, time.perf_counter() - started)
+                self._meter.record_duration(Stage.DRAW, time.perf_counter() - started)
                 if stream.transport.compresses:
                     drawn = event.with_images(frame, stream.transport.begin_encoding(drawn))
         except EpisodeFault as fault:
@@ -128,7 +128,7 @@ class Delivery:
         try:
             with fault_boundary(stream.run, claim, "delivering"):
                 stream.transport.send(events)
-            self._meter.took(Stage.ENCODE, time.perf_counter() - started)
+            self._meter.record_duration(Stage.ENCODE, time.perf_counter() - started)
         except EpisodeFault:
             if len(events) > 1:
                 for event in events:

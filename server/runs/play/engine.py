@@ -211,12 +211,12 @@ class Engine:
         answers: dict[Stream, Answers] = {}
         for stream in ready:
             stream.oldest_arrival = stream.inbox[0].at
-            self._meter.took(Stage.QUEUE, now - stream.oldest_arrival)
+            self._meter.record_duration(Stage.QUEUE, now - stream.oldest_arrival)
         with self._guard(*ready):
             for stream in ready:
                 answers[stream] = self._actions.handle(stream, batch)
             if ready:
-                self._meter.took(Stage.RULES, self._time.now() - now)
+                self._meter.record_duration(Stage.RULES, self._time.now() - now)
             losers = self._commit(batch, holders)
             for stream in ready if batch.charges else ():  # Other processes may have charged the same bank.
                 self._time.refresh(stream)
@@ -254,7 +254,7 @@ class Engine:
                 _log.info("player continues at another process", extra={"run_id": stream.run.run_id})
             if losers - closed - moved:
                 _log.warning("%s", error)
-                self._meter.faulted(type(error).__name__)
+                self._meter.count_fault(type(error).__name__)
             for stream in losers - closed:
                 self._drop(stream, error)
         self._journal.commit(batch.without({key for key, stream in holders.items() if stream in losers}))
@@ -278,7 +278,7 @@ class Engine:
         if done.error is not None:
             self._drop(stream, done.error)
         if stream.oldest_arrival is not None and not stream.outbox:
-            self._meter.took(Stage.TOTAL, self._time.now() - stream.oldest_arrival)
+            self._meter.record_duration(Stage.TOTAL, self._time.now() - stream.oldest_arrival)
             stream.oldest_arrival = None
         if done.run_ended and stream in self._streams:
             self._streams.remove(stream)
@@ -295,7 +295,7 @@ class Engine:
             self._close_abandoned(self._upkeep.sweep(self._streams))
             self._check_for_ended_runs()
         waiting = sum(len(stream.inbox) for stream in self._streams)
-        self._meter.loaded(len(self._streams), sum(len(stream.sessions) for stream in self._streams), waiting)
+        self._meter.record_load(len(self._streams), sum(len(stream.sessions) for stream in self._streams), waiting)
         now = self._time.now()
         for stream in list(self._streams):
             is_played = stream.run.run_id not in self._cancelling
@@ -336,14 +336,14 @@ class Engine:
         except ArraMonError as error:
             runs = sorted({stream.run.run_id for stream in streams})
             _log.error("%s", error, extra={"fault": type(error).__name__, "runs": runs})
-            self._meter.faulted(type(error).__name__)
+            self._meter.count_fault(type(error).__name__)
             for stream in streams:
                 self._drop(stream, error)
 
     def _handle_faults(self, stream: Stream, claims: Iterable[Claim]) -> None:
         """Take the episodes on which the server failed from a stream; call it after the commit."""
         for claim in claims:
-            self._meter.faulted("EpisodeFault")
+            self._meter.count_fault("EpisodeFault")
             if stream in self._streams:
                 with self._guard(stream):
                     self._faults.take(stream, claim)

@@ -11,7 +11,7 @@ from types import TracebackType
 from arramon_server.errors import ArraMonError
 from arramon_server.runs.play.events import EpisodeEnded, Observed
 from arramon_server.runs.play.loader import SessionLoader
-from arramon_server.runs.play.session import ending, unplayed
+from arramon_server.runs.play.session import ending_of, unplayed_ending
 from arramon_server.runs.play.stream import Stream
 from arramon_server.runs.storage import causes
 from arramon_server.runs.storage.journal import Journal
@@ -105,6 +105,6 @@ class FaultHandler:
         note = f"the server failed on it {MAX_FAULTS} times"
         try:
             with fault_boundary(run, claim, "scoring"):
-                return ending(run, self._loader.replay(run, claim), causes.SERVER_FAULT, note)
+                return ending_of(run, self._loader.replay(run, claim), causes.SERVER_FAULT, note)
         except EpisodeFault:
-            return unplayed(run, self._loader.episode(run, claim), claim, causes.SERVER_FAULT, note)
+            return unplayed_ending(run, self._loader.episode(run, claim), claim, causes.SERVER_FAULT, note)

@@ -4,7 +4,7 @@ from datetime import datetime
 
 from arramon_server.runs.play.faults import EpisodeFault, fault_boundary
 from arramon_server.runs.play.loader import SessionLoader
-from arramon_server.runs.play.session import ending, lost, unplayed
+from arramon_server.runs.play.session import ending_of, lost_ending, unplayed_ending
 from arramon_server.runs.storage import causes
 from arramon_server.runs.storage.journal import Journal
 from arramon_server.runs.storage.records import CANCELLED, CLOSER, PENDING, Claim, CommitBatch, EpisodeEnding, Run
@@ -57,11 +57,11 @@ class Forfeits:
 
     def _ending(self, run: Run, claim: Claim, note: str) -> EpisodeEnding:
         if not self._loader.has_data(run):
-            return lost(run, claim, note)
+            return lost_ending(run, claim, note)
         if claim.state == PENDING:
-            return unplayed(run, self._loader.episode(run, claim), claim, causes.FORFEITED, note)
+            return unplayed_ending(run, self._loader.episode(run, claim), claim, causes.FORFEITED, note)
         try:
             with fault_boundary(run, claim, "scoring"):
-                return ending(run, self._loader.replay(run, claim), causes.FORFEITED, note)
+                return ending_of(run, self._loader.replay(run, claim), causes.FORFEITED, note)
         except EpisodeFault:
-            return unplayed(run, self._loader.episode(run, claim), claim, causes.SERVER_FAULT, note)
+            return unplayed_ending(run, self._loader.episode(run, claim), claim, causes.SERVER_FAULT, note)

@@ -50,4 +50,4 @@ class _Release:
         if stream.clock is not None:
             stream.clock.charge(now)
             self.batch.charge(self.run_id, stream.clock.take_charges())
-            self.waits = stream.clock.waits()
+            self.waits = stream.clock.waiting_times()

@@ -51,7 +51,7 @@ class EpisodeSession:
         self._recorder.record(self.state, events)
         return [event for event in events if isinstance(event, PhaseEnded)]
 
-    def run_out(self) -> list[PhaseEnded]:
+    def end_at_time_limit(self) -> list[PhaseEnded]:
         """End all remaining phases as at the step limit, because the time limit was reached, and return them.
 
         It counts no step and records no action: to replay an episode with the cause TIME_LIMIT, apply its recorded
@@ -94,7 +94,7 @@ class EpisodeSession:
         return score_episode(self.record())
 
 
-def ending(run: Run, session: EpisodeSession, cause: str, note: str = "") -> EpisodeEnding:
+def ending_of(run: Run, session: EpisodeSession, cause: str, note: str = "") -> EpisodeEnding:
     """Return the end of an episode, scored as far as it was played."""
     scores = [dict(turn) for turn in session.scores().turns]
     thinking = session.thinking
@@ -111,13 +111,13 @@ def ending(run: Run, session: EpisodeSession, cause: str, note: str = "") -> Epi
     )
 
 
-def unplayed(run: Run, episode: Episode, claim: Claim, cause: str, note: str = "") -> EpisodeEnding:
+def unplayed_ending(run: Run, episode: Episode, claim: Claim, cause: str, note: str = "") -> EpisodeEnding:
     """Return the end, with zero scores, of an episode that was not played, or whose steps cannot count."""
     scores = [dict(turn) for turn in score_episode(TrajectoryRecorder(episode).result()).turns]
     return EpisodeEnding(run.run_id, claim.episode_id, cause, 0, scores, note, claim.fence)
 
 
-def lost(run: Run, claim: Claim, note: str) -> EpisodeEnding:
+def lost_ending(run: Run, claim: Claim, note: str) -> EpisodeEnding:
     """Return the end, with zero scores, of an episode whose data is missing: a server fault."""
     scores = [dict.fromkeys(METRICS, 0.0) for _ in range(2)]
     return EpisodeEnding(

@@ -8,7 +8,7 @@ import numpy as np
 
 from arramon_server.episodes.splits import Split
 from arramon_server.runs.results.groups import TRAIN, Grouping, TurnGroup, grouping
-from arramon_server.runs.results.reports import counted, score_array, split_of
+from arramon_server.runs.results.reports import score_array, split_of, without_void
 from arramon_server.runs.storage.records import EpisodeEnding, Run
 from arramon_server.scoring.breakdown import GroupScores, group_scores, masked_group_scores
 from arramon_server.scoring.masking import Noise, digest_without, masked_rows
@@ -68,7 +68,7 @@ class Breakdowns:
         """
         split = split_of(run, self._splits)
         groups = self._grouping(run.split, run.language)
-        ordered = sorted(counted(run, endings, voided), key=lambda ending: ending.episode_id)
+        ordered = sorted(without_void(run, endings, voided), key=lambda ending: ending.episode_id)
         rows = np.searchsorted(groups.ids, [ending.episode_id for ending in ordered])
         scores = score_array(ordered)
         found = [(group, group.turns[rows]) for group in groups.groups if group.turns[rows].any()]

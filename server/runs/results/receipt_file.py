@@ -20,7 +20,12 @@ from arramon_server.errors import BadFile, quoted
 from arramon_server.runs.play.worlds import Worlds
 from arramon_server.runs.results.receipts import FORMAT, LIMITS, MASKED_VERSION, VERSION, VOIDED, document
 from arramon_server.runs.results.reports import make_report, split_of
-from arramon_server.runs.results.rescoring import RescoringResult, differences_of_receipt, first, replayed
+from arramon_server.runs.results.rescoring import (
+    RescoringResult,
+    differences_of_receipt,
+    limit_differences,
+    replay_ending,
+)
 from arramon_server.runs.storage.causes import AGENT_FINISHED, FORFEITED, SERVER_FAULT, STEP_LIMIT, TIME_LIMIT
 from arramon_server.runs.storage.play_digest import play_digest
 from arramon_server.runs.storage.records import Code, EpisodeEnding, Run, RunProgress
@@ -83,7 +88,7 @@ def rescore_file(path: Path, actions_path: Path, splits: Mapping[str, Split]) ->
                 played.append(ending)
                 continue
             try:
-                played.append(replayed(run, split, ending, worlds, actions_of))
+                played.append(replay_ending(run, split, ending, worlds, actions_of))
             except (KeyError, ValueError) as error:
                 found.append(f"episode {ending.episode_id}: cannot be replayed: {error}")
     if not found:
@@ -92,7 +97,7 @@ def rescore_file(path: Path, actions_path: Path, splits: Mapping[str, Split]) ->
             play = play_digest(run, played, actions_of)
             report = make_report(run, progress, played, split, play, voided, exact=not masked)
             made = document(actions_of, report, played, hidden=split.hidden, masked=masked)
-            found = [*first(differences_of_receipt(content, made))]
+            found = [*limit_differences(differences_of_receipt(content, made))]
         except ValueError as error:  # such as a number that is no limit, or no episodes at all
             raise BadFile(path, f"has a value that no receipt can have: {error}") from error
     return RescoringResult(run.run_id, len(recorded), sum(steps.values()), True, tuple(found), key)

@@ -134,7 +134,7 @@ class Receipts:
         run = self._journal.run(run_id)
         if not (published or caller.may_see(run)):
             raise run_not_found(run_id)
-        if not caller.is_shown_all(run, published=published):
+        if not caller.may_see_withheld(run, published=published):
             self._closing.check_shown(run.split)
         if number:
             return self._superseded(run_id, number)

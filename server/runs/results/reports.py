@@ -101,7 +101,7 @@ def make_report(
     Raises:
         Conflict: if all its episodes are void.
     """
-    kept = counted(run, endings, voided)
+    kept = without_void(run, endings, voided)
     mine = frozenset(ending.episode_id for ending in endings) & voided
     signature = Signature(
         version=run.server_version,
@@ -126,7 +126,7 @@ def make_report(
     return Report(run, progress, table, str(signature), () if split.hidden else tuple(endings), mine)
 
 
-def counted(run: Run, endings: Sequence[EpisodeEnding], voided: Set[str]) -> list[EpisodeEnding]:
+def without_void(run: Run, endings: Sequence[EpisodeEnding], voided: Set[str]) -> list[EpisodeEnding]:
     """Return the endings of a run's episodes that are not void.
 
     Raises:

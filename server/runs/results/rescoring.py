@@ -104,7 +104,13 @@ class Rescorer:
         if receipt is not None and len(played) == len(endings):
             of_receipt = [*self._in_receipt(run, split, played, voided, receipt)]
         steps = sum(ending.steps for ending in endings)
-        return RescoringResult(run_id, len(endings), steps, receipt is not None, (*first(found), *first(of_receipt)))
+        return RescoringResult(
+            run_id,
+            len(endings),
+            steps,
+            receipt is not None,
+            (*limit_differences(found), *limit_differences(of_receipt)),
+        )
 
     def _in_episodes(
         self, run: Run, split: Split, endings: Sequence[EpisodeEnding], voided: Set[str], played: list[EpisodeEnding]
@@ -121,7 +127,7 @@ class Rescorer:
                 played.append(ending)
                 continue
             try:
-                again = replayed(run, split, ending, self._worlds, self._journal.actions)
+                again = replay_ending(run, split, ending, self._worlds, self._journal.actions)
             except (KeyError, ValueError) as error:
                 yield f"episode {ending.episode_id}: cannot be replayed: {error}"
                 return
@@ -154,7 +160,7 @@ class Rescorer:
         yield from differences_of_receipt(written, made)
 
 
-def replayed(
+def replay_ending(
     run: Run, split: Split, ending: EpisodeEnding, worlds: Worlds, actions_of: Callable[[str, str], Sequence[int]]
 ) -> EpisodeEnding:
     """Replay the recorded actions of an episode, and return its ending.
@@ -175,7 +181,7 @@ def replayed(
     if session.state.finished:
         cause = session.cause
     elif cause == causes.TIME_LIMIT:
-        session.run_out()
+        session.end_at_time_limit()
     elif cause in (causes.STEP_LIMIT, causes.AGENT_FINISHED):
         cause = "NOT_FINISHED"
     scores = [dict(turn) for turn in session.scores().turns]
@@ -228,7 +234,7 @@ def differences_of_receipt(written: dict[str, Any], made: Mapping[str, Any]) -> 
     yield from _compare("receipt", written, again)
 
 
-def first(found: Iterable[str]) -> Iterator[str]:
+def limit_differences(found: Iterable[str]) -> Iterator[str]:
     """Yield the first `MAX_DIFFERENCES` differences, and a last line if there are more."""
     left = iter(found)
     yield from islice(left, MAX_DIFFERENCES)

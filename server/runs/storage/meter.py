@@ -37,19 +37,19 @@ class Meter:
     def episode_ended(self, cause: str) -> None:
         """Count an episode that ended by a cause, one of those in `causes`."""
 
-    def reoffered(self, episodes: int) -> None:
+    def count_reoffers(self, episodes: int) -> None:
         """Count episodes that were offered again because their process had died."""
 
-    def stepped(self, steps: int) -> None:
+    def count_steps(self, steps: int) -> None:
         """Count committed steps."""
 
-    def took(self, stage: Stage, seconds: float) -> None:
+    def record_duration(self, stage: Stage, seconds: float) -> None:
         """Record the duration of a stage, in seconds."""
 
-    def faulted(self, kind: str) -> None:
+    def count_fault(self, kind: str) -> None:
         """Count a server fault; `kind` is the name of the error class."""
 
-    def loaded(self, streams: int, episodes: int, waiting: int) -> None:
+    def record_load(self, streams: int, episodes: int, waiting: int) -> None:
         """Record the numbers of open streams, of open episodes, and of queued messages."""
 
 

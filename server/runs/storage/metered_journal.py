@@ -44,7 +44,7 @@ class MeteredJournal(Journal):
         """Claim episodes as `Journal` does, and count those that are offered again."""
         won = super().claim(run_id, claims, player, worker, reoffered=reoffered)
         if again := sum(claim.episode_id in reoffered for claim in won):
-            self._meter.reoffered(again)
+            self._meter.count_reoffers(again)
         return won
 
     def commit(self, batch: CommitBatch) -> None:
@@ -53,9 +53,9 @@ class MeteredJournal(Journal):
             return
         started = time.perf_counter()
         super().commit(batch)
-        self._meter.took(Stage.COMMIT, time.perf_counter() - started)
+        self._meter.record_duration(Stage.COMMIT, time.perf_counter() - started)
         if batch.steps:
-            self._meter.stepped(len(batch.steps))
+            self._meter.count_steps(len(batch.steps))
         for ending in batch.endings:
             self._meter.episode_ended(ending.cause)
         for run_id, (state, _) in batch.over.items():

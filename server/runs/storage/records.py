@@ -151,7 +151,7 @@ class Claim:
     sent_step: int | None = None
     waited: float | None = None
 
-    def waited_for(self, step: int) -> float | None:
+    def seconds_waited(self, step: int) -> float | None:
         """Return the seconds since the observation of a step was sent; None if it was not."""
         return self.waited if step == self.sent_step else None
 

@@ -70,10 +70,10 @@ def test_run_and_stream_limits_hold_across_processes(database_url: str, account:
 
         streams = [stream for stream in pool.map(join, range(TRIES)) if stream is not None]
         assert len(streams) == LIMIT
-        assert quotas[0].standing(caller, "s") == (default, Usage(LIMIT, LIMIT, LIMIT, LIMIT))
+        assert quotas[0].limits_and_usage(caller, "s") == (default, Usage(LIMIT, LIMIT, LIMIT, LIMIT))
         quotas[1].close_stream(streams[0])
-        assert quotas[2].standing(caller, "s")[1].streams == LIMIT - 1
+        assert quotas[2].limits_and_usage(caller, "s")[1].streams == LIMIT - 1
         assert join(TRIES) is not None
         for journal in journals:
             journal.retire("worker 0")  # whatever it held is free
-        assert quotas[0].standing(caller, "s")[1].streams < LIMIT
+        assert quotas[0].limits_and_usage(caller, "s")[1].streams < LIMIT

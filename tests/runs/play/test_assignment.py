@@ -80,7 +80,7 @@ def test_unopened_episodes_are_released_with_their_waiting_time(
             engine.leave(again.stream)
             claims = backend.journal.open_claims("run")
             assert [claim.worker for claim in claims] == [None] * MANY
-            waits = [claim.waited_for(5) for claim in claims if claim.waited_for(5) is not None]
+            waits = [claim.seconds_waited(5) for claim in claims if claim.seconds_waited(5) is not None]
             assert waits == pytest.approx([7.0])
 
     asyncio.run(asyncio.wait_for(play(), 60))

@@ -165,13 +165,13 @@ def test_resumed_episode_keeps_its_elapsed_step_time() -> None:
     desk = desk_with("a", "b")
     desk.show(("a", 0))
     desk.time.now += 45.0
-    assert desk.clock.waits() == {"a": (0, 45.0), "b": (0, None)}
+    assert desk.clock.waiting_times() == {"a": (0, 45.0), "b": (0, None)}
     other = StreamClock(60.0, desk.bank, desk.time)
     other.open("a", 0, 50.0)
     desk.time.now += 5.0  # its time runs on before it is sent again
     other.send([("a", 0)])
     assert other.time_left("a") == TimeLeft(5.0, 100.0)
-    assert other.waits() == {"a": (0, 55.0)}
+    assert other.waiting_times() == {"a": (0, 55.0)}
     desk.time.now += 10.0
     other.charge(desk.time.now)
     assert desk.bank.left == 95.0
@@ -183,7 +183,7 @@ def test_previously_overdue_time_is_not_charged_again() -> None:
     desk.time.now += 10.0
     desk.answer("a", 7)
     assert desk.bank.left == 90.0
-    assert desk.clock.waits() == {"a": (8, None)}
+    assert desk.clock.waiting_times() == {"a": (8, None)}
 
 
 def test_ended_episode_is_not_charged() -> None:

@@ -108,7 +108,7 @@ def test_timed_out_episode_replays_from_the_journal_to_its_scores(tmp_path: Path
         assert (ending.cause, ending.steps) == ("TIME_LIMIT", 4)
         session = EpisodeSession(backend.split.episodes[episode_id], Free(), Limits(150))
         assert len(list(session.replay(backend.journal.actions("run", episode_id)))) == 4
-        session.run_out()
+        session.end_at_time_limit()
         assert [dict(turn) for turn in session.scores().turns] == ending.scores
         assert ending.scores[0]["CTC-0"] == 1.0  # what the agent did before counts
         assert ending.scores[0]["PTC"] == 0.0

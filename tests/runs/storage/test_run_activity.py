@@ -79,8 +79,8 @@ def test_the_wait_of_a_step_is_kept_until_its_episode_is_released_again(database
     ):
         journal.release("r", {"1": claim.fence}, waits)
         (left,) = journal.open_claims("r")
-        assert left.waited_for(step) == (waited if waited is None else pytest.approx(waited, abs=1.0))
-        assert left.waited_for(step + 1) is None
+        assert left.seconds_waited(step) == (waited if waited is None else pytest.approx(waited, abs=1.0))
+        assert left.seconds_waited(step + 1) is None
         (claim,) = journal.claim("r", [left], "p", "w")
 
 
@@ -93,7 +93,7 @@ def test_a_step_on_which_the_server_failed_begins_anew(database: Database) -> No
     activity.count_fault("r", claim, 3)
     live(database, 50.0)
     (claim,) = journal.claim("r", journal.open_claims("r"), "p", "w")
-    assert claim.waited_for(0) is None
+    assert claim.seconds_waited(0) is None
     assert activity.bank_left("r") == left
 
 
@@ -107,7 +107,7 @@ def test_a_process_that_lost_an_episode_can_only_add_to_its_wait(
     journal.release("r", {"1": held.fence}, {"1": (4, 10.0)})
     journal.release("r", {"1": lost.fence}, {"1": (step, ago)})
     (left,) = journal.open_claims("r")
-    assert left.waited_for(max(step, 4)) == pytest.approx(waited, abs=1.0)
+    assert left.seconds_waited(max(step, 4)) == pytest.approx(waited, abs=1.0)
 
 
 def test_a_claim_counts_as_reoffered_only_if_requested(database: Database) -> None:
