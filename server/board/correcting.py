@@ -132,9 +132,9 @@ class Correcting:
         changes = changes_between(before, after)
         if shown := changes.world - self._corrections.voided(name):
             raise Conflict(
-                f"the world of {episode_list(shown)} of split {name!r} is another than that in which the runs were played, "
-                "so that their actions cannot be scored in it; void these episodes first (`arramon-server void`), or "
-                "leave the runs without a rank"
+                f"the world of {episode_list(shown)} of split {name!r} is another than that in which the runs were "
+                "played, so that their actions cannot be scored in it; void these episodes first "
+                "(`arramon-server void`), or leave the runs without a rank"
             )
         return self._rescore(before, after, changes, reason)
 
