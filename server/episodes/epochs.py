@@ -46,7 +46,7 @@ class Statement:
         data_hash: SHA-256 of the split's files.
         secret_sha256: SHA-256 of the secret, as `digest_of` returns it.
         format: always "arramon-epoch".
-        version: of the statement's format.
+        version: version of the statement's format.
     """
 
     split: str

@@ -120,9 +120,9 @@ class OriginCounts:
     """Number of props and facades by origin.
 
     Attributes:
-        agreed_props, agreed_facades: of the sections, recovered by agreement.
-        drawn_props: of the sections, drawn.
-        own_coloured, own_text, own_drawn: of the episodes' own furniture.
+        agreed_props, agreed_facades: the sections' props and facades recovered by agreement.
+        drawn_props: the sections' props drawn at random.
+        own_coloured, own_text, own_drawn: the episodes' own props by origin COLOUR, TEXT and DRAWN.
     """
 
     agreed_props: int

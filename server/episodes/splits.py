@@ -55,8 +55,8 @@ class Split:
         sections: sections by id.
         data_hash: SHA-256 of the names and contents of all its files, in hexadecimal.
         training: whether it is for training alone, and runs on it are not ranked.
-        provenance: of recovered furniture, by section; empty where none was recovered.
-        demands: what the instructions ask for, by episode; empty if that is not known.
+        provenance: provenance of recovered furniture, by section; empty if none was recovered.
+        demands: demands of the instructions, by episode; empty if unknown.
     """
 
     name: str

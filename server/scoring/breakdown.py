@@ -37,7 +37,7 @@ def group_scores(scores: Floats, group: npt.NDArray[np.bool_], sections: npt.NDA
     share in both, so that two turns of one episode do not count as independent.
 
     Args:
-        scores: of all turns, (episodes, 2, METRICS).
+        scores: scores of all turns, (episodes, 2, METRICS).
         group: the turns in the group, at least one, (episodes, 2).
         sections: number of each episode's section from 0, (episodes,).
     """
@@ -64,10 +64,10 @@ def masked_group_scores(
     """Return the masked scores of a group of turns of a hidden split.
 
     Args:
-        scores: of all turns, (episodes, 2, METRICS).
+        scores: scores of all turns, (episodes, 2, METRICS).
         group: the turns in the group, at least one, (episodes, 2).
         rows: shown rows of the run's score table; a group of all first, or all second turns shows the same figures.
-        noise: of the split.
+        noise: noise of the split.
         names: digest of the play, and what names the group.
     """
     turns, episodes = int(group.sum()), int(group.any(axis=1).sum())

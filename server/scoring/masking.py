@@ -150,7 +150,7 @@ def masked_group(
     """Return the shown means over a group of turns, by metric.
 
     Args:
-        scores: of all turns, (episodes, 2, METRICS).
+        scores: scores of all turns, (episodes, 2, METRICS).
         group: the turns in the group, (episodes, 2).
         metrics: metrics to show.
         noise: noise of the split.

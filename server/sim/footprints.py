@@ -36,7 +36,7 @@ class Footprint:
 
     Attributes:
         x, y: centre, in units.
-        sin, cos: of the heading of its own Y axis, clockwise from +Y.
+        sin, cos: sine and cosine of the heading of its own Y axis, clockwise from +Y.
         half_width, half_length: half extents along its own X and Y axes, in units.
     """
 

@@ -77,7 +77,7 @@ class EpisodeLayout:
 
     Attributes:
         start: pose at the beginning of turn 1.
-        streets: for each turn the objects in the street; the first of each is the target.
+        streets: objects in the street, by turn; the first one is the target.
         decoys: objects in the room when the first assembly begins.
     """
 

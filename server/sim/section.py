@@ -15,7 +15,7 @@ class Building:
         half_width: half its extent along its own x axis, in units.
         half_length: half its extent along its own z axis, in units.
         heading: direction of its own z axis, degrees clockwise from +z.
-        height: in units.
+        height: height, in units.
         facade: one of FACADES.
     """
 
@@ -36,7 +36,7 @@ class Prop:
         kind: one of PROP_KINDS.
         x, z: position, in units; for a kind in ON_WALLS, a point on the wall.
         heading: direction of its front, degrees clockwise from +z; of a zebra crossing, that of the street.
-        colour: for kinds with several colours (`assets.furniture.COLOURS`; a banner's background colour), otherwise "".
+        colour: colour of kinds with several (`assets.furniture.COLOURS`; a banner's background colour), otherwise "".
         shape: a banner's star, diamond, triangle, circle, hexagon or dot; what a shop's sign is for, one of
             `assets.signs.SHOPS`; otherwise "".
         shape_colour: colour of a banner's shape; otherwise "".
@@ -56,7 +56,7 @@ class Section:
     """One of the city's disjoint sections.
 
     Attributes:
-        id: for example "1".
+        id: identifier, for example "1".
         heading: direction of the main streets, degrees clockwise from +z.
         bounds: (x from, z from, x to, z to) of the ground that agents can reach, in units.
     """

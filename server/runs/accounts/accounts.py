@@ -41,7 +41,7 @@ class AccessToken:
         participant: owner of the token.
         role: role of the participant.
         note: note of the host.
-        created_at, expires_at, revoked_at: in UTC; None for never.
+        created_at, expires_at, revoked_at: times in UTC; None for never.
     """
 
     token_id: str

@@ -25,7 +25,7 @@ class Account:
     Attributes:
         participant: its name.
         role: its role.
-        created_at: in UTC.
+        created_at: time in UTC.
         earlier_names: names that it had before, sorted.
         tokens: number of its tokens that are neither revoked nor expired.
         runs: runs that it began, pruned ones included.

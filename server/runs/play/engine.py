@@ -49,7 +49,7 @@ class Engine:
         activity: banks, last play and fault counts of runs.
         camera: one of `cameras.CAMERAS`.
         threads: threads in which frames are drawn; None for new ones.
-        address: of this process alone; empty if it has none.
+        address: address of this process alone; empty if it has none.
         grace: seconds for which an orphaned episode is reserved for the same player.
         now: clock of play, in seconds.
         monotonic: monotonic clock, in seconds.

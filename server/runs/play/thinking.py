@@ -8,7 +8,7 @@ class Thinking:
     batch, the time for all of them. Steps whose observation was sent before the stream broke are left out.
 
     Attributes:
-        seconds: in all.
+        seconds: total response time.
         steps: number of the steps that were measured.
     """
 

@@ -25,12 +25,12 @@ class Upkeep:
     Args:
         journal: receives heartbeats and releases.
         activity: knows when runs were last played.
-        data_hashes: of the splits that this process serves.
+        data_hashes: data hashes of the served splits.
         worker: id of this process.
-        address: of this process alone; empty if it has none.
+        address: address of this process alone; empty if it has none.
 
     Attributes:
-        releases: of streams that have left.
+        releases: claim releases of streams that have left.
     """
 
     def __init__(
@@ -57,7 +57,7 @@ class Upkeep:
         """Do one round of upkeep.
 
         Args:
-            streams: that are open at this process.
+            streams: open streams of this process.
 
         Returns:
             An abandoned run to close, or None.

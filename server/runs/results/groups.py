@@ -39,7 +39,7 @@ class TurnGroup:
 
     Attributes:
         aspect: one of ASPECTS.
-        name: what the turns have in common; empty for a range of numbers.
+        name: common property of the turns; empty for a range of numbers.
         low, high: the numbers, both included; high is None for the last group. Both are 0 if there is a name.
         turns: the turns in the group, (episodes, 2), in the order of `Grouping.ids`.
     """
@@ -62,7 +62,7 @@ class Grouping:
 
     Attributes:
         ids: ids of the episodes, sorted.
-        groups: in the order of ASPECTS.
+        groups: groups in the order of ASPECTS.
         withheld: number of groups that are left out, as together with the others they would reveal few episodes.
         reads: whether it is known what the instructions ask for.
     """

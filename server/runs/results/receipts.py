@@ -77,7 +77,7 @@ class Superseded:
 
     Attributes:
         number: its place among the receipts of its run, from 1.
-        superseded_at: in UTC.
+        superseded_at: time in UTC.
         digest: SHA-256 of its payload, 32 bytes.
     """
 

@@ -42,7 +42,7 @@ class Correction:
         split: name of the split.
         number: its number among the corrections of the split, from 1.
         kind: its kind.
-        made_at: in UTC.
+        made_at: time in UTC.
         reason: the host's own words, one line.
         episodes: ids of the episodes that it is about, sorted.
         data_before, data_after: hashes of the split's data, in hexadecimal; None unless the data was corrected.

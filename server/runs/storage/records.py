@@ -66,7 +66,7 @@ class Run:
 
     Attributes:
         participant: displayed name of the participant.
-        created_at, ended_at: in UTC; ended_at is None while the run is being played.
+        created_at, ended_at: times in UTC; ended_at is None while the run is being played.
         state: RUNNING, COMPLETE or CANCELLED.
         account: participant whose token created the run; None for an anonymous run.
         step_seconds, bank_seconds: clocks of the run, in seconds; 0 without clocks.

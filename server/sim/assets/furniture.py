@@ -53,7 +53,7 @@ def piece_of(kind: str, colour: str = "") -> Piece:
 
     Args:
         kind: one of `section.PROP_KINDS`.
-        colour: for kinds with several colours; ignored otherwise.
+        colour: colour of kinds with several; ignored otherwise.
 
     Raises:
         ValueError: for an unknown kind, or a colour that the kind does not have.
