@@ -13,7 +13,7 @@ from arramon_server.configuration.config import Config
 from arramon_server.episodes.epochs import (
     LIST_FORMAT,
     LIST_VERSION,
-    Statement,
+    EpochStatement,
     check_secret,
     commitment_of,
     digest_of,
@@ -63,7 +63,7 @@ def _open(arguments: argparse.Namespace) -> None:
     split = _generate(
         config.data, plan.name, secret, scale=arguments.scale, jobs=arguments.jobs, tried=not arguments.no_trial
     )
-    statement = Statement(
+    statement = EpochStatement(
         split=plan.name,
         base=arguments.base,
         sections=plan.sections,
@@ -122,7 +122,7 @@ def _verify(arguments: argparse.Namespace) -> int:
     return 1
 
 
-def _explain(statement: Statement) -> None:
+def _explain(statement: EpochStatement) -> None:
     """Say so if another version of the generator can be the reason for other data."""
     from arramon_dataset.generation.checkpoint import digest_of_sources
 

@@ -31,7 +31,7 @@ from arramon_server.image_threads import ImageThreads
 from arramon_server.runs.play.engine import Engine
 from arramon_server.runs.results.receipts import Receipts
 from arramon_server.runs.service import Runs
-from arramon_server.runs.storage.records import Code, Run
+from arramon_server.runs.storage.records import CodeReference, Run
 
 _Context = grpc.aio.ServicerContext[object, object]
 
@@ -91,7 +91,7 @@ class Servicer(EvaluationServicer):
                     episodes=request.episodes,
                     episode_ids=request.episode_ids,
                     agent_arguments=[(argument.name, argument.value) for argument in request.agent_arguments],
-                    code=Code(request.code.url, request.code.commit, request.code.image),
+                    code=CodeReference(request.code.url, request.code.commit, request.code.image),
                 )
             )
 

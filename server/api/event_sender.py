@@ -17,7 +17,7 @@ from arramon_server.runs.play.events import (
     EpisodeStarted,
     Event,
     Observed,
-    PhaseOver,
+    PhaseFinished,
     RunEnded,
     StreamOpened,
 )
@@ -101,7 +101,7 @@ class EventSender:
         match event:
             case EpisodeStarted():
                 message.episode_started.CopyFrom(self._started(event))
-            case PhaseOver(episode_id, phase):
+            case PhaseFinished(episode_id, phase):
                 over = message.phase_ended
                 over.episode_id, over.turn, over.forced = episode_id, phase.turn, phase.forced
                 over.phase = PHASES[phase.phase]

@@ -23,7 +23,7 @@ from arramon_server.runs.storage.corrections import Correction, Corrections
 from arramon_server.runs.storage.database import Database, utc
 from arramon_server.runs.storage.journal import Journal, run_of
 from arramon_server.runs.storage.records import Run, RunProgress
-from arramon_server.scoring.aggregate import Interval, Sections
+from arramon_server.scoring.aggregate import Interval, SectionSpread
 from arramon_server.scoring.masking import rounded_rows
 
 _KEPT = 2048
@@ -375,7 +375,7 @@ def _read(written: Mapping[str, Any]) -> Scores:
 
 
 def _numbers(value: Interval) -> list[float]:
-    """Return mean, low and high, and what `Sections` has, if the interval has it."""
+    """Return mean, low and high, and what `SectionSpread` has, if the interval has it."""
     sections = value.sections
     further = [] if sections is None else [sections.deviation, sections.low, sections.high]
     return [value.mean, value.low, value.high, *further]
@@ -383,4 +383,4 @@ def _numbers(value: Interval) -> list[float]:
 
 def _interval(numbers: Sequence[float]) -> Interval:
     mean, low, high, *further = numbers
-    return Interval(mean, low, high, Sections(*further) if further else None)
+    return Interval(mean, low, high, SectionSpread(*further) if further else None)

@@ -7,7 +7,7 @@ from itertools import pairwise
 from arramon_server.board.board import Board
 from arramon_server.board.entries import Entries
 from arramon_server.board.standings import BOTH, COLUMNS, HEADLINE, SEED, TOTAL, Entry, Standing
-from arramon_server.episodes.epochs import LIST_FORMAT, LIST_VERSION, Statement, epoch_of, read_statement
+from arramon_server.episodes.epochs import LIST_FORMAT, LIST_VERSION, EpochStatement, epoch_of, read_statement
 from arramon_server.episodes.splits import Split
 from arramon_server.errors import BadInput, Conflict, NotFound, quoted
 from arramon_server.runs.storage.epochs import EpochRecord, EpochState, EpochStore
@@ -28,7 +28,7 @@ class Epoch:
     """
 
     record: EpochRecord
-    statement: Statement
+    statement: EpochStatement
 
     @property
     def number(self) -> int:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from arramon_server.board.cost import NO_COST, Cost, mean_cost
 from arramon_server.runs.accounts.attempts import NONE, Attempts
-from arramon_server.runs.results.receipts import Superseded
+from arramon_server.runs.results.receipts import SupersededReceipt
 from arramon_server.runs.storage.corrections import Correction
 from arramon_server.runs.storage.records import Run, RunProgress
 from arramon_server.scoring.aggregate import Interval
@@ -101,7 +101,7 @@ class Seal:
 
     digest: bytes
     public_key: bytes
-    superseded: tuple[Superseded, ...] = ()
+    superseded: tuple[SupersededReceipt, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

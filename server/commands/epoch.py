@@ -13,7 +13,7 @@ from importlib.metadata import entry_points
 from arramon_server.commands import ENTRY_POINTS, Commands
 from arramon_server.commands.journal import open_journal
 from arramon_server.configuration.config import Config
-from arramon_server.episodes.epochs import Statement, digest_of, epoch_of, read_statement
+from arramon_server.episodes.epochs import EpochStatement, digest_of, epoch_of, read_statement
 from arramon_server.errors import BadFile, Conflict
 from arramon_server.runs.storage.epochs import EpochStore
 
@@ -46,7 +46,7 @@ def next_number(config: Config, base: str) -> int:
     return 1 + max((number for split, number in known if split == base), default=0)
 
 
-def open_epoch(config: Config, statement: Statement) -> bytes:
+def open_epoch(config: Config, statement: EpochStatement) -> bytes:
     """Record that an epoch is open, and return the commitment that is published of it."""
     with open_journal(config) as database:
         return EpochStore(database).open(statement.split, statement.written()).commitment

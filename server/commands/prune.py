@@ -4,7 +4,7 @@ import argparse
 
 from arramon_server.commands import Commands
 from arramon_server.commands.journal import open_journal
-from arramon_server.runs.storage.pruning import PRUNABLE_STATES, Prunable, Pruned, Pruner
+from arramon_server.runs.storage.pruning import PRUNABLE_STATES, PrunedRun, PruneFilter, Pruner
 
 STATES = tuple(state.lower() for state in PRUNABLE_STATES)
 
@@ -42,7 +42,7 @@ def add(commands: Commands, common: argparse.ArgumentParser) -> None:
 
 
 def _prune(arguments: argparse.Namespace) -> None:
-    wanted = Prunable(
+    wanted = PruneFilter(
         arguments.older_than,
         tuple(state.upper() for state in arguments.state or STATES),
         arguments.split,
@@ -60,7 +60,7 @@ def _prune(arguments: argparse.Namespace) -> None:
     print(f"{number} runs with {steps} steps {'would be deleted' if arguments.dry_run else 'deleted'}")
 
 
-def _line(pruned: Pruned) -> str:
+def _line(pruned: PrunedRun) -> str:
     run = pruned.run
     ended = f"{run.ended_at:%Y-%m-%d}" if run.ended_at else "-"
     whose = f"{run.agent} by {run.participant} on {run.split}"

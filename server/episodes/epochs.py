@@ -31,7 +31,7 @@ _NAME = re.compile(r"(?P<base>[a-z][a-z0-9_]*)_e(?P<number>[1-9][0-9]{0,5})")
 
 
 @dataclass(frozen=True, slots=True)
-class Statement:
+class EpochStatement:
     """Statement that a host commits to when it opens an epoch.
 
     Attributes:
@@ -73,10 +73,10 @@ class Statement:
         return f"arramon-server generate --split {self.split} --scale {self.scale!r}{untried} --secret"
 
 
-_STATEMENT = TypeAdapter(Statement)
+_STATEMENT = TypeAdapter(EpochStatement)
 
 
-def read_statement(content: bytes, place: Path | str) -> Statement:
+def read_statement(content: bytes, place: Path | str) -> EpochStatement:
     """Read a statement.
 
     Args:

@@ -40,7 +40,7 @@ _T = TypeVar("_T")
 
 
 @dataclass(frozen=True, slots=True)
-class Header:
+class EpisodeFileHeader:
     """The first line of an episode file.
 
     Attributes:
@@ -60,7 +60,7 @@ class Header:
     training: bool = False
 
 
-_HEADER = TypeAdapter(Header)
+_HEADER = TypeAdapter(EpisodeFileHeader)
 _EPISODE = TypeAdapter(Episode)
 _SECTION = TypeAdapter(Section)
 _PROVENANCE = TypeAdapter(Provenance)
@@ -71,7 +71,7 @@ def version_for(episodes: Iterable[Episode]) -> int:
     return PLAIN if all(episode.furniture.is_empty for episode in episodes) else FURNISHED
 
 
-def write_episodes(path: Path, header: Header, episodes: Sequence[Episode]) -> None:
+def write_episodes(path: Path, header: EpisodeFileHeader, episodes: Sequence[Episode]) -> None:
     """Write an episode file. The same episodes give the same bytes.
 
     Raises:
@@ -86,7 +86,7 @@ def write_episodes(path: Path, header: Header, episodes: Sequence[Episode]) -> N
             file.write(_EPISODE.dump_json(episode, exclude=left_out) + b"\n")
 
 
-def read_episodes(path: Path) -> tuple[Header, list[Episode]]:
+def read_episodes(path: Path) -> tuple[EpisodeFileHeader, list[Episode]]:
     """Read and validate an episode file of any version; one whose name ends in ".gz" is decompressed.
 
     Episodes of a file without furniture have their section's furniture unchanged.
@@ -110,7 +110,7 @@ def read_episodes(path: Path) -> tuple[Header, list[Episode]]:
     return header, list(episodes.values())
 
 
-def read_header(path: Path) -> Header:
+def read_header(path: Path) -> EpisodeFileHeader:
     """Read only the header of an episode file, which is quick.
 
     Raises:
@@ -228,7 +228,7 @@ def parse(adapter: TypeAdapter[_T], data: bytes, path: Path, *, line: int | None
         raise BadFile(path, f"is not JSON: {error}", line=line) from error
 
 
-def _check_header(path: Path, header: Header) -> Header:
+def _check_header(path: Path, header: EpisodeFileHeader) -> EpisodeFileHeader:
     if header.format != FORMAT:
         raise BadFile(path, f"is {header.format!r}, expected {FORMAT!r}", line=1, field="format")
     if header.version not in (PLAIN, FURNISHED):

@@ -15,7 +15,7 @@ from arramon_server.episodes.demands import Demands, read_demands
 from arramon_server.episodes.episode import Episode, languages_of
 from arramon_server.episodes.files import (
     FORMAT,
-    Header,
+    EpisodeFileHeader,
     read_bytes,
     read_episodes,
     read_provenance,
@@ -235,7 +235,7 @@ def write_split(
             (new / "sections").mkdir(parents=True)
             if hidden:
                 new.chmod(0o700)  # Targets, goals and paths stay private to the owner on this machine, too.
-            header = Header(FORMAT, version_for(listed), name, hidden, source, training)
+            header = EpisodeFileHeader(FORMAT, version_for(listed), name, hidden, source, training)
             write_episodes(new / "episodes.jsonl", header, listed)
             for section in sections:
                 write_section(new / "sections" / f"{section.id}.json", section)

@@ -5,7 +5,7 @@ import re
 from pydantic import HttpUrl, TypeAdapter, ValidationError
 
 from arramon_server.errors import BadInput, quoted
-from arramon_server.runs.storage.records import Code
+from arramon_server.runs.storage.records import CodeReference
 
 LONGEST_URL, LONGEST_IMAGE = 300, 300
 """Maximum characters of an address, and of an image with its digest."""
@@ -15,7 +15,7 @@ _COMMIT = re.compile(r"[0-9a-f]{40}([0-9a-f]{24})?")
 _IMAGE = re.compile(r"(?:[a-z0-9][A-Za-z0-9._:/-]*@)?sha256:[0-9a-f]{64}")
 
 
-def normalize_code(url: str, commit: str, image: str) -> Code:
+def normalize_code(url: str, commit: str, image: str) -> CodeReference:
     """Validate the source of an agent's code, and write the commit in lower case.
 
     Args:
@@ -39,7 +39,7 @@ def normalize_code(url: str, commit: str, image: str) -> Code:
             f"the code's image is {quoted(image)}, expected a digest such as 'sha256:...' with 64 hexadecimal digits, "
             f"after 'NAME@' if the image is named, of at most {LONGEST_IMAGE} characters in all"
         )
-    return Code(url, commit, image)
+    return CodeReference(url, commit, image)
 
 
 def _check_url(url: str) -> None:

@@ -22,7 +22,7 @@ from arramon_server.runs.results.breakdown import Breakdown, Breakdowns
 from arramon_server.runs.results.reports import Report, coarse_progress, report_of, split_of
 from arramon_server.runs.storage.epochs import check_open
 from arramon_server.runs.storage.journal import Journal, run_not_found
-from arramon_server.runs.storage.records import LEASE, NO_CODE, RUNNING, Code, Run, RunProgress
+from arramon_server.runs.storage.records import LEASE, NO_CODE, RUNNING, CodeReference, Run, RunProgress
 from arramon_server.sim.rules import Limits
 from arramon_server.visible_text import is_visible
 
@@ -88,7 +88,7 @@ class Runs:
         episodes: int,
         episode_ids: Sequence[str] = (),
         agent_arguments: Sequence[tuple[str, str]] = (),
-        code: Code = NO_CODE,
+        code: CodeReference = NO_CODE,
     ) -> Run:
         """Create a run.
 

@@ -27,7 +27,7 @@ MIN_SECTION = 10
 
 
 @dataclass(frozen=True, slots=True)
-class Sections:
+class SectionSpread:
     """Differences between the sections of a split.
 
     Attributes:
@@ -54,7 +54,7 @@ class Interval:
     mean: float
     low: float
     high: float
-    sections: Sections | None = None
+    sections: SectionSpread | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,8 +73,8 @@ class ScoreTable:
 def aggregate(episodes: Sequence[EpisodeScores], *, confidence: float = CONFIDENCE) -> ScoreTable:
     """Return means over all episodes, per turn and over both turns, with their intervals.
 
-    An interval is for the mean if other episodes had been drawn in each of these sections. The interval in `Sections`
-    is for other sections. The result does not depend on the order of `episodes`.
+    An interval is for the mean if other episodes had been drawn in each of these sections; the interval in
+    `SectionSpread` is for other sections. The result does not depend on the order of `episodes`.
 
     Args:
         episodes: scores of every episode of the run, including those that were not played.
@@ -116,7 +116,7 @@ def table_rows(
         place = row, metric
         between = None
         if spread is not None and others is not None:
-            between = Sections(float(spread[place]), float(others.low[place]), float(others.high[place]))
+            between = SectionSpread(float(spread[place]), float(others.low[place]), float(others.high[place]))
         return Interval(*_ends(bounds, place), between)
 
     return {row: {metric: interval(r, m) for m, metric in enumerate(METRICS)} for r, row in enumerate(ROWS)}

@@ -12,7 +12,7 @@ from arramon.v1 import evaluation_pb2
 from arramon.v1 import leaderboard_pb2 as pb
 from arramon_client.cli import main
 from arramon_client.results import COLUMNS
-from arramon_server.episodes.epochs import Statement, digest_of
+from arramon_server.episodes.epochs import EpochStatement, digest_of
 from arramon_server.runs.storage.database import Database
 from arramon_server.runs.storage.epochs import EpochStore
 from tests import tiny
@@ -37,7 +37,7 @@ class Season:
         with self.epochs() as epochs:
             for number, name in enumerate((OLDER, NEWER), start=1):
                 split = tiny.write(data, name, 3, hidden=True)
-                statement = Statement(
+                statement = EpochStatement(
                     split=name, base="test_unseen", sections=("1",), scale=0.1, episodes=3, tried=True, generator="9",
                     sources="5" * 64, data_hash=split.data_hash, secret_sha256=digest_of(f"{number:064x}"),
                 )  # fmt: skip

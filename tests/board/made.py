@@ -15,7 +15,7 @@ from arramon_server.board.entries import Entries
 from arramon_server.board.epochs import EpochBoard
 from arramon_server.board.publishing import Publishing
 from arramon_server.board.standings import COLUMNS, Entry, Mark, Standing
-from arramon_server.episodes.epochs import Statement, digest_of, name_of
+from arramon_server.episodes.epochs import EpochStatement, digest_of, name_of
 from arramon_server.episodes.splits import Split
 from arramon_server.runs.accounts.callers import HOST, Caller
 from arramon_server.runs.play.clocks import Clocks
@@ -29,7 +29,7 @@ from arramon_server.runs.storage.records import (
     COMPLETE,
     NO_CODE,
     RUNNING,
-    Code,
+    CodeReference,
     CommitBatch,
     EpisodeEnding,
     Run,
@@ -73,7 +73,7 @@ class House:
         split = tiny.write(folder, name, episodes, hidden=True)
         self.splits[name] = split
         self.board = Board(self.entries, self.splits, steps_per_phase=STEPS, clocks=CLOCKS)
-        statement = Statement(
+        statement = EpochStatement(
             split=name, base=base, sections=("1",), scale=0.5, episodes=episodes, tried=True, generator="9",
             sources="5" * 64, data_hash=split.data_hash, secret_sha256=digest_of(secret),
         )  # fmt: skip
@@ -102,7 +102,7 @@ class House:
         cause: str = "AGENT_FINISHED",
         causes: Sequence[str] = (),
         over: bool = True,
-        code: Code = NO_CODE,
+        code: CodeReference = NO_CODE,
         state: str = COMPLETE,
         arguments: tuple[tuple[str, str], ...] = (),
         thinking: tuple[float, int] = (0.0, 0),

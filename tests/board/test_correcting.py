@@ -28,7 +28,7 @@ from arramon_server.runs.results.reports import report_of
 from arramon_server.runs.results.rescoring import Rescorer
 from arramon_server.runs.results.signing import SigningKey
 from arramon_server.runs.storage import tables
-from arramon_server.runs.storage.records import CANCELLED, Code
+from arramon_server.runs.storage.records import CANCELLED, CodeReference
 from arramon_server.sim.geometry import Pose
 from arramon_server.sim.room import RoomPosition
 from arramon_server.sim.section import Building, Section
@@ -225,7 +225,9 @@ def test_a_system_of_void_episodes_alone_keeps_its_scores_over_languages(
 def test_a_reproduction_of_void_episodes_alone_keeps_its_difference(house: House, tmp_path: Path) -> None:
     house.participant("ann", "bob")
     for account, score in (("ann", 0.5), ("bob", 0.75)):
-        house.run(account, [score], account=account, participant=account, code=Code("https://example.org/walker"))
+        house.run(
+            account, [score], account=account, participant=account, code=CodeReference("https://example.org/walker")
+        )
     house.publish("ann")
     house.publishing.publish(HOST, "bob", "", reproduces="ann")
     (episode,) = house.entries.all_episodes("ann").ids

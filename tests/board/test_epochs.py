@@ -15,7 +15,7 @@ from arramon_server.runs.accounts.callers import HOST
 from arramon_server.runs.results.receipts import Receipts, stored_receipt
 from arramon_server.runs.results.signing import SigningKey
 from arramon_server.runs.storage.epochs import EpochState, check_open
-from arramon_server.runs.storage.records import COMPLETE, Code
+from arramon_server.runs.storage.records import COMPLETE, CodeReference
 from arramon_server.scoring.leakage import EpochScores, changes
 from tests import tiny
 from tests.board.made import House, secret_of
@@ -158,16 +158,18 @@ def test_changes_are_those_of_the_episodes_that_are_not_void(house: House, tmp_p
 
 def test_only_the_same_agents_are_compared(house: House, tmp_path: Path) -> None:
     older, newer = (house.epoch(number, tmp_path) for number in (1, 2))
-    one, other = Code("https://example.org/a", "a" * 40), Code("https://example.org/a", "b" * 40)
+    one, other = CodeReference("https://example.org/a", "a" * 40), CodeReference("https://example.org/a", "b" * 40)
 
-    def publish(name: str, account: str, codes: tuple[Code, Code], sensors: tuple[str, ...] = ("rgb",)) -> None:
+    def publish(
+        name: str, account: str, codes: tuple[CodeReference, CodeReference], sensors: tuple[str, ...] = ("rgb",)
+    ) -> None:
         for split, code in zip((older, newer), codes, strict=True):
             run = partial(house.run, agent=name, account=account, participant=account, code=code)
             house.publish(run(f"{name[:5]} {split[-2:]}", split=split, sensors=sensors))
 
     publish("same code", "ann", (one, one))
     publish("other code", "ann", (one, other))
-    publish("half named", "bob", (one, Code()))
+    publish("half named", "bob", (one, CodeReference()))
     publish("privileged", "bob", (one, one), ("rgb", "oracle"))
     house.publish(house.run("x", agent="mine", account="cid", participant="cid", split=older))
     house.publish(house.run("y", agent="mine", account="bob", participant="bob", split=newer))

@@ -19,7 +19,7 @@ from arramon_server.runs.results.receipts import MASKED_VERSION, VERSION, Receip
 from arramon_server.runs.results.reports import make_report, report_of, score_array
 from arramon_server.runs.results.signing import SigningKey
 from arramon_server.runs.storage import tables
-from arramon_server.runs.storage.records import Code
+from arramon_server.runs.storage.records import CodeReference
 from arramon_server.scoring.disclosure import step_of
 from arramon_server.scoring.episode import METRICS
 from arramon_server.scoring.masking import (
@@ -210,7 +210,7 @@ def test_void_episode_leaves_no_trace_in_fresh_figures(hidden: House, tmp_path: 
 def test_intervals_of_several_runs_are_those_of_the_episodes_that_are_not_void(hidden: House, tmp_path: Path) -> None:
     """With 60 episodes the step is 0.1, with 59 it is 0.2: so much further may the exact means lie apart."""
     hidden.participant("ann", "bob")
-    code = Code("https://example.org/walker")
+    code = CodeReference("https://example.org/walker")
     for run_id, score, account in (("a", 0.4, "ann"), ("b", 0.6, "ann"), ("c", 0.6, "bob")):
         arguments = (("seed", "b" if run_id == "b" else "a"),)
         hidden.run(run_id, score, split="guarded", account=account, participant=account, arguments=arguments, code=code)

@@ -13,12 +13,12 @@ from arramon_server.errors import BadInput, Conflict, NotFound
 from arramon_server.runs.accounts.callers import HOST, Caller, Role
 from arramon_server.runs.code_reference import normalize_code
 from arramon_server.runs.results.receipts import stored_receipt
-from arramon_server.runs.storage.records import CANCELLED, Code
+from arramon_server.runs.storage.records import CANCELLED, CodeReference
 from tests.board.made import House
 from tests.board.test_exports import read
 
 URL, COMMIT, IMAGE = "https://example.org/walker", "c" * 40, "sha256:" + "d" * 64
-CODE = Code(URL, COMMIT, IMAGE)
+CODE = CodeReference(URL, COMMIT, IMAGE)
 SCORES = (1.0, 0.0, 1.0, 0.5, 1.0, 0.0)
 
 
@@ -43,7 +43,7 @@ def test_others_reproduce_a_run_and_are_counted_by_account(house: House) -> None
     reproduce(house, run(house, "bobs", "bob"), caller=Caller(Role.PARTICIPANT, "bob"))
     reproduce(house, run(house, "bobs2", "bob"))
     assert len(house.board.entry("anns").reproducers) == 1
-    reproduce(house, run(house, "cids", "cid", code=Code(URL + "-mirror", COMMIT)))
+    reproduce(house, run(house, "cids", "cid", code=CodeReference(URL + "-mirror", COMMIT)))
     assert [line.reproduced_by for line in house.board.standings("tiny", "en")] == [2, 0, 0, 0]
     assert [one.entry.run.run_id for one in house.board.reproductions("anns")] == ["bobs", "bobs2", "cids"]
     house.publishing.withdraw(HOST, "cids")
@@ -89,9 +89,9 @@ def test_differences_are_paired_by_episode(house: House) -> None:
         ("ann", {}, "of the same account: a reproduction is published by another participant"),
         (None, {}, "run 'mine' was played without an account"),
         ("bob", {"agent": "runner"}, "of the agent 'runner', but run 'anns' of 'walker'"),
-        ("bob", {"code": Code()}, "names no code, but run 'anns' url https://example.org/walker, commit ccc"),
-        ("bob", {"code": Code(URL, "e" * 40)}, "expected the same commit or image"),
-        ("bob", {"code": Code(URL)}, "expected the same commit or image"),
+        ("bob", {"code": CodeReference()}, "names no code, but run 'anns' url https://example.org/walker, commit ccc"),
+        ("bob", {"code": CodeReference(URL, "e" * 40)}, "expected the same commit or image"),
+        ("bob", {"code": CodeReference(URL)}, "expected the same commit or image"),
         ("bob", {"scores": [1.0] * 5}, "episodes is 5, expected 6"),
         ("bob", {"language": "hi"}, "lang is hi, expected en; episodes is 4, expected 6"),
         ("bob", {"split": "secret"}, "split is secret, expected tiny"),
@@ -116,7 +116,7 @@ def test_the_original_must_be_listed_named_and_no_reproduction(house: House) -> 
         run(house, f"for {run_id[:7]}".replace("\0", ""), "bob")
         with pytest.raises(NotFound, match="on the leaderboard that could be reproduced"):
             reproduce(house, f"for {run_id[:7]}".replace("\0", ""), run_id)
-    house.publish(run(house, "plain", "ann", code=Code()))
+    house.publish(run(house, "plain", "ann", code=CodeReference()))
     with pytest.raises(Conflict, match="names no code"):
         reproduce(house, run(house, "1", "bob"), "plain")
     house.publish(run(house, "nobodys", None))
@@ -157,7 +157,7 @@ def test_exports_have_count_original_and_code(house: House) -> None:
 
 
 def test_the_receipt_signs_the_code(house: House) -> None:
-    house.publish(run(house, "plain", "bob", code=Code()))
+    house.publish(run(house, "plain", "bob", code=CodeReference()))
     found = {}
     for run_id in ("anns", "plain"):
         receipt = stored_receipt(house.database, run_id)
@@ -177,7 +177,7 @@ GOOD = [
 
 @pytest.mark.parametrize(("url", "commit", "image"), GOOD)
 def test_code_is_named_by_address_commit_and_image(url: str, commit: str, image: str) -> None:
-    assert normalize_code(url, commit, image) == Code(url, commit.lower(), image)
+    assert normalize_code(url, commit, image) == CodeReference(url, commit.lower(), image)
 
 
 @pytest.mark.parametrize(

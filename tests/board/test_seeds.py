@@ -12,7 +12,7 @@ from arramon_server.board.exports import as_csv, as_json
 from arramon_server.board.standings import BOTH
 from arramon_server.errors import BadInput
 from arramon_server.runs.accounts.callers import HOST
-from arramon_server.runs.storage.records import Code
+from arramon_server.runs.storage.records import CodeReference
 from tests.board.made import House
 
 FIRST, SECOND, THIRD = [1.0, 1.0, 0.0, 0.0, 1.0, 1.0], [1.0, 0.0, 0.0, 0.0, 1.0, 1.0], [1.0, 1.0, 0.0, 0.0, 0.0, 1.0]
@@ -44,7 +44,7 @@ def test_runs_that_differ_in_more_than_their_seed_stand_apart(house: House) -> N
     seeded(house, "b", FIRST, "2", beam="5")
     seeded(house, "c", FIRST, "3", agent="other")
     seeded(house, "d", FIRST, "4", participant="rival")
-    house.publish(house.run("e", FIRST, arguments=(("beam", "4"), ("seed", "5")), code=Code(commit="0" * 40)))
+    house.publish(house.run("e", FIRST, arguments=(("beam", "4"), ("seed", "5")), code=CodeReference(commit="0" * 40)))
     lines = house.board.standings("tiny", "en")
     assert sorted(len(line.entries) for line in lines) == [1, 1, 1, 1, 1]
     assert all(line.spread is None for line in lines)

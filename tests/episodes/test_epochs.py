@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from arramon_server.episodes.epochs import (
-    Statement,
+    EpochStatement,
     check_secret,
     commitment_of,
     digest_of,
@@ -20,7 +20,7 @@ from arramon_server.errors import BadFile, BadInput
 
 SECRET = "0123456789abcdef" * 4
 
-STATEMENT = Statement(
+STATEMENT = EpochStatement(
     split="test_unseen_e2", base="test_unseen", sections=("7",), scale=0.25, episodes=301, tried=True,
     generator="0.1.0", sources="a" * 64, data_hash="b" * 64, secret_sha256=digest_of(SECRET),
 )  # fmt: skip

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from arramon_server.episodes.files import FORMAT, Header, read_episodes, read_section, write_episodes
+from arramon_server.episodes.files import FORMAT, EpisodeFileHeader, read_episodes, read_section, write_episodes
 from arramon_server.episodes.splits import read_split, read_splits, write_split
 from arramon_server.errors import BadFile, NotFound, StorageError
 from arramon_server.sim.own_furniture import MovedProp, OwnFurniture
@@ -117,7 +117,7 @@ def test_own_furniture_is_read_back_from_version_2(tmp_path: Path) -> None:
 def test_version_1_cannot_hold_furniture(tmp_path: Path) -> None:
     own = replace(tiny.episode("0"), furniture=OwnFurniture(left_out=(0,)))
     with pytest.raises(ValueError, match="version 1 of the format holds no furniture; expected 2"):
-        write_episodes(tmp_path / "e.jsonl", Header(FORMAT, 1, "own", hidden=False, source="tests"), [own])
+        write_episodes(tmp_path / "e.jsonl", EpisodeFileHeader(FORMAT, 1, "own", hidden=False, source="tests"), [own])
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from arramon_server.runs.accounts.callers import HOST
 from arramon_server.runs.play.session import EpisodeSession
 from arramon_server.runs.results.receipts import Receipts
 from arramon_server.runs.results.signing import SigningKey
-from arramon_server.runs.storage.records import COMPLETE, RUNNING, Code, CommitBatch, EpisodeEnding, Run
+from arramon_server.runs.storage.records import COMPLETE, RUNNING, CodeReference, CommitBatch, EpisodeEnding, Run
 from arramon_server.scoring.episode import METRICS
 from arramon_server.sim.catalogue import ObjectType
 from arramon_server.sim.city import city_scene
@@ -79,7 +79,7 @@ class WebHouse(House):
         self.participant("ann", "bob", "cid")
         older, newer = (self.epoch(number, self.folder, 12) for number in (1, 2))
         self.restart()
-        code = Code("https://example.org/walker", "c" * 40)
+        code = CodeReference("https://example.org/walker", "c" * 40)
         runs = {
             (older, OLDER_RUN, "ann"): 1.0,
             (newer, REPRODUCED_RUN, "ann"): 0.75,

@@ -27,7 +27,7 @@ Actions: TypeAlias = dict[str, npt.NDArray[np.uint8]]
 
 
 @dataclass(frozen=True, slots=True)
-class Pair:
+class DuplicatePair:
     """Two runs of different accounts, the earlier one first.
 
     Attributes:
@@ -44,7 +44,7 @@ class Pair:
     likeness: float
 
 
-def find_duplicates(database: Database, least: float, split: str | None = None) -> Iterator[Pair]:
+def find_duplicates(database: Database, least: float, split: str | None = None) -> Iterator[DuplicatePair]:
     """Yield the pairs of runs on the same split, in any language, whose likeness is at least `least`.
 
     Actions are compared by their step numbers: sequences that were shifted on purpose are not found.
@@ -79,14 +79,14 @@ def likeness_of(one: Actions, other: Actions) -> tuple[int, int, float] | None:
     return len(common), sum(share == 1.0 for share in shares), float(np.mean(shares))
 
 
-def _pairs(database: Database, runs: Sequence[Run], least: float) -> Iterator[Pair]:
+def _pairs(database: Database, runs: Sequence[Run], least: float) -> Iterator[DuplicatePair]:
     actions = {run.run_id: _actions(database, run.run_id) for run in runs}
     for earlier, later in combinations(runs, 2):
         if earlier.account == later.account:
             continue
         found = likeness_of(actions[earlier.run_id], actions[later.run_id])
         if found is not None and found[2] >= least:
-            yield Pair(earlier, later, *found)
+            yield DuplicatePair(earlier, later, *found)
 
 
 def _share(one: npt.NDArray[np.uint8], other: npt.NDArray[np.uint8]) -> float:

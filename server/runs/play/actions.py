@@ -6,7 +6,7 @@ from functools import partial
 
 from arramon_client.world import Action
 from arramon_server.errors import LONGEST_QUOTE, quoted
-from arramon_server.runs.play.events import ActionProblem, EpisodeEnded, Event, Observed, PhaseOver
+from arramon_server.runs.play.events import ActionProblem, EpisodeEnded, Event, Observed, PhaseFinished
 from arramon_server.runs.play.faults import EpisodeFault, fault_boundary
 from arramon_server.runs.play.session import EpisodeSession, ending_of
 from arramon_server.runs.play.stream import MAX_BATCH, Act, Stream
@@ -17,7 +17,7 @@ from arramon_server.runs.storage.records import Claim, CommitBatch
 
 
 @dataclass(slots=True)
-class Answers:
+class ActionResults:
     """Result of applying a stream's actions, valid once the batch is committed.
 
     Attributes:
@@ -41,13 +41,13 @@ class ActionHandler:
         self._journal = journal
         self._time = time
 
-    def handle(self, stream: Stream, batch: CommitBatch) -> Answers:
+    def handle(self, stream: Stream, batch: CommitBatch) -> ActionResults:
         """Apply a stream's waiting messages, oldest first, each as of its time of arrival.
 
         They share one commit, and their observations are drawn in one batch, so that many small messages cost no more
         than a large one. The first message is always applied, whatever its length.
         """
-        answers, acts = Answers(), 0
+        answers, acts = ActionResults(), 0
         while stream.inbox and (not acts or acts + len(stream.inbox[0].acts) <= MAX_BATCH):
             message = stream.next_actions()
             acts += len(message.acts) or 1
@@ -56,13 +56,13 @@ class ActionHandler:
                 _collect(answers, partial(self._apply, stream, act, message.at, batch))
         return answers
 
-    def check_clocks(self, stream: Stream, at: float, batch: CommitBatch) -> Answers:
+    def check_clocks(self, stream: Stream, at: float, batch: CommitBatch) -> ActionResults:
         """Charge a stream for its overdue steps as of a time, and end its episodes that are out of time."""
-        answers = Answers()
+        answers = ActionResults()
         self._check_clocks(stream, at, batch, answers)
         return answers
 
-    def _check_clocks(self, stream: Stream, at: float, batch: CommitBatch, answers: Answers) -> None:
+    def _check_clocks(self, stream: Stream, at: float, batch: CommitBatch, answers: ActionResults) -> None:
         for session in [stream.sessions[episode_id] for episode_id in self._time.check(stream, at, batch)]:
             _collect(answers, partial(self._run_out, stream, session, batch))
 
@@ -93,7 +93,7 @@ class ActionHandler:
         batch.add_step(stream.run.run_id, act.episode_id, session.fence, act.step, act.action)
         if stream.clock is not None:
             stream.clock.answer(act.episode_id, act.step)
-        events: list[Event] = [PhaseOver(act.episode_id, phase) for phase in phases]
+        events: list[Event] = [PhaseFinished(act.episode_id, phase) for phase in phases]
         if not session.state.finished:
             return [*events, observation_of(stream, session)]
         return [*events, self._end(stream, session, batch, session.cause)]
@@ -102,7 +102,7 @@ class ActionHandler:
         """End an episode that is out of time."""
         with fault_boundary(stream.run, stream.claim(session), "ending"):
             phases = session.end_at_time_limit()
-        over = [PhaseOver(session.episode.episode_id, phase) for phase in phases]
+        over = [PhaseFinished(session.episode.episode_id, phase) for phase in phases]
         return [*over, self._end(stream, session, batch, causes.TIME_LIMIT)]
 
     def _end(
@@ -125,7 +125,7 @@ def observation_of(stream: Stream, session: EpisodeSession) -> Observed:
     return Observed(stream.run, session.episode, session.state, session.steps_left(session.state), time_left=left)
 
 
-def _collect(answers: Answers, function: Callable[[], list[Event]]) -> None:
+def _collect(answers: ActionResults, function: Callable[[], list[Event]]) -> None:
     """Add the events that a function returns, or the claim of the episode on which it fails."""
     try:
         answers.events += function()

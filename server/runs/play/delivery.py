@@ -13,7 +13,7 @@ from arramon_server.runs.play.events import (
     EpisodeStarted,
     Event,
     Observed,
-    PhaseOver,
+    PhaseFinished,
     RunEnded,
 )
 from arramon_server.runs.play.faults import EpisodeFault, fault_boundary
@@ -156,7 +156,7 @@ def _episode_id(event: Event) -> str:
     match event:
         case Observed() | EpisodeStarted():
             return event.episode.episode_id
-        case PhaseOver() | EpisodeEnded() | ActionProblem():
+        case PhaseFinished() | EpisodeEnded() | ActionProblem():
             return event.episode_id
         case _:
             return ""

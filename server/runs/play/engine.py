@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from arramon_server.episodes.splits import Split
 from arramon_server.errors import ArraMonError, Conflict, TakenOver, Unavailable
 from arramon_server.image_threads import ImageThreads
-from arramon_server.runs.play.actions import ActionHandler, Answers
+from arramon_server.runs.play.actions import ActionHandler, ActionResults
 from arramon_server.runs.play.assignment import GRACE, Assignment
 from arramon_server.runs.play.clocks import Stopwatch
 from arramon_server.runs.play.delivery import Delivery, is_deliverable
@@ -208,7 +208,7 @@ class Engine:
         ready = [stream for stream in self._streams if stream.is_ready and stream.run.run_id not in self._cancelling]
         batch, now = CommitBatch(), self._time.now()
         holders = _holders(ready)
-        answers: dict[Stream, Answers] = {}
+        answers: dict[Stream, ActionResults] = {}
         for stream in ready:
             stream.oldest_arrival = stream.inbox[0].at
             self._meter.record_duration(Stage.QUEUE, now - stream.oldest_arrival)

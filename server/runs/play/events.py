@@ -69,7 +69,7 @@ class Observed:
 
 
 @dataclass(frozen=True, slots=True)
-class PhaseOver:
+class PhaseFinished:
     """A phase of an episode ended."""
 
     episode_id: str
@@ -108,5 +108,5 @@ class ActionProblem:
     step: int
 
 
-Event = StreamOpened | EpisodeStarted | Observed | PhaseOver | EpisodeEnded | RunEnded | ActionProblem
+Event = StreamOpened | EpisodeStarted | Observed | PhaseFinished | EpisodeEnded | RunEnded | ActionProblem
 """Any event of a stream."""

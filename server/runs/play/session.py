@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 
 from arramon_client.world import EYE_HEIGHT, Action
 from arramon_server.episodes.episode import Episode
-from arramon_server.runs.play.thinking import Thinking
+from arramon_server.runs.play.response_times import ResponseTimes
 from arramon_server.runs.storage.causes import AGENT_FINISHED, SERVER_FAULT, STEP_LIMIT
 from arramon_server.runs.storage.records import Claim, EpisodeEnding, Run
 from arramon_server.scoring.episode import METRICS, EpisodeScores, score_episode
@@ -35,7 +35,7 @@ class EpisodeSession:
         self.fence = fence
         self.state: State = rules.begin(episode.layout)
         self.actions: list[Action] = []
-        self.thinking = Thinking()
+        self.thinking = ResponseTimes()
         self._collisions = collisions
         self._layout = episode.layout
         self._recorder = TrajectoryRecorder(episode)

@@ -28,7 +28,7 @@ from arramon_server.runs.results.rescoring import (
 )
 from arramon_server.runs.storage.causes import AGENT_FINISHED, FORFEITED, SERVER_FAULT, STEP_LIMIT, TIME_LIMIT
 from arramon_server.runs.storage.play_digest import play_digest
-from arramon_server.runs.storage.records import Code, EpisodeEnding, Run, RunProgress
+from arramon_server.runs.storage.records import CodeReference, EpisodeEnding, Run, RunProgress
 
 FILE_FORMAT, FILE_VERSION = "arramon-receipt-file", 1
 """Header of a receipt file, which `arramon-client verify` reads, too."""
@@ -132,7 +132,7 @@ def _run_of(content: Mapping[str, Any]) -> Run:
         created_at=datetime.fromisoformat(run["created_at"]),
         ended_at=datetime.fromisoformat(run["ended_at"]) if run["ended_at"] else None,
         agent_arguments=tuple(sorted(run.get("agent_arguments", {}).items())),
-        code=Code(**run.get("code", {})),
+        code=CodeReference(**run.get("code", {})),
     )
 
 

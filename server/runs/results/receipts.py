@@ -72,7 +72,7 @@ class SignedReceipt:
 
 
 @dataclass(frozen=True, slots=True)
-class Superseded:
+class SupersededReceipt:
     """A receipt that was superseded by another one.
 
     Attributes:
@@ -235,11 +235,11 @@ def _columns(receipt: SignedReceipt) -> dict[str, bytes]:
     return {name: getattr(receipt, name) for name in SignedReceipt.__slots__}
 
 
-def superseded_receipts(database: Database, run_id: str) -> list[Superseded]:
+def superseded_receipts(database: Database, run_id: str) -> list[SupersededReceipt]:
     """Return the superseded receipts of a run, in order."""
     query = sa.select(_SUPERSEDED).where(_SUPERSEDED.c.run_id == run_id).order_by(_SUPERSEDED.c.number)
     return [
-        Superseded(row.number, utc(row.superseded_at) or row.superseded_at, hashlib.sha256(row.payload).digest())
+        SupersededReceipt(row.number, utc(row.superseded_at) or row.superseded_at, hashlib.sha256(row.payload).digest())
         for row in database.read(query)
     ]
 

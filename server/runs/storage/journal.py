@@ -19,7 +19,7 @@ from arramon_server.runs.storage.claims import Claims
 from arramon_server.runs.storage.corrections import Corrections
 from arramon_server.runs.storage.database import Database, utc
 from arramon_server.runs.storage.play_digest import play_digest
-from arramon_server.runs.storage.records import ENDED, OPEN, PENDING, RUNNING, Code, Run, RunProgress
+from arramon_server.runs.storage.records import ENDED, OPEN, PENDING, RUNNING, CodeReference, Run, RunProgress
 from arramon_server.runs.storage.steps import Steps
 from arramon_server.runs.storage.worker_registry import WorkerRegistry
 
@@ -246,5 +246,5 @@ def run_of(row: Row[Any]) -> Run:
     values = {name: row._mapping[name] for name in Run.__slots__}
     times = {name: utc(values[name]) for name in ("created_at", "ended_at")}
     arguments = tuple((name, value) for name, value in values["agent_arguments"])
-    plain = {"sensors": tuple(values["sensors"]), "agent_arguments": arguments, "code": Code(**values["code"])}
+    plain = {"sensors": tuple(values["sensors"]), "agent_arguments": arguments, "code": CodeReference(**values["code"])}
     return Run(**{**values, **times, **plain})

@@ -33,7 +33,7 @@ _DETAILS = (
 
 
 @dataclass(frozen=True, slots=True)
-class Prunable:
+class PruneFilter:
     """Selection of runs to prune.
 
     Attributes:
@@ -55,7 +55,7 @@ class Prunable:
 
 
 @dataclass(frozen=True, slots=True)
-class Pruned:
+class PrunedRun:
     """A run that was or could be pruned, and the number of its recorded steps."""
 
     run: Run
@@ -76,7 +76,7 @@ class Pruner:
         self._database = database
         self._journal = Journal(database)
 
-    def find(self, wanted: Prunable) -> list[Pruned]:
+    def find(self, wanted: PruneFilter) -> list[PrunedRun]:
         """Return the runs that can be pruned, oldest first."""
         c = tables.runs.c
         latest = self._journal.time() - timedelta(days=wanted.days)
@@ -85,9 +85,9 @@ class Pruner:
         if not wanted.with_receipts:
             conditions.append(_has_no_receipt())
         query = sa.select(tables.runs).where(*conditions).order_by(c.created_at, c.run_id)
-        return [Pruned(run, self._steps(run.run_id)) for run in map(run_of, self._database.read(query))]
+        return [PrunedRun(run, self._steps(run.run_id)) for run in map(run_of, self._database.read(query))]
 
-    def prune(self, wanted: Prunable) -> Iterator[Pruned]:
+    def prune(self, wanted: PruneFilter) -> Iterator[PrunedRun]:
         """Delete the runs that can be pruned, and yield each deleted run.
 
         Raises:

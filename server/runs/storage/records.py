@@ -21,7 +21,7 @@ LEASE = 5.0
 
 
 @dataclass(frozen=True, slots=True)
-class Code:
+class CodeReference:
     """Source of an agent's code, as declared by its participant; unknown fields are empty.
 
     Attributes:
@@ -47,7 +47,7 @@ class Code:
         """Return the given values, by field."""
         return {name: value for name, value in asdict(self).items() if value}
 
-    def is_of(self, other: "Code") -> bool:
+    def is_of(self, other: "CodeReference") -> bool:
         """Return whether both are the same code: equal commits, or equal images, or else equal addresses without these.
 
         A commit may be found at several addresses, and several images may be built from it.
@@ -57,7 +57,7 @@ class Code:
         return bool(other.commit and self.commit == other.commit) or bool(other.image and self.digest == other.digest)
 
 
-NO_CODE = Code()
+NO_CODE = CodeReference()
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +93,7 @@ class Run:
     bank_seconds: float = 0.0
     bank_left: float | None = None
     agent_arguments: tuple[tuple[str, str], ...] = ()
-    code: Code = NO_CODE
+    code: CodeReference = NO_CODE
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,7 +108,7 @@ class RunProgress:
         images: encodings and sizes in which images were sent, sorted, such as "jpeg90-128" and "lossless-224".
         reoffers: number of times the server offered an episode again because of a fault of its own.
         published: whether the run is listed on the leaderboard.
-        thinking_seconds: time between observations and their answers, in ended episodes, see `play.thinking`.
+        thinking_seconds: time between observations and their answers, in ended episodes, see `play.response_times`.
         timed_steps: number of the steps for which that time was measured.
     """
 

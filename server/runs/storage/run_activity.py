@@ -56,7 +56,7 @@ class RunActivity:
             return connection.execute(sa.select(c.faults).where(held)).scalar() or 0
 
     def note_active(self, run_ids: Iterable[str]) -> None:
-        """Record that streams of these runs are open now. The time of a run that was never noted begins now, too."""
+        """Record that streams of these runs are open now, and start the absence of runs that were never recorded."""
         c = tables.runs.c
         unnoted = sa.and_(c.state == RUNNING, c.active_at.is_(None))
         for condition in (unnoted, *(c.run_id == run_id for run_id in sorted(run_ids))):

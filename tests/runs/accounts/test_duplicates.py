@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from arramon_server.errors import BadInput
-from arramon_server.runs.accounts.duplicates import Pair, find_duplicates, likeness_of
+from arramon_server.runs.accounts.duplicates import DuplicatePair, find_duplicates, likeness_of
 from arramon_server.runs.storage.records import CommitBatch
 from tests.board.made import House
 
@@ -35,7 +35,7 @@ def played(house: House, run_id: str, account: str | None, actions: Mapping[str,
     return run_id
 
 
-def described(pair: Pair) -> tuple[str, str, int, int, float]:
+def described(pair: DuplicatePair) -> tuple[str, str, int, int, float]:
     return pair.earlier.run_id, pair.later.run_id, pair.episodes, pair.same, round(pair.likeness, 3)
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from arramon_server.runs.play.clocks import Clocks, TimeLeft
-from arramon_server.runs.play.events import ActionProblem, EpisodeEnded, Observed, PhaseOver, RunEnded
+from arramon_server.runs.play.events import ActionProblem, EpisodeEnded, Observed, PhaseFinished, RunEnded
 from arramon_server.runs.play.session import EpisodeSession
 from arramon_server.runs.storage.service_clock import LONGEST_TICK
 from arramon_server.sim.rules import Limits
@@ -74,7 +74,7 @@ def test_running_out_of_time_ends_all_phases_with_one_cause(tmp_path: Path) -> N
             backend.now += 161.0
             end = await fake.ended()
             assert (end.episode_id, end.cause, end.ended) == (first, "TIME_LIMIT", 1)
-            phases = [(e.phase.turn, e.phase.forced) for e in fake.events if isinstance(e, PhaseOver)]
+            phases = [(e.phase.turn, e.phase.forced) for e in fake.events if isinstance(e, PhaseFinished)]
             assert phases == [(1, True), (1, True), (2, True), (2, True)]
             # With the bank empty, the next episode goes on as long as its answers are in time.
             seen = await fake.observation()

@@ -18,7 +18,7 @@ from arramon_server.runs.accounts.usage import usage_of
 from arramon_server.runs.results.signing import SigningKey
 from arramon_server.runs.storage import tables
 from arramon_server.runs.storage.corrections import Corrections
-from arramon_server.runs.storage.pruning import Prunable, Pruner
+from arramon_server.runs.storage.pruning import PruneFilter, Pruner
 from arramon_server.runs.storage.records import CANCELLED, RUNNING, CommitBatch
 from arramon_server.runs.transfer.export import export
 from arramon_server.runs.transfer.restore import import_archive
@@ -48,7 +48,7 @@ def age(house: House, run_id: str, days: float) -> str:
 
 def pruned(house: House, days: float = 30, **fields: object) -> list[str]:
     """Prunes, and checks that a dry run would have said the same."""
-    wanted = Prunable(days, **fields)  # type: ignore[arg-type]
+    wanted = PruneFilter(days, **fields)  # type: ignore[arg-type]
     found = [each.run.run_id for each in Pruner(house.database).find(wanted)]
     assert [each.run.run_id for each in Pruner(house.database).prune(wanted)] == found
     return found
@@ -149,7 +149,7 @@ def test_pruned_runs_still_count_as_attempts_and_for_the_limit_in_total(house: H
 
 def test_a_run_that_is_published_meanwhile_is_kept(house: House) -> None:
     first, second = (age(house, house.run(name), 40) for name in "12")
-    pruning = Pruner(house.database).prune(Prunable(30))
+    pruning = Pruner(house.database).prune(PruneFilter(30))
     assert next(pruning).run.run_id == first
     house.publish(second)
     assert list(pruning) == []
@@ -163,7 +163,7 @@ def test_a_run_is_kept_whose_publication_the_pruning_waits_for(postgres_url: str
         with house.database.write() as connection:
             entry = {"run_id": run_id, "published_at": NOW, "note": "", "scores": {}}
             connection.execute(tables.entries.insert(), [entry])
-            pruning = pool.submit(lambda: list(Pruner(house.database).prune(Prunable(30))))
+            pruning = pool.submit(lambda: list(Pruner(house.database).prune(PruneFilter(30))))
             await_lock(postgres_url, pruning)
         assert pruning.result() == []
         assert house.journal.run(run_id).run_id == run_id
@@ -195,7 +195,7 @@ def test_space_is_freed(house: House, tmp_path: Path) -> None:
     file = tmp_path / "journal.db"
     Pruner(house.database).compact()
     large = file.stat().st_size if house.database.is_file else 0
-    assert [(each.run.run_id, each.steps) for each in Pruner(house.database).prune(Prunable(30))] == [("1", 40_000)]
+    assert [(each.run.run_id, each.steps) for each in Pruner(house.database).prune(PruneFilter(30))] == [("1", 40_000)]
     Pruner(house.database).compact()
     if house.database.is_file:
         assert file.stat().st_size < large / 2
@@ -206,4 +206,4 @@ def test_space_is_freed(house: House, tmp_path: Path) -> None:
 def test_younger_runs_cannot_be_pruned(days: float) -> None:
     """They count for the limits of a day."""
     with pytest.raises(BadInput, match="expected 1 to 36500"):
-        Prunable(days)
+        PruneFilter(days)

@@ -7,13 +7,13 @@ from pathlib import Path
 import pytest
 
 from arramon_server.runs.play.clocks import Clocks
-from arramon_server.runs.play.thinking import Thinking
+from arramon_server.runs.play.response_times import ResponseTimes
 from tests import tiny
 from tests.runs.engines import Backend, FakeStream, quick, until  # noqa: F401
 
 
 def test_time_from_sending_to_the_answer_is_added_up() -> None:
-    thinking = Thinking()
+    thinking = ResponseTimes()
     for step, (sent, answered) in enumerate(((10.0, 10.5), (11.0, 13.0), (13.0, 13.25))):
         thinking.send(step, sent)
         thinking.answer(step, answered)
@@ -21,7 +21,7 @@ def test_time_from_sending_to_the_answer_is_added_up() -> None:
 
 
 def test_observation_that_is_sent_again_counts_from_the_first_time() -> None:
-    thinking = Thinking()
+    thinking = ResponseTimes()
     thinking.send(0, 10.0)
     thinking.send(0, 12.0)
     thinking.answer(0, 13.0)
@@ -33,8 +33,8 @@ def test_observation_that_is_sent_again_counts_from_the_first_time() -> None:
     [lambda thinking: thinking.skip(4), lambda thinking: None, lambda thinking: thinking.send(3, 1.0)],
     ids=["sent on another stream", "never sent", "another step"],
 )
-def test_steps_without_a_known_start_are_left_out(before: Callable[[Thinking], None]) -> None:
-    thinking = Thinking()
+def test_steps_without_a_known_start_are_left_out(before: Callable[[ResponseTimes], None]) -> None:
+    thinking = ResponseTimes()
     before(thinking)
     thinking.answer(4, 20.0)
     assert (thinking.seconds, thinking.steps) == (0.0, 0)
@@ -44,7 +44,7 @@ def test_steps_without_a_known_start_are_left_out(before: Callable[[Thinking], N
 
 
 def test_step_that_was_open_while_the_stream_broke_is_left_out() -> None:
-    thinking = Thinking()
+    thinking = ResponseTimes()
     thinking.skip(4)
     thinking.send(4, 10.0)
     thinking.answer(4, 11.0)

@@ -1,7 +1,7 @@
 """Response times of an agent, as measured by the server."""
 
 
-class Thinking:
+class ResponseTimes:
     """Time between sending an observation to the transport and receiving its answer.
 
     It includes the network in both directions, the client's decoding and, if an agent answers several episodes in one
