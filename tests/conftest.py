@@ -13,7 +13,7 @@ from sqlalchemy import Engine
 from arramon_server.runs.storage.database import Database
 from arramon_server.sim.raster.camera import compile_kernels
 from tests import forked_pools, tiny
-from tests.faults.clients import EPISODES, Peace, journal_url, undisturbed
+from tests.faults.clients import EPISODES, UndisturbedRun, journal_url, undisturbed
 from tests.forked import Forked
 from tests.serving import Server
 from tests.shared import shared_folder
@@ -27,10 +27,10 @@ forked_pools.install()
 
 
 @pytest.fixture(scope="session")
-def peace(tmp_path_factory: pytest.TempPathFactory) -> Peace:
+def undisturbed_run(tmp_path_factory: pytest.TempPathFactory) -> UndisturbedRun:
     """One undisturbed run for all tests that disturb one: by the same agent, on the same episodes."""
-    folder = shared_folder(tmp_path_factory, "peace", _play_undisturbed)
-    return Peace(json.loads((folder / "peace.json").read_text()), journal_url(folder / "data"))
+    folder = shared_folder(tmp_path_factory, "undisturbed_run", _play_undisturbed)
+    return UndisturbedRun(json.loads((folder / "undisturbed_run.json").read_text()), journal_url(folder / "data"))
 
 
 def _play_undisturbed(folder: Path) -> None:
@@ -38,7 +38,7 @@ def _play_undisturbed(folder: Path) -> None:
     server = Server(folder / "data", "127.0.0.1:0", log=folder / "log")
     results = undisturbed(server, folder / "results")
     assert server.stop() == 0
-    (folder / "peace.json").write_text(json.dumps(results))
+    (folder / "undisturbed_run.json").write_text(json.dumps(results))
 
 
 @pytest.fixture

@@ -25,7 +25,7 @@ from arramon_server.runs.transfer.restore import import_archive
 from tests import tiny
 from tests.faults.clients import (
     EPISODES,
-    Peace,
+    UndisturbedRun,
     check_same,
     client,
     finish,
@@ -69,7 +69,7 @@ def test_server_continues_from_a_backup_after_losing_its_data(
     assert host_secret(data) == secret
     assert SigningKey(data / KEY).public == key
     finish(client(server.address, tmp_path / "again", "--resume", run))
-    check_same(url, Peace(once, url), results(tmp_path / "again"))
+    check_same(url, UndisturbedRun(once, url), results(tmp_path / "again"))
     assert receipt is not None
     signed = next((tmp_path / "once").glob("*.receipt.json"))
     assert receipt.signature.hex() in signed.read_text()

@@ -109,20 +109,20 @@ def is_locked(database: Path) -> bool:
         return False
 
 
-class Peace(NamedTuple):
-    """A run that nothing disturbed: what its client wrote down, and the journal that holds it."""
+class UndisturbedRun(NamedTuple):
+    """An undisturbed run: the results of its client, and the URL of its journal."""
 
     results: Any
     url: str
 
 
 def undisturbed(server: Server, output: Path, *more: str) -> Any:
-    """The results of a run in peace."""
+    """Play an undisturbed run, and return its results."""
     finish(client(server.address, output, *more))
     return results(output)
 
 
-def check_same(url: str, once: Peace, again: Any) -> None:
+def check_same(url: str, once: UndisturbedRun, again: Any) -> None:
     """A run in the journal at `url` has the scores, causes and actions of the undisturbed one."""
     assert differences(url, once.results, again, once_url=once.url) == []
 

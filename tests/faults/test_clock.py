@@ -7,7 +7,7 @@ import pytest
 from tests import tiny
 from tests.faults.clients import (
     EPISODES,
-    Peace,
+    UndisturbedRun,
     check_same,
     client,
     finish,
@@ -43,7 +43,7 @@ class Clock:
 
 
 @pytest.mark.slow
-def test_run_survives_wall_clock_jumps(tmp_path: Path, peace: Peace) -> None:
+def test_run_survives_wall_clock_jumps(tmp_path: Path, undisturbed_run: UndisturbedRun) -> None:
     clock = Clock(tmp_path)
     tiny.write(tmp_path / "data", count=EPISODES)
     server = Server(tmp_path / "data", log=tmp_path / "log", environment=clock.environment)
@@ -53,12 +53,12 @@ def test_run_survives_wall_clock_jumps(tmp_path: Path, peace: Peace) -> None:
         recorded = played_on(journal_url(server.data), run, recorded)
         clock.jump(offset)
     finish(process)
-    check_same(journal_url(server.data), peace, results(tmp_path / "again"))
+    check_same(journal_url(server.data), undisturbed_run, results(tmp_path / "again"))
     assert server.stop() == 0
 
 
 @pytest.mark.slow
-def test_run_moves_between_processes_with_different_clocks(tmp_path: Path, peace: Peace) -> None:
+def test_run_moves_between_processes_with_different_clocks(tmp_path: Path, undisturbed_run: UndisturbedRun) -> None:
     """Whether an episode is still held by another process must not hang on whose clock is right."""
     clock = Clock(tmp_path)
     tiny.write(tmp_path / "data", count=EPISODES)
@@ -73,5 +73,5 @@ def test_run_moves_between_processes_with_different_clocks(tmp_path: Path, peace
             relay.target = (wrong, right)[number % 2].address
             relay.reset()
         finish(process)
-    check_same(journal_url(right.data), peace, results(tmp_path / "again"))
+    check_same(journal_url(right.data), undisturbed_run, results(tmp_path / "again"))
     assert (right.stop(), wrong.stop()) == (0, 0)

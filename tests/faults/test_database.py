@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests import tiny
-from tests.faults.clients import EPISODES, Peace, check_same, client, finish, played_on, results, run_id
+from tests.faults.clients import EPISODES, UndisturbedRun, check_same, client, finish, played_on, results, run_id
 from tests.postgres import Cluster
 from tests.serving import Server
 
@@ -30,7 +30,7 @@ def server(request: pytest.FixtureRequest, postgres_url: str, tmp_path: Path) ->
 
 @pytest.mark.slow
 def test_run_survives_three_database_outages(
-    server: Server, cluster: Cluster, postgres_url: str, tmp_path: Path, peace: Peace
+    server: Server, cluster: Cluster, postgres_url: str, tmp_path: Path, undisturbed_run: UndisturbedRun
 ) -> None:
     process = client(server.address, tmp_path / "disturbed")
     run, recorded = run_id(process), 0
@@ -44,4 +44,4 @@ def test_run_survives_three_database_outages(
         cluster.start()
     said = finish(process)
     assert "retrying" in said
-    check_same(postgres_url, peace, results(tmp_path / "disturbed"))
+    check_same(postgres_url, undisturbed_run, results(tmp_path / "disturbed"))

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from arramon_server.api.error_guard import STORAGE_ERROR_TEXT
-from tests.faults.clients import Peace, check_same, client, finish, journal_url, played_on, results, run_id
+from tests.faults.clients import UndisturbedRun, check_same, client, finish, journal_url, played_on, results, run_id
 from tests.serving import Server
 
 FAILURE = "the journal cannot be used"
@@ -16,7 +16,7 @@ UNLIMITED = (resource.RLIM_INFINITY, resource.RLIM_INFINITY)
 
 
 @pytest.mark.slow
-def test_run_survives_a_temporarily_full_disk(server: Server, tmp_path: Path, peace: Peace) -> None:
+def test_run_survives_a_temporarily_full_disk(server: Server, tmp_path: Path, undisturbed_run: UndisturbedRun) -> None:
     """As the operating system limits the running server's files, every write beyond fails, as on a full disk."""
     assert server.log is not None
     log = server.log
@@ -33,4 +33,4 @@ def test_run_survives_a_temporarily_full_disk(server: Server, tmp_path: Path, pe
     said = finish(process)
     assert STORAGE_ERROR_TEXT in said
     assert "sqlite" not in said.lower()
-    check_same(journal_url(server.data), peace, results(tmp_path / "again"))
+    check_same(journal_url(server.data), undisturbed_run, results(tmp_path / "again"))

@@ -16,7 +16,7 @@ from arramon_server.runs.storage.database import Database
 from tests import tiny
 from tests.api.people import Person
 from tests.api.player import Player, create
-from tests.faults.clients import EPISODES, Peace, check_same, client, finish, played_on, results, run_id
+from tests.faults.clients import EPISODES, UndisturbedRun, check_same, client, finish, played_on, results, run_id
 from tests.proxy import Proxies, Proxy
 from tests.serving import METADATA, Server
 
@@ -57,7 +57,12 @@ def way_in(proxy: Proxy, token: str, tmp_path: Path) -> list[str]:
 
 
 def test_run_survives_killed_hosts_and_a_restarted_proxy(
-    hosts: list[Server], proxy: Proxy, way_in: list[str], postgres_url: str, tmp_path: Path, peace: Peace
+    hosts: list[Server],
+    proxy: Proxy,
+    way_in: list[str],
+    postgres_url: str,
+    tmp_path: Path,
+    undisturbed_run: UndisturbedRun,
 ) -> None:
     process = client(proxy.address, tmp_path / "disturbed", *way_in)
     try:
@@ -78,7 +83,7 @@ def test_run_survives_killed_hosts_and_a_restarted_proxy(
         process.kill()
         process.communicate()
     assert said.count("retrying") >= 2
-    check_same(postgres_url, peace, results(tmp_path / "disturbed"))
+    check_same(postgres_url, undisturbed_run, results(tmp_path / "disturbed"))
 
 
 def test_streams_behind_a_proxy_share_a_run_without_server_addresses(

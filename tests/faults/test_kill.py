@@ -7,14 +7,14 @@ from pathlib import Path
 
 import pytest
 
-from tests.faults.clients import Peace, check_same, client, finish, journal_url, played_on, results, run_id
+from tests.faults.clients import UndisturbedRun, check_same, client, finish, journal_url, played_on, results, run_id
 from tests.serving import Server
 
 KILLS = 10
 
 
 @pytest.mark.slow
-def test_run_survives_ten_server_kills(server: Server, tmp_path: Path, peace: Peace) -> None:
+def test_run_survives_ten_server_kills(server: Server, tmp_path: Path, undisturbed_run: UndisturbedRun) -> None:
     chance = random.Random(7)
     process = client(server.address, tmp_path / "again")
     run = run_id(process)
@@ -25,11 +25,11 @@ def test_run_survives_ten_server_kills(server: Server, tmp_path: Path, peace: Pe
         server.kill()
         server.start()
     assert "retrying" in finish(process)
-    check_same(journal_url(server.data), peace, results(tmp_path / "again"))
+    check_same(journal_url(server.data), undisturbed_run, results(tmp_path / "again"))
 
 
 @pytest.mark.slow
-def test_run_survives_client_kills_by_resuming(server: Server, tmp_path: Path, peace: Peace) -> None:
+def test_run_survives_client_kills_by_resuming(server: Server, tmp_path: Path, undisturbed_run: UndisturbedRun) -> None:
     process = client(server.address, tmp_path / "again")
     run = run_id(process)
     recorded = 0
@@ -39,4 +39,4 @@ def test_run_survives_client_kills_by_resuming(server: Server, tmp_path: Path, p
         process.communicate()
         process = client(server.address, tmp_path / "again", "--resume", run)
     finish(process)
-    check_same(journal_url(server.data), peace, results(tmp_path / "again"))
+    check_same(journal_url(server.data), undisturbed_run, results(tmp_path / "again"))

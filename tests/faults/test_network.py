@@ -6,13 +6,15 @@ from pathlib import Path
 
 import pytest
 
-from tests.faults.clients import Peace, check_same, client, finish, journal_url, played_on, results, run_id
+from tests.faults.clients import UndisturbedRun, check_same, client, finish, journal_url, played_on, results, run_id
 from tests.relay import Relay
 from tests.serving import Server
 
 
 @pytest.mark.slow
-def test_run_survives_repeated_connection_resets(server: Server, tmp_path: Path, peace: Peace) -> None:
+def test_run_survives_repeated_connection_resets(
+    server: Server, tmp_path: Path, undisturbed_run: UndisturbedRun
+) -> None:
     chance = random.Random(3)
     with Relay(server.address) as relay:
         process = client(relay.address, tmp_path / "again")
@@ -24,11 +26,13 @@ def test_run_survives_repeated_connection_resets(server: Server, tmp_path: Path,
             relay.reset()
         finish(process)
         assert relay.resets > 6
-    check_same(journal_url(server.data), peace, results(tmp_path / "again"))
+    check_same(journal_url(server.data), undisturbed_run, results(tmp_path / "again"))
 
 
 @pytest.mark.slow
-def test_another_client_resumes_after_a_half_open_connection(server: Server, tmp_path: Path, peace: Peace) -> None:
+def test_another_client_resumes_after_a_half_open_connection(
+    server: Server, tmp_path: Path, undisturbed_run: UndisturbedRun
+) -> None:
     """Half-open: the server sees no end of the first stream. The same run, resumed, takes its episodes over."""
     with Relay(server.address) as relay:
         silent = client(relay.address, tmp_path / "silent")
@@ -41,4 +45,4 @@ def test_another_client_resumes_after_a_half_open_connection(server: Server, tmp
         silent.communicate()
     again = results(tmp_path / "again")
     assert again["run"]["steps"] > recorded
-    check_same(journal_url(server.data), peace, again)
+    check_same(journal_url(server.data), undisturbed_run, again)

@@ -8,7 +8,7 @@ import pytest
 from tests import tiny
 from tests.faults.clients import (
     EPISODES,
-    Peace,
+    UndisturbedRun,
     check_same,
     client,
     finish,
@@ -22,7 +22,9 @@ from tests.serving import Server
 
 
 @pytest.mark.slow
-def test_paused_process_cannot_write_episodes_taken_over(tmp_path: Path, database_url: str, peace: Peace) -> None:
+def test_paused_process_cannot_write_episodes_taken_over(
+    tmp_path: Path, database_url: str, undisturbed_run: UndisturbedRun
+) -> None:
     tiny.write(tmp_path / "data", count=EPISODES)
     url, file = database_url, tmp_path / "journal.db" if database_url.startswith("sqlite") else None
     servers = [Server(tmp_path / "data", "127.0.0.1:0", "--journal", url, log=tmp_path / n) for n in ("one", "other")]
@@ -38,5 +40,5 @@ def test_paused_process_cannot_write_episodes_taken_over(tmp_path: Path, databas
             paused.process.send_signal(signal.SIGCONT)
             recorded = played_on(url, run, recorded)
         finish(process)
-    check_same(url, peace, results(tmp_path / "again"))
+    check_same(url, undisturbed_run, results(tmp_path / "again"))
     assert [server.stop() for server in servers] == [0, 0]

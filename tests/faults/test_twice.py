@@ -18,7 +18,7 @@ from arramon_server.runs.storage.database import Database
 from arramon_server.runs.storage.journal import Journal
 from tests import tiny
 from tests.api.player import Player, create
-from tests.faults.clients import Peace, check_same, client, finish, journal_url, played_on, results, run_id
+from tests.faults.clients import UndisturbedRun, check_same, client, finish, journal_url, played_on, results, run_id
 from tests.relay import Relay
 from tests.serving import METADATA, Server
 
@@ -110,7 +110,9 @@ def test_rival_streams_of_one_player_take_every_step_once(servers: list[Server],
 
 
 @pytest.mark.slow
-def test_two_clients_of_one_run_get_the_undisturbed_result(server: Server, tmp_path: Path, peace: Peace) -> None:
+def test_two_clients_of_one_run_get_the_undisturbed_result(
+    server: Server, tmp_path: Path, undisturbed_run: UndisturbedRun
+) -> None:
     """Whose connections break in turn, so that each takes over what the other had."""
     url = journal_url(server.data)
     with Relay(server.address) as first_way, Relay(server.address) as second_way:
@@ -127,4 +129,4 @@ def test_two_clients_of_one_run_get_the_undisturbed_result(server: Server, tmp_p
         for process in (first, second):
             finish(process)
     for output in ("first", "second"):
-        check_same(url, peace, results(tmp_path / output))
+        check_same(url, undisturbed_run, results(tmp_path / output))

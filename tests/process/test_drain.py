@@ -14,7 +14,17 @@ from grpc_health.v1 import health_pb2, health_pb2_grpc
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
 from tests import tiny
 from tests.api.player import Player, create
-from tests.faults.clients import EPISODES, Peace, check_same, client, finish, journal_url, played_on, results, run_id
+from tests.faults.clients import (
+    EPISODES,
+    UndisturbedRun,
+    check_same,
+    client,
+    finish,
+    journal_url,
+    played_on,
+    results,
+    run_id,
+)
 from tests.faults.conftest import no_client_left  # noqa: F401 - in use wherever it is imported
 from tests.process.test_workers import addresses, children, listens_at
 from tests.serving import Server
@@ -36,14 +46,14 @@ def workers(tmp_path: Path) -> Iterator[Server]:
 
 @LINUX
 def test_draining_moves_a_run_to_the_other_process_with_equal_scores(
-    workers: Server, tmp_path: Path, peace: Peace
+    workers: Server, tmp_path: Path, undisturbed_run: UndisturbedRun
 ) -> None:
     process = client(workers.address, tmp_path / "moved")
     run = run_id(process)
     played_on(journal_url(workers.data), run, EPISODES)
     os.kill(children(workers.process.pid)[0], signal.SIGTERM)  # the client has a stream to each of the two
     said = finish(process)
-    check_same(journal_url(workers.data), peace, results(tmp_path / "moved"))
+    check_same(journal_url(workers.data), undisturbed_run, results(tmp_path / "moved"))
     for word in ("lost", "again", "shut", "UNAVAILABLE", "error", "Traceback"):
         assert word not in said, said
 
