@@ -15,15 +15,15 @@ ArraMonError
 
 from pathlib import Path
 
-LONGEST_QUOTE = 100
+MAX_QUOTE_LENGTH = 100
 """Maximum characters of a caller's text that an error message quotes."""
 
 
 def quoted(words: str) -> str:
     """Return a caller's text quoted for an error message, truncated if it is long: the size of a status is limited."""
-    if len(words) <= LONGEST_QUOTE:
+    if len(words) <= MAX_QUOTE_LENGTH:
         return repr(words)
-    return f"{words[:LONGEST_QUOTE]!r}... ({len(words)} characters)"
+    return f"{words[:MAX_QUOTE_LENGTH]!r}... ({len(words)} characters)"
 
 
 class ArraMonError(Exception):

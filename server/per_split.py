@@ -8,7 +8,7 @@ from dataclasses import dataclass
 DEFAULT = "default"
 """Key for all splits without a number of their own."""
 
-MOST = 1_000_000_000
+MAX_LIMIT = 1_000_000_000
 """Maximum value of a limit of runs or streams."""
 
 _BARE = re.compile(r"[A-Za-z0-9_-]+")

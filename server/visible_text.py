@@ -13,7 +13,7 @@ JOINERS = "\u200c\u200d"
 STYLES = "\ufe0e\ufe0f"
 """Variation selectors that choose between text and colour forms of an emoji."""
 
-MOST_MARKS = 4
+MAX_MARKS = 4
 """Maximum combining marks in a row. No language needs more, and higher stacks would cover other lines."""
 
 _BLANK = re.compile("[\u034f\u115f\u1160\u17b4\u17b5\u180b-\u180f\u2800\u3164\ufe00-\ufe0d\uffa0\U000e0100-\U000e01ef]")
@@ -39,8 +39,8 @@ def invisible_part(text: str) -> str | None:
     for letter in text:
         is_mark = _is_mark(letter)
         row = row + 1 if is_mark else row if letter in JOINERS else 0
-        if is_mark and (before.isspace() or row > MOST_MARKS):
-            return _named(letter) + (" after no letter" if before.isspace() else f" after {MOST_MARKS} other marks")
+        if is_mark and (before.isspace() or row > MAX_MARKS):
+            return _named(letter) + (" after no letter" if before.isspace() else f" after {MAX_MARKS} other marks")
         before = letter
     return None
 
@@ -51,7 +51,7 @@ def shown(text: str) -> str:
     for letter in text:
         row = row + 1 if _is_mark(letter) else row if letter in JOINERS else 0
         is_odd = letter not in JOINERS and (not letter.isprintable() or _BLANK.match(letter))
-        if row <= MOST_MARKS:
+        if row <= MAX_MARKS:
             kept.append("\ufffd" if is_odd and letter not in _SPACES else letter)
     return "".join(kept)
 

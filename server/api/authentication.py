@@ -11,7 +11,7 @@ from typing import Any
 import grpc
 
 from arramon_server.addresses import is_loopback
-from arramon_server.api.interceptor import Context, Continuation, Handler, Origin, Work, wrap_handler
+from arramon_server.api.interceptor import CallOrigin, Context, Continuation, Handler, Work, wrap_handler
 from arramon_server.configuration.config import Config
 from arramon_server.errors import Forbidden, StorageError, Unauthenticated
 from arramon_server.runs.accounts.accounts import Accounts
@@ -72,11 +72,11 @@ class Authentication(grpc.aio.ServerInterceptor):
             return handler
 
         async def answer(work: Work, request: Any, context: Context) -> Any:
-            await self._admit(Origin.of(context), method)
+            await self._admit(CallOrigin.of(context), method)
             return await work(request, context)
 
         async def stream(work: Work, request: Any, context: Context) -> AsyncIterator[Any]:
-            origin = Origin.of(context)
+            origin = CallOrigin.of(context)
             await self._admit(origin, method)
             again = time.monotonic() + TOKEN_CACHE_SECONDS
             async with aclosing(work(request, context)) as responses:
@@ -88,7 +88,7 @@ class Authentication(grpc.aio.ServerInterceptor):
 
         return wrap_handler(handler, answer, stream)
 
-    async def _admit(self, origin: Origin, method: str, *, known: bool = False) -> None:
+    async def _admit(self, origin: CallOrigin, method: str, *, known: bool = False) -> None:
         """Authenticate the caller and note it for `caller_of`.
 
         Args:
@@ -109,7 +109,7 @@ class Authentication(grpc.aio.ServerInterceptor):
             if not known:
                 raise
 
-    async def _find(self, origin: Origin) -> Caller | None:
+    async def _find(self, origin: CallOrigin) -> Caller | None:
         """Return the caller; None if the call has no token and requires one.
 
         Raises:
@@ -155,17 +155,17 @@ def anonymous_caller(config: Config) -> Caller | None:
     return ANONYMOUS if own else UNAUTHENTICATED
 
 
-def is_private(origin: Origin) -> bool:
+def is_private(origin: CallOrigin) -> bool:
     """Return whether a call cannot be read in transit: it is encrypted, or does not leave this machine."""
     return origin.encrypted or _has_local_peer(origin)
 
 
-def is_on_same_machine(origin: Origin) -> bool:
+def is_on_same_machine(origin: CallOrigin) -> bool:
     """Return whether the caller is on this machine, and not only a proxy that forwards remote calls."""
     proxied = {"forwarded", "via", "x-forwarded-for"} & {key for key, _ in origin.metadata}
     return _has_local_peer(origin) and not proxied
 
 
-def _has_local_peer(origin: Origin) -> bool:
+def _has_local_peer(origin: CallOrigin) -> bool:
     kind, _, address = origin.peer.partition(":")
     return kind == "unix" or (kind in ("ipv4", "ipv6") and is_loopback(address.replace("%5B", "[").replace("%5D", "]")))

@@ -152,7 +152,7 @@ class MessageEncoder:
             return content
         # No filter comes first (neighbour differences, byte planes): none makes these frames smaller. A level
         # camera sees walls as repeated rows, which the compressor handles best unfiltered.
-        return _threads.compressor.compress(content)
+        return _per_thread.compressor.compress(content)
 
 
 def check_quality(encoding: Encoding.ValueType, jpeg_quality: int) -> None:
@@ -169,11 +169,11 @@ def little_endian(pixels: Pixels) -> Pixels:
     return pixels.astype("<u2", copy=False) if pixels.dtype.itemsize == 2 else pixels
 
 
-class _Threads(threading.local):
+class _ThreadCompressor(threading.local):
     """One compressor for each thread: threads must not share one, and it takes 1 MB and 20 microseconds to create."""
 
     def __init__(self) -> None:
         self.compressor = zstandard.ZstdCompressor(compression_params=ZSTD)
 
 
-_threads = _Threads()
+_per_thread = _ThreadCompressor()

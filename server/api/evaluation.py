@@ -12,7 +12,7 @@ from arramon.v1.evaluation_pb2_grpc import EvaluationServicer
 from arramon_server import __version__
 from arramon_server.api.authentication import anonymous_caller, caller_of, is_on_same_machine
 from arramon_server.api.encoding_choice import offered_encodings
-from arramon_server.api.interceptor import Origin
+from arramon_server.api.interceptor import CallOrigin
 from arramon_server.api.messages import (
     account_message,
     breakdown_message,
@@ -59,7 +59,7 @@ class Servicer(EvaluationServicer):
         self._threads = threads
 
     async def GetServerInfo(self, request: pb.GetServerInfoRequest, context: _Context) -> pb.ServerInfo:
-        is_local = is_on_same_machine(Origin.of(context)) and not self._config.trust_proxy
+        is_local = is_on_same_machine(CallOrigin.of(context)) and not self._config.trust_proxy
         addresses = await asyncio.to_thread(self._runs.addresses) if is_local else []
         return pb.ServerInfo(
             version=__version__,

@@ -1,7 +1,7 @@
 """Tools that all interceptors share: wrapping the handler of any kind of call, and the origin of a call.
 
 A context's connection data (peer, metadata, authentication) is in gRPC's own memory, which is freed when the call
-ends: `Origin` copies it once, at the call's start, and nothing reads it from the context later.
+ends: `CallOrigin` copies it once, at the call's start, and nothing reads it from the context later.
 """
 
 import asyncio
@@ -23,7 +23,7 @@ Work: TypeAlias = Callable[[Any, Context], Any]
 
 
 @dataclass(frozen=True, slots=True)
-class Origin:
+class CallOrigin:
     """The origin of a call.
 
     Attributes:
@@ -37,7 +37,7 @@ class Origin:
     metadata: tuple[tuple[str, str | bytes], ...]
 
     @classmethod
-    def of(cls, context: Context) -> "Origin":
+    def of(cls, context: Context) -> "CallOrigin":
         """Return the origin of a call that has just begun. For a call that has ended, gRPC would end the process."""
         encrypted = context.auth_context().get("transport_security_type") == [b"ssl"]
         return cls(

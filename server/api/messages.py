@@ -7,7 +7,7 @@ from datetime import datetime
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
 from arramon_client.world import AGENT_RADIUS, Action
-from arramon_server.closing import NEVER, Closing
+from arramon_server.closing_times import NEVER_CLOSES, ClosingTimes
 from arramon_server.configuration.config import Config
 from arramon_server.episodes.episode import Episode
 from arramon_server.episodes.splits import Split
@@ -88,7 +88,7 @@ def time_message(time: datetime | None) -> str:
     return time.isoformat(timespec="seconds") if time is not None else ""
 
 
-def split_message(split: Split, closing: Closing = NEVER) -> pb.Split:
+def split_message(split: Split, closing: ClosingTimes = NEVER_CLOSES) -> pb.Split:
     """Return the message for a split, as in ServerInfo."""
     return pb.Split(
         name=split.name,

@@ -40,7 +40,7 @@ MAX_ACTS = 4096
 """Limit of acts in one message, four for each episode that a stream can have open: no message may delay all others."""
 
 
-LONGEST_REASON = 500
+MAX_REASON_LENGTH = 500
 """Characters that are kept of the reason for giving up an episode; it is a note for the host."""
 
 
@@ -72,7 +72,7 @@ class PlayHandler:
         self._waiting = 0  # Bytes in the outbox.
         self._engine = engine
         self._threads = threads
-        self._begun: WeakKeyDictionary[Frame, Encoding] = WeakKeyDictionary()
+        self._started_encodings: WeakKeyDictionary[Frame, Encoding] = WeakKeyDictionary()
         if open_.image_size and open_.image_size not in config.image_sizes:
             sizes = ", ".join(map(str, config.image_sizes))
             raise BadInput(f"image_size is {open_.image_size}, expected one of {sizes}")
@@ -147,7 +147,7 @@ class PlayHandler:
         """Begin to compress an observation's images; `_deliver` finishes it."""
         if event.frame is not None:
             heads, encode = self._encoding(event, event.frame)
-            self._begun[event.frame] = heads, self._threads.begin(encode)
+            self._started_encodings[event.frame] = heads, self._threads.begin(encode)
 
     def _deliver(self, events: Sequence[Event]) -> None:
         response = response_of([self._event(event) for event in events])
@@ -213,8 +213,8 @@ class PlayHandler:
             message.pose.CopyFrom(pose_message(visible_pose(state)))
         if event.frame is None:
             return observation_event(message, ())
-        has_begun = event.frame in self._begun
-        heads, encode = self._begun.pop(event.frame) if has_begun else self._encoding(event, event.frame)
+        has_begun = event.frame in self._started_encodings
+        heads, encode = self._started_encodings.pop(event.frame) if has_begun else self._encoding(event, event.frame)
         data = encode()
         return observation_event(message, list(zip(self._image_sensors, heads, data, strict=True)))
 
@@ -244,5 +244,5 @@ def _act(act: pb.Act) -> Act:
         act.episode_id,
         act.step,
         action=act.action if choice == "action" else None,
-        forfeit=shown(act.forfeit.reason[:LONGEST_REASON]) if choice == "forfeit" else None,
+        forfeit=shown(act.forfeit.reason[:MAX_REASON_LENGTH]) if choice == "forfeit" else None,
     )

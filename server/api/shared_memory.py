@@ -83,12 +83,12 @@ class SharedMemoryEncoder:
             return None
         with self._drawing:
             if episode_id not in self._canvases:
-                room = self._memory.room(episode_id)
-                if room is None:
+                slot = self._memory.slot(episode_id)
+                if slot is None:
                     return None
                 pixels = self._size * self._size
-                rgb = room[: 3 * pixels].reshape(self._size, self._size, 3)
-                depth = room[3 * pixels : 5 * pixels].view(np.uint16).reshape(self._size, self._size)
+                rgb = slot[: 3 * pixels].reshape(self._size, self._size, 3)
+                depth = slot[3 * pixels : 5 * pixels].view(np.uint16).reshape(self._size, self._size)
                 self._canvases[episode_id] = Frame(rgb, depth)
             return self._canvases[episode_id]
 
@@ -132,7 +132,7 @@ class SharedImages:
         """Close the file. The memory is freed when neither this object nor the client maps it any more."""
         os.close(self._file)
 
-    def room(self, episode_id: str) -> npt.NDArray[np.uint8] | None:
+    def slot(self, episode_id: str) -> npt.NDArray[np.uint8] | None:
         """Return the bytes for an episode's images, aligned to cache lines; None if there is no room."""
         if episode_id not in self._places:
             if not self._free:
@@ -147,13 +147,13 @@ class SharedImages:
         Returns:
             False, without having written anything, if there is no room for another episode.
         """
-        room = self.room(episode_id)
-        if room is None:
+        slot = self.slot(episode_id)
+        if slot is None:
             return False
         place = first = self._places[episode_id]
         for pixels, image in images:
             flat = little_endian(pixels).reshape(-1).view(np.uint8)
-            here = room[place - first : place - first + flat.size]
+            here = slot[place - first : place - first + flat.size]
             if not np.may_share_memory(here, flat):  # What was drawn here need not be copied.
                 here[:] = flat
             image.height, image.width = pixels.shape[:2]

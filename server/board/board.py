@@ -9,8 +9,8 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
-from arramon_server.board.comparisons import Compared, Comparisons, Family, Key
-from arramon_server.board.entries import Entries, Published, Scores
+from arramon_server.board.comparisons import ComparisonCache, ComparisonFamily, Key, PairComparison
+from arramon_server.board.entries import Entries, PublishedRun, StoredScores
 from arramon_server.board.episode_table import EpisodeTable, gap_of, join, mean_table
 from arramon_server.board.lines import by_language, systems, versions, with_seeds
 from arramon_server.board.ranking import ranked
@@ -20,17 +20,17 @@ from arramon_server.board.standings import (
     BOTH,
     COLUMNS,
     HEADLINE,
+    OUTCOME_MARKS,
     PRIVILEGED,
-    RESULTS,
     TOTAL,
     Entry,
     Mark,
-    Reference,
+    PaperResult,
     Rows,
+    ScoresVersion,
     Standing,
-    Version,
 )
-from arramon_server.closing import NEVER, Closing
+from arramon_server.closing_times import NEVER_CLOSES, ClosingTimes
 from arramon_server.episodes.splits import Split
 from arramon_server.errors import BadInput, Conflict, NotFound, quoted
 from arramon_server.runs.accounts.attempts import Attempts, Who, who
@@ -49,7 +49,7 @@ from arramon_server.visible_text import shown
 
 
 @dataclass(frozen=True, eq=False)
-class Listing:
+class StandingsListing:
     """Standings of one split in one language or in all. The same object is returned until that or a run changes.
 
     Attributes:
@@ -67,14 +67,14 @@ class Listing:
     language: str
     sort: str
     standings: tuple[Standing, ...]
-    references: tuple[Reference, ...]
-    family: Family | None = None
+    references: tuple[PaperResult, ...]
+    family: ComparisonFamily | None = None
     corrections: tuple[Correction, ...] = ()
     frozen: bool = False
 
 
 @dataclass(frozen=True, slots=True)
-class Against:
+class RunComparisons:
     """A ranked standing compared with all others of its listing.
 
     Attributes:
@@ -83,9 +83,9 @@ class Against:
         lines: the others in order of rank, each with the difference of `standing` minus it.
     """
 
-    listing: Listing
+    listing: StandingsListing
     standing: Standing
-    lines: tuple[tuple[Standing, Compared], ...]
+    lines: tuple[tuple[Standing, PairComparison], ...]
 
 
 class Board:
@@ -108,25 +108,27 @@ class Board:
         steps_per_phase: int,
         clocks: Clocks,
         local: bool = False,
-        closing: Closing = NEVER,
+        closing: ClosingTimes = NEVER_CLOSES,
     ) -> None:
         self._entries = entries
         self._splits = splits
         self._episodes = {name: split.languages for name, split in splits.items()}
         self._limits, self._local = (steps_per_phase, clocks), local
         self.closing = closing
-        self._shared = _Kept[str, tuple[int, Clocks]](entries.stamp, self._find_limits)
-        self._attempts = _Kept[str, Mapping[tuple[Who, str], Attempts]](entries.stamp, entries.attempts)
-        self._reproducers = _Kept[str, Mapping[str, frozenset[str]]](entries.stamp, entries.reproducers)
+        self._shared = _StampedCache[str, tuple[int, Clocks]](entries.stamp, self._find_limits)
+        self._attempts = _StampedCache[str, Mapping[tuple[Who, str], Attempts]](entries.stamp, entries.attempts)
+        self._reproducers = _StampedCache[str, Mapping[str, frozenset[str]]](entries.stamp, entries.reproducers)
         self._references = read_references()
-        self._corrections = _Kept[str, tuple[Correction, ...]](entries.stamp, self._find_corrections)
-        self._comparisons = Comparisons(self._table, self._noise)
-        self._masked = lru_cache(_KEPT)(self._mask)
-        self._joined_rows = lru_cache(_KEPT)(self._join_rows)
-        self._gaps = lru_cache(_KEPT)(self._find_gap)
-        self._differences = lru_cache(_KEPT)(self._find_differences)
-        self._spreads = lru_cache(_KEPT)(self._find_spread)
-        self._listings = _Kept[tuple[str, str, str], Listing](self._stamp, lambda wanted: self._make(*wanted))
+        self._corrections = _StampedCache[str, tuple[Correction, ...]](entries.stamp, self._find_corrections)
+        self._comparisons = ComparisonCache(self._table, self._noise)
+        self._masked = lru_cache(_CACHE_SIZE)(self._mask)
+        self._joined_rows = lru_cache(_CACHE_SIZE)(self._join_rows)
+        self._gaps = lru_cache(_CACHE_SIZE)(self._find_gap)
+        self._differences = lru_cache(_CACHE_SIZE)(self._find_differences)
+        self._spreads = lru_cache(_CACHE_SIZE)(self._find_spread)
+        self._listings = _StampedCache[tuple[str, str, str], StandingsListing](
+            self._stamp, lambda wanted: self._make(*wanted)
+        )
 
     def _stamp(self) -> object:
         return self._entries.stamp(), tuple(map(self.closing.is_frozen, self.closing.closes.splits))
@@ -142,7 +144,7 @@ class Board:
             found.setdefault(split, set()).add(language)
         return {name: tuple(sorted(found[name])) for name in sorted(found)}
 
-    def listing(self, split: str, language: str, sort: str = HEADLINE) -> Listing:
+    def listing(self, split: str, language: str, sort: str = HEADLINE) -> StandingsListing:
         """Return the standings of a split in a language or, for BOTH, in all together, and the paper's results.
 
         Ranked runs of one agent that differ in the argument SEED alone are one standing, with the mean over seeds; of
@@ -210,7 +212,7 @@ class Board:
             for one in found
         ]
 
-    def against(self, run_id: str, language: str = "", sort: str = HEADLINE) -> Against:
+    def compare_with_all(self, run_id: str, language: str = "", sort: str = HEADLINE) -> RunComparisons:
         """Return the paired comparisons of a published run, or of its system, with all others of a listing.
 
         Args:
@@ -236,17 +238,17 @@ class Board:
             raise Conflict(f"run {run_id!r} is not ranked ({', '.join(standing.marks)}), and is compared with no other")
         others = [other for other in listing.standings if other.is_ranked and other is not standing]
         family = listing.family
-        return Against(listing, standing, tuple((other, family.compare(standing, other)) for other in others))
+        return RunComparisons(listing, standing, tuple((other, family.compare(standing, other)) for other in others))
 
     def has_entries(self, split: str, language: str) -> bool:
         """Return whether any run is listed on a split in a language."""
         return (split, language) in self._entries.languages()
 
-    def reference(self, split: str, language: str = "en") -> tuple[Reference, ...]:
+    def reference(self, split: str, language: str = "en") -> tuple[PaperResult, ...]:
         """Return the paper's results for a split and a language; the paper has them for English only."""
         return tuple(line for line in self._references if (line.split, line.language) == (split, language))
 
-    def _make(self, split: str, language: str, sort: str) -> Listing:
+    def _make(self, split: str, language: str, sort: str) -> StandingsListing:
         known = self.languages()
         if split not in known:
             raise NotFound(f"there is no split {quoted(split)}; the leaderboard has {', '.join(known) or 'none'}")
@@ -265,14 +267,18 @@ class Board:
             ordered = sorted(lines, key=lambda line: (max(one.published_at for one in line), line[0].run.run_id))
             unknown = tuple(Standing(line, {}) for line in ordered)
             references = self.reference(split, language)
-            return Listing(split, language, sort, unknown, references, None, self.corrections(split), frozen=True)
+            return StandingsListing(
+                split, language, sort, unknown, references, None, self.corrections(split), frozen=True
+            )
         standings = [
             Standing(line, self._rows_of(line), self._gap_of(line, sort), self._spread_of(line, sort)) for line in lines
         ]
-        able = [standing for standing in standings if standing.is_ranked]
-        family = self._comparisons.family(able, sort, self._sections(split))
+        comparable = [standing for standing in standings if standing.is_ranked]
+        family = self._comparisons.family(comparable, sort, self._sections(split))
         order = tuple(ranked(standings, sort, family))
-        return Listing(split, language, sort, order, self.reference(split, language), family, self.corrections(split))
+        return StandingsListing(
+            split, language, sort, order, self.reference(split, language), family, self.corrections(split)
+        )
 
     def _limits_on(self, split: str) -> tuple[int, Clocks]:
         """Return the step limit and the clocks under which runs of a split are ranked."""
@@ -289,9 +295,9 @@ class Board:
         if len(entries) == 1:
             return entries[0].rows
         if any(self._is_masked(entry.run) for entry in entries):
-            return mean_of_rows([entry.rows for entry in entries], _fewest(entries))
+            return mean_of_rows([entry.rows for entry in entries], _min_counted(entries))
         if any(Mark.OTHER_DATA in entry.marks for entry in entries):
-            return _mean(entries)
+            return _mean_rows(entries)
         return self._joined_rows(entries[0].run.split, versions(entries))
 
     def _gap_of(self, entries: tuple[Entry, ...], metric: str) -> LanguageGap | None:
@@ -323,7 +329,7 @@ class Board:
         if len(spoken[0]) < 2 or any(set(one) != set(spoken[0]) for one in spoken):
             return None
         if self._is_masked(entries[0].run):
-            if _fewest(entries) < MIN_SECTION:
+            if _min_counted(entries) < MIN_SECTION:
                 return None
             seeds = [
                 [{entry.seed: entry for entry in same}[seed] for same in by_language(entries)] for seed in spoken[0]
@@ -345,13 +351,13 @@ class Board:
         few = found is not None and found.episodes < MIN_SECTION
         return None if few and self._splits[split].hidden else found  # a few episodes tell of single ones
 
-    def _find_differences(self, split: str, original: Version, version: Version) -> dict[str, Interval]:
+    def _find_differences(self, split: str, original: ScoresVersion, version: ScoresVersion) -> dict[str, Interval]:
         return differences(self._table(original), self._table(version), self._sections(split))
 
     def _find_corrections(self, split: str) -> tuple[Correction, ...]:
         return tuple(self._entries.corrections.on(split))
 
-    def _table(self, version: Version) -> EpisodeTable:
+    def _table(self, version: ScoresVersion) -> EpisodeTable:
         return self._entries.episodes(version.run_id)
 
     def _tables(self, ids: Key) -> list[EpisodeTable]:
@@ -379,7 +385,7 @@ class Board:
             return split.hidden
         return self._entries.was_hidden(run.run_id)
 
-    def _mask(self, split: str, version: Version, voided: frozenset[str]) -> Rows:
+    def _mask(self, split: str, version: ScoresVersion, voided: frozenset[str]) -> Rows:
         """Return the shown rows of a run on a hidden split; the stored ones may be an earlier release's, and exact."""
         noise = self._noise(split)
         assert noise is not None
@@ -387,8 +393,8 @@ class Board:
         return masked_rows(table.scores, noise, table.play)
 
     def _shown_scores(
-        self, run: Run, version: Version, scores: Scores, voided: frozenset[str], *, current: bool
-    ) -> Scores:
+        self, run: Run, version: ScoresVersion, scores: StoredScores, voided: frozenset[str], *, current: bool
+    ) -> StoredScores:
         """Return the scores of a run as they are shown to others than its participant.
 
         Args:
@@ -407,17 +413,17 @@ class Board:
                 rows = self._masked(run.split, version, voided)
             else:
                 rows = self._entries.masked_rows_without_truth(run.run_id, version.rescored)
-            return Scores(progress, rows, signature)
+            return StoredScores(progress, rows, signature)
         if voided:
             rows = self._joined_rows(run.split, ((version,),))
-        return Scores(scores.progress, rows, signature)
+        return StoredScores(scores.progress, rows, signature)
 
-    def _entry(self, published: Published) -> Entry:
+    def _entry(self, published: PublishedRun) -> Entry:
         run, scores = published.run, self._entries.scores(published.run.run_id, published.rescored)
         split = self._splits.get(run.split)
         current = split is not None and split.data_hash == run.data_hash
         corrections = self._corrections[run.split]
-        version = Version(run.run_id, len(corrections), published.rescored)
+        version = ScoresVersion(run.run_id, len(corrections), published.rescored)
         voided, left_out = self._entries.voided(run.run_id, voided_by(corrections) if current else frozenset())
         scores = self._shown_scores(run, version, scores, left_out, current=current)
         forfeited = scores.progress.causes.get(causes.FORFEITED, 0)
@@ -435,11 +441,11 @@ class Board:
             Mark.SERVER_FAULT: scores.progress.causes.get(causes.SERVER_FAULT, 0) > 0,
         }
         frozen = self.closing.is_frozen(run.split)
-        marks = tuple(mark for mark in Mark if found[mark] and not (frozen and mark in RESULTS))
+        marks = tuple(mark for mark in Mark if found[mark] and not (frozen and mark in OUTCOME_MARKS))
         if frozen:
             episodes = scores.progress.episodes
             progress = Progress(episodes, episodes, 0, {}, scores.progress.images, published=True)
-            scores = Scores(progress, {}, scores.signature)
+            scores = StoredScores(progress, {}, scores.signature)
         return Entry(
             run,
             scores.progress,
@@ -464,7 +470,7 @@ K = TypeVar("K")
 V = TypeVar("V")
 
 
-class _Kept(Generic[K, V]):
+class _StampedCache(Generic[K, V]):
     """Values that are made when they are first asked for, and kept until a stamp changes.
 
     Args:
@@ -487,16 +493,16 @@ class _Kept(Generic[K, V]):
         return kept[key]
 
 
-_KEPT = 2048
+_CACHE_SIZE = 2048
 """Systems whose scores over all languages are cached, about 10 KB each."""
 
 
-def _fewest(entries: Sequence[Entry]) -> int:
+def _min_counted(entries: Sequence[Entry]) -> int:
     """Return the number of episodes in each run's scores; the least, if these differ."""
     return min(entry.counted for entry in entries)
 
 
-def _mean(entries: Sequence[Entry]) -> Rows:
+def _mean_rows(entries: Sequence[Entry]) -> Rows:
     tables = [entry.rows for entry in entries]
 
     def mean(row: str, metric: str) -> Interval:

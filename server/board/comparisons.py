@@ -10,25 +10,25 @@ import numpy as np
 import numpy.typing as npt
 
 from arramon_server.board.episode_table import EpisodeTable, join, mean_table
-from arramon_server.board.standings import HEADLINE, TOTAL, Standing, Version
+from arramon_server.board.standings import HEADLINE, TOTAL, ScoresVersion, Standing
 from arramon_server.scoring.aggregate import Interval
 from arramon_server.scoring.episode import METRICS
 from arramon_server.scoring.intervals import Floats
 from arramon_server.scoring.masking import Noise, difference, p_class, shown_deviation
 from arramon_server.scoring.paired import Difference, difference_bounds, holm, permutation_tests
 
-LEVEL = 0.05
+SIGNIFICANCE_LEVEL = 0.05
 """Probability of any false claim in a family of comparisons."""
 
-_KEPT = 12
+_MAX_FAMILIES = 12
 """Families that are kept: 2 MB each for 200 runs of 1205 episodes."""
 
-Key = tuple[tuple[Version, ...], ...]
+Key = tuple[tuple[ScoresVersion, ...], ...]
 """Versions of the scores of a standing's runs: of those in each language, one for each seed."""
 
 
 @dataclass(frozen=True, slots=True)
-class Compared:
+class PairComparison:
     """A pair of standings: the difference of the first minus the second.
 
     Attributes:
@@ -42,7 +42,7 @@ class Compared:
     shown: int
 
 
-class Family:
+class ComparisonFamily:
     """Tests of all pairs of a listing's ranked standings, by one metric.
 
     Args:
@@ -73,9 +73,9 @@ class Family:
         self._corrected[pairs] = holm(self._p[pairs])
         self._corrected = np.minimum(self._corrected, self._corrected.T)
         means = scores.sum(axis=1)
-        self._better = closed((self._corrected < LEVEL) & (means[:, None] > means))
+        self._better = transitive_closure((self._corrected < SIGNIFICANCE_LEVEL) & (means[:, None] > means))
 
-    def places(self, standing: Standing) -> tuple[int, int]:
+    def rank_range(self, standing: Standing) -> tuple[int, int]:
         """Return the first and the last place that a standing can have, given all differences that are shown.
 
         The first is one more than the number of standings that are shown to be better; the last leaves room for those
@@ -84,16 +84,16 @@ class Family:
         at = self._place[key_of(standing)]
         return 1 + int(self._better[:, at].sum()), len(self._place) - int(self._better[at].sum())
 
-    def compare(self, one: Standing, other: Standing) -> Compared:
+    def compare(self, one: Standing, other: Standing) -> PairComparison:
         """Return the comparison of two ranked standings."""
         a, b = self._place[key_of(one)], self._place[key_of(other)]
         shown = int(self._better[a, b]) - int(self._better[b, a])
         p, corrected = float(self._p[a, b]), float(self._corrected[a, b])
         if self._masked:
             found = masked_difference(one, other, self._metric, len(self._strata))
-            return Compared(Difference(found.mean, found.low, found.high, p_class(p)), p_class(corrected), shown)
+            return PairComparison(Difference(found.mean, found.low, found.high, p_class(p)), p_class(corrected), shown)
         bounds = difference_bounds(self._scores[a] - self._scores[b], self._strata)
-        return Compared(Difference(*bounds, p=p), corrected, shown)
+        return PairComparison(Difference(*bounds, p=p), corrected, shown)
 
 
 def masked_difference(one: Standing, other: Standing, metric: str, episodes: int) -> Interval:
@@ -108,7 +108,7 @@ def masked_difference(one: Standing, other: Standing, metric: str, episodes: int
     return difference(first, second, episodes, math.sqrt(2.0) * shown_deviation(episodes))
 
 
-class Comparisons:
+class ComparisonCache:
     """Families of comparisons. Thread-safe; a family is computed once for a set of runs and a metric.
 
     Args:
@@ -116,12 +116,12 @@ class Comparisons:
         noise: returns the noise of a split if it is hidden; None if it is open.
     """
 
-    def __init__(self, read: Callable[[Version], EpisodeTable], noise: Callable[[str], Noise | None]) -> None:
+    def __init__(self, read: Callable[[ScoresVersion], EpisodeTable], noise: Callable[[str], Noise | None]) -> None:
         self._read, self._noise = read, noise
-        self._kept: OrderedDict[object, Family] = OrderedDict()
+        self._kept: OrderedDict[object, ComparisonFamily] = OrderedDict()
         self._lock = Lock()
 
-    def family(self, standings: Sequence[Standing], metric: str, section_of: Mapping[str, str]) -> Family:
+    def family(self, standings: Sequence[Standing], metric: str, section_of: Mapping[str, str]) -> ComparisonFamily:
         """Return the tests of all pairs of standings that played the same episodes.
 
         Args:
@@ -134,11 +134,13 @@ class Comparisons:
         with self._lock:
             found = self._kept.pop((keys, metric), None) or self._make(keys, metric, section_of, noise)
             self._kept[keys, metric] = found
-            while len(self._kept) > _KEPT:
+            while len(self._kept) > _MAX_FAMILIES:
                 self._kept.popitem(last=False)
         return found
 
-    def _make(self, keys: Sequence[Key], metric: str, section_of: Mapping[str, str], noise: Noise | None) -> Family:
+    def _make(
+        self, keys: Sequence[Key], metric: str, section_of: Mapping[str, str], noise: Noise | None
+    ) -> ComparisonFamily:
         column = METRICS.index(metric)
         scores, added, strata = [], [], np.zeros(0, np.intp)
         for key in keys:
@@ -149,7 +151,7 @@ class Comparisons:
             if noise is not None:
                 added.append(_noise_of(tables, noise, metric))
         made_up = None if noise is None else np.array(added)
-        return Family(keys, np.array(scores).reshape(len(keys), len(strata)), strata, made_up, metric)
+        return ComparisonFamily(keys, np.array(scores).reshape(len(keys), len(strata)), strata, made_up, metric)
 
 
 def _noise_of(tables: Sequence[Sequence[EpisodeTable]], noise: Noise, metric: str) -> Floats:
@@ -164,7 +166,7 @@ def key_of(standing: Standing) -> Key:
     return tuple(tuple(entry.version for entry in entries) for entries in standing.by_language)
 
 
-def closed(better: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+def transitive_closure(better: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
     """Return the relation with what follows from it: who beats a winner beats whom the winner beats."""
     while True:
         counts = better.astype(np.float32)

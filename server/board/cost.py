@@ -7,7 +7,7 @@ from typing import Any
 
 from arramon_server.errors import BadInput
 
-MOST = 1e18
+MAX_VALUE = 1e18
 """Largest number that can be declared."""
 
 
@@ -36,8 +36,8 @@ class Cost:
             BadInput: if one is negative, not finite or too large.
         """
         for name, value in asdict(self).items():
-            if value is not None and not (math.isfinite(value) and 0 <= value <= MOST):
-                raise BadInput(f"the declared {name} is {value}; expected a number from 0 to {MOST:.0e}")
+            if value is not None and not (math.isfinite(value) and 0 <= value <= MAX_VALUE):
+                raise BadInput(f"the declared {name} is {value}; expected a number from 0 to {MAX_VALUE:.0e}")
 
     def written(self) -> dict[str, Any] | None:
         """Return the content of the database's column; None if nothing is declared."""

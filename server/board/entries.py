@@ -31,7 +31,7 @@ _KEPT = 2048
 
 
 @dataclass(frozen=True, slots=True)
-class Scores:
+class StoredScores:
     """Scores of an ended run as stored when it was published or scored again, with all its episodes.
 
     Attributes:
@@ -46,7 +46,7 @@ class Scores:
 
 
 @dataclass(frozen=True, slots=True)
-class Published:
+class PublishedRun:
     """A run that is, or was, on the leaderboard.
 
     Attributes:
@@ -91,12 +91,12 @@ class Entries:
         self._scores = lru_cache(_KEPT)(self._read_scores)
         self._receipt_header = lru_cache(_KEPT)(self._read_receipt_header)
 
-    def find(self, run_id: str) -> Published | None:
+    def find(self, run_id: str) -> PublishedRun | None:
         """Return the entry of a run, withdrawn or not; None if it was never published."""
         rows = self._database.read(_ENTRIES.where(tables.entries.c.run_id == run_id))
         return _published(rows[0]) if rows else None
 
-    def listed(self, split: str, language: str | None = None) -> list[Published]:
+    def listed(self, split: str, language: str | None = None) -> list[PublishedRun]:
         """Return the entries of a split that are not withdrawn, in one language, or in all if None."""
         query = _ENTRIES.where(tables.entries.c.withdrawn_at.is_(None), tables.runs.c.split == split)
         if language is not None:
@@ -124,7 +124,7 @@ class Entries:
         """Return the attempts of every participant on a split, by participant and language."""
         return attempts_on(self._database.read, split)
 
-    def reproductions(self, run_id: str) -> list[Published]:
+    def reproductions(self, run_id: str) -> list[PublishedRun]:
         """Return the entries that reproduce a run and are not withdrawn, the earliest published first."""
         query = _ENTRIES.where(tables.entries.c.reproduces == run_id, _LISTED)
         return [_published(row) for row in self._database.read(query.order_by(tables.entries.c.published_at))]
@@ -143,7 +143,7 @@ class Entries:
         query = sa.select(tables.runs.c.split, tables.runs.c.language).distinct().join_from(tables.entries, tables.runs)
         return {(row.split, row.language) for row in self._database.read(query.where(_LISTED))}
 
-    def scores(self, run_id: str, rescored: int = 0) -> Scores:
+    def scores(self, run_id: str, rescored: int = 0) -> StoredScores:
         """Return the scores of an entry over all its episodes, also void ones.
 
         Args:
@@ -243,7 +243,7 @@ class Entries:
         self,
         run_id: str,
         note: str,
-        scores: Scores,
+        scores: StoredScores,
         episodes: EpisodeTable,
         *,
         by_host: bool,
@@ -313,13 +313,13 @@ class Entries:
         content = json.loads(payload)
         return bool(content["run"]["hidden"]), int(content["version"])
 
-    def rescore(self, connection: Connection, run_id: str, scores: Scores, episodes: EpisodeTable) -> None:
+    def rescore(self, connection: Connection, run_id: str, scores: StoredScores, episodes: EpisodeTable) -> None:
         """Replace the scores of a run in a transaction; nothing is done if it was never published."""
         table = tables.entries
         values = {"scores": _written(scores), "episodes": episodes.packed(), "revision": table.c.revision + 1}
         connection.execute(table.update().where(table.c.run_id == run_id).values(values))
 
-    def _read_scores(self, run_id: str, _rescored: int) -> Scores:
+    def _read_scores(self, run_id: str, _rescored: int) -> StoredScores:
         query = sa.select(tables.entries.c.scores).where(tables.entries.c.run_id == run_id)
         rows = self._database.read(query)
         if not rows:
@@ -343,10 +343,10 @@ _ENTRIES = sa.select(
 ).join_from(tables.entries, tables.runs)
 
 
-def _published(row: Row[Any]) -> Published:
+def _published(row: Row[Any]) -> PublishedRun:
     published_at, withdrawn_at = utc(row.published_at), utc(row.withdrawn_at)
     assert published_at is not None
-    return Published(
+    return PublishedRun(
         run_of(row),
         published_at,
         row.note,
@@ -358,12 +358,12 @@ def _published(row: Row[Any]) -> Published:
     )
 
 
-def _written(scores: Scores) -> dict[str, Any]:
+def _written(scores: StoredScores) -> dict[str, Any]:
     rows = {row: {metric: _numbers(value) for metric, value in values.items()} for row, values in scores.rows.items()}
     return {"progress": asdict(scores.progress), "rows": rows, "signature": scores.signature}
 
 
-def _read(written: Mapping[str, Any]) -> Scores:
+def _read(written: Mapping[str, Any]) -> StoredScores:
     kept = written["progress"]  # written by this release or, in an imported database, by another one
     known = {name: kept[name] for name in Progress.__slots__ if name in kept}
     progress = Progress(**{**known, "images": tuple(known["images"])})
@@ -371,7 +371,7 @@ def _read(written: Mapping[str, Any]) -> Scores:
         row: {metric: _interval(numbers) for metric, numbers in values.items()}
         for row, values in written["rows"].items()
     }
-    return Scores(progress, rows, written["signature"])
+    return StoredScores(progress, rows, written["signature"])
 
 
 def _numbers(value: Interval) -> list[float]:

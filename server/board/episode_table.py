@@ -75,7 +75,7 @@ def mean_table(tables: Sequence[EpisodeTable]) -> EpisodeTable:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Joined:
+class JoinedScores:
     """Scores of a system's episodes, with the languages of each episode kept together.
 
     Attributes:
@@ -91,7 +91,7 @@ class Joined:
     are_sections: bool
 
 
-def join(tables: Sequence[EpisodeTable], section_of: Mapping[str, str]) -> Joined:
+def join(tables: Sequence[EpisodeTable], section_of: Mapping[str, str]) -> JoinedScores:
     """Return the scores of one run in each language together.
 
     Args:
@@ -104,7 +104,9 @@ def join(tables: Sequence[EpisodeTable], section_of: Mapping[str, str]) -> Joine
     first = tables[0].ids
     if all(table.ids == first for table in tables):
         values = with_total(np.mean([table.scores for table in tables], axis=0))
-        return Joined(first, values, np.unique([section_of[name] for name in first], return_inverse=True)[1], True)
+        return JoinedScores(
+            first, values, np.unique([section_of[name] for name in first], return_inverse=True)[1], True
+        )
     ids = tuple(sorted(set().union(*(table.ids for table in tables))))
     place = {name: number for number, name in enumerate(ids)}
     turns = np.zeros((len(ids), *tables[0].scores.shape[1:]))
@@ -114,7 +116,7 @@ def join(tables: Sequence[EpisodeTable], section_of: Mapping[str, str]) -> Joine
         turns[at] += table.scores * (len(ids) / (len(tables) * len(table.ids)))
         held[at, language] = True
     names = [f"{section_of[name]} {held[number].tolist()}" for number, name in enumerate(ids)]
-    return Joined(ids, with_total(turns), np.unique(names, return_inverse=True)[1], False)
+    return JoinedScores(ids, with_total(turns), np.unique(names, return_inverse=True)[1], False)
 
 
 def gap_of(

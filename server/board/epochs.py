@@ -50,7 +50,7 @@ class Epoch:
 
 
 @dataclass(frozen=True, slots=True)
-class Change:
+class AgentChange:
     """How an agent stands on a newer epoch against an older one.
 
     Attributes:
@@ -83,7 +83,7 @@ class EpochChanges:
 
     older: str
     newer: str
-    agents: tuple[Change, ...]
+    agents: tuple[AgentChange, ...]
     mean: Interval | None
 
 
@@ -196,7 +196,7 @@ class EpochBoard:
             _scored([after[key] for key in keys], metric),
         )
         lines = [
-            Change(
+            AgentChange(
                 before[key],
                 after[key],
                 before[key].rows[TOTAL][metric].mean,

@@ -8,8 +8,8 @@ from dataclasses import asdict
 from functools import lru_cache
 from typing import Any
 
-from arramon_server.board.board import Listing
-from arramon_server.board.standings import COLUMNS, TOTAL, Entry, Reference, Rows, Standing
+from arramon_server.board.board import StandingsListing
+from arramon_server.board.standings import COLUMNS, TOTAL, Entry, PaperResult, Rows, Standing
 from arramon_server.runs.storage.corrections import Correction
 from arramon_server.scoring.aggregate import ROWS
 
@@ -66,7 +66,7 @@ _KEPT = 16
 
 
 @lru_cache(_KEPT)
-def as_csv(listing: Listing) -> str:
+def as_csv(listing: StandingsListing) -> str:
     """Return a listing as CSV (RFC 4180): one line per standing, then one per reference. Scores are in [0, 1]."""
     text = io.StringIO()
     writer = csv.DictWriter(text, CSV_COLUMNS, restval="")
@@ -79,7 +79,7 @@ def as_csv(listing: Listing) -> str:
 
 
 @lru_cache(_KEPT)
-def as_json(listing: Listing) -> str:
+def as_json(listing: StandingsListing) -> str:
     """Return a listing as JSON, with all data of the standings and all metrics of all rows."""
     document = {
         "format": FORMAT,
@@ -95,7 +95,7 @@ def as_json(listing: Listing) -> str:
     return json.dumps(document, ensure_ascii=False) + "\n"
 
 
-def _standing_cells(standing: Standing, listing: Listing) -> dict[str, object]:
+def _standing_cells(standing: Standing, listing: StandingsListing) -> dict[str, object]:
     cells: dict[str, object] = {
         "kind": "run",
         "rank": standing.rank or "",
@@ -133,7 +133,7 @@ def _standing_cells(standing: Standing, listing: Listing) -> dict[str, object]:
     return cells
 
 
-def _reference_cells(reference: Reference) -> dict[str, object]:
+def _reference_cells(reference: PaperResult) -> dict[str, object]:
     cells: dict[str, object] = {
         "kind": "paper",
         "agent": reference.name,
@@ -232,5 +232,5 @@ def _rows(rows: Rows) -> dict[str, Any]:
     }
 
 
-def _reference(reference: Reference) -> dict[str, Any]:
-    return {name: getattr(reference, name) for name in Reference.__slots__}
+def _reference(reference: PaperResult) -> dict[str, Any]:
+    return {name: getattr(reference, name) for name in PaperResult.__slots__}

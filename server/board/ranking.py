@@ -4,14 +4,14 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import replace
 
-from arramon_server.board.comparisons import Family
+from arramon_server.board.comparisons import ComparisonFamily
 from arramon_server.board.standings import TOTAL, Standing
 
 _TIE_BREAKERS = ("PTC@CTC-3", "rPOD@CTC-3", "CTC-3", "nDTW")
 """Metrics that order standings with equal means, in this sequence."""
 
 
-def ranked(standings: Iterable[Standing], metric: str, family: Family) -> list[Standing]:
+def ranked(standings: Iterable[Standing], metric: str, family: ComparisonFamily) -> list[Standing]:
     """Return the standings in order of rank, with their ranks; those that are not ranked come last.
 
     A rank is one more than the number of standings that are shown to be better: standings of one rank are not shown to
@@ -24,15 +24,15 @@ def ranked(standings: Iterable[Standing], metric: str, family: Family) -> list[S
         family: tests of all pairs of those that are ranked, by this metric.
     """
     ordered = sorted(standings, key=lambda standing: _key(standing, metric))
-    able = [standing for standing in ordered if standing.is_ranked]
-    places = [family.places(standing) for standing in able]
-    sharing = Counter(first for first, _ in places)
+    comparable = [standing for standing in ordered if standing.is_ranked]
+    ranges = [family.rank_range(standing) for standing in comparable]
+    first_ranks = Counter(first for first, _ in ranges)
     placed = [
-        replace(standing, rank=first, last_rank=last, tied=sharing[first] > 1)
-        for standing, (first, last) in zip(able, places, strict=True)
+        replace(standing, rank=first, last_rank=last, tied=first_ranks[first] > 1)
+        for standing, (first, last) in zip(comparable, ranges, strict=True)
     ]
-    apart = [replace(standing, rank=0, last_rank=0, tied=False) for standing in ordered if not standing.is_ranked]
-    return sorted(placed, key=lambda standing: standing.rank) + apart
+    unranked = [replace(standing, rank=0, last_rank=0, tied=False) for standing in ordered if not standing.is_ranked]
+    return sorted(placed, key=lambda standing: standing.rank) + unranked
 
 
 def _key(standing: Standing, metric: str) -> tuple[object, ...]:

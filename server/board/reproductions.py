@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from arramon_server.board.entries import Published
+from arramon_server.board.entries import PublishedRun
 from arramon_server.board.episode_table import EpisodeTable, join
 from arramon_server.board.standings import COLUMNS, TOTAL, Entry
 from arramon_server.errors import Conflict
@@ -13,7 +13,7 @@ from arramon_server.scoring.episode import METRICS
 from arramon_server.scoring.masking import difference, shown_deviation
 from arramon_server.scoring.paired import difference_bounds
 
-FREE = frozenset({"version"})
+IGNORED_FIELDS = frozenset({"version"})
 """Fields of a signature that may differ between a run and its reproduction."""
 
 
@@ -30,7 +30,9 @@ class Reproduction:
     differences: Mapping[str, Interval]
 
 
-def check_reproduction(run: Run, signature: str, original: Published, its_signature: str, *, is_original: bool) -> None:
+def check_reproduction(
+    run: Run, signature: str, original: PublishedRun, its_signature: str, *, is_original: bool
+) -> None:
     """Check that a run repeats a published run of another account.
 
     Args:
@@ -101,7 +103,7 @@ def masked_differences(original: Entry, reproduction: Entry) -> dict[str, Interv
 
 def _fields(signature: str) -> dict[str, str]:
     pairs = (part.partition(":") for part in signature.split("|"))
-    return {key: value for key, _, value in pairs if key not in FREE}
+    return {key: value for key, _, value in pairs if key not in IGNORED_FIELDS}
 
 
 def _code(run: Run) -> str:

@@ -67,15 +67,15 @@ class Mark(StrEnum):
     """Some of its episodes ended by SERVER_FAULT and count as not played, so its scores may be too low."""
 
 
-UNRANKED = frozenset(Mark) - {Mark.SERVER_FAULT}
+UNRANKED_MARKS = frozenset(Mark) - {Mark.SERVER_FAULT}
 """Marks of entries that are listed but not ranked, as they cannot be compared with the others."""
 
 
-RESULTS = frozenset({Mark.FORFEITED, Mark.SERVER_FAULT})
+OUTCOME_MARKS = frozenset({Mark.FORFEITED, Mark.SERVER_FAULT})
 """Marks that tell how episodes ended; they are left out while a leaderboard is frozen."""
 
 
-class Version(NamedTuple):
+class ScoresVersion(NamedTuple):
     """Scores of a run as they are after some corrections of its split; equal versions have equal scores.
 
     Attributes:
@@ -151,9 +151,9 @@ class Entry:
     frozen: bool = False
 
     @property
-    def version(self) -> Version:
+    def version(self) -> ScoresVersion:
         """Version of its scores."""
-        return Version(self.run.run_id, self.split_corrections, self.rescored)
+        return ScoresVersion(self.run.run_id, self.split_corrections, self.rescored)
 
     @property
     def counted(self) -> int:
@@ -194,7 +194,7 @@ class Entry:
     @property
     def is_ranked(self) -> bool:
         """Whether the entry can be compared with others."""
-        return not UNRANKED.intersection(self.marks)
+        return not UNRANKED_MARKS.intersection(self.marks)
 
     @property
     def system(self) -> tuple[str | None, str, str]:
@@ -284,8 +284,8 @@ class Standing:
     @property
     def reproduced_by(self) -> int:
         """Number of other accounts that reproduced a run in each of the languages, with any seed."""
-        spoken = (frozenset[str]().union(*(one.reproducers for one in entries)) for entries in self.by_language)
-        return len(frozenset.intersection(*spoken))
+        by_language = (frozenset[str]().union(*(one.reproducers for one in entries)) for entries in self.by_language)
+        return len(frozenset.intersection(*by_language))
 
     @property
     def causes(self) -> dict[str, int]:
@@ -303,7 +303,7 @@ class Standing:
 
 
 @dataclass(frozen=True, slots=True)
-class Reference:
+class PaperResult:
     """A line of the paper's tables, measured in the original simulator on the original episodes: other data.
 
     Attributes:

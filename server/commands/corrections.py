@@ -3,7 +3,7 @@
 import argparse
 import sys
 
-from arramon_server.board.correcting import AlreadyCorrected, Correcting
+from arramon_server.board.corrector import AlreadyCorrected, Corrector
 from arramon_server.commands import Commands
 from arramon_server.commands.journal import open_journal
 from arramon_server.configuration.config import Config
@@ -42,18 +42,18 @@ def _void(arguments: argparse.Namespace) -> None:
     config: Config = arguments.settings
     splits = read_splits(config.data)
     with open_journal(config) as database:
-        correcting = Correcting(database, splits, key_of(config, KnownKeys(database)))
+        corrector = Corrector(database, splits, key_of(config, KnownKeys(database)))
         try:
-            made = correcting.void(arguments.split, arguments.episodes, arguments.reason, restore=arguments.restore)
+            made = corrector.void(arguments.split, arguments.episodes, arguments.reason, restore=arguments.restore)
         except AlreadyCorrected as error:
-            if not (revised := correcting.revise(arguments.split)):
+            if not (revised := corrector.revise(arguments.split)):
                 raise
             print(f"{error}, by a command that stopped before all receipts were signed\nnew receipts: {revised}")
             return
         print(
             f"{'restored' if arguments.restore else 'void'}: {named(made.episodes)} of split {made.split}", flush=True
         )
-        print(f"new receipts: {correcting.revise(made.split)}")
+        print(f"new receipts: {corrector.revise(made.split)}")
     if splits[made.split].hidden:
         print(
             "the split is hidden: the difference between the scores before and after is about these episodes alone, as "

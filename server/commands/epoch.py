@@ -108,8 +108,8 @@ def _list(arguments: argparse.Namespace) -> None:
     for epoch in epochs:
         record = epoch.record
         times = (record.opened_at, record.closed_at, record.revealed_at)
-        told = [f"{time:%Y-%m-%dT%H:%MZ}" if time is not None else "-" for time in times]
-        rows.append((record.split, record.state, str(epoch.statement.episodes), *told, record.commitment.hex()))
+        cells = [f"{time:%Y-%m-%dT%H:%MZ}" if time is not None else "-" for time in times]
+        rows.append((record.split, record.state, str(epoch.statement.episodes), *cells, record.commitment.hex()))
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     for row in rows:
         print("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip())

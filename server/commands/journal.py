@@ -9,7 +9,7 @@ from arramon_server.episodes.splits import SECRET
 from arramon_server.errors import BadInput
 from arramon_server.runs.storage.database import Database
 
-MARKS = ("splits", "journal.db", SECRET, "signing-key.pem")
+DATA_FOLDER_NAMES = ("splits", "journal.db", SECRET, "signing-key.pem")
 """Names of which a data folder holds at least one."""
 
 
@@ -55,7 +55,7 @@ def check_data_folder(config: Config, *, new: bool = False) -> None:
 
 
 def _is_data_folder(data: Path) -> bool:
-    return any((data / name).exists() for name in MARKS)
+    return any((data / name).exists() for name in DATA_FOLDER_NAMES)
 
 
 _HOW = "run `arramon-server generate` or `arramon-server import-release`"

@@ -38,8 +38,8 @@ def add(commands: Commands, common: argparse.ArgumentParser) -> None:
 
 
 def _quota(arguments: argparse.Namespace) -> None:
-    asked = {name: getattr(arguments, name) for name in LIMITS if getattr(arguments, name) is not None}
-    limits = {name: None if limit == DEFAULT else limit for name, limit in asked.items()}
+    requested = {name: getattr(arguments, name) for name in LIMITS if getattr(arguments, name) is not None}
+    limits = {name: None if limit == DEFAULT else limit for name, limit in requested.items()}
     participant, split = arguments.participant, arguments.split
     if split is None and (participant != "list" or limits):
         raise BadInput("the split is missing: arramon-server quota PARTICIPANT SPLIT, or arramon-server quota list")

@@ -7,7 +7,7 @@ from arramon_client.world import STEPS_PER_PHASE
 from arramon_server.addresses import FORM, TCP_FORM, is_address, is_loopback, is_tcp_address
 from arramon_server.configuration.setting import setting, settings_of
 from arramon_server.errors import BadInput
-from arramon_server.per_split import MOST, PerSplit
+from arramon_server.per_split import MAX_LIMIT, PerSplit
 from arramon_server.runs.play.clocks import Clocks
 from arramon_server.sim.cameras import CAMERAS
 from arramon_server.sim.physics import problem_of_camera
@@ -15,9 +15,9 @@ from arramon_server.sim.rules import Limits
 from arramon_server.split_times import NO_TIMES, SplitTimes
 from arramon_server.visible_text import is_visible
 
-LONGEST_LINE = 500
+MAX_LINE_LENGTH = 500
 
-LINE = f"one line of at most {LONGEST_LINE} characters"
+LINE = f"one line of at most {MAX_LINE_LENGTH} characters"
 
 LISTEN = "127.0.0.1:50551"
 """Default address. It is on the loopback: other machines can connect only if the host sets another address."""
@@ -27,7 +27,7 @@ DAY = 86_400.0
 
 def is_line(text: str) -> bool:
     """Return whether a text is one line of visible text."""
-    return len(text) <= LONGEST_LINE and is_visible(text)
+    return len(text) <= MAX_LINE_LENGTH and is_visible(text)
 
 
 class Contradiction(BadInput):
@@ -114,14 +114,14 @@ class Config:
         "3 on hidden splits, 200 on others, none for callers without a token on their own machine",
         unit="runs",
         least=0,
-        most=MOST,
+        most=MAX_LIMIT,
     )
     runs_in_all: PerSplit = setting(
         PerSplit(),
         "limit of runs that a participant may create on a split in total; 0, and not set: no limit",
         unit="runs",
         least=0,
-        most=MOST,
+        most=MAX_LIMIT,
     )
     runs_at_once: PerSplit = setting(
         PerSplit(),
@@ -129,7 +129,7 @@ class Config:
         "3 on hidden splits, 20 on others, none for callers without a token on their own machine",
         unit="runs",
         least=0,
-        most=MOST,
+        most=MAX_LIMIT,
     )
     streams_at_once: PerSplit = setting(
         PerSplit(),
@@ -137,7 +137,7 @@ class Config:
         "64, none for callers without a token on their own machine",
         unit="streams",
         least=0,
-        most=MOST,
+        most=MAX_LIMIT,
     )
     tls_certificate: Path | None = setting(None, "PEM file with the certificate chain; not set: no encryption")
     tls_key: Path | None = setting(None, "PEM file with the certificate's private key")

@@ -12,7 +12,7 @@ from arramon_server.episodes.epochs import SECRETS
 from arramon_server.episodes.splits import SECRET, Split, folder_of
 from arramon_server.errors import BadInput
 from arramon_server.private_files import check_private_file, check_private_folder
-from arramon_server.process.assembly import Parts, wire
+from arramon_server.process.assembly import ServerParts, assemble
 from arramon_server.runs.accounts.quotas import LIMITS
 from arramon_server.runs.storage.database import Database
 from arramon_server.sim.raster.camera import compile_kernels, is_compiled
@@ -108,7 +108,7 @@ async def _serve(
     config: Config, splits: Mapping[str, Split], database: Database, announce: Callable[[str], None]
 ) -> None:
     signals = _Signals()
-    parts = wire(config, splits, database)
+    parts = assemble(config, splits, database)
     async with parts.web as served:
         await parts.server.start()
         parts.engine.start()
@@ -131,7 +131,7 @@ async def _serve(
 
 
 async def _drain(
-    parts: Parts,
+    parts: ServerParts,
     engine_task: asyncio.Task[None],
     readiness_task: asyncio.Task[None],
     now: asyncio.Event,

@@ -15,7 +15,7 @@ from arramon_server.web.idle_connections import IdleConnections
 from arramon_server.web.pages import Pages
 
 
-class Site:
+class HttpSite:
     """Serves probes, metrics and pages over HTTP.
 
     Args:

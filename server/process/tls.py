@@ -23,7 +23,7 @@ def credentials_of(config: Config) -> grpc.ServerCredentials | None:
     """
     if config.tls_certificate is None or config.tls_key is None:
         return None
-    files = _Files(config.tls_certificate, config.tls_key)
+    files = _CertificateFiles(config.tls_certificate, config.tls_key)
     fetch: Any = files.fetch  # gRPC's stub does not know that None means no change
     return grpc.dynamic_ssl_server_credentials(files.read(), fetch, require_client_authentication=False)
 
@@ -33,7 +33,7 @@ def context_of(config: Config) -> ssl.SSLContext | None:
     certificate, key = config.tls_certificate, config.tls_key
     if certificate is None or key is None:
         return None
-    files = _Files(certificate, key)
+    files = _CertificateFiles(certificate, key)
     files.read()
     first = latest = _context(certificate, key)
 
@@ -53,7 +53,7 @@ def _context(certificate: Path, key: Path) -> ssl.SSLContext:
     return context
 
 
-class _Files:
+class _CertificateFiles:
     """The files of the certificate and its key."""
 
     def __init__(self, certificate: Path, key: Path) -> None:

@@ -9,7 +9,7 @@ from arramon_server.runs.results.groups import Group
 from arramon_server.scoring.aggregate import Interval
 from arramon_server.scoring.breakdown import SHOWN
 from arramon_server.scoring.disclosure import LEAST
-from arramon_server.web.texts import Texts
+from arramon_server.web.texts import PageTexts
 
 PLOTTED = ("CTC-3", "PTC", "PTC@CTC-3")
 """Metrics in the plot: one for the navigation, one for the assembly, one for both."""
@@ -18,7 +18,7 @@ PHASES = {"nDTW": "navigation", "CTC-3": "navigation", "rPOD": "assembly", "PTC"
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class BreakdownRow:
     """A group of turns.
 
     Attributes:
@@ -35,7 +35,7 @@ class Row:
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class BreakdownPart:
     """The part of the page.
 
     Attributes:
@@ -45,13 +45,13 @@ class Part:
         remarks: what a reader must know besides.
     """
 
-    aspects: Sequence[tuple[str, Sequence[Row]]]
+    aspects: Sequence[tuple[str, Sequence[BreakdownRow]]]
     columns: Sequence[tuple[str, str]]
     legend: Sequence[str]
     remarks: Sequence[str]
 
 
-def breakdown_part(t: Texts, found: Breakdown) -> Part:
+def breakdown_part(t: PageTexts, found: Breakdown) -> BreakdownPart:
     """Return the part for a run."""
     aspects = [
         (t(f"aspects.{aspect}"), [_row(t, line) for line in lines])
@@ -59,10 +59,10 @@ def breakdown_part(t: Texts, found: Breakdown) -> Part:
     ]
     columns = [(metric.partition("@")[0], t(f"report.{PHASES[metric]}")) for metric in SHOWN]
     legend = [f"{t(f'report.{PHASES[metric]}')}: {metric.partition('@')[0]}" for metric in PLOTTED]
-    return Part(aspects, columns, legend, list(_remarks(t, found)))
+    return BreakdownPart(aspects, columns, legend, list(_remarks(t, found)))
 
 
-def _remarks(t: Texts, found: Breakdown) -> list[str]:
+def _remarks(t: PageTexts, found: Breakdown) -> list[str]:
     said = []
     if found.rounded:
         said.append(t("report.hidden", least=t.whole(LEAST)) if found.lines else t("report.few"))
@@ -73,9 +73,9 @@ def _remarks(t: Texts, found: Breakdown) -> list[str]:
     return said
 
 
-def _row(t: Texts, line: Line) -> Row:
+def _row(t: PageTexts, line: Line) -> BreakdownRow:
     scores = line.found.scores
-    return Row(
+    return BreakdownRow(
         _name(t, line.group),
         t.whole(line.found.turns),
         [scores[metric] for metric in PLOTTED],
@@ -83,7 +83,7 @@ def _row(t: Texts, line: Line) -> Row:
     )
 
 
-def _name(t: Texts, group: Group) -> str:
+def _name(t: PageTexts, group: Group) -> str:
     if group.name:
         kind = "relation" if group.aspect == "placement" else group.aspect
         return t.named("groups", f"{kind}.{group.name}")

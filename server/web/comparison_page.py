@@ -3,11 +3,11 @@
 from collections.abc import Mapping
 from typing import Any
 
-from arramon_server.board.board import Against, Board
+from arramon_server.board.board import Board, RunComparisons
 from arramon_server.board.standings import BOTH, HEADLINE, Standing
 from arramon_server.errors import Conflict, NotFound
-from arramon_server.web.filters import METRICS, Choice
-from arramon_server.web.texts import Texts
+from arramon_server.web.filters import METRICS, StandingsQuery
+from arramon_server.web.texts import PageTexts
 
 _SHOWN = {1: "against.better", 0: "against.same", -1: "against.worse"}
 """Outcome of a comparison -> key of its word."""
@@ -23,7 +23,7 @@ class ComparisonPage:
     def __init__(self, board: Board) -> None:
         self._board = board
 
-    def context(self, t: Texts, run_id: str, query: Mapping[str, str]) -> dict[str, Any]:
+    def context(self, t: PageTexts, run_id: str, query: Mapping[str, str]) -> dict[str, Any]:
         """Return the variables of the template.
 
         Args:
@@ -49,14 +49,14 @@ class ComparisonPage:
             "shown": _SHOWN,
             "languages_choices": [(code, t.named("languages", code)) for code in (run.language, BOTH)],
             "metric_choices": [(name, metric.partition("@")[0]) for name, metric in METRICS.items()],
-            "back": f"/{t.language}/{Choice(run.split, language, sort=sort).link()}",
+            "back": f"/{t.language}/{StandingsQuery(run.split, language, sort=sort).link()}",
             "link": _link,
         }
 
-    def _against(self, run_id: str, language: str, metric: str) -> Against | None:
+    def _against(self, run_id: str, language: str, metric: str) -> RunComparisons | None:
         """Return the comparisons; None if the run has no rank in those standings, or is not in them."""
         try:
-            return self._board.against(run_id, language, metric)
+            return self._board.compare_with_all(run_id, language, metric)
         except (Conflict, NotFound):
             return None
 

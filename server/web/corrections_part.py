@@ -1,14 +1,14 @@
 """What the pages say of a split's corrections, and of the time at which its leaderboard closes."""
 
-from arramon_server.closing import Closing
+from arramon_server.closing_times import ClosingTimes
 from arramon_server.runs.storage.corrections import Correction
-from arramon_server.web.texts import Texts
+from arramon_server.web.texts import PageTexts
 
 _NAMED = 5
 """Episodes of a correction that are named."""
 
 
-def correction_words(t: Texts, correction: Correction) -> str:
+def correction_words(t: PageTexts, correction: Correction) -> str:
     """Return what a correction changed, when and why, in a sentence."""
     episodes = ", ".join(correction.episodes[:_NAMED]) + (", …" if len(correction.episodes) > _NAMED else "")
     what = t(
@@ -21,7 +21,7 @@ def correction_words(t: Texts, correction: Correction) -> str:
     return t("corrections.one", date=t.date(correction.made_at), what=what, reason=correction.reason)
 
 
-def closing_words(t: Texts, closing: Closing, split: str) -> str:
+def closing_words(t: PageTexts, closing: ClosingTimes, split: str) -> str:
     """Return when the leaderboard of a split closes or closed; empty if it stays open."""
     time = closing.of(split)
     if time is None:

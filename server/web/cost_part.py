@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from arramon_server.board.standings import Standing
 from arramon_server.web.curves import BOTTOM, HEIGHT, LEFT, RIGHT, TOP, WIDTH, Tick
-from arramon_server.web.texts import Texts
+from arramon_server.web.texts import PageTexts
 
 COSTS = ("thinking", "parameters", "tokens", "price")
 """Costs in addresses: the first is measured by the server, the others are declared."""
@@ -21,7 +21,7 @@ _FINE = 2
 
 
 @dataclass(frozen=True, slots=True)
-class Point:
+class CostPoint:
     """A standing in the plot, in the picture's units.
 
     Attributes:
@@ -53,11 +53,11 @@ class CostPart:
     chosen: str
     across: Sequence[tuple[float, str]]
     up: Sequence[Tick]
-    points: Sequence[Point]
+    points: Sequence[CostPoint]
     rows: Sequence[tuple[Standing, str, Sequence[str]]]
 
 
-def cost_part(t: Texts, standings: Sequence[Standing], row: str, metric: str, chosen: str) -> CostPart | None:
+def cost_part(t: PageTexts, standings: Sequence[Standing], row: str, metric: str, chosen: str) -> CostPart | None:
     """Return the part; None if no cost of any standing is known.
 
     Args:
@@ -75,7 +75,9 @@ def cost_part(t: Texts, standings: Sequence[Standing], row: str, metric: str, ch
     drawn = [(one, values[place]) for one, values in known]
     scale = _Scale([value for _, value in drawn if value is not None])
     points = [
-        Point(_rank(t, one), one.agent, scale.place(cost), *(_up(getattr(one.rows[row][metric], end)) for end in _ENDS))
+        CostPoint(
+            _rank(t, one), one.agent, scale.place(cost), *(_up(getattr(one.rows[row][metric], end)) for end in _ENDS)
+        )
         for one, cost in drawn
         if cost is not None
     ]
@@ -87,7 +89,7 @@ def cost_part(t: Texts, standings: Sequence[Standing], row: str, metric: str, ch
     return CostPart(chosen, across, up, points, rows)
 
 
-def _rank(t: Texts, standing: Standing) -> str:
+def _rank(t: PageTexts, standing: Standing) -> str:
     """Return a rank as the standings show it."""
     if not standing.rank:
         return "–"

@@ -37,7 +37,7 @@ class Tick:
 
 
 @dataclass(frozen=True, slots=True)
-class Line:
+class Curve:
     """A curve.
 
     Attributes:
@@ -59,7 +59,7 @@ class Chart:
 
     across: tuple[Tick, ...]
     up: tuple[Tick, ...]
-    lines: tuple[Line, ...]
+    lines: tuple[Curve, ...]
 
 
 def ctc_chart(rows: Rows) -> Chart:
@@ -72,7 +72,7 @@ def ctc_chart(rows: Rows) -> Chart:
         middle = [_place(k, ends, value.mean, top) for k, value in values]
         upper = [_place(k, ends, value.high, top) for k, value in values]
         lower = [_place(k, ends, value.low, top) for k, value in reversed(values)]
-        lines.append(Line(row, _points(middle), _points([*upper, *lower]), tuple(middle)))
+        lines.append(Curve(row, _points(middle), _points([*upper, *lower]), tuple(middle)))
     across = tuple(Tick(_place(k, ends, 0, top)[0], k) for k in CTC_DISTANCES.values())
     return Chart(across, _share_ticks(top), tuple(lines))
 
@@ -101,7 +101,7 @@ def open_chart(shares: Sequence[tuple[int, float]]) -> Chart:
         x, y = _place(number, ends, share, 1.0)
         corners += [(x, corners[-1][1]), (x, y)] if corners else [(x, y)]
     across = tuple(Tick(_place(value, ends, 0, 1.0)[0], value) for value in _round_steps(ends[1]))
-    return Chart(across, _share_ticks(1.0), (Line("open", _points(corners)),))
+    return Chart(across, _share_ticks(1.0), (Curve("open", _points(corners)),))
 
 
 def bar_segments(counts: Mapping[str, int]) -> list[tuple[str, int, float, float]]:

@@ -12,12 +12,12 @@ from arramon_server.errors import NotFound, quoted
 from arramon_server.runs.storage.corrections import voided_by
 from arramon_server.runs.storage.records import Ending
 from arramon_server.scoring.episode import Scores
+from arramon_server.web.episode_replays import EpisodeReplays, PlayedEpisode
 from arramon_server.web.filters import METRICS
-from arramon_server.web.paths import Paths, PlayedEpisode
 from arramon_server.web.room_map import Pile
-from arramon_server.web.section_map import Label, labels
+from arramon_server.web.section_map import MapLabel, labels
 from arramon_server.web.standings_page import columns
-from arramon_server.web.texts import Texts, all_texts
+from arramon_server.web.texts import PageTexts, all_texts
 from arramon_server.web.things import named_things, object_name
 
 ALL = "all"
@@ -35,7 +35,7 @@ PAGE_SIZE = 100
 
 
 @dataclass(frozen=True, slots=True)
-class Filter:
+class EpisodeFilter:
     """Which episodes a reader chose.
 
     Attributes:
@@ -49,7 +49,7 @@ class Filter:
     cause: str = ALL
 
     @classmethod
-    def read(cls, query: Mapping[str, str], causes: Sequence[str]) -> "Filter":
+    def read(cls, query: Mapping[str, str], causes: Sequence[str]) -> "EpisodeFilter":
         """Return the filter in the query of an address.
 
         Raises:
@@ -94,14 +94,14 @@ class EpisodesPage:
 
     Args:
         board: the leaderboard, with the published runs.
-        paths: draws episodes.
+        replays: draws episodes.
     """
 
-    def __init__(self, board: Board, paths: Paths) -> None:
+    def __init__(self, board: Board, replays: EpisodeReplays) -> None:
         self._board = board
-        self._paths = paths
+        self._replays = replays
 
-    def context(self, t: Texts, run_id: str, query: Mapping[str, str]) -> dict[str, Any]:
+    def context(self, t: PageTexts, run_id: str, query: Mapping[str, str]) -> dict[str, Any]:
         """Return the variables of the template of the list.
 
         Args:
@@ -114,13 +114,13 @@ class EpisodesPage:
         """
         entry, endings = self._endings(run_id)
         causes = sorted({ending.cause for ending in endings})
-        chosen = Filter.read(query, causes)
+        chosen = EpisodeFilter.read(query, causes)
         fitting = [ending for ending in endings if chosen.fits(ending)]
         page = query.get("page", "1")
         if not (page.isascii() and page.isdecimal() and 0 < int(page[:6]) <= max(1, -(-len(fitting) // PAGE_SIZE))):
             raise NotFound(f"there is no page {quoted(page)}")
         first = (int(page[:6]) - 1) * PAGE_SIZE
-        split = self._paths.split(entry)
+        split = self._replays.split(entry)
         assert split is not None  # as in `_endings`
         here = fitting[first : first + PAGE_SIZE]
         return {
@@ -138,7 +138,7 @@ class EpisodesPage:
             "causes": [(ALL, t("episodes.any_cause")), *((name, t.named("causes", name)) for name in causes)],
         }
 
-    def episode_context(self, t: Texts, run_id: str, episode_id: str, query: Mapping[str, str]) -> dict[str, Any]:
+    def episode_context(self, t: PageTexts, run_id: str, episode_id: str, query: Mapping[str, str]) -> dict[str, Any]:
         """Return the variables of the template of one episode.
 
         Args:
@@ -151,11 +151,11 @@ class EpisodesPage:
             NotFound: if the run is not published, has no such episode, or its episodes may not be shown.
         """
         entry, endings = self._endings(run_id)
-        played = self._paths.played(entry, episode_id)
-        chosen = Filter.read(query, sorted({ending.cause for ending in endings}))
+        played = self._replays.played(entry, episode_id)
+        chosen = EpisodeFilter.read(query, sorted({ending.cause for ending in endings}))
         ids = [ending.episode_id for ending in endings if chosen.fits(ending)]
         if episode_id not in ids:
-            chosen, ids = Filter(), [ending.episode_id for ending in endings]
+            chosen, ids = EpisodeFilter(), [ending.episode_id for ending in endings]
         at = ids.index(episode_id)
         return {
             "entry": entry,
@@ -176,33 +176,33 @@ class EpisodesPage:
     def _endings(self, run_id: str) -> tuple[Entry, list[Ending]]:
         """Return a run and the endings of its episodes in the order of their ids."""
         entry = self._board.entry(run_id)
-        if self._paths.split(entry) is None:
+        if self._replays.split(entry) is None:
             raise NotFound(f"run {run_id!r} has no episodes to show")
-        return entry, sorted(self._paths.endings(entry), key=lambda ending: _natural(ending.episode_id))
+        return entry, sorted(self._replays.endings(entry), key=lambda ending: _natural(ending.episode_id))
 
 
 def _failures(ending: Ending) -> list[str]:
     return [failure_of(turn) for turn in ending.scores]
 
 
-def _address(t: Texts, entry: Entry, episode_id: str, chosen: Filter) -> str:
+def _address(t: PageTexts, entry: Entry, episode_id: str, chosen: EpisodeFilter) -> str:
     return f"/{t.language}/runs/{entry.run.run_id}/episodes/{quote(episode_id, safe='')}{chosen.link()}"
 
 
-def _labels(t: Texts, entry: Entry, played: PlayedEpisode, number: int) -> tuple[Label, ...]:
+def _labels(t: PageTexts, entry: Entry, played: PlayedEpisode, number: int) -> tuple[MapLabel, ...]:
     """Return the names on the map of a turn: the target, and what the instruction names near the ground truth."""
     turn = played.episode.turns[number]
     target = turn.target
     named = [(object_name(t, target.type), (target.position.x, target.position.z))]
-    spoken = all_texts().get(entry.run.language)
-    if spoken is not None:
+    instruction_words = all_texts().get(entry.run.language)
+    if instruction_words is not None:
         text = played.episode.instructions[entry.run.language][number].navigation
-        found = named_things(t, spoken, played.section, text, turn.path)
+        found = named_things(t, instruction_words, played.section, text, turn.path)
         named += [(thing.name, thing.position) for thing in found]
     return labels(played.section, named)
 
 
-def _pile_name(t: Texts, pile: Pile) -> str:
+def _pile_name(t: PageTexts, pile: Pile) -> str:
     return " + ".join(object_name(t, type_) for type_ in pile.types)
 
 

@@ -47,7 +47,7 @@ _CHOICES: Mapping[str, tuple[str, ...]] = {
 
 
 @dataclass(frozen=True, slots=True)
-class Choice:
+class StandingsQuery:
     """The filters and the sorting that a reader chose.
 
     Attributes:
@@ -83,7 +83,7 @@ class Choice:
         """Return the query of a changed choice, without the fields that have their defaults."""
         changed = {"page": 1, **changes}
         other = replace(self, **changed)  # type: ignore[arg-type]
-        defaults = Choice(other.split, other.language, order=first_order(other.sort))
+        defaults = StandingsQuery(other.split, other.language, order=first_order(other.sort))
         named = {field.name: getattr(other, field.name) for field in fields(other)}
         shown = {k: v for k, v in named.items() if k in ("split", "language") or v != getattr(defaults, k)}
         return "?" + urlencode(shown)
@@ -140,7 +140,9 @@ def first_order(column: str) -> str:
     return ASCENDING if column in _UPWARDS else DESCENDING
 
 
-def read_choice(query: Mapping[str, str], languages: Mapping[str, tuple[str, ...]], defaults: Choice) -> Choice:
+def read_query(
+    query: Mapping[str, str], languages: Mapping[str, tuple[str, ...]], defaults: StandingsQuery
+) -> StandingsQuery:
     """Return the choice that an address encodes.
 
     Args:
@@ -155,10 +157,10 @@ def read_choice(query: Mapping[str, str], languages: Mapping[str, tuple[str, ...
     split = chosen.get("split", defaults.split)
     if split not in languages:
         raise NotFound(f"there is no split {quoted(split)}")
-    spoken = {language for codes in languages.values() for language in codes}
-    if languages[split] and chosen.setdefault("language", defaults.language) in spoken - set(languages[split]):
+    known_languages = {language for codes in languages.values() for language in codes}
+    if languages[split] and chosen.setdefault("language", defaults.language) in known_languages - set(languages[split]):
         chosen["language"] = languages[split][0]  # The new split lacks the language of the one shown before.
-    choices = {**_CHOICES, "language": (*spoken, BOTH)}
+    choices = {**_CHOICES, "language": (*known_languages, BOTH)}
     for name, value in chosen.items():
         if name != "split" and value not in choices[name]:
             raise NotFound(f"there is no {name} {value!r}")

@@ -18,16 +18,16 @@ from arramon_server.runs.accounts.callers import READER
 from arramon_server.runs.results.receipts import Receipts
 from arramon_server.runs.storage.journal import Journal
 from arramon_server.web.comparison_page import ComparisonPage
+from arramon_server.web.episode_replays import EpisodeReplays
 from arramon_server.web.episodes_page import EpisodesPage
 from arramon_server.web.epochs_page import EpochsPage
-from arramon_server.web.filters import read_choice
+from arramon_server.web.filters import read_query
 from arramon_server.web.host import UNNAMED, Host
-from arramon_server.web.paths import Paths
 from arramon_server.web.rendering import Renderer
 from arramon_server.web.responses import FOR_EVER, redirect, respond
 from arramon_server.web.run_page import RunPage
 from arramon_server.web.standings_page import StandingsPage
-from arramon_server.web.texts import Texts, all_texts, preferred
+from arramon_server.web.texts import PageTexts, all_texts, preferred
 
 MAX_WAITING = 64
 """Requests that may wait for a thread or run in one; further ones are answered with 503."""
@@ -76,9 +76,9 @@ class Pages:
         self._standings = StandingsPage(board, splits, epochs)
         self._epochs_page = EpochsPage(board, epochs)
         self._comparison = ComparisonPage(board)
-        self._paths = Paths(splits, journal)
-        self._runs = RunPage(board, splits, self._paths, epochs)
-        self._episodes = EpisodesPage(board, self._paths)
+        self._replays = EpisodeReplays(splits, journal)
+        self._runs = RunPage(board, splits, self._replays, epochs)
+        self._episodes = EpisodesPage(board, self._replays)
         # One thread for pages, which are quick, and one for paths, which are slower, so that paths never delay pages.
         self._page_thread = ThreadPoolExecutor(1, "pages")
         self._path_thread = ThreadPoolExecutor(1, "paths")
@@ -110,7 +110,7 @@ class Pages:
         """Stop accepting work, and end the threads."""
         self._page_thread.shutdown(wait=False, cancel_futures=True)
         self._path_thread.shutdown(wait=True, cancel_futures=True)
-        self._paths.close()
+        self._replays.close()
 
     def _with_error_pages(self, handler: Handler) -> Handler:
         """Return a handler that answers the server's errors with error pages."""
@@ -138,7 +138,7 @@ class Pages:
         def make() -> web.Response:
             texts = _texts(request)
             defaults = self._standings.defaults(texts.language)
-            choice = read_choice(request.query, self._board.languages(), defaults)
+            choice = read_query(request.query, self._board.languages(), defaults)
             context = self._standings.context(texts, choice, defaults)
             return self._page(request, "standings.html", texts, context)
 
@@ -147,7 +147,7 @@ class Pages:
     async def _download(self, request: web.Request) -> web.Response:
         def make() -> web.Response:
             defaults = self._standings.defaults(preferred(""))
-            choice = read_choice(request.query, self._board.languages(), defaults)
+            choice = read_query(request.query, self._board.languages(), defaults)
             listing = self._board.listing(choice.split, choice.language, choice.metric)
             form = request.match_info["form"]
             text, kind = (as_csv(listing), "text/csv") if form == "csv" else (as_json(listing), "application/json")
@@ -258,11 +258,13 @@ class Pages:
         finally:
             self._waiting -= 1
 
-    def _page(self, request: web.Request, template: str, texts: Texts, context: Mapping[str, object]) -> web.Response:
+    def _page(
+        self, request: web.Request, template: str, texts: PageTexts, context: Mapping[str, object]
+    ) -> web.Response:
         here = request.rel_url.raw_path_qs.removeprefix(f"/{texts.language}")
         return respond(request, self._renderer.page(template, texts, here, context), "text/html")
 
-    def _error_page(self, template: str, texts: Texts, key: str = "") -> bytes:
+    def _error_page(self, template: str, texts: PageTexts, key: str = "") -> bytes:
         """Return an error page, cached, as it is the same for all requests in a language."""
         page_key = (template, texts.language, key)
         if page_key not in self._error_pages:
@@ -297,7 +299,7 @@ def _query(request: web.Request) -> str:
     return f"?{query}" if query else ""
 
 
-def _texts(request: web.Request) -> Texts:
+def _texts(request: web.Request) -> PageTexts:
     """Return the texts of the language at the start of a page's address.
 
     Raises:
@@ -309,7 +311,7 @@ def _texts(request: web.Request) -> Texts:
         raise NotFound("there is no such language") from None
 
 
-def _error_texts(request: web.Request) -> Texts:
+def _error_texts(request: web.Request) -> PageTexts:
     """Return the texts for an error page: in the address's language if it has one, or the browser's."""
     first = request.path.removeprefix("/").partition("/")[0]
     language = first if first in all_texts() else preferred(request.headers.get("Accept-Language", ""))

@@ -11,7 +11,7 @@ import markupsafe
 
 from arramon_server import __version__
 from arramon_server.web.host import UNNAMED, Host, link_of
-from arramon_server.web.texts import Texts, all_texts
+from arramon_server.web.texts import PageTexts, all_texts
 
 _WORDS = re.compile(r"[^_.:@]*[_.:@]*")
 """A word with the punctuation after it, at which browsers break no line."""
@@ -64,7 +64,7 @@ class Renderer:
             "per_cent": lambda share: f"{100 * share:.1f}".removesuffix(".0"),
         }
 
-    def page(self, template: str, texts: Texts, here: str, context: Mapping[str, Any]) -> bytes:
+    def page(self, template: str, texts: PageTexts, here: str, context: Mapping[str, Any]) -> bytes:
         """Render a page.
 
         Args:

@@ -32,7 +32,7 @@ class Pile:
 
 
 @dataclass(frozen=True, slots=True)
-class Room:
+class AssemblyMap:
     """One turn's assembly.
 
     Attributes:
@@ -59,7 +59,7 @@ class Room:
     carried: ObjectType | None
 
 
-class RoomWatch:
+class AssemblyReplay:
     """Notes an agent's way through the room while a session is replayed.
 
     Args:
@@ -81,7 +81,7 @@ class RoomWatch:
                 if not way or way[-1] != state.square:
                     way.append(state.square)
 
-    def rooms(self) -> tuple[Room, ...]:
+    def rooms(self) -> tuple[AssemblyMap, ...]:
         """Return both turns' assemblies as far as they were played."""
         episode, held = self._session.episode, self._session.state.room
         before = held[: len(episode.decoys)], held[: len(episode.decoys) + 1]  # what is placed comes last
@@ -97,10 +97,10 @@ def _room(
     played: TurnRecord,
     way: Sequence[Square],
     carried: ObjectType | None,
-) -> Room:
+) -> AssemblyMap:
     placed = played.placed_cell
     cell = turn.target_cell
-    return Room(
+    return AssemblyMap(
         _piles(held),
         _points(turn.room_path),
         _points(way) if len(way) > 1 else "",

@@ -13,7 +13,7 @@ MARGIN = 6.0
 
 
 @dataclass(frozen=True, slots=True)
-class Ground:
+class SectionMap:
     """Map of a section, with x to the right and z upwards.
 
     Attributes:
@@ -21,7 +21,7 @@ class Ground:
         roofs: corners of each building, in SVG's notation.
         props: positions of street furniture that was drawn.
         agreed: of that which was recovered: position and number of votes.
-        told: positions of that which an episode's own text put there.
+        from_text: positions of that which an episode's own text put there.
     """
 
     width: float
@@ -29,11 +29,11 @@ class Ground:
     roofs: tuple[str, ...]
     props: tuple[tuple[float, float], ...]
     agreed: tuple[tuple[float, float, int], ...] = ()
-    told: tuple[tuple[float, float], ...] = ()
+    from_text: tuple[tuple[float, float], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
-class Track:
+class TurnPaths:
     """One turn's paths on a section.
 
     Attributes:
@@ -52,7 +52,7 @@ class Track:
 
 
 @dataclass(frozen=True, slots=True)
-class Label:
+class MapLabel:
     """A name on the map.
 
     Attributes:
@@ -76,14 +76,14 @@ _WIDE = 0.58
 """Width of a letter as a share of its size, on average."""
 
 
-def labels(section: Section, named: Sequence[tuple[str, Point2]]) -> tuple[Label, ...]:
+def labels(section: Section, named: Sequence[tuple[str, Point2]]) -> tuple[MapLabel, ...]:
     """Return names on the map so that none covers another; those that find no room are left out.
 
     Args:
         section: the section.
         named: names with positions (x, z), the most important first.
     """
-    placed: list[Label] = []
+    placed: list[MapLabel] = []
     taken: list[tuple[float, float, float, float]] = []
     _, z0, _, z1 = section.bounds
     width, height = section.bounds[2] - section.bounds[0] + 2 * MARGIN, z1 - z0 + 2 * MARGIN
@@ -99,7 +99,7 @@ def labels(section: Section, named: Sequence[tuple[str, Point2]]) -> tuple[Label
             box = (x + dx + left, y + dy - LINE, x + dx + left + across, y + dy)
             inside = box[0] >= 0 and box[1] >= 0 and box[2] <= width and box[3] <= height
             if inside and not any(_overlap(box, other) for other in taken):
-                placed.append(Label(round(x + dx, 2), round(y + dy, 2), anchor, name, (x, y)))
+                placed.append(MapLabel(round(x + dx, 2), round(y + dy, 2), anchor, name, (x, y)))
                 taken.append(box)
                 break
     return tuple(placed)
@@ -109,7 +109,7 @@ def _overlap(one: tuple[float, float, float, float], other: tuple[float, float, 
     return one[0] < other[2] and other[0] < one[2] and one[1] < other[3] and other[1] < one[3]
 
 
-def ground(section: Section, origins: Sequence[Origin] = ()) -> Ground:
+def draw_section(section: Section, origins: Sequence[Origin] = ()) -> SectionMap:
     """Return the map of a section.
 
     Args:
@@ -119,7 +119,7 @@ def ground(section: Section, origins: Sequence[Origin] = ()) -> Ground:
     x0, z0, x1, z1 = section.bounds
     named = list(zip(section.props, origins or [Origin(DRAWN)] * len(section.props), strict=True))
     placed = [(_place(section, (prop.x, prop.z)), origin) for prop, origin in named]
-    return Ground(
+    return SectionMap(
         round(x1 - x0 + 2 * MARGIN, 1),
         round(z1 - z0 + 2 * MARGIN, 1),
         tuple(_points(section, _corners(building)) for building in section.buildings),
@@ -129,10 +129,10 @@ def ground(section: Section, origins: Sequence[Origin] = ()) -> Ground:
     )
 
 
-def track(section: Section, record: TurnRecord) -> Track:
+def turn_paths(section: Section, record: TurnRecord) -> TurnPaths:
     """Return a turn's paths on the map of its section."""
     path = record.path
-    return Track(
+    return TurnPaths(
         _points(section, record.reference_path),
         _points(section, path),
         _place(section, path[0] if path else record.reference_path[0]),

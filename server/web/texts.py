@@ -1,4 +1,4 @@
-"""Texts of the pages and formats of numbers and dates, from one file for each language in `texts`."""
+"""PageTexts of the pages and formats of numbers and dates, from one file for each language in `texts`."""
 
 import tomllib
 from collections.abc import Mapping
@@ -20,7 +20,7 @@ _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 @dataclass(frozen=True, slots=True)
-class Texts:
+class PageTexts:
     """One language's texts.
 
     Args:
@@ -107,15 +107,15 @@ class Texts:
 
 
 @cache
-def all_texts() -> dict[str, Texts]:
+def all_texts() -> dict[str, PageTexts]:
     """Return the texts of every language that has a file, by code; the default language first."""
     codes = sorted((path.stem for path in FOLDER.glob("*.toml")), key=lambda code: (code != DEFAULT, code))
     return {code: read(FOLDER / f"{code}.toml") for code in codes}
 
 
-def read(path: Path) -> Texts:
+def read(path: Path) -> PageTexts:
     """Read the texts of one file, whose name is the language's code."""
-    return Texts(path.stem, dict(_flat(tomllib.loads(path.read_text(encoding="utf-8")))))
+    return PageTexts(path.stem, dict(_flat(tomllib.loads(path.read_text(encoding="utf-8")))))
 
 
 def preferred(accepted: str) -> str:

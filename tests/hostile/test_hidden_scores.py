@@ -108,7 +108,9 @@ def test_nobody_solves_for_the_score_of_another_participant(target: Target) -> N
         mine[at] = 1.0
         target.publish(target.plays(f"probe {at}", mine))
         ((_, compared),) = (
-            line for line in target.board.against(f"probe {at}", sort="nDTW").lines if line[0].agent == "victim"
+            line
+            for line in target.board.compare_with_all(f"probe {at}", sort="nDTW").lines
+            if line[0].agent == "victim"
         )
         difference = compared.difference
         squares = sum_of_squares(target.board.entry("victim").rows["total"]["nDTW"], EPISODES)
@@ -123,7 +125,7 @@ def test_what_is_said_of_a_pair_follows_from_shown_means(target: Target) -> None
     target.publish(target.plays("victim", np.random.default_rng(0).random(EPISODES)))
     target.publish(target.plays("probe", np.ones(EPISODES)))
     for metric in COLUMNS:
-        ((other, compared),) = target.board.against("victim", sort=metric).lines
+        ((other, compared),) = target.board.compare_with_all("victim", sort=metric).lines
         rows = [target.board.entry(name).rows["total"][metric].mean for name in ("victim", "probe")]
         assert other.agent == "probe"
         assert compared.difference.mean == pytest.approx(rows[0] - rows[1], abs=1e-4)
@@ -141,8 +143,8 @@ def test_runs_that_mostly_forfeited_are_compared_with_nobody(target: Target) -> 
     assert (lines["probe"].rank, lines["probe"].marks) == (0, (Mark.FORFEITED,))
     assert lines["half"].marks == ()
     with pytest.raises(Conflict, match=r"is not ranked \(forfeited\), and is compared with no other"):
-        target.board.against("probe")
-    assert [other.agent for other, _ in target.board.against("victim").lines] == ["half"]
+        target.board.compare_with_all("probe")
+    assert [other.agent for other, _ in target.board.compare_with_all("victim").lines] == ["half"]
     target.publish(target.run("open", 1.0, agent="open", causes=["FORFEITED"] * 5))
     assert target.board.entry("open").marks == ()
 

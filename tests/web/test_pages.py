@@ -459,7 +459,7 @@ def test_slow_drawing_does_not_block_other_pages(shown: WebHouse, monkeypatch: p
         begun.set()
         go_on.wait(120)
 
-    monkeypatch.setattr("arramon_server.web.section_map.ground", slow)
+    monkeypatch.setattr("arramon_server.web.section_map.draw_section", slow)
     drawing = threading.Thread(target=shown.site.get, args=(f"/en/runs/{OPEN_RUN}/episodes/quokka-1",))
     drawing.start()
     try:

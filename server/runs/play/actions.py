@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from functools import partial
 
 from arramon_client.world import Action
-from arramon_server.errors import LONGEST_QUOTE, quoted
+from arramon_server.errors import MAX_QUOTE_LENGTH, quoted
 from arramon_server.runs.play.events import EpisodeEnded, Event, Observed, PhaseOver, Problem
 from arramon_server.runs.play.faults import EpisodeFault, contained
 from arramon_server.runs.play.session import Session, ending
@@ -133,4 +133,4 @@ def _collect(answers: Answers, function: Callable[[], list[Event]]) -> None:
 
 def _problem(act: Act, code: str, message: str) -> Problem:
     text = f"episode {quoted(act.episode_id)}: {message}"
-    return Problem(code, text, act.episode_id[:LONGEST_QUOTE], act.step)
+    return Problem(code, text, act.episode_id[:MAX_QUOTE_LENGTH], act.step)

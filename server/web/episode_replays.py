@@ -1,10 +1,10 @@
-"""Paths of single episodes for the pages of open splits, replayed from the journal."""
+"""Replays single episodes of open splits from the journal, and draws their paths for the pages."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 
-from arramon_server.board.standings import Entry, Version
+from arramon_server.board.standings import Entry, ScoresVersion
 from arramon_server.episodes.episode import Episode
 from arramon_server.episodes.splits import Split
 from arramon_server.errors import NotFound, quoted
@@ -43,13 +43,13 @@ class PlayedEpisode:
 
     episode: Episode
     ending: Ending
-    ground: section_map.Ground
-    tracks: tuple[section_map.Track, ...]
-    rooms: tuple[room_map.Room, ...]
+    ground: section_map.SectionMap
+    tracks: tuple[section_map.TurnPaths, ...]
+    rooms: tuple[room_map.AssemblyMap, ...]
     section: Section
 
 
-class Paths:
+class EpisodeReplays:
     """Draws the episodes of published runs. All methods but `played` are thread-safe; `played` is for one thread.
 
     Args:
@@ -108,26 +108,26 @@ class Paths:
         section, provenance = split.sections[episode.section], split.provenance.get(episode.section)
         origins = () if provenance is None else provenance.origins(section, episode)
         furnished_section = furnished(section, episode.furniture)
-        ground = section_map.ground(furnished_section, origins)
+        ground = section_map.draw_section(furnished_section, origins)
         tracks, rooms = self._cached_tracks(entry.run, episode_id, ending.cause if ending.has_played else "")
         return PlayedEpisode(episode, ending, ground, tracks, rooms, furnished_section)
 
-    def _read_endings(self, version: Version) -> list[Ending]:
+    def _read_endings(self, version: ScoresVersion) -> list[Ending]:
         return self._journal.endings(version.run_id)
 
     def _tracks(
         self, run: Run, episode_id: str, cause: str
-    ) -> tuple[tuple[section_map.Track, ...], tuple[room_map.Room, ...]]:
+    ) -> tuple[tuple[section_map.TurnPaths, ...], tuple[room_map.AssemblyMap, ...]]:
         """Return the ways of an episode that ended by `cause`; empty ones if `cause` is empty: it was not played."""
         split = self._splits[run.split]
         episode = split.episodes[episode_id]
         section = split.sections[episode.section]
         session = Session(episode, self._ground(section, episode.furniture), Limits(run.steps_per_phase))
-        watch = room_map.RoomWatch(session)
+        watch = room_map.AssemblyReplay(session)
         watch.replay(self._journal.actions(run.run_id, episode_id) if cause else ())
         if cause == causes.TIME_LIMIT and not session.state.finished:
             session.run_out()
-        return tuple(section_map.track(section, turn) for turn in session.record().turns), watch.rooms()
+        return tuple(section_map.turn_paths(section, turn) for turn in session.record().turns), watch.rooms()
 
     def _ground(self, section: Section, furniture: OwnFurniture) -> Ground:
         """Return what an episode's rules ask; the latest section is cached, as readers tend to stay in one."""

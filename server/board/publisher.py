@@ -3,10 +3,10 @@
 from collections.abc import Mapping
 
 from arramon_server.board.cost import Cost
-from arramon_server.board.entries import Entries, Published, Scores
+from arramon_server.board.entries import Entries, PublishedRun, StoredScores
 from arramon_server.board.episode_table import EpisodeTable
 from arramon_server.board.reproductions import check_reproduction
-from arramon_server.closing import NEVER, Closing
+from arramon_server.closing_times import NEVER_CLOSES, ClosingTimes
 from arramon_server.episodes.splits import Split
 from arramon_server.errors import BadInput, Conflict, Forbidden, NotFound, quoted
 from arramon_server.runs.accounts.callers import UNAUTHENTICATED, Caller, Role
@@ -24,7 +24,7 @@ FINISHED = frozenset((AGENT_FINISHED, STEP_LIMIT, TIME_LIMIT))
 """Causes of episodes that were played to their end, neither forfeited nor lost to a fault of the server."""
 
 
-class Publishing:
+class Publisher:
     """Publishes and withdraws runs. Thread-safe.
 
     Args:
@@ -41,7 +41,7 @@ class Publishing:
         splits: Mapping[str, Split],
         entries: Entries,
         receipts: Receipts,
-        closing: Closing = NEVER,
+        closing: ClosingTimes = NEVER_CLOSES,
     ) -> None:
         self._journal = journal
         self._splits = splits
@@ -92,7 +92,7 @@ class Publishing:
         if reproduces:
             self._check_reproduces(report, reproduces)
         self._receipts.of(caller, run_id)
-        scores = Scores(report.progress, report.table.rows, report.signature)
+        scores = StoredScores(report.progress, report.table.rows, report.signature)
         episodes = EpisodeTable.of(self._journal.endings(run_id), self._journal.play(run))
         if not self._entries.publish(run_id, note, scores, episodes, by_host=by_host, cost=cost, reproduces=reproduces):
             raise _withdrawn_by_host(run_id)
@@ -141,7 +141,7 @@ def _withdrawn_by_host(run_id: str) -> Forbidden:
     return Forbidden(f"the host has withdrawn run {run_id!r}; only the host can publish it again")
 
 
-def _is_listed(entry: Published | None) -> bool:
+def _is_listed(entry: PublishedRun | None) -> bool:
     return entry is not None and entry.is_listed
 
 

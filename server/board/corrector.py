@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import sqlalchemy as sa
 
-from arramon_server.board.entries import Entries, Scores
+from arramon_server.board.entries import Entries, StoredScores
 from arramon_server.board.episode_table import EpisodeTable
 from arramon_server.episodes.changes import Changes, changes_between, named
 from arramon_server.episodes.splits import Split, check_split
@@ -30,7 +30,7 @@ class AlreadyCorrected(Conflict):
 
 
 @dataclass(frozen=True, slots=True)
-class Rescored:
+class RescoredRun:
     """What became of a run when its split's data was corrected.
 
     Attributes:
@@ -46,7 +46,7 @@ class Rescored:
     has_new_receipt: bool = False
 
 
-class Correcting:
+class Corrector:
     """Corrects splits; possible while servers are running, for one process at a time.
 
     Args:
@@ -83,26 +83,28 @@ class Correcting:
         reason = _checked(reason)
         check_split(self._splits, split)
         found = self._splits[split]
-        asked = frozenset(episode_ids)
-        if unknown := sorted(asked - found.episodes.keys()):
+        requested = frozenset(episode_ids)
+        if unknown := sorted(requested - found.episodes.keys()):
             raise NotFound(f"split {split!r} has no episode {unknown[0]!r}")
         void = self._corrections.voided(split)
-        wrong = asked - void if restore else asked & void
+        wrong = requested - void if restore else requested & void
         if wrong:
-            kind = AlreadyCorrected if wrong == asked else Conflict
+            kind = AlreadyCorrected if wrong == requested else Conflict
             raise kind(f"{named(wrong)} of split {split!r} {'not void' if restore else 'void already'}")
-        left = found.episodes.keys() - asked - void
+        left = found.episodes.keys() - requested - void
         if not restore and any(
             not any(language in found.episodes[name].instructions for name in left) for language in found.languages
         ):
             raise Conflict(f"no episode of split {split!r} would be left in a language; expected at least one")
-        return self._corrections.add(split, CorrectionKind.RESTORE if restore else CorrectionKind.VOID, reason, asked)
+        return self._corrections.add(
+            split, CorrectionKind.RESTORE if restore else CorrectionKind.VOID, reason, requested
+        )
 
     def revise(self, split: str) -> int:
         """Supersede the receipts of a split that its corrections have made outdated; return their number."""
         return sum(self._receipts.revise(run) for run in self._runs_on(split))
 
-    def rescore(self, before: Split, reason: str) -> Iterator[Rescored]:
+    def rescore(self, before: Split, reason: str) -> Iterator[RescoredRun]:
         """Score all runs on the data that a split had before on what it has now, and yield what became of each.
 
         Only ground truths and texts may have changed: a run cannot be scored in a world that it was not played in.
@@ -138,7 +140,7 @@ class Correcting:
             )
         return self._rescore(before, after, changes, reason)
 
-    def _rescore(self, before: Split, after: Split, changes: Changes, reason: str) -> Iterator[Rescored]:
+    def _rescore(self, before: Split, after: Split, changes: Changes, reason: str) -> Iterator[RescoredRun]:
         correction = self._correction(before, after, changes, reason)
         with closing(Worlds({after.name: after})) as worlds:
             for run in self._runs_on(after.name):
@@ -147,18 +149,18 @@ class Correcting:
                         self._receipts.revise(run)  # an earlier call may have stopped before it
                     continue
                 if run.state == RUNNING:
-                    yield Rescored(run, "it is still being played")
+                    yield RescoredRun(run, "it is still being played")
                     continue
                 endings = self._journal.endings(run.run_id)
                 try:
                     scored = [self._scored(run, before, after, changes, one, worlds) for one in endings]
                 except (KeyError, ValueError) as error:
-                    yield Rescored(run, f"it cannot be replayed: {error}")
+                    yield RescoredRun(run, f"it cannot be replayed: {error}")
                     continue
                 self._write(run, after, correction, scored)
                 changed = sum(one.scores != other.scores for one, other in zip(endings, scored, strict=True))
                 has_new_receipt = self._receipts.revise(replace(run, data_hash=after.data_hash))
-                yield Rescored(run, "", changed, has_new_receipt)
+                yield RescoredRun(run, "", changed, has_new_receipt)
 
     def _correction(self, before: Split, after: Split, changes: Changes, reason: str) -> Correction:
         """Return the correction from one state of the data to the other; an earlier call may have written it.
@@ -197,7 +199,7 @@ class Correcting:
         now = replace(run, data_hash=after.data_hash)
         play = self._journal.play(run)
         report = make_report(now, self._journal.progress(run.run_id), endings, after, play)
-        scores = Scores(report.progress, report.table.rows, report.signature)
+        scores = StoredScores(report.progress, report.table.rows, report.signature)
         runs, episodes, receipts = tables.runs, tables.episodes, tables.receipts
         with self._database.write() as connection:
             mine = sa.and_(runs.c.run_id == run.run_id, runs.c.data_hash == run.data_hash)

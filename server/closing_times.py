@@ -13,7 +13,7 @@ def _now() -> datetime:
 
 
 @dataclass(frozen=True, slots=True)
-class Closing:
+class ClosingTimes:
     """When the leaderboards of splits close.
 
     Attributes:
@@ -50,7 +50,7 @@ class Closing:
             Conflict: if it is closed.
         """
         if self.is_closed(split):
-            raise Conflict(f"the leaderboard of split {split!r} closed on {shown(self.closes.of(split))}: {what}")
+            raise Conflict(f"the leaderboard of split {split!r} closed on {format_time(self.closes.of(split))}: {what}")
 
     def check_shown(self, split: str) -> None:
         """Check that the scores of a split are shown.
@@ -61,14 +61,14 @@ class Closing:
         if self.is_frozen(split):
             raise Conflict(
                 f"the leaderboard of split {split!r} is frozen: scores are shown when it closes, on "
-                f"{shown(self.closes.of(split))}"
+                f"{format_time(self.closes.of(split))}"
             )
 
 
-NEVER = Closing()
+NEVER_CLOSES = ClosingTimes()
 """All leaderboards stay open."""
 
 
-def shown(time: datetime | None) -> str:
+def format_time(time: datetime | None) -> str:
     """Return a time for an error message."""
     return f"{time:%Y-%m-%d at %H:%M} UTC" if time is not None else "no date"
