@@ -1,4 +1,4 @@
-"""The Leaderboard service as a thin servicer. `arramon_server.api.error_guard` turns its errors into statuses."""
+"""The gRPC service Leaderboard: converts between messages and the board. `error_guard` turns errors into statuses."""
 
 import asyncio
 from dataclasses import asdict
@@ -23,7 +23,7 @@ from arramon_server.runs.storage.corrections import Correction
 from arramon_server.scoring.aggregate import Interval
 
 PAGE_SIZE, MAX_PAGE_SIZE = 100, 1000
-"""Standings on a page: the default, and the most allowed."""
+"""Default and maximum number of standings on a page."""
 
 _Context: TypeAlias = grpc.aio.ServicerContext[Any, Any]
 
@@ -35,9 +35,9 @@ class BoardServicer(LeaderboardServicer):
     """Serves the leaderboard over gRPC.
 
     Args:
-        board: reads it.
-        publisher: writes it.
-        epochs: reads the epochs of hidden splits.
+        board: the standings.
+        publisher: publishes and withdraws runs.
+        epochs: the epochs of hidden splits.
     """
 
     def __init__(self, board: Board, publisher: Publisher, epochs: EpochBoard) -> None:
@@ -125,7 +125,7 @@ class BoardServicer(LeaderboardServicer):
 
 
 def entry_message(entry: Entry, *, listed: bool = False) -> pb.Entry:
-    """Return the message for a published run; without rows if it is `listed`, as its standing has them."""
+    """Return the message for a published run; without rows if it is `listed`, because its standing has them."""
     seal = entry.seal
     return pb.Entry(
         run=_public_run(entry),
@@ -210,7 +210,7 @@ def epoch_message(epoch: Epoch) -> pb.Epoch:
 
 
 def epoch_changes_message(found: EpochChanges, metric: str) -> pb.CompareEpochsResponse:
-    """Return the message for how agents stand on two epochs."""
+    """Return the message for the comparison of two epochs."""
     lines = [
         pb.EpochComparison(
             older=standing_message(line.older, brief=True),

@@ -1,4 +1,4 @@
-"""Paired comparisons of all ranked standings of a listing, kept by the set of their runs."""
+"""Paired comparisons of all ranked standings of a listing, cached by the set of their runs."""
 
 import math
 from collections import OrderedDict
@@ -18,23 +18,23 @@ from arramon_server.scoring.masking import Noise, difference, p_class, shown_dev
 from arramon_server.scoring.paired import Difference, difference_bounds, holm, permutation_tests
 
 SIGNIFICANCE_LEVEL = 0.05
-"""Probability of any false claim in a family of comparisons."""
+"""Maximum probability of any false claim in a family of comparisons."""
 
 _MAX_FAMILIES = 12
-"""Families that are kept: 2 MB each for 200 runs of 1205 episodes."""
+"""Maximum number of cached families: 2 MB each for 200 runs of 1205 episodes."""
 
 Key = tuple[tuple[ScoresVersion, ...], ...]
-"""Versions of the scores of a standing's runs: of those in each language, one for each seed."""
+"""Score versions of a standing's runs: a tuple per language, with one version per seed."""
 
 
 @dataclass(frozen=True, slots=True)
 class PairComparison:
-    """A pair of standings: the difference of the first minus the second.
+    """Comparison of two standings: the first minus the second.
 
     Attributes:
-        difference: with its interval, and the p-value of this comparison alone.
+        difference: mean difference with its interval, and the uncorrected p-value.
         corrected: p-value corrected for all pairs of the family by Holm's procedure.
-        shown: 1 if the first is shown to be better, -1 if it is shown to be worse, otherwise 0.
+        shown: 1 if the first is significantly better, -1 if it is significantly worse, otherwise 0.
     """
 
     difference: Difference
@@ -43,15 +43,15 @@ class PairComparison:
 
 
 class ComparisonFamily:
-    """Tests of all pairs of a listing's ranked standings, by one metric.
+    """Family of tests: all pairs of a listing's ranked standings, compared by one metric.
 
     Args:
         keys: keys of the standings.
         scores: score of each standing in each episode, (standings, episodes).
         strata: number of each episode's stratum, (episodes,).
-        noise: on a hidden split, scores of each standing in made-up episodes, which count in tests like the others; see
-            `arramon_server.scoring.masking`. Differences and their intervals are then those of the shown means.
-        metric: metric that is compared.
+        noise: on a hidden split, scores of each standing in made-up episodes, which the tests treat like real ones; see
+            `arramon_server.scoring.masking`. Differences and their intervals then follow from the shown means.
+        metric: metric to compare.
     """
 
     def __init__(
@@ -76,10 +76,10 @@ class ComparisonFamily:
         self._better = transitive_closure((self._corrected < SIGNIFICANCE_LEVEL) & (means[:, None] > means))
 
     def rank_range(self, standing: Standing) -> tuple[int, int]:
-        """Return the first and the last place that a standing can have, given all differences that are shown.
+        """Return the best and the worst rank that a standing can have, given all significant differences.
 
-        The first is one more than the number of standings that are shown to be better; the last leaves room for those
-        that are shown to be worse.
+        The best is one more than the number of significantly better standings; the worst is the number of standings
+        minus the number of significantly worse ones.
         """
         at = self._place[key_of(standing)]
         return 1 + int(self._better[:, at].sum()), len(self._place) - int(self._better[at].sum())
@@ -97,7 +97,7 @@ class ComparisonFamily:
 
 
 def masked_difference(one: Standing, other: Standing, metric: str, episodes: int) -> Interval:
-    """Return the difference of two standings' shown totals on a hidden split, with an interval that follows from them.
+    """Return the difference of two standings' shown totals on a hidden split, with an interval from these totals alone.
 
     Args:
         one, other: the standings.
@@ -109,7 +109,7 @@ def masked_difference(one: Standing, other: Standing, metric: str, episodes: int
 
 
 class ComparisonCache:
-    """Families of comparisons. Thread-safe; a family is computed once for a set of runs and a metric.
+    """Cache of comparison families, one for each set of runs and metric. Thread-safe.
 
     Args:
         read: returns the scores of a published run by episode.
@@ -155,19 +155,19 @@ class ComparisonCache:
 
 
 def _noise_of(tables: Sequence[Sequence[EpisodeTable]], noise: Noise, metric: str) -> Floats:
-    """Return a standing's scores in made-up episodes, (LEAST,): like real ones, means over its seeds and languages."""
+    """Return a standing's scores in made-up episodes, (LEAST,): means over its seeds and languages, as in real ones."""
     languages = [np.mean([noise.test_scores(table.play, metric) for table in runs], axis=0) for runs in tables]
     mean: Floats = np.mean(languages, axis=0)
     return mean
 
 
 def key_of(standing: Standing) -> Key:
-    """Return the versions of the scores of a standing's runs."""
+    """Return the score versions of a standing's runs."""
     return tuple(tuple(entry.version for entry in entries) for entries in standing.by_language)
 
 
 def transitive_closure(better: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
-    """Return the relation with what follows from it: who beats a winner beats whom the winner beats."""
+    """Return the transitive closure of the relation "is better than", a square matrix."""
     while True:
         counts = better.astype(np.float32)
         further = better | (counts @ counts > 0.0)

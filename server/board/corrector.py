@@ -1,4 +1,4 @@
-"""Corrections by the host: void episodes, and runs that are scored again on corrected data, with new receipts."""
+"""A host's corrections of a split: voiding episodes, rescoring runs on corrected data, and signing new receipts."""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import closing
@@ -26,18 +26,18 @@ from arramon_server.visible_text import invisible_part
 
 
 class AlreadyCorrected(Conflict):
-    """All the episodes are void already, or all are not void and shall be restored."""
+    """All the episodes are void already or, when restoring, none of them is void."""
 
 
 @dataclass(frozen=True, slots=True)
 class RescoredRun:
-    """What became of a run when its split's data was corrected.
+    """Result of rescoring one run after its split's data was corrected.
 
     Attributes:
-        run: the run, as it was before.
-        problem: why it was not scored again; empty if it was.
+        run: the run, before it was rescored.
+        problem: why it could not be rescored; empty if it was.
         changed: number of its episodes whose scores changed.
-        has_new_receipt: whether a new receipt supersedes one that it had.
+        has_new_receipt: whether a new receipt supersedes an earlier one.
     """
 
     run: Run
@@ -47,11 +47,11 @@ class RescoredRun:
 
 
 class Corrector:
-    """Corrects splits; possible while servers are running, for one process at a time.
+    """Corrects splits. Servers may be running, but only one process may correct at a time.
 
     Args:
         database: storage of the runs.
-        splits: splits as they are now, by name.
+        splits: splits with their current data, by name.
         key: key that signs the new receipts.
     """
 
@@ -66,21 +66,21 @@ class Corrector:
     def void(self, split: str, episode_ids: Collection[str], reason: str, *, restore: bool = False) -> Correction:
         """Void episodes of a split for all its runs, past and future, or let them count again.
 
-        Receipts are left to `revise`.
+        Receipts are not touched; call `revise` afterwards.
 
         Args:
             split: name of the split.
             episode_ids: ids of the episodes, at least one.
-            reason: why, in one line, for readers of the leaderboard.
-            restore: whether they shall count again.
+            reason: one line for readers of the leaderboard.
+            restore: whether void episodes count again instead.
 
         Raises:
             NotFound: if there is no such split or episode.
-            AlreadyCorrected: if all episodes are void already, or are not and shall be restored.
-            Conflict: if some of them are, or no episode would be left.
+            AlreadyCorrected: if all episodes are void already or, when restoring, none of them is void.
+            Conflict: if that is true of some of them, or if no episode would be left in a language.
             BadInput: if the reason is empty or too long.
         """
-        reason = _checked(reason)
+        reason = _clean_reason(reason)
         check_split(self._splits, split)
         found = self._splits[split]
         requested = frozenset(episode_ids)
@@ -101,27 +101,27 @@ class Corrector:
         )
 
     def revise(self, split: str) -> int:
-        """Supersede the receipts of a split that its corrections have made outdated; return their number."""
+        """Sign new receipts for all runs of a split whose receipts are outdated by corrections; return their number."""
         return sum(self._receipts.revise(run) for run in self._runs_on(split))
 
     def rescore(self, before: Split, reason: str) -> Iterator[RescoredRun]:
-        """Score all runs on the data that a split had before on what it has now, and yield what became of each.
+        """Rescore all runs that were played on a split's former data on its current data; yield the result of each.
 
         Only ground truths and texts may have changed: a run cannot be scored in a world that it was not played in.
-        Episodes whose world changed must be void. If it is interrupted, the next call goes on with the runs that are
-        left.
+        Episodes whose world changed must be void. After an interruption, the next call continues with the remaining
+        runs.
 
         Args:
-            before: the split as it was.
-            reason: why, in one line, for readers of the leaderboard.
+            before: the split with its former data.
+            reason: one line for readers of the leaderboard.
 
         Raises:
             NotFound: if there is no split of that name now.
-            Conflict: if nothing changed; if the world of an episode changed that is not void; if the episodes are not
-                the same; or if the split is an epoch, to whose data the host has committed.
+            Conflict: if nothing changed; if the world of an episode that is not void changed; if the set of episodes
+                changed; or if the split is an epoch, to whose data the host has committed.
             BadInput: if the reason is empty or too long.
         """
-        reason, name = _checked(reason), before.name
+        reason, name = _clean_reason(reason), before.name
         check_split(self._splits, name)
         after = self._splits[name]
         if before.data_hash == after.data_hash:
@@ -134,9 +134,9 @@ class Corrector:
         changes = changes_between(before, after)
         if shown := changes.world - self._corrections.voided(name):
             raise Conflict(
-                f"the world of {named(shown)} of split {name!r} is another than that in which the runs were played, so "
-                "that their actions cannot be scored in it; void these episodes first (`arramon-server void`), or "
-                "leave the runs without a rank"
+                f"the world of {named(shown)} of split {name!r} has changed since the runs were played, so their actions "
+                "cannot be scored in it; void these episodes first (`arramon-server void`), or leave the runs without "
+                "a rank"
             )
         return self._rescore(before, after, changes, reason)
 
@@ -163,10 +163,10 @@ class Corrector:
                 yield RescoredRun(run, "", changed, has_new_receipt)
 
     def _correction(self, before: Split, after: Split, changes: Changes, reason: str) -> Correction:
-        """Return the correction from one state of the data to the other; an earlier call may have written it.
+        """Return the record of this correction of the data, which an interrupted earlier call may have written.
 
-        Only the latest correction of the data is continued: a run may be scored again once for each, and data that was
-        corrected, reverted and corrected again needs another one.
+        Only the latest correction can be continued: each correction rescores a run once, and data that was corrected,
+        reverted and corrected again needs a new one.
         """
         data = (before.data_hash, after.data_hash)
         made = [one for one in self._corrections.on(after.name) if one.kind is CorrectionKind.RESCORE]
@@ -177,10 +177,10 @@ class Corrector:
     def _scored(
         self, run: Run, before: Split, after: Split, changes: Changes, ending: Ending, worlds: Worlds
     ) -> Ending:
-        """Return the ending of an episode on the data as it is now.
+        """Return the ending of an episode, scored on the current data.
 
         Raises:
-            ValueError: if the recorded actions do not give what was recorded.
+            ValueError: if replaying the recorded actions does not give the recorded result.
         """
         name = ending.episode_id
         if name not in changes.truth or name in changes.world:
@@ -222,7 +222,7 @@ class Corrector:
         return found
 
 
-def _checked(reason: str) -> str:
+def _clean_reason(reason: str) -> str:
     reason = reason.strip()
     if not reason or len(reason) > MAX_REASON:
         raise BadInput(f"the reason has {len(reason)} characters; expected one line of 1 to {MAX_REASON}")

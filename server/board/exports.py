@@ -16,10 +16,10 @@ from arramon_server.scoring.aggregate import ROWS
 FORMAT, VERSION = "arramon-standings", 1
 
 _FORMULA = ("=", "+", "-", "\N{MINUS SIGN}", "@")
-"""First characters by which a spreadsheet takes a cell for a formula, also in full-width or superscript forms."""
+"""Initial characters that make a spreadsheet read a cell as a formula, also in full-width or superscript forms."""
 
 _SKIPPED = frozenset(("Cc", "Cf", "Zs", "Zl", "Zp"))
-"""Unicode categories that a spreadsheet may drop at the start of a cell: controls, invisible characters, spaces."""
+"""Unicode categories that a spreadsheet may ignore at the start of a cell: controls, invisible characters, spaces."""
 
 _TURNS = tuple(row for row in ROWS if row != TOTAL)
 
@@ -59,10 +59,10 @@ CSV_COLUMNS = (
     "reproduces",
     "void episodes",
 )
-"""Columns of the CSV file, in order. New ones are added at the end."""
+"""Columns of the CSV file, in order. New columns are appended."""
 
 _KEPT = 16
-"""Number of exports that are cached."""
+"""Maximum number of cached exports."""
 
 
 @lru_cache(_KEPT)
@@ -80,7 +80,7 @@ def as_csv(listing: StandingsListing) -> str:
 
 @lru_cache(_KEPT)
 def as_json(listing: StandingsListing) -> str:
-    """Return a listing as JSON, with all data of the standings and all metrics of all rows."""
+    """Return a listing as JSON, with all fields of the standings and all metrics of all rows."""
     document = {
         "format": FORMAT,
         "version": VERSION,
@@ -148,7 +148,7 @@ def _reference_cells(reference: PaperResult) -> dict[str, object]:
 
 
 def _guarded(cells: dict[str, object]) -> dict[str, object]:
-    """Return the cells with an apostrophe before each text that a spreadsheet would take for a formula."""
+    """Return the cells, with an apostrophe before each text that a spreadsheet would read as a formula."""
     return {name: f"'{cell}" if isinstance(cell, str) and _is_formula(cell) else cell for name, cell in cells.items()}
 
 

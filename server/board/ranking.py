@@ -8,20 +8,20 @@ from arramon_server.board.comparisons import ComparisonFamily
 from arramon_server.board.standings import TOTAL, Standing
 
 _TIE_BREAKERS = ("PTC@CTC-3", "rPOD@CTC-3", "CTC-3", "nDTW")
-"""Metrics that order standings with equal means, in this sequence."""
+"""Metrics that break ties between equal means, in this order."""
 
 
 def ranked(standings: Iterable[Standing], metric: str, family: ComparisonFamily) -> list[Standing]:
-    """Return the standings in order of rank, with their ranks; those that are not ranked come last.
+    """Return the standings with their ranks, in order of rank; unranked standings come last.
 
-    A rank is one more than the number of standings that are shown to be better: standings of one rank are not shown to
-    differ. Within a rank they are sorted by the metric's mean in the row "total", then by PTC, rPOD, CTC-3 and nDTW,
-    then by time of publication, the earliest first.
+    A rank is one more than the number of significantly better standings, so standings of one rank do not differ
+    significantly. Within a rank they are sorted by the metric's mean in the row "total", then by PTC, rPOD, CTC-3 and
+    nDTW, then by time of publication, the earliest first.
 
     Args:
         standings: standings in any order.
         metric: metric to rank by, one of COLUMNS.
-        family: tests of all pairs of those that are ranked, by this metric.
+        family: tests of all pairs of ranked standings by this metric.
     """
     ordered = sorted(standings, key=lambda standing: _key(standing, metric))
     comparable = [standing for standing in ordered if standing.is_ranked]

@@ -142,7 +142,7 @@ def test_runs_that_mostly_forfeited_are_compared_with_nobody(target: Target) -> 
     lines = {line.agent: line for line in target.board.standings("guarded", "en")}
     assert (lines["probe"].rank, lines["probe"].marks) == (0, (Mark.FORFEITED,))
     assert lines["half"].marks == ()
-    with pytest.raises(Conflict, match=r"is not ranked \(forfeited\), and is compared with no other"):
+    with pytest.raises(Conflict, match=r"is not ranked \(forfeited\), so it is compared with no other"):
         target.board.compare_with_all("probe")
     assert [other.agent for other, _ in target.board.compare_with_all("victim").lines] == ["half"]
     target.publish(target.run("open", 1.0, agent="open", causes=["FORFEITED"] * 5))
