@@ -1,4 +1,4 @@
-"""The handler of one Play stream, between the client's messages and the engine."""
+"""Handler of one Play stream: converts between the client's messages and the engine's events."""
 
 import asyncio
 import uuid
@@ -34,14 +34,14 @@ from arramon_server.sim.view import visible_pose
 from arramon_server.visible_text import is_visible, shown
 
 Encoding = tuple[Sequence[types_pb2.Image], Callable[[], Sequence[Data]]]
-"""Images that are being encoded: their messages, and what returns the data of each and completes the messages."""
+"""Images being encoded: their messages, and a function that completes the messages and returns the data of each."""
 
 MAX_ACTS = 4096
-"""Limit of acts in one message, four for each episode that a stream can have open: no message may delay all others."""
+"""Maximum number of acts in a message, four per open episode of a stream, so that no message delays all others."""
 
 
 MAX_REASON_LENGTH = 500
-"""Characters that are kept of the reason for giving up an episode; it is a note for the host."""
+"""Maximum length of the stored reason for forfeiting an episode, a note for the host."""
 
 
 class PlayHandler:
@@ -50,10 +50,10 @@ class PlayHandler:
     Args:
         open_: the client's first message.
         caller: the authenticated caller.
-        runs: finds the run.
-        engine: plays it.
+        runs: storage of the runs.
+        engine: plays the episodes.
         config: the server's settings.
-        threads: in which images are compressed.
+        threads: threads that compress images.
 
     Raises:
         ArraMonError: if the run cannot be played, or a field of `open_` is not allowed.
@@ -113,7 +113,7 @@ class PlayHandler:
         return self._stream
 
     async def serve(self, requests: AsyncIterator[pb.PlayRequest]) -> AsyncGenerator[bytes]:
-        """Yield responses in their wire format until the run ends, the client leaves, or an error closes the stream.
+        """Yield serialized responses until the run ends, the client leaves, or an error closes the stream.
 
         Raises:
             ArraMonError: the error that closed the stream.
@@ -133,7 +133,7 @@ class PlayHandler:
                 reader.cancel()
 
     async def _read(self, requests: AsyncIterator[pb.PlayRequest]) -> None:
-        """Pass the client's messages to the engine. A client that closes its half of the stream has left."""
+        """Pass the client's messages to the engine. A client that half-closes the stream has left."""
         try:
             async for request in requests:
                 self._engine.ask(self._stream, _acts(request))
@@ -144,7 +144,7 @@ class PlayHandler:
             self._outbox.put_nowait(None)
 
     def _prepare(self, event: Observed) -> None:
-        """Begin to compress an observation's images; `_deliver` finishes it."""
+        """Start compressing an observation's images in a thread; `_deliver` waits for the result."""
         if event.frame is not None:
             heads, encode = self._encoding(event, event.frame)
             self._started_encodings[event.frame] = heads, self._threads.begin(encode)
@@ -155,7 +155,7 @@ class PlayHandler:
         self._outbox.put_nowait(response)
 
     def _event(self, event: Event) -> Parts:
-        """Return an event in its wire format."""
+        """Serialize an event."""
         if isinstance(event, Observed):
             return self._observation(event)
         message = pb.Event()
@@ -219,14 +219,14 @@ class PlayHandler:
         return observation_event(message, list(zip(self._image_sensors, heads, data, strict=True)))
 
     def _encoding(self, event: Observed, frame: Frame) -> Encoding:
-        """Return the encoding of an observation's images, which has not begun. It does not hold the frame."""
+        """Return a deferred encoding of an observation's images. It holds no reference to the frame."""
         images = [(getattr(frame, name), types_pb2.Image()) for name in self._image_sensors]
         encode = partial(self._encoder.encode, event.episode.episode_id, images, latest=event.taken is None)
         return [image for _, image in images], encode
 
 
 def _acts(request: pb.PlayRequest) -> list[Act]:
-    """Return the acts of a message that follows a stream's first one.
+    """Return the acts in a message after a stream's first one.
 
     Raises:
         BadInput: if the message is not `actions`, or holds too many acts.

@@ -1,4 +1,4 @@
-"""The protocol version check of every call."""
+"""Check of the protocol version of every call."""
 
 from typing import Any
 
@@ -11,7 +11,7 @@ from arramon_server.errors import quoted
 
 
 class VersionCheck(grpc.aio.ServerInterceptor):
-    """Interceptor that refuses calls to this project's services if they do not state this server's protocol number."""
+    """Interceptor that refuses calls to this project's services that do not state this server's protocol number."""
 
     async def intercept_service(
         self, continuation: Continuation, handler_call_details: grpc.HandlerCallDetails

@@ -1,7 +1,7 @@
-"""Responses of a Play stream in their wire format, into which images are copied once.
+"""Serialization of a Play stream's responses that copies each image only once.
 
 `Message.SerializeToString` would first copy images into messages, and then the whole response again whenever its buffer
-grows. The bytes are those of `PlayResponse`: a message's fields may come in any order.
+grows. The result is a valid `PlayResponse`, because the fields of a message may come in any order.
 """
 
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ Data: TypeAlias = bytes | memoryview
 """Bytes, or a view of bytes."""
 
 Parts: TypeAlias = list[Data]
-"""A message in its wire format, in parts."""
+"""A serialized message, as a list of chunks."""
 
 _LENGTH_DELIMITED = 2
 """The wire type of strings, bytes and messages."""
@@ -26,16 +26,16 @@ _NUMBERS = {name: field.number for name, field in pb.Observation.DESCRIPTOR.fiel
 
 
 def response_of(events: Sequence[Parts]) -> bytes:
-    """Return a `PlayResponse` with these events, each in its wire format."""
+    """Return a serialized `PlayResponse` with these serialized events."""
     return b"".join(part for event in events for part in _field(_EVENTS, event))
 
 
 def observation_event(message: pb.Observation, images: Sequence[tuple[str, Image, Data]]) -> Parts:
-    """Return an `Event` with an observation.
+    """Return a serialized `Event` with an observation.
 
     Args:
         message: the observation without images.
-        images: for each the name of its field, the image without its data, and the data.
+        images: name of the field, image without its data, and data, for each image.
     """
     with_data = []
     for name, image, data in images:
@@ -50,13 +50,13 @@ def observation_event(message: pb.Observation, images: Sequence[tuple[str, Image
 
 
 def _field(number: int, content: Parts) -> Parts:
-    """Return a length-delimited field with this content."""
+    """Return a serialized length-delimited field with this content."""
     head = _varint(number << 3 | _LENGTH_DELIMITED) + _varint(sum(map(len, content)))
     return [head, *content]
 
 
 def _varint(value: int) -> bytes:
-    """Return a number in base 128, least significant digit first; all digits but the last have the highest bit set."""
+    """Return a number as a varint: base 128, least significant digit first, highest bit set in all digits but the last."""
     digits = bytearray()
     while value > 127:
         digits.append(value & 127 | 128)

@@ -145,15 +145,15 @@ class Board:
         return {name: tuple(sorted(found[name])) for name in sorted(found)}
 
     def listing(self, split: str, language: str, sort: str = HEADLINE) -> StandingsListing:
-        """Return the standings of a split in one language, or in all languages combined (BOTH), and the paper's results.
+        """Return the standings of a split in one language, or in all combined (BOTH), and the paper's results.
 
         Ranked runs of one agent that differ only in the argument SEED form one standing, with the mean over seeds. If
         several have the same seed, the one published last is part of it, and the others are standings of their own.
 
         BOTH lists systems (same account, participant and agent) that have entries in all languages of the split. Of a
         system's standings in one language, a ranked one is preferred, then the one published last. Scores are means over
-        the languages; the intervals treat an episode's languages as one observation. If the data has changed, the
-        sections are unknown, and the ends of an interval are the means of the languages' ends.
+        the languages; intervals treat an episode's languages as one observation. If the data has changed, the sections
+        are unknown, and the ends of an interval are the means of the languages' ends.
 
         While the leaderboard is frozen, the standings have no rows and no ranks, and are ordered by publication.
 
@@ -286,7 +286,7 @@ class Board:
         return self._shared[split] if self._local else self._limits
 
     def _find_limits(self, split: str) -> tuple[int, Clocks]:
-        """Return the step limit and clocks that most listed runs of a split share; in a tie, those of the latest run."""
+        """Return the step limit and clocks that most listed runs of a split share; in a tie the latest run's."""
         listed = sorted(self._entries.listed(split), key=lambda published: published.published_at, reverse=True)
         counts = Counter((one.run.steps_per_phase, Clocks.of(one.run)) for one in listed)
         return counts.most_common(1)[0][0] if counts else self._limits
@@ -387,7 +387,7 @@ class Board:
         return self._entries.was_hidden(run.run_id)
 
     def _mask(self, split: str, version: ScoresVersion, voided: frozenset[str]) -> Rows:
-        """Return the masked rows of a run on a hidden split; stored rows may be exact, if an earlier release wrote them."""
+        """Return the masked rows of a run on a hidden split; the stored ones may be an earlier release's exact ones."""
         noise = self._noise(split)
         assert noise is not None
         table = self._entries.all_episodes(version.run_id).without(voided)

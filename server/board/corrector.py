@@ -134,9 +134,9 @@ class Corrector:
         changes = changes_between(before, after)
         if shown := changes.world - self._corrections.voided(name):
             raise Conflict(
-                f"the world of {named(shown)} of split {name!r} has changed since the runs were played, so their actions "
-                "cannot be scored in it; void these episodes first (`arramon-server void`), or leave the runs without "
-                "a rank"
+                f"the world of {named(shown)} of split {name!r} has changed since the runs were played, so their "
+                "actions cannot be scored in it; void these episodes first (`arramon-server void`), or leave the "
+                "runs without a rank"
             )
         return self._rescore(before, after, changes, reason)
 

@@ -163,8 +163,8 @@ class Entries:
         """Return the rows to show for a run on a hidden split whose data is no longer served.
 
         Masked rows are returned as stored. Exact rows, which an earlier release stored, are rounded, because masking
-        needs the split's data. The first receipt shows which release stored them: a correction replaces the receipt, but
-        stores rows only when it rescores the run.
+        needs the split's data. The first receipt shows which release stored them: a correction replaces the receipt,
+        but stores rows only when it rescores the run.
 
         Args:
             run_id: id of the run.
@@ -251,7 +251,7 @@ class Entries:
         cost: Cost | None = None,
         reproduces: str | None = None,
     ) -> bool:
-        """Publish a run, or publish a withdrawn one again; if it is listed already, replace its note, and its cost if given.
+        """Publish a run, also a withdrawn one; if it is listed already, replace its note, and its cost if given.
 
         `reproduces` is the id of the run that it reproduces; empty for none, None to leave it unchanged.
 
@@ -295,7 +295,7 @@ class Entries:
             return True
 
     def withdraw(self, run_id: str, *, by_host: bool) -> None:
-        """Withdraw a run from the leaderboard, but keep its row. A host may withdraw a run that is already withdrawn."""
+        """Withdraw a run from the leaderboard, but keep its row. A host may withdraw a withdrawn run."""
         table = tables.entries
         values = {
             "withdrawn_at": datetime.now(UTC),
@@ -307,7 +307,7 @@ class Entries:
             connection.execute(table.update().where(table.c.run_id == run_id, may).values(values))
 
     def _read_receipt_header(self, run_id: str) -> tuple[bool, int]:
-        """Return whether a run's split was hidden, and the version of its first receipt; False and 0 without a receipt."""
+        """Return whether a run's split was hidden, and its first receipt's version; False and 0 without a receipt."""
         payload = first_payload(self._database, run_id)
         if payload is None:
             return False, 0

@@ -23,8 +23,8 @@ class EpisodeTable:
     Attributes:
         ids: ids of the episodes, sorted.
         scores: scores of both turns, (episodes, 2, METRICS).
-        play: digest of the run's actions and causes, see `play_digest`; empty if unknown. If void episodes were removed,
-            their ids are appended, see `name_without`.
+        play: digest of the run's actions and causes, see `play_digest`; empty if unknown. If void episodes were
+            removed, their ids are appended, see `name_without`.
     """
 
     ids: tuple[str, ...]

@@ -141,7 +141,7 @@ class EpochBoard:
         Raises:
             NotFound: if there is no such epoch or language.
             Conflict: if the leaderboard of an epoch is frozen.
-            BadInput: if the splits are not two epochs of one base split, the older first, or if there is no such metric.
+            BadInput: if the splits are not two epochs of one base split, the older first, or the metric is unknown.
         """
         for name in (older, newer):
             if self._epochs.find(name) is None:

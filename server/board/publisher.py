@@ -99,8 +99,8 @@ class Publisher:
     def withdraw(self, caller: Caller, run_id: str) -> None:
         """Withdraw a run from the leaderboard. It can be published again; if a host withdrew it, only by a host.
 
-        A host may withdraw a run that is already withdrawn, to keep its participant from publishing it again, or to keep
-        it from being listed again when the ban that withdrew it ends.
+        A host may withdraw a run that is already withdrawn, to keep its participant from publishing it again, or to
+        keep it from being listed again when the ban that withdrew it ends.
 
         Raises:
             NotFound: if the caller can see no such run, or it is not on the leaderboard; for a host, only if it never

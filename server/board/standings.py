@@ -62,7 +62,7 @@ class Mark(StrEnum):
     REPRODUCTION = "reproduction"
     """It reproduces another account's run, and is compared only with that run."""
     FORFEITED = "forfeited"
-    """On a hidden split, more than half of its episodes were forfeited: its scores would reveal those of a few episodes."""
+    """On a hidden split, more than half of its episodes were forfeited: scores would reveal single episodes'."""
     SERVER_FAULT = "server-fault"
     """Some of its episodes ended by SERVER_FAULT and count as not played, so its scores may be too low."""
 

@@ -1,4 +1,4 @@
-"""Template variables of the part of a run's page that breaks its scores down by what turns ask for."""
+"""Template variables of the breakdown on a run's page: scores by what the turns ask for."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,13 +19,13 @@ PHASES = {"nDTW": "navigation", "CTC-3": "navigation", "rPOD": "assembly", "PTC"
 
 @dataclass(frozen=True, slots=True)
 class BreakdownRow:
-    """A group of turns.
+    """A group of turns with its scores.
 
     Attributes:
-        name: what they have in common.
-        turns: their number, formatted.
-        plotted: scores of PLOTTED.
-        scores: scores of SHOWN.
+        name: what the turns have in common.
+        turns: number of turns, formatted.
+        plotted: scores by the metrics in PLOTTED.
+        scores: scores by the metrics in SHOWN.
     """
 
     name: str
@@ -36,13 +36,13 @@ class BreakdownRow:
 
 @dataclass(frozen=True, slots=True)
 class BreakdownPart:
-    """The part of the page.
+    """Template variables of the breakdown.
 
     Attributes:
         aspects: heading and rows of each aspect.
-        columns: heading of each score: its name, and its phase.
-        legend: words for the scores in the plot.
-        remarks: what a reader must know besides.
+        columns: heading of each score: its name and its phase.
+        legend: labels of the scores in the plot.
+        remarks: notes for the reader, such as on rounding.
     """
 
     aspects: Sequence[tuple[str, Sequence[BreakdownRow]]]
@@ -52,7 +52,7 @@ class BreakdownPart:
 
 
 def breakdown_part(t: PageTexts, found: Breakdown) -> BreakdownPart:
-    """Return the part for a run."""
+    """Return the breakdown of a run."""
     aspects = [
         (t(f"aspects.{aspect}"), [_row(t, line) for line in lines])
         for aspect, lines in groupby(found.lines, lambda line: line.group.aspect)
@@ -63,14 +63,14 @@ def breakdown_part(t: PageTexts, found: Breakdown) -> BreakdownPart:
 
 
 def _remarks(t: PageTexts, found: Breakdown) -> list[str]:
-    said = []
+    remarks = []
     if found.rounded:
-        said.append(t("report.hidden", least=t.whole(LEAST)) if found.lines else t("report.few"))
+        remarks.append(t("report.hidden", least=t.whole(LEAST)) if found.lines else t("report.few"))
     if found.withheld and found.lines:
-        said.append(t("report.withheld", number=t.whole(found.withheld)))
+        remarks.append(t("report.withheld", number=t.whole(found.withheld)))
     if not found.reads:
-        said.append(t("report.unread"))
-    return said
+        remarks.append(t("report.unread"))
+    return remarks
 
 
 def _row(t: PageTexts, line: Line) -> BreakdownRow:

@@ -10,7 +10,7 @@ from arramon_server.web.filters import METRICS, StandingsQuery
 from arramon_server.web.texts import PageTexts
 
 _SHOWN = {1: "against.better", 0: "against.same", -1: "against.worse"}
-"""Outcome of a comparison -> key of its word."""
+"""Outcome of a comparison -> key of its text."""
 
 
 class ComparisonPage:
@@ -29,7 +29,7 @@ class ComparisonPage:
         Args:
             t: texts of the page's language.
             run_id: id of a published run.
-            query: of the address: "language", of the instructions or BOTH, and "sort", a metric of METRICS.
+            query: query of the address: "language", of the instructions or BOTH, and "sort", a metric of METRICS.
 
         Raises:
             NotFound: if the run is not published, or the query has an unknown value.
@@ -54,7 +54,7 @@ class ComparisonPage:
         }
 
     def _against(self, run_id: str, language: str, metric: str) -> RunComparisons | None:
-        """Return the comparisons; None if the run has no rank in those standings, or is not in them."""
+        """Return the comparisons; None if the run is not ranked in these standings, or not in them."""
         try:
             return self._board.compare_with_all(run_id, language, metric)
         except (Conflict, NotFound):

@@ -17,10 +17,10 @@ FRAME = {
     "right": WIDTH - RIGHT,
     "bottom": HEIGHT - BOTTOM,
 }
-"""Places of a chart's edges, for templates."""
+"""Positions of a chart's edges, for templates."""
 
 _TOPS = (0.1, 0.2, 0.5, 1.0)
-"""Possible upper ends of an axis of shares."""
+"""Possible upper ends of a vertical axis of fractions."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,11 +38,11 @@ class Tick:
 
 @dataclass(frozen=True, slots=True)
 class Curve:
-    """A curve.
+    """A curve of a chart.
 
     Attributes:
         name: a row of a score table, or "open".
-        points: of the curve, in SVG's notation.
+        points: points of the curve, in SVG's notation.
         band: outline of the confidence intervals, in SVG's notation; empty if there are none.
         dots: positions of the values; empty if they are not marked.
     """
@@ -55,7 +55,7 @@ class Curve:
 
 @dataclass(frozen=True, slots=True)
 class Chart:
-    """A chart: curves over a horizontal axis of numbers and a vertical axis of shares."""
+    """A chart: curves over a horizontal axis of numbers and a vertical axis of fractions."""
 
     across: tuple[Tick, ...]
     up: tuple[Tick, ...]
@@ -63,7 +63,7 @@ class Chart:
 
 
 def ctc_chart(rows: Rows) -> Chart:
-    """Return the chart of CTC-k, the share of turns that end within k units of the target, with intervals, over k."""
+    """Return the chart of CTC-k over k: the fraction of turns that end within k units of the target, with intervals."""
     top = _top(max(rows[row][metric].high for row in ROWS for metric in CTC_DISTANCES))
     ends = (min(CTC_DISTANCES.values()), max(CTC_DISTANCES.values()))
     lines = []
@@ -78,7 +78,7 @@ def ctc_chart(rows: Rows) -> Chart:
 
 
 def open_shares(steps: Sequence[int]) -> list[tuple[int, float]]:
-    """Return the share of episodes still open after a number of steps, as (steps, share) wherever it changes.
+    """Return the fraction of episodes still open after each number of steps, as (steps, fraction) where it changes.
 
     Args:
         steps: number of steps of each episode; at least one episode.
@@ -133,6 +133,6 @@ def _top(highest: float) -> float:
 
 
 def _round_steps(most: float) -> list[float]:
-    """Return three to six round numbers from 0 on."""
+    """Return three to six round numbers, starting at 0."""
     width = next(width for width in (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 10_000) if most / width <= 5)
     return [float(number) for number in range(0, int(most) + 1, width)]

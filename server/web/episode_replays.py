@@ -22,7 +22,7 @@ from arramon_server.sim.variations import Difference
 from arramon_server.web import room_map, section_map
 
 EXAMPLES = 8
-"""Episodes that a run's page links to."""
+"""Number of episodes that a run's page links to."""
 
 _CACHE_SIZE = 256
 """Size of the cache of drawn episodes, about 5 KB each."""
@@ -30,15 +30,15 @@ _CACHE_SIZE = 256
 
 @dataclass(frozen=True, slots=True)
 class PlayedEpisode:
-    """One played episode of a run, for its page.
+    """A played episode of a run, as drawn on its page.
 
     Attributes:
         episode: the episode.
         ending: how it ended.
         ground: map of its section.
         tracks: paths of both turns.
-        rooms: assemblies of both turns.
-        section: its section, with its own furniture.
+        rooms: assembly rooms of both turns.
+        section: its section, including the episode's own furniture.
     """
 
     episode: Episode
@@ -50,11 +50,11 @@ class PlayedEpisode:
 
 
 class EpisodeReplays:
-    """Draws the episodes of published runs. All methods but `played` are thread-safe; `played` is for one thread.
+    """Replays and draws the episodes of published runs. Thread-safe, except that only one thread may call `played`.
 
     Args:
         splits: the splits served, by name.
-        journal: holds the actions.
+        journal: source of the actions.
     """
 
     def __init__(self, splits: Mapping[str, Split], journal: Journal) -> None:
@@ -66,15 +66,15 @@ class EpisodeReplays:
         self.play_of = journal.play
 
     def close(self) -> None:
-        """Free the memory of the last section's physics; `played` may be called again."""
+        """Free the memory of the last section's physics. `played` may still be called afterwards."""
         if self._last is not None:
             self._last[2].close()
             self._last = None
 
     def split(self, entry: Entry) -> Split | None:
-        """Return the split of a run whose episodes may be shown.
+        """Return the split of a run, if its episodes may be shown.
 
-        None if it is not served, hidden, or frozen, or its data has changed since the run.
+        None if the split is not served, is hidden or frozen, or its data has changed since the run.
         """
         split = self._splits.get(entry.run.split)
         if entry.frozen or split is None or split.hidden or split.data_hash != entry.run.data_hash:
@@ -86,7 +86,7 @@ class EpisodeReplays:
         return self._cached_endings(entry.version)
 
     def examples(self, entry: Entry) -> list[tuple[str, float]]:
-        """Return up to `EXAMPLES` episodes with their nDTW, evenly from the highest to the lowest; none if hidden."""
+        """Return up to `EXAMPLES` ids with nDTW, evenly spaced from the highest to the lowest; none if hidden."""
         if self.split(entry) is None:
             return []
         ordered = sorted(((_similarity(one), one.episode_id) for one in self.endings(entry)), reverse=True)
@@ -118,19 +118,19 @@ class EpisodeReplays:
     def _tracks(
         self, run: Run, episode_id: str, cause: str
     ) -> tuple[tuple[section_map.TurnPaths, ...], tuple[room_map.AssemblyMap, ...]]:
-        """Return the ways of an episode that ended by `cause`; empty ones if `cause` is empty: it was not played."""
+        """Return the paths and rooms of an episode that ended by `cause`; unplayed ones if `cause` is empty."""
         split = self._splits[run.split]
         episode = split.episodes[episode_id]
         section = split.sections[episode.section]
         session = Session(episode, self._ground(section, episode.furniture), Limits(run.steps_per_phase))
-        watch = room_map.AssemblyReplay(session)
-        watch.replay(self._journal.actions(run.run_id, episode_id) if cause else ())
+        replay = room_map.AssemblyReplay(session)
+        replay.replay(self._journal.actions(run.run_id, episode_id) if cause else ())
         if cause == causes.TIME_LIMIT and not session.state.finished:
             session.run_out()
-        return tuple(section_map.turn_paths(section, turn) for turn in session.record().turns), watch.rooms()
+        return tuple(section_map.turn_paths(section, turn) for turn in session.record().turns), replay.rooms()
 
     def _ground(self, section: Section, furniture: OwnFurniture) -> Ground:
-        """Return what an episode's rules ask; the latest section is cached, as readers tend to stay in one."""
+        """Return the collision checks for an episode. The latest section is cached, as readers tend to stay in one."""
         if self._last is None or self._last[0] is not section:
             self.close()
             scene = city_scene(section)
@@ -142,5 +142,5 @@ class EpisodeReplays:
 
 
 def _similarity(ending: Ending) -> float:
-    """Return the mean nDTW of both turns."""
+    """Return the mean nDTW over both turns."""
     return sum(turn["nDTW"] for turn in ending.scores) / len(ending.scores)

@@ -1,4 +1,4 @@
-"""Template variables of the page that lists a run's episodes, and of the page of one episode; of open splits alone."""
+"""Template variables of the list of a run's episodes and of the page of one episode, for open splits only."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -23,8 +23,8 @@ from arramon_server.web.things import named_things, object_name
 ALL = "all"
 
 NAVIGATION, OBJECT, PLACEMENT, NOTHING = "navigation", "object", "placement", "nothing"
-"""What a turn failed at first: it ended more than 3 units from its target; there, with another object; with the right
-one, in another cell; at nothing."""
+"""The first thing at which a turn failed: it ended more than 3 units from its target; it ended there with a wrong
+object; it placed the right object in a wrong cell; it failed at nothing."""
 
 FAILURES = (ALL, NAVIGATION, OBJECT, PLACEMENT, NOTHING)
 
@@ -36,12 +36,12 @@ PAGE_SIZE = 100
 
 @dataclass(frozen=True, slots=True)
 class EpisodeFilter:
-    """Which episodes a reader chose.
+    """Filter of the list of episodes.
 
     Attributes:
         failed: one of FAILURES.
-        turn: "1" or "2": the turn that failed at it; ALL: any of both, or with NOTHING each of both.
-        cause: cause of the end; ALL for any.
+        turn: "1" or "2", the turn that failed; ALL for either turn or, with NOTHING, for both.
+        cause: cause of the episode's end; ALL for any.
     """
 
     failed: str = ALL
@@ -50,7 +50,7 @@ class EpisodeFilter:
 
     @classmethod
     def read(cls, query: Mapping[str, str], causes: Sequence[str]) -> "EpisodeFilter":
-        """Return the filter in the query of an address.
+        """Parse the filter in the query of an address.
 
         Raises:
             NotFound: if it has a value that does not exist.
@@ -63,7 +63,7 @@ class EpisodeFilter:
         return cls(**chosen)
 
     def fits(self, ending: Ending) -> bool:
-        """Return whether an episode is among those chosen."""
+        """Return whether an episode passes the filter."""
         if self.cause not in (ALL, ending.cause):
             return False
         found = [failure_of(turn) == self.failed for turn in ending.scores]
@@ -74,14 +74,14 @@ class EpisodeFilter:
         return all(found) if self.failed == NOTHING else any(found)
 
     def link(self, **more: object) -> str:
-        """Return the query of the filter, without what has its default; empty if all has."""
+        """Return the query for the filter, without fields that have their defaults; empty if all have."""
         named = {"failed": self.failed, "turn": self.turn, "cause": self.cause, **more}
         query = urlencode({name: value for name, value in named.items() if value not in (ALL, 1)})
         return f"?{query}" if query else ""
 
 
 def failure_of(turn: Scores) -> str:
-    """Return what a turn failed at first."""
+    """Return the first thing at which a turn failed, one of FAILURES."""
     if not turn["CTC-3"]:
         return NAVIGATION
     if not turn["CTC-0"]:
@@ -90,7 +90,7 @@ def failure_of(turn: Scores) -> str:
 
 
 class EpisodesPage:
-    """Builds the variables of both pages.
+    """Builds the variables of the list of episodes and of one episode's page.
 
     Args:
         board: the leaderboard, with the published runs.
@@ -102,12 +102,12 @@ class EpisodesPage:
         self._replays = replays
 
     def context(self, t: PageTexts, run_id: str, query: Mapping[str, str]) -> dict[str, Any]:
-        """Return the variables of the template of the list.
+        """Return the template variables of the list of episodes.
 
         Args:
             t: texts of the page's language.
             run_id: id of the run.
-            query: of the address: "failed", "turn", "cause", "page".
+            query: query of the address: "failed", "turn", "cause", "page".
 
         Raises:
             NotFound: if the run is not published, its episodes may not be shown, or the query has an unknown value.
@@ -139,13 +139,13 @@ class EpisodesPage:
         }
 
     def episode_context(self, t: PageTexts, run_id: str, episode_id: str, query: Mapping[str, str]) -> dict[str, Any]:
-        """Return the variables of the template of one episode.
+        """Return the template variables of one episode's page.
 
         Args:
             t: texts of the page's language.
             run_id: id of the run.
             episode_id: id of the episode.
-            query: of the address: the filter of the list from which it was reached.
+            query: query of the address: the filter of the list that linked here.
 
         Raises:
             NotFound: if the run is not published, has no such episode, or its episodes may not be shown.
@@ -174,7 +174,7 @@ class EpisodesPage:
         }
 
     def _endings(self, run_id: str) -> tuple[Entry, list[Ending]]:
-        """Return a run and the endings of its episodes in the order of their ids."""
+        """Return a published run and the endings of its episodes, sorted by id."""
         entry = self._board.entry(run_id)
         if self._replays.split(entry) is None:
             raise NotFound(f"run {run_id!r} has no episodes to show")
@@ -190,7 +190,7 @@ def _address(t: PageTexts, entry: Entry, episode_id: str, chosen: EpisodeFilter)
 
 
 def _labels(t: PageTexts, entry: Entry, played: PlayedEpisode, number: int) -> tuple[MapLabel, ...]:
-    """Return the names on the map of a turn: the target, and what the instruction names near the ground truth."""
+    """Return the labels on the map of a turn: the target, and things near the path that the instruction mentions."""
     turn = played.episode.turns[number]
     target = turn.target
     named = [(object_name(t, target.type), (target.position.x, target.position.z))]
@@ -207,5 +207,5 @@ def _pile_name(t: PageTexts, pile: Pile) -> str:
 
 
 def _natural(text: str) -> list[tuple[int, str]]:
-    """Return a sort key by which 9 comes before 10."""
+    """Return a sort key for natural order, in which 9 comes before 10."""
     return [(int(part) if part.isdecimal() else -1, part) for part in re.split(r"([0-9]+)", text)]

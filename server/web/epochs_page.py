@@ -1,4 +1,4 @@
-"""Template variables of the page with the epochs of hidden splits."""
+"""Template variables of the page about the epochs of hidden splits."""
 
 from collections.abc import Mapping
 from itertools import groupby
@@ -30,7 +30,7 @@ class EpochsPage:
 
         Args:
             t: texts of the page's language.
-            query: of the address: "language", of the instructions, and "sort", a metric of METRICS.
+            query: query of the address: "language", of the instructions, and "sort", a metric of METRICS.
 
         Raises:
             NotFound: if there are no epochs, or the query has an unknown value.
@@ -80,7 +80,7 @@ class EpochsPage:
 
 
 def state_of(t: PageTexts, epoch: Epoch) -> str:
-    """Return the word for an epoch's state."""
+    """Return an epoch's state as text."""
     words = {
         EpochState.OPEN: "epochs.is_open",
         EpochState.CLOSED: "epochs.is_closed",

@@ -1,4 +1,4 @@
-"""Rendering of pages from templates and texts, and the static files, named by a digest of their content."""
+"""Renders pages from templates and texts, and names static files by a digest of their content."""
 
 import hashlib
 import re
@@ -14,7 +14,7 @@ from arramon_server.web.host import UNNAMED, Host, link_of
 from arramon_server.web.texts import PageTexts, all_texts
 
 _WORDS = re.compile(r"[^_.:@]*[_.:@]*")
-"""A word with the punctuation after it, at which browsers break no line."""
+"""A word and the punctuation after it, where browsers would not break a line."""
 
 _HERE = Path(__file__).parent
 
@@ -23,12 +23,12 @@ TYPES = {".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
 
 
 def breakable(name: str) -> markupsafe.Markup:
-    """Return a name that may break after its punctuation, so that a line of a narrow column ends with a word."""
+    """Return a name with line break opportunities after its punctuation, for narrow columns."""
     return markupsafe.Markup("<wbr>").join(filter(None, _WORDS.findall(name)))  # joining escapes the parts
 
 
 class Renderer:
-    """Renders the templates. It reads all static files once.
+    """Renders the templates, and holds the static files in memory.
 
     Args:
         host: who hosts the leaderboard, for the foot of every page.
@@ -70,7 +70,7 @@ class Renderer:
         Args:
             template: file name of the template.
             texts: of the page's language.
-            here: the page's address after the language, from a slash on.
+            here: the page's address after the language, starting with a slash.
             context: variables of the template.
         """
         return self._environment.get_template(template).render(t=texts, here=here, **context).encode()

@@ -1,4 +1,4 @@
-"""Map of the assembly room from above, with what lies in it and an episode's way through it, for SVG."""
+"""Map of the assembly room from above, with its objects and the agent's path, for SVG."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -19,11 +19,11 @@ WIDTH, HEIGHT = COLUMNS * CELL, ROWS * CELL
 
 @dataclass(frozen=True, slots=True)
 class Pile:
-    """Objects on one cell.
+    """Stack of objects on one cell.
 
     Attributes:
         x, y: centre of the cell.
-        types: from the floor up.
+        types: types of the objects, from the floor up.
     """
 
     x: float
@@ -33,18 +33,18 @@ class Pile:
 
 @dataclass(frozen=True, slots=True)
 class AssemblyMap:
-    """One turn's assembly.
+    """Map of one turn's assembly.
 
     Attributes:
-        piles: what lay in the room when the assembly began; if it did not, what would have.
-        truth: the reference way, in SVG's notation.
-        played: the way played; empty if the agent did not move.
+        piles: objects in the room at the start of the assembly, whether or not it was reached.
+        truth: the reference path, in SVG's notation.
+        played: the agent's path; empty if it did not move.
         start, target: centres of the cells.
         target_level: level of the target, from 1, the floor.
-        placed: centre of the cell in which the agent placed what it carried; None if it placed nothing.
-        placed_level: its level; 0 if it placed nothing.
-        forced: whether a limit placed it.
-        carried: what the agent carried; None if it did no step of the assembly.
+        placed: centre of the cell in which the agent placed its object; None if it placed nothing.
+        placed_level: level of the placed object; 0 if it placed nothing.
+        forced: whether a limit forced the placement.
+        carried: object that the agent carried; None if it took no step in the assembly.
     """
 
     piles: tuple[Pile, ...]
@@ -60,10 +60,10 @@ class AssemblyMap:
 
 
 class AssemblyReplay:
-    """Notes an agent's way through the room while a session is replayed.
+    """Replays a session, and records the agent's path through the room.
 
     Args:
-        session: at its beginning.
+        session: a session that has not begun.
     """
 
     def __init__(self, session: Session) -> None:
@@ -82,9 +82,9 @@ class AssemblyReplay:
                     way.append(state.square)
 
     def rooms(self) -> tuple[AssemblyMap, ...]:
-        """Return both turns' assemblies as far as they were played."""
+        """Return the maps of both turns, as far as they were played."""
         episode, held = self._session.episode, self._session.state.room
-        before = held[: len(episode.decoys)], held[: len(episode.decoys) + 1]  # what is placed comes last
+        before = held[: len(episode.decoys)], held[: len(episode.decoys) + 1]  # the placed object comes last
         return tuple(
             _room(before[number], turn, played, self._ways[number], self._carried[number])
             for number, (turn, played) in enumerate(zip(episode.turns, self._session.record().turns, strict=True))

@@ -1,4 +1,4 @@
-"""Template variables of a run's page. A run on a hidden split shows totals only."""
+"""Template variables of a run's page. Pages of runs on hidden splits show totals only."""
 
 from collections.abc import Mapping
 from dataclasses import asdict
@@ -28,7 +28,7 @@ _ROW_ORDER = ("1", "2", "total")
 """Rows of a score table, as in `arramon_server.scoring.aggregate.ROWS`."""
 
 _MAX_CURVE_ROWS = 24
-"""Limit of rows in the table that gives a curve's values."""
+"""Maximum number of rows in the table of a curve's values."""
 
 
 _COLOURS = {
@@ -93,14 +93,14 @@ class RunPage:
         }
 
     def _original(self, entry: Entry) -> Entry | None:
-        """Return the run that a reproduction repeats; None if there is none, or it is not on the leaderboard now."""
+        """Return the run that a reproduction repeats; None if there is none, or it is not published any more."""
         try:
             return self._board.entry(entry.reproduces) if entry.reproduces else None
         except NotFound:
             return None
 
     def _report(self, t: PageTexts, entry: Entry) -> BreakdownPart | None:
-        """Return the scores by what turns ask for; None if the data has changed, so that it is not known, or frozen."""
+        """Return the breakdown; None if the data has changed, so that the groups are unknown, or while it is frozen."""
         if Mark.OTHER_DATA in entry.marks or entry.frozen:
             return None
         voided = voided_by(self._board.corrections(entry.run.split))
@@ -147,7 +147,7 @@ class RunPage:
 
 
 def _causes(entry: Entry) -> list[tuple[str, int, int, float, float]]:
-    """Return `curves.bar_segments` of the causes, with colours; causes that this server knows come first."""
+    """Return `curves.bar_segments` of the causes, with colours; causes that this release knows come first."""
     counts = {name: entry.causes.get(name, 0) for name in (*_COLOURS, *sorted(entry.causes))}
     found = curves.bar_segments({name: number for name, number in counts.items() if number})
     return [(name, _COLOURS.get(name, len(_COLOURS)), number, begin, width) for name, number, begin, width in found]
@@ -183,7 +183,7 @@ def _cost(t: PageTexts, cost: Cost) -> str:
 
 
 def _placements() -> list[str]:
-    """Return the placement metrics: without a gate, and with each gate."""
+    """Return the placement metrics, ungated and with each gate."""
     return [*PLACEMENT, *(f"{name}@{gate}" for gate in GATES for name in PLACEMENT)]
 
 

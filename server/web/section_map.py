@@ -9,7 +9,7 @@ from arramon_server.scoring.trajectory import Point2, TurnRecord
 from arramon_server.sim.section import Building, Section
 
 MARGIN = 6.0
-"""Border of the map around the ground that agents can reach, in units."""
+"""Border of the map around the reachable ground, in units."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,11 +17,11 @@ class SectionMap:
     """Map of a section, with x to the right and z upwards.
 
     Attributes:
-        width, height: of the map, in units.
+        width, height: size of the map, in units.
         roofs: corners of each building, in SVG's notation.
-        props: positions of street furniture that was drawn.
-        agreed: of that which was recovered: position and number of votes.
-        from_text: positions of that which an episode's own text put there.
+        props: positions of randomly drawn street furniture.
+        agreed: position and number of votes of each recovered landmark.
+        from_text: positions of furniture derived from the episode's own text.
     """
 
     width: float
@@ -53,13 +53,13 @@ class TurnPaths:
 
 @dataclass(frozen=True, slots=True)
 class MapLabel:
-    """A name on the map.
+    """A label on the map.
 
     Attributes:
         x, y: where its text is anchored.
         anchor: "start", "middle" or "end".
         name: the text.
-        dot: the thing's position.
+        dot: position of the labelled thing.
     """
 
     x: float
@@ -70,18 +70,18 @@ class MapLabel:
 
 
 LETTER, LINE = 1.5, 1.7
-"""Size of a label's letters, and height of its line, in units."""
+"""Font size and line height of a label, in units."""
 
 _WIDE = 0.58
-"""Width of a letter as a share of its size, on average."""
+"""Mean width of a letter, as a fraction of the font size."""
 
 
 def labels(section: Section, named: Sequence[tuple[str, Point2]]) -> tuple[MapLabel, ...]:
-    """Return names on the map so that none covers another; those that find no room are left out.
+    """Place labels on the map so that they do not overlap; labels for which there is no space are left out.
 
     Args:
         section: the section.
-        named: names with positions (x, z), the most important first.
+        named: texts with positions (x, z), the most important first.
     """
     placed: list[MapLabel] = []
     taken: list[tuple[float, float, float, float]] = []
@@ -113,8 +113,8 @@ def draw_section(section: Section, origins: Sequence[Origin] = ()) -> SectionMap
     """Return the map of a section.
 
     Args:
-        section: with all furniture that is to be shown.
-        origins: of each of its props; none if all were drawn.
+        section: the section, with all furniture to show.
+        origins: origin of each of its props; empty if all were drawn.
     """
     x0, z0, x1, z1 = section.bounds
     named = list(zip(section.props, origins or [Origin(DRAWN)] * len(section.props), strict=True))

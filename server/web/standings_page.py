@@ -24,7 +24,7 @@ PAGE_SIZE = 100
 """Standings on one page."""
 
 REFERENCE_LANGUAGE = "en"
-"""Language of the instructions that the paper's scores were measured with."""
+"""Language of the instructions with which the paper's scores were measured."""
 
 COMMANDS = """\
 arramon-client --agent agents.random_walk --split {split} --lang {language} --server host.example:50551
@@ -48,9 +48,9 @@ class StandingsPage:
         self._episodes = {name: split.languages for name, split in splits.items()}
 
     def defaults(self, language: str) -> StandingsQuery:
-        """Return the default choice for readers of a language: a split with published runs, preferably a hidden one.
+        """Return the default list for readers of a language: a split with published runs, preferably a hidden one.
 
-        Of hidden splits the latest open epoch comes first, and those that are closed come last.
+        Among hidden splits, the latest open epoch is preferred, and closed epochs come last.
         """
         languages = self._board.languages()
         epochs = {epoch.statement.split: epoch for epoch in self._epochs.all()}
@@ -140,7 +140,7 @@ class StandingsPage:
         return t("standings.about_split", kind=kind, episodes=t.whole(episodes))
 
     def _epoch(self, t: PageTexts, split: str) -> str:
-        """Return what a split's epoch is; empty if it is none."""
+        """Return a sentence about a split's epoch; empty if the split is not an epoch."""
         epoch = self._epochs.find(split)
         if epoch is None:
             return ""
@@ -151,7 +151,7 @@ class StandingsPage:
 
 
 def columns(t: PageTexts) -> list[tuple[str, str, str]]:
-    """Return the score columns: name in addresses, heading, meaning."""
+    """Return the score columns as (name in addresses, heading, meaning)."""
     names = [(name, metric.partition("@")[0]) for name, metric in METRICS.items()]
     return [(name, heading, t(f"metrics.{heading}")) for name, heading in names]
 
@@ -163,7 +163,7 @@ def _coverage(t: PageTexts, standing: Standing) -> str:
 
 
 def _entry_name(t: PageTexts, standing: Standing, entry: Entry) -> str:
-    """Return what tells a run of a standing from its others: the language, the seed, or both."""
+    """Return what distinguishes a run from the others of its standing: the language, the seed, or both."""
     names = [t.named("languages", entry.run.language)] if len(standing.languages) > 1 else []
     if standing.seeds > 1 or len(standing.entries) > len(standing.languages):
         names.append(t("standings.seed", seed=shown(entry.seed)) if entry.seed else t("standings.own_seed"))

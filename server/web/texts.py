@@ -1,4 +1,4 @@
-"""PageTexts of the pages and formats of numbers and dates, from one file for each language in `texts`."""
+"""Texts of the pages, and formats of numbers and dates, read from one file per language in `texts`."""
 
 import tomllib
 from collections.abc import Mapping
@@ -11,7 +11,7 @@ from typing import Any
 FOLDER = Path(__file__).parent / "texts"
 
 DEFAULT = "en"
-"""Language for a browser that accepts none of those available."""
+"""Language for browsers that accept none of the available ones."""
 
 
 MINUS = "\N{MINUS SIGN}"
@@ -21,7 +21,7 @@ _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 @dataclass(frozen=True, slots=True)
 class PageTexts:
-    """One language's texts.
+    """The texts of the pages in one language.
 
     Args:
         language: code of the language, which is also the first part of its pages' addresses.
@@ -41,7 +41,7 @@ class PageTexts:
         return text.format(**values)
 
     def named(self, group: str, name: str) -> str:
-        """Return the word for a name in a group, such as "sensors"; the name itself if the file has no word for it."""
+        """Return the text for a name in a group, such as "sensors"; the name itself if the group has no text for it."""
         return str(self.words.get(f"{group}.{name}", name))
 
     def score(self, value: float) -> str:
@@ -58,7 +58,7 @@ class PageTexts:
         return self._localised(f"< {0.001:.3f}" if p < 0.001 else f"{p:.3f}")
 
     def percent(self, share: float) -> str:
-        """Format a share in [0, 1] in whole percent; only 1 gives 100% and only 0 gives 0%."""
+        """Format a fraction in [0, 1] in whole percent; only 1 gives 100% and only 0 gives 0%."""
         bounded = min(max(round(100 * share), 1), 99) if 0 < share < 1 else round(100 * share)
         return self("format.percent", number=bounded)
 
@@ -74,13 +74,13 @@ class PageTexts:
         return self("format.group_mark").join([digits, *reversed(parts)])
 
     def decimal(self, number: float) -> str:
-        """Format a number with as many decimals as it needs, at most two."""
+        """Format a number with at most two decimals."""
         if number.is_integer():
             return self.whole(int(number))
         return self._localised(f"{number:.2f}".rstrip("0").rstrip("."))
 
     def amount(self, number: float) -> str:
-        """Format a number of any size with at most three digits that count, such as 0.0312, 45,000 or 7×10⁹."""
+        """Format a number of any size with at most three significant digits, such as 0.0312, 45,000 or 7×10⁹."""
         if number == 0.0:
             return self.whole(0)
         mantissa, _, power = f"{number:.2e}".partition("e")
@@ -114,7 +114,7 @@ def all_texts() -> dict[str, PageTexts]:
 
 
 def read(path: Path) -> PageTexts:
-    """Read the texts of one file, whose name is the language's code."""
+    """Read the texts in a file named after the language's code."""
     return PageTexts(path.stem, dict(_flat(tomllib.loads(path.read_text(encoding="utf-8")))))
 
 

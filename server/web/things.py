@@ -1,4 +1,4 @@
-"""Words for things on maps: collectibles, street furniture and buildings, and which of them a text names."""
+"""Names of things on maps (collectibles, street furniture, buildings), and detection of those that a text mentions."""
 
 import math
 import re
@@ -12,18 +12,18 @@ from arramon_server.sim.section import Prop, Section
 from arramon_server.web.texts import PageTexts
 
 NEAR = 9.0
-"""Greatest distance from the ground truth of a thing that its instruction is taken to name, in units."""
+"""Maximum distance from the ground-truth path at which a thing counts as mentioned by the instruction, in units."""
 
 MAX_PER_NAME = 3
-"""Things of one name that are labelled: the nearest to the ground truth."""
+"""Maximum number of labelled things with the same name: those nearest to the ground-truth path."""
 
 
 @dataclass(frozen=True, slots=True)
 class NamedThing:
-    """A thing that a text names.
+    """A thing that a text mentions.
 
     Attributes:
-        name: the word for it.
+        name: its name in the page's language.
         position: (x, z) on the ground, in units.
     """
 
@@ -32,7 +32,7 @@ class NamedThing:
 
 
 def object_name(t: PageTexts, type_: ObjectType) -> str:
-    """Return the words for a collectible."""
+    """Return the name of a collectible."""
     words = {name: t(f"objects.{getattr(type_, name)}") for name in ("pattern", "colour", "kind")}
     return t("objects.phrase", **words)
 
@@ -40,17 +40,17 @@ def object_name(t: PageTexts, type_: ObjectType) -> str:
 def named_things(
     t: PageTexts, instruction_words: PageTexts, section: Section, text: str, path: Sequence[Point2]
 ) -> list[NamedThing]:
-    """Return the furniture and the buildings near a path whose kind a text names.
+    """Return furniture and buildings near a path whose kind a text mentions.
 
-    A text says "the bench", and its street may have several: those that are nearest to the path are returned. It is a
-    help for readers, not a reading: the words of `texts/LANGUAGE.toml` are looked for, and no grammar.
+    If a text says "the bench" and the street has several, those nearest to the path are returned. This only helps
+    readers of the map: it looks up the words in `texts/LANGUAGE.toml`, and does not parse the text.
 
     Args:
-        t: words of the page's language, for the names.
-        instruction_words: words of the text's language.
-        section: with the episode's own furniture.
+        t: texts in the page's language, for the names.
+        instruction_words: texts in the instruction's language.
+        section: the section, with the episode's own furniture.
         text: a navigation instruction.
-        path: positions of the ground truth.
+        path: positions on the ground-truth path.
     """
     lower = text.casefold()
     found: dict[str, list[tuple[float, NamedThing]]] = {}
@@ -81,12 +81,12 @@ def _mentions(instruction_words: PageTexts, key: str, text: str) -> bool:
 
 
 def _first(t: PageTexts, key: str) -> str:
-    """Return the word that is shown for a key whose text lists all words for it."""
+    """Return the first of the alternative words that the text of a key lists."""
     return t(key).partition("|")[0]
 
 
 def _colour(instruction_words: PageTexts, prop: Prop, text: str) -> str | None:
-    """Return the key of a prop's colour if the text says it of the kind; empty if it says none; None if another one."""
+    """Return the key of a prop's colour if the text gives its kind this colour; empty if it gives no colour; else None."""
     keys = [key for key in instruction_words.words if key.startswith("colours.")]
     said = {key for key in keys if _pair(instruction_words(key), instruction_words(f"things.{prop.kind}")).search(text)}
     if not said or not prop.colour:
