@@ -1,4 +1,4 @@
-"""When the leaderboards of splits close, and whether they show scores before."""
+"""Closing times of the splits' leaderboards, and whether scores are withheld until then."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,12 +14,13 @@ def _now() -> datetime:
 
 @dataclass(frozen=True, slots=True)
 class ClosingTimes:
-    """When the leaderboards of splits close.
+    """Closing times of the splits' leaderboards.
 
     Attributes:
-        closes: when, by split.
-        frozen: whether those that close show no scores to others than a run's participant until then.
-        now: returns the present time, in UTC.
+        closes: closing times by split.
+        frozen: whether leaderboards with a closing time are frozen until then: scores are shown only to a run's own
+            participant and to hosts.
+        now: returns the current time, in UTC.
     """
 
     closes: SplitTimes = NO_TIMES
@@ -27,7 +28,7 @@ class ClosingTimes:
     now: Callable[[], datetime] = _now
 
     def of(self, split: str) -> datetime | None:
-        """Return when the leaderboard of a split closes, in UTC; None if it stays open."""
+        """Return the closing time of a split's leaderboard, in UTC; None if it stays open."""
         return self.closes.of(split)
 
     def is_closed(self, split: str) -> bool:
@@ -36,7 +37,7 @@ class ClosingTimes:
         return time is not None and self.now() >= time
 
     def is_frozen(self, split: str) -> bool:
-        """Return whether the scores of a split are shown to nobody but a run's participant yet."""
+        """Return whether the scores of a split are still withheld from everybody but a run's participant and hosts."""
         return self.frozen and self.closes.of(split) is not None and not self.is_closed(split)
 
     def check_open(self, split: str, what: str) -> None:
@@ -44,7 +45,7 @@ class ClosingTimes:
 
         Args:
             split: name of the split.
-            what: what is refused otherwise, for the error, such as "no runs are created on it".
+            what: consequence for the error message, such as "no runs are created on it".
 
         Raises:
             Conflict: if it is closed.
@@ -70,5 +71,5 @@ NEVER_CLOSES = ClosingTimes()
 
 
 def format_time(time: datetime | None) -> str:
-    """Return a time for an error message."""
+    """Format a time for an error message."""
     return f"{time:%Y-%m-%d at %H:%M} UTC" if time is not None else "no date"

@@ -79,7 +79,7 @@ class AccessLog(grpc.aio.ServerInterceptor):
 
 
 def network_of(peer: str) -> str:
-    """Return the network (/24 or /48) of a peer's address, so that logs do not identify the peer; "unix" for sockets."""
+    """Return the network (/24 or /48) of a peer's address, so that logs do not identify the peer; or "unix"."""
     kind, _, address = unquote(peer).partition(":")
     if kind not in ("ipv4", "ipv6"):
         return kind or "unknown"  # gRPC knows no address if the client had left already

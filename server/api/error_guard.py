@@ -66,7 +66,7 @@ class ErrorGuard(grpc.aio.ServerInterceptor):
 
 
 def _reader(deserialize: Callable[[bytes], Any] | None) -> Callable[[bytes], Any]:
-    """Return a deserializer that returns an `Unreadable` instead of raising: gRPC would send the exception as it is."""
+    """Return a deserializer that returns `UnreadableRequest` instead of raising: gRPC would send the bare exception."""
 
     def read(data: bytes) -> Any:
         try:

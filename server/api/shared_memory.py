@@ -1,7 +1,7 @@
 """Images in memory shared with a client on the same machine (Linux), so that no pixels pass through the socket.
 
-The memory is anonymous (`memfd_create`): it has no path, it is freed when the last process that uses it ends, however it
-ends, and only processes of the same user can open it. The server never reads from it, and its size is sealed.
+The memory is anonymous (`memfd_create`): it has no path, it is freed when the last process that uses it ends, in
+whatever way, and only processes of the same user can open it. The server never reads from it, and its size is sealed.
 """
 
 import fcntl
@@ -93,7 +93,7 @@ class SharedMemoryEncoder:
             return self._canvases[episode_id]
 
     def encode(self, episode_id: str, images: Images, *, latest: bool) -> list[Data]:
-        """Encode the images of one observation; the latest one overwrites the episode's previous images in shared memory."""
+        """Encode the images of one observation; the latest one overwrites the episode's previous images."""
         images = list(images)
         if latest and self._memory is not None and self._memory.write(episode_id, images):
             return [b""] * len(images)

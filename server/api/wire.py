@@ -56,7 +56,7 @@ def _field(number: int, content: Parts) -> Parts:
 
 
 def _varint(value: int) -> bytes:
-    """Return a number as a varint: base 128, least significant digit first, highest bit set in all digits but the last."""
+    """Return a varint: base 128, least significant digit first, highest bit set in all digits but the last."""
     digits = bytearray()
     while value > 127:
         digits.append(value & 127 | 128)

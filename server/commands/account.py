@@ -13,7 +13,7 @@ from arramon_server.errors import ArraMonError, Conflict
 from arramon_server.runs.accounts.administration import Account, Administration
 
 LEAST = 0.95
-"""Default for the likeness from which pairs of runs are listed."""
+"""Default minimum likeness of listed pairs of runs."""
 
 
 def add(commands: Commands, common: argparse.ArgumentParser) -> None:

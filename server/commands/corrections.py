@@ -1,4 +1,4 @@
-"""The command `void`: episodes that count in no run's scores, and the list of a split's corrections."""
+"""The command `void`: voids episodes, so that no run's scores include them, and lists a split's corrections."""
 
 import argparse
 import sys
@@ -76,7 +76,7 @@ def key_of(config: Config, known: KnownKeys) -> SigningKey:
     """Return the key that signs the journal's receipts.
 
     Raises:
-        Conflict: if the host's key is not the present one of the journal.
+        Conflict: if the host's key is not the journal's current key.
     """
     key = SigningKey(config.signing_key_path)
     known.check(key.public)

@@ -1,4 +1,4 @@
-"""The command `quota`: a participant's limits on a split."""
+"""The command `quota`: sets and lists participants' limits on a split."""
 
 import argparse
 from collections.abc import Sequence
@@ -13,7 +13,7 @@ from arramon_server.errors import BadInput
 from arramon_server.runs.accounts.quotas import LIMITS, DefaultQuotas, Quota, Quotas
 
 DEFAULT = "default"
-"""Argument that restores the limit of the server's settings."""
+"""Argument that resets a limit to the server's settings."""
 
 
 def add(commands: Commands, common: argparse.ArgumentParser) -> None:

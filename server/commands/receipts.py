@@ -1,4 +1,4 @@
-"""The commands `key` and `rescore`: the key that signs receipts, and verification of recorded runs."""
+"""The commands `key` and `rescore`: the key that signs receipts, and replays that verify recorded runs."""
 
 import argparse
 import sys
@@ -130,7 +130,7 @@ def _adopt(arguments: argparse.Namespace) -> int:
                 print(f"run {found.run.run_id}: scores changed in {found.changed} episodes", flush=True)
             failed, done = failed + bool(found.problem), done + (not found.problem)
             receipts += found.has_new_receipt
-        receipts += corrector.revise(before.name)  # those that an interrupted call left
+        receipts += corrector.revise(before.name)  # receipts that an interrupted call did not sign
     print(f"scored again: {done} runs; new receipts: {receipts}")
     if failed:
         print(f"{failed} runs stay on the data before, without a rank", file=sys.stderr)
@@ -139,7 +139,7 @@ def _adopt(arguments: argparse.Namespace) -> int:
 
 
 def _ended_runs(journal: Journal) -> list[str]:
-    """Return the ids of the runs that are over, the earliest first."""
+    """Return the ids of all ended runs, the earliest first."""
     found, last = [], None
     while page := journal.runs(1000, last):
         found += [run.run_id for run in page if run.state != RUNNING]

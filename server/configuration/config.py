@@ -20,7 +20,7 @@ MAX_LINE_LENGTH = 500
 LINE = f"one line of at most {MAX_LINE_LENGTH} characters"
 
 LISTEN = "127.0.0.1:50551"
-"""Default address. It is on the loopback: other machines can connect only if the host sets another address."""
+"""Default address. It is a loopback address: other machines can connect only if the host sets another one."""
 
 DAY = 86_400.0
 
@@ -202,7 +202,7 @@ class Config:
 
     @property
     def is_for_own_machine(self) -> bool:
-        """Whether only this machine can reach the server: on a loopback address or a Unix socket, without a proxy."""
+        """Whether only this machine can reach the server: on a loopback address or Unix socket, without a proxy."""
         return is_loopback(self.listen) and not self.trust_proxy
 
     @property
@@ -232,7 +232,7 @@ class Config:
 
     @property
     def http(self) -> dict[str, str]:
-        """URLs of "pages" and "metrics", as far as they are served."""
+        """URLs of "pages" and "metrics", if they are served, by name."""
         scheme = "https" if self.tls_certificate else "http"
         places = {"pages": self.web, "metrics": self.metrics_address}
         return {name: f"{scheme}://{address}" for name, address in places.items() if address}

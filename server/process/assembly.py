@@ -1,4 +1,4 @@
-"""Assembly of the parts of a server process. `arramon_server.process.lifecycle` starts and stops them."""
+"""Creates and connects the parts of a server process. `arramon_server.process.lifecycle` starts and stops them."""
 
 from collections.abc import Mapping
 from contextlib import AbstractAsyncContextManager, nullcontext
@@ -51,8 +51,8 @@ SERVICES = (
 """Full names of this project's gRPC services."""
 
 CALLS_PER_CONNECTION = 256
-"""Open at once on one connection; a client holds back what is more. Those that were taken back at once count until gRPC
-has cleared them away: without a number here, a flood of calls that are reset costs more than ten times as much."""
+"""Maximum number of open calls on one connection; a client holds back further ones. Reset calls count until gRPC has
+cleared them away: without this limit, a flood of reset calls costs more than ten times as much."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ class ServerParts:
 
 
 def assemble(config: Config, splits: Mapping[str, Split], database: Database) -> ServerParts:
-    """Return all parts of a process, none of them started.
+    """Create all parts of a process, without starting any.
 
     Raises:
         ArraMonError: if a file or the journal cannot be used, or an address cannot be listened on.
@@ -129,7 +129,7 @@ def assemble(config: Config, splits: Mapping[str, Split], database: Database) ->
     def open_site() -> AbstractAsyncContextManager[dict[str, str]]:
         if not config.http:
             return nullcontext({})
-        # Imported only here: they take half a second to load, which an embedded server without pages is spared.
+        # Imported only here, as loading takes half a second, which an embedded server without pages should not spend.
         from arramon_server.process.site import HttpSite
         from arramon_server.web.host import Host
         from arramon_server.web.pages import Pages
@@ -169,7 +169,7 @@ def _server(config: Config, accounts: Accounts, metrics: Metrics) -> grpc.aio.Se
 
 
 def _bind(server: grpc.aio.Server, listen: str, credentials: grpc.ServerCredentials | None) -> str:
-    """Add an address to the server and return it with its real port. A Unix socket is never encrypted: it is local."""
+    """Add an address to the server; return it with its actual port. A Unix socket is local, and never encrypted."""
     try:
         if credentials is None or listen.startswith("unix:"):
             port = server.add_insecure_port(listen)

@@ -86,7 +86,7 @@ def _first(t: PageTexts, key: str) -> str:
 
 
 def _colour(instruction_words: PageTexts, prop: Prop, text: str) -> str | None:
-    """Return the key of a prop's colour if the text gives its kind this colour; empty if it gives no colour; else None."""
+    """Return the key of a prop's colour if the text names it with the kind; empty if it names none; else None."""
     keys = [key for key in instruction_words.words if key.startswith("colours.")]
     said = {key for key in keys if _pair(instruction_words(key), instruction_words(f"things.{prop.kind}")).search(text)}
     if not said or not prop.colour:
