@@ -151,9 +151,9 @@ class Board:
         several have the same seed, the one published last is part of it, and the others are standings of their own.
 
         BOTH lists systems (same account, participant and agent) that have entries in all languages of the split. Of a
-        system's standings in one language, a ranked one is preferred, then the one published last. Scores are means over
-        the languages; intervals treat an episode's languages as one observation. If the data has changed, the sections
-        are unknown, and the ends of an interval are the means of the languages' ends.
+        system's standings in one language, a ranked one is preferred, then the one published last. Scores are means
+        over the languages; intervals treat an episode's languages as one observation. If the data has changed, the
+        sections are unknown, and the ends of an interval are the means of the languages' ends.
 
         While the leaderboard is frozen, the standings have no rows and no ranks, and are ordered by publication.
 

@@ -146,7 +146,7 @@ def test_void_episodes_are_marked(web: WebHouse) -> None:
     assert '<span class="mark">void</span>' in web.site.get(f"/en/runs/{run_id}/episodes/3").text
     for page in (f"/en/runs/{run_id}", "/en/?split=many&language=en"):
         shown = web.site.get(page).text
-        assert "episodes made void: 1 (3). Reason: a &lt;b&gt;wall&lt;/b&gt;" in shown
+        assert "episodes voided: 1 (3). Reason: a &lt;b&gt;wall&lt;/b&gt;" in shown
     assert "Receipt 1, superseded on" not in web.site.get(f"/en/runs/{run_id}").text
     Corrector(web.database, web.splits, SigningKey(web.folder / "key.pem")).revise("many")
     assert "Receipt 1, superseded on" in web.site.get(f"/en/runs/{run_id}").text
