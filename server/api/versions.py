@@ -21,11 +21,11 @@ class VersionCheck(grpc.aio.ServerInterceptor):
         if handler is None or not handler_call_details.method.startswith("/arramon."):
             return handler
         metadata = dict(handler_call_details.invocation_metadata or ())
-        spoken = metadata.get(PROTOCOL_METADATA, "none")
-        if spoken == str(PROTOCOL):
+        client_protocol = metadata.get(PROTOCOL_METADATA, "none")
+        if client_protocol == str(PROTOCOL):
             return handler
         message = (
-            f"this server ({__version__}) speaks protocol {PROTOCOL}, the client {quoted(str(spoken))}; "
+            f"this server ({__version__}) speaks protocol {PROTOCOL}, the client {quoted(str(client_protocol))}; "
             f"install the arramon-client of the server's version"
         )
 

@@ -326,18 +326,21 @@ class Board:
 
     def _spread_of(self, entries: tuple[Entry, ...], metric: str) -> SeedSpread | None:
         """Return the spread between seeds; None if the languages have different seeds."""
-        spoken = [{entry.seed: entry.version for entry in same} for same in by_language(entries)]
-        if len(spoken[0]) < 2 or any(set(one) != set(spoken[0]) for one in spoken):
+        versions_by_seed = [{entry.seed: entry.version for entry in same} for same in by_language(entries)]
+        if len(versions_by_seed[0]) < 2 or any(set(one) != set(versions_by_seed[0]) for one in versions_by_seed):
             return None
         if self._is_masked(entries[0].run):
             if _min_counted(entries) < MIN_SECTION:
                 return None
             seeds = [
-                [{entry.seed: entry for entry in same}[seed] for same in by_language(entries)] for seed in spoken[0]
+                [{entry.seed: entry for entry in same}[seed] for same in by_language(entries)]
+                for seed in versions_by_seed[0]
             ]
             return masked_spread([sum(one.rows[TOTAL][metric].mean for one in same) / len(same) for same in seeds])
         return self._spreads(
-            entries[0].run.split, tuple(tuple(one[seed] for one in spoken) for seed in spoken[0]), metric
+            entries[0].run.split,
+            tuple(tuple(one[seed] for one in versions_by_seed) for seed in versions_by_seed[0]),
+            metric,
         )
 
     def _find_spread(self, split: str, ids: Key, metric: str) -> SeedSpread | None:

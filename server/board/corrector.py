@@ -132,11 +132,11 @@ class Corrector:
                 f"episodes that are wrong (`arramon-server void {name} EPISODE`)"
             )
         changes = changes_between(before, after)
-        if shown := changes.world - self._corrections.voided(name):
+        if changed_worlds := changes.world - self._corrections.voided(name):
             raise Conflict(
-                f"the world of {named(shown)} of split {name!r} has changed since the runs were played, so their "
-                "actions cannot be scored in it; void these episodes first (`arramon-server void`), or leave the "
-                "runs without a rank"
+                f"the world of {named(changed_worlds)} of split {name!r} has changed since the runs were played, so "
+                "their actions cannot be scored in it; void these episodes first (`arramon-server void`), or leave "
+                "the runs without a rank"
             )
         return self._rescore(before, after, changes, reason)
 
@@ -202,12 +202,12 @@ class Corrector:
         scores = StoredScores(report.progress, report.table.rows, report.signature)
         runs, episodes, receipts = tables.runs, tables.episodes, tables.receipts
         with self._database.write() as connection:
-            mine = sa.and_(runs.c.run_id == run.run_id, runs.c.data_hash == run.data_hash)
-            if not connection.execute(runs.update().where(mine).values(data_hash=after.data_hash)).rowcount:
+            this_run = sa.and_(runs.c.run_id == run.run_id, runs.c.data_hash == run.data_hash)
+            if not connection.execute(runs.update().where(this_run).values(data_hash=after.data_hash)).rowcount:
                 raise Conflict(f"another process is scoring run {run.run_id!r} again")
             for ending in endings:
-                place = sa.and_(episodes.c.run_id == run.run_id, episodes.c.episode_id == ending.episode_id)
-                connection.execute(episodes.update().where(place).values(scores=ending.scores))
+                this_episode = sa.and_(episodes.c.run_id == run.run_id, episodes.c.episode_id == ending.episode_id)
+                connection.execute(episodes.update().where(this_episode).values(scores=ending.scores))
             self._corrections.note_rescored(connection, run.run_id, correction)
             self._entries.rescore(connection, run.run_id, scores, EpisodeTable.of(endings, play))
             outdated = sa.and_(receipts.c.run_id == run.run_id, receipts.c.corrections >= correction.number)

@@ -282,11 +282,11 @@ class Entries:
             if not by_host:
                 owner = sa.select(tables.runs.c.account).where(tables.runs.c.run_id == run_id)
                 check_may_act(connection, connection.execute(owner).scalar())
-            mine = table.c.run_id == run_id
+            this_run = table.c.run_id == run_id
             may = sa.true() if by_host else table.c.withdrawn_by_host.is_(False)
-            if connection.execute(table.update().where(mine, may).values(values)).rowcount:
+            if connection.execute(table.update().where(this_run, may).values(values)).rowcount:
                 return True
-            if connection.execute(sa.select(table.c.run_id).where(mine)).all():
+            if connection.execute(sa.select(table.c.run_id).where(this_run)).all():
                 return False
             row = {"run_id": run_id, "published_at": now, "note": note, "scores": _written(scores)}
             row |= {"episodes": episodes.packed(), "cost": cost.written() if cost else None}

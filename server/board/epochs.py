@@ -145,8 +145,8 @@ class EpochBoard:
         """
         for name in (older, newer):
             if self._epochs.find(name) is None:
-                there = ", ".join(epoch.statement.split for epoch in self.all()) or "none"
-                raise NotFound(f"there is no epoch {quoted(name)}; there are {there}")
+                existing = ", ".join(epoch.statement.split for epoch in self.all()) or "none"
+                raise NotFound(f"there is no epoch {quoted(name)}; there are {existing}")
         one, other = epoch_of(older), epoch_of(newer)
         if one is None or other is None or one[0] != other[0] or one[1] >= other[1]:
             raise BadInput(f"expected two epochs of one split, the older one first, got {older!r} and {newer!r}")

@@ -16,14 +16,14 @@ def group_by_seed(entries: Sequence[Entry]) -> Iterator[tuple[Entry, ...]]:
     kinds: dict[object, dict[str | None, Entry]] = {}
     for entry in sorted(filter(lambda entry: entry.is_ranked, entries), key=_preference):
         kinds.setdefault((entry.kind, entry.run.code), {})[entry.seed] = entry
-    together = {
+    groups = {
         entry.run.run_id: tuple(sorted(seeds.values(), key=lambda one: (len(one.seed or ""), one.seed or "")))
         for seeds in kinds.values()
         if len(seeds) > 1
         for entry in seeds.values()
     }
     for entry in entries:
-        found = together.get(entry.run.run_id, (entry,))
+        found = groups.get(entry.run.run_id, (entry,))
         if found[0] is entry:
             yield found
 

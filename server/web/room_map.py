@@ -83,8 +83,8 @@ class AssemblyReplay:
 
     def rooms(self) -> tuple[AssemblyMap, ...]:
         """Return the maps of both turns, as far as they were played."""
-        episode, held = self._session.episode, self._session.state.room
-        before = held[: len(episode.decoys)], held[: len(episode.decoys) + 1]  # the placed object comes last
+        episode, objects = self._session.episode, self._session.state.room
+        before = objects[: len(episode.decoys)], objects[: len(episode.decoys) + 1]  # the placed object comes last
         return tuple(
             _room(before[number], turn, played, self._ways[number], self._carried[number])
             for number, (turn, played) in enumerate(zip(episode.turns, self._session.record().turns, strict=True))
@@ -92,7 +92,7 @@ class AssemblyReplay:
 
 
 def _room(
-    held: Sequence[PlacedObject],
+    objects: Sequence[PlacedObject],
     turn: Turn,
     played: TurnRecord,
     way: Sequence[Square],
@@ -101,7 +101,7 @@ def _room(
     placed = played.placed_cell
     cell = turn.target_cell
     return AssemblyMap(
-        _piles(held),
+        _piles(objects),
         _points(turn.room_path),
         _points(way) if len(way) > 1 else "",
         _centre(START),
@@ -114,9 +114,9 @@ def _room(
     )
 
 
-def _piles(held: Sequence[PlacedObject]) -> tuple[Pile, ...]:
+def _piles(objects: Sequence[PlacedObject]) -> tuple[Pile, ...]:
     found: dict[Square, list[PlacedObject]] = {}
-    for one in held:
+    for one in objects:
         found.setdefault(Square(one.placement.column, one.placement.row), []).append(one)
     return tuple(
         Pile(*_centre(square), tuple(one.type for one in sorted(pile, key=lambda one: one.placement.level)))

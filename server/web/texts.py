@@ -124,14 +124,14 @@ def preferred(accepted: str) -> str:
     Args:
         accepted: the browser's `Accept-Language`, such as `hi-IN, hi;q=0.9, en;q=0.8`.
     """
-    wishes = []
+    preferences = []
     for place, part in enumerate(accepted.split(",")):
         tag, _, weight = part.strip().partition(";q=")
         try:
-            wishes.append((-float(weight or 1), place, tag.partition("-")[0].lower()))
+            preferences.append((-float(weight or 1), place, tag.partition("-")[0].lower()))
         except ValueError:
             continue
-    return next((code for weight, _, code in sorted(wishes) if weight < 0 and code in all_texts()), DEFAULT)
+    return next((code for weight, _, code in sorted(preferences) if weight < 0 and code in all_texts()), DEFAULT)
 
 
 def _flat(table: Mapping[str, Any], prefix: str = "") -> list[tuple[str, Any]]:

@@ -88,10 +88,12 @@ def _first(t: PageTexts, key: str) -> str:
 def _colour(instruction_words: PageTexts, prop: Prop, text: str) -> str | None:
     """Return the key of a prop's colour if the text names it with the kind; empty if it names none; else None."""
     keys = [key for key in instruction_words.words if key.startswith("colours.")]
-    said = {key for key in keys if _pair(instruction_words(key), instruction_words(f"things.{prop.kind}")).search(text)}
-    if not said or not prop.colour:
+    mentioned = {
+        key for key in keys if _pair(instruction_words(key), instruction_words(f"things.{prop.kind}")).search(text)
+    }
+    if not mentioned or not prop.colour:
         return ""
-    return f"colours.{prop.colour}" if f"colours.{prop.colour}" in said else None
+    return f"colours.{prop.colour}" if f"colours.{prop.colour}" in mentioned else None
 
 
 @lru_cache(512)
