@@ -155,18 +155,25 @@ class Config:
         form=TCP_FORM,
         check=is_tcp_address,
     )
-    host_name: str = setting("", "who hosts the leaderboard, as its pages say", form=LINE, check=is_line)
+    host_name: str = setting("", "name of the host, which the pages show", form=LINE, check=is_line)
     host_contact: str = setting(
-        "", "how to reach the host: an address for mail or of a page, as the pages say", form=LINE, check=is_line
+        "",
+        "how to contact the host, which the pages show: a mail address, or the address of a page",
+        form=LINE,
+        check=is_line,
     )
     host_rules: str = setting(
-        "", "rules of the leaderboard, or the address of a page with them, as the pages say", form=LINE, check=is_line
+        "",
+        "rules of the leaderboard, or the address of a page with them, which the pages show",
+        form=LINE,
+        check=is_line,
     )
     closes: SplitTimes = setting(
-        NO_TIMES, "when the leaderboards of splits close: from then on no runs are created on them or published"
+        NO_TIMES, "closing times of the splits' leaderboards: from then on no runs on them are created or published"
     )
     frozen: bool = setting(
-        False, "whether a leaderboard that closes shows no scores to others than a run's participant until then"
+        False,
+        "whether leaderboards with a closing time show scores only to a run's own participant and to hosts until then",
     )
     drain_seconds: float = setting(
         10.0,

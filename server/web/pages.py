@@ -57,7 +57,7 @@ class Pages:
         receipts: issues the runs' receipts.
         splits: the splits served, by name.
         epochs: the epochs of hidden splits.
-        host: who hosts the leaderboard.
+        host: the host of the leaderboard.
     """
 
     def __init__(

@@ -31,7 +31,7 @@ class Renderer:
     """Renders the templates, and holds the static files in memory.
 
     Args:
-        host: who hosts the leaderboard, for the foot of every page.
+        host: the host of the leaderboard, for the footer of every page.
 
     Attributes:
         files: name with digest, such as `style.0a1b2c3d4e.css` -> content and content type.

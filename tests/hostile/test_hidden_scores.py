@@ -10,7 +10,7 @@ import pytest
 from scipy.special import stdtrit
 
 from arramon_server.board.board import Board
-from arramon_server.board.comparisons import Comparisons
+from arramon_server.board.comparisons import ComparisonCache
 from arramon_server.board.episode_table import EpisodeTable
 from arramon_server.board.standings import COLUMNS, Mark
 from arramon_server.errors import Conflict
@@ -254,7 +254,7 @@ def test_paired_tests_are_no_ruler() -> None:
     section_of = {str(number): "1" for number in range(EPISODES)}
     ids = tuple(sorted(section_of))
     tables: dict[str, EpisodeTable] = {}
-    family = Comparisons(lambda version: tables[version.run_id], lambda split: Noise(b"secret"))
+    family = ComparisonCache(lambda version: tables[version.run_id], lambda split: Noise(b"secret"))
     for known in (5, 12, 20, 28):
         counts = np.zeros((2, len(classes)))
         for solved in (0, 1):
