@@ -20,7 +20,7 @@ import numpy as np
 
 from arramon_server.board.board import Board
 from arramon_server.board.cost import Cost
-from arramon_server.board.entries import Entries, Scores
+from arramon_server.board.entries import Entries, StoredScores
 from arramon_server.board.episode_table import EpisodeTable
 from arramon_server.board.epochs import EpochBoard
 from arramon_server.board.standings import BOTH
@@ -135,7 +135,7 @@ def _publish(
         9.0 * (place + 1),
         90,
     )
-    scores = Scores(progress, table_rows(with_total(turns), sections), f"split:{split.name}|run:{place}")
+    scores = StoredScores(progress, table_rows(with_total(turns), sections), f"split:{split.name}|run:{place}")
     play = hashlib.sha256(run.run_id.encode()).hexdigest()
     cost = Cost(1_000_000 * (place + 1), 7_654_321 * (place + 1), 1.25 * place) if language != "en" else None
     entries.publish(run.run_id, "", scores, EpisodeTable(ids, turns, play), by_host=True, cost=cost)

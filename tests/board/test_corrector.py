@@ -398,7 +398,7 @@ WORLDS = {
 def test_a_changed_world_is_refused_until_the_episode_is_void(host: Host, part: str) -> None:
     changed = {"e0": WORLDS[part](host.before.episodes["0"]), "e1": moved_cell(host.before.episodes["1"])}
     host.replace(**changed)
-    with pytest.raises(Conflict, match=r"the world of 1 episode \('0'\) of split 'tiny' is another"):
+    with pytest.raises(Conflict, match=r"the world of 1 episode \('0'\) of split 'tiny' has changed"):
         host.rescore()
     assert {one.marks for one in host.standings().values()} == {(Mark.OTHER_DATA,)}
     assert host.board().corrections("tiny") == ()

@@ -113,7 +113,7 @@ def test_withdrawn_reproductions_and_originals_are_not_linked(web: WebHouse) -> 
     assert "Reproduced by 1" in web.site.get(f"/en/runs/{REPRODUCED_RUN}").text
     web.publisher.withdraw(HOST, REPRODUCED_RUN)
     text = web.site.get(f"/en/runs/{'3' * 32}").text
-    assert "repeats a run that is not published now" in text
+    assert "repeats a run that is no longer published" in text
     assert REPRODUCED_RUN not in text
 
 
