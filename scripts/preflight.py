@@ -1,10 +1,11 @@
-"""Says in one line why `scripts/setup` cannot succeed on this machine, before anything is downloaded.
+"""Check the requirements of `scripts/setup` before anything is downloaded, and print the first unmet one in one line.
 
     python3 scripts/preflight.py agents|dev|host [cuda]
 
-The kinds are those of `scripts/setup`; with `cuda` PyTorch brings the libraries of NVIDIA's GPUs. The exit status is 2,
-with a line on standard error, or 0 with none. It runs with Pythons that are too old for the project, too, from 3.6 on.
-`requires-python` in pyproject.toml says which fit: those for which numba and PyTorch have builds.
+The kinds are those of `scripts/setup`; with `cuda`, PyTorch includes the libraries for NVIDIA GPUs. The exit status is
+2, with a line on standard error, or 0 without one. This script also runs on Python versions that are too old for the
+project, from 3.6 on. `requires-python` in pyproject.toml has the supported versions: those for which numba and PyTorch
+have builds.
 """
 
 import glob
@@ -22,33 +23,33 @@ from types import SimpleNamespace
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 
 NEEDED = {"host": 1000, "agents": 3000, "dev": 4000}
-"""Free space that a set-up needs, in MB, with PyTorch for the CPU."""
+"""Free disk space required for setup, in MB, with PyTorch for the CPU."""
 
 TORCH = 2000
-"""What of it PyTorch takes, in MB: not needed where `.venv` holds it already."""
+"""PyTorch's part of it, in MB: not needed if `.venv` contains PyTorch already."""
 
 CUDA = 6000
-"""Further space for the libraries of NVIDIA's GPUs, in MB."""
+"""Additional space for the libraries for NVIDIA GPUs, in MB."""
 
 TEMPORARY = {"host": 300, "agents": 800, "dev": 800}
-"""Free space in the folder of temporary files, into which pip unpacks packages one by one, in MB."""
+"""Free space required in the temporary folder, where pip unpacks packages one by one, in MB."""
 
 MACHINES = ("x86_64", "amd64", "aarch64", "arm64")
 """Processors for which all packages have builds."""
 
 GLIBC, GLIBC_TORCH, MACOS, MACOS_TORCH = (2, 17), (2, 28), (12, 0), (14, 0)
-"""Lowest versions of the systems for which all packages have builds, and those for which PyTorch has."""
+"""Lowest versions of glibc and macOS for which the packages have builds, without and with PyTorch."""
 
 
 def bounds():
-    """Return the lowest Python that fits, and the lowest that is too new, as (3, minor)."""
+    """Return the lowest supported Python version and the lowest that is too new, as (3, minor)."""
     with open(os.path.join(ROOT, "pyproject.toml"), encoding="utf-8") as file:
         low, high = re.search(r'^requires-python = ">=3\.(\d+),<3\.(\d+)"', file.read(), re.MULTILINE).groups()
     return (3, int(low)), (3, int(high))
 
 
 def facts():
-    """Return what counts of this machine."""
+    """Return the relevant properties of this machine."""
     libc, libc_version = platform.libc_ver()
     return SimpleNamespace(
         system=platform.system(),
@@ -71,12 +72,12 @@ def facts():
 
 
 def problem(machine, kind, cuda=False):
-    """Return why a set-up cannot succeed, and what to do; "" if nothing speaks against it.
+    """Return why setup cannot succeed on a machine, and what to do about it; "" if all requirements are met.
 
     Args:
         machine: as `facts` returns it.
         kind: agents, dev or host.
-        cuda: whether PyTorch brings the libraries of NVIDIA's GPUs.
+        cuda: whether PyTorch includes the libraries for NVIDIA GPUs.
     """
     low, high = bounds()
     needed = NEEDED[kind] + (CUDA if cuda else 0)
@@ -142,16 +143,16 @@ def problem(machine, kind, cuda=False):
             "another folder with TMPDIR",
         ),
     )
-    return next((said for wrong, said in checks if wrong), "")
+    return next((message for is_wrong, message in checks if is_wrong), "")
 
 
 def _macos():
-    """Return the version of macOS; () elsewhere. Pythons built before macOS 11 are told 10.16 for all later ones."""
+    """Return the version of macOS; () elsewhere. Pythons built before macOS 11 report 10.16 for all later ones."""
     version = _numbers(platform.mac_ver()[0])
     if version == (10, 16):
-        asked = [sys.executable, "-sS", "-c", "import platform; print(platform.mac_ver()[0])"]
-        said = subprocess.check_output(asked, env=dict(os.environ, SYSTEM_VERSION_COMPAT="0"))  # noqa: S603 - this very Python
-        version = _numbers(said.decode("ascii"))
+        command = [sys.executable, "-sS", "-c", "import platform; print(platform.mac_ver()[0])"]
+        output = subprocess.check_output(command, env=dict(os.environ, SYSTEM_VERSION_COMPAT="0"))  # noqa: S603 - this very Python
+        version = _numbers(output.decode("ascii"))
     return version
 
 
@@ -184,7 +185,7 @@ def _free(folder):
 
 
 if __name__ == "__main__":
-    said = problem(facts(), sys.argv[1], "cuda" in sys.argv[2:])
-    if said:
-        sys.stderr.write(f"scripts/setup: {said}\n")
+    message = problem(facts(), sys.argv[1], "cuda" in sys.argv[2:])
+    if message:
+        sys.stderr.write(f"scripts/setup: {message}\n")
         sys.exit(2)

@@ -1,4 +1,4 @@
-"""Entry point of `arramon-server` and `python -m server`: handles SIGTERM before anything else is loaded."""
+"""Entry point of `arramon-server` and `python -m server`, which handles SIGTERM before loading anything else."""
 
 import gc
 import os
@@ -10,13 +10,13 @@ from contextlib import contextmanager, nullcontext
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command; return the exit status, as `arramon_server.cli.main` does."""
-    if os.name != "posix":  # It locks files, listens on Unix sockets, and handles signals.
+    if os.name != "posix":  # The server locks files, listens on Unix sockets, and handles signals.
         sys.stderr.write("error: arramon-server needs Linux or macOS: on Windows run it in WSL 2\n")
         return 2
     words = sys.argv[1:] if argv is None else argv
     with _exit_on_sigterm() if words[:1] == ["serve"] else nullcontext():
         with _no_garbage_collection():
-            from arramon_server import cli  # takes up to a second, in which a server can be stopped already
+            from arramon_server import cli  # takes up to a second, during which the server can already be stopped
 
             cli.load(words)
         return cli.main(words)
@@ -24,7 +24,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 @contextmanager
 def _exit_on_sigterm() -> Iterator[None]:
-    """Exit with status 0 on SIGTERM during the start, when there is nothing to drain yet."""
+    """Exit with status 0 on SIGTERM during startup, while there is nothing to drain."""
 
     def leave(*_: object) -> None:
         sys.exit(0)
@@ -38,7 +38,7 @@ def _exit_on_sigterm() -> Iterator[None]:
 
 @contextmanager
 def _no_garbage_collection() -> Iterator[None]:
-    """Load modules without looking for garbage in them, now, later, and at the exit: that takes longer than loading."""
+    """Disable garbage collection while loading modules, and exclude them from it later: it is slower than loading."""
     gc.disable()
     try:
         yield

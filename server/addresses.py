@@ -1,4 +1,4 @@
-"""Addresses to listen on: validation, and checks that they are free and whether they are local."""
+"""Addresses to listen on: their syntax, whether they are local, and whether they are free."""
 
 import ipaddress
 import socket
@@ -27,10 +27,10 @@ def is_loopback(address: str) -> bool:
 
 
 def check_free(listen: str) -> None:
-    """Check that this process can listen on an address: it is local, and no process listens there, nor shares its port.
+    """Check that this process can listen on an address: it belongs to this machine, and no process uses its port.
 
     Raises:
-        BadInput: if it cannot; the message says why.
+        BadInput: if it cannot listen there; the message says why.
     """
     try:
         if listen.startswith("unix:"):
@@ -48,7 +48,7 @@ def check_free(listen: str) -> None:
 
 
 def _found(address: str) -> list[ipaddress.IPv4Address | ipaddress.IPv6Address]:
-    """Return the IP addresses to which this machine resolves the host of an address; empty if it is unknown."""
+    """Return the IP addresses to which the host of an address resolves; empty if it is unknown."""
     try:
         infos = socket.getaddrinfo(address.rpartition(":")[0].strip("[]"), None, type=socket.SOCK_STREAM)
     except OSError:

@@ -1,4 +1,4 @@
-"""Backup of a host's journal, secret, signing key and splits to a new folder readable by its owner only."""
+"""Backup of a host's journal, secrets, signing key and splits to a new folder that only its owner can read."""
 
 import os
 import shutil
@@ -17,17 +17,17 @@ from arramon_server.runs.storage.database import Database
 from arramon_server.runs.transfer.export import export
 
 JOURNAL, EXPORT, KEY = "journal.db", "journal.jsonl.zst", "signing-key.pem"
-"""File names in a backup: the journal from SQLite, the export of one from PostgreSQL, and the signing key."""
+"""File names in a backup: the journal (from SQLite), its export (from PostgreSQL), and the signing key."""
 
 
 def back_up(config: Config, folder: Path) -> list[str]:
     """Write a backup, completely or not at all; servers may be running.
 
-    With SQLite the folder can be served directly as a data folder. With PostgreSQL the journal in it must be imported.
+    With SQLite the backup can be served directly as a data folder. With PostgreSQL its journal must be imported first.
 
     Args:
         config: settings of the host; `data`, `journal` and `signing_key` are used.
-        folder: path of a folder that does not exist, in one that does.
+        folder: path of a new folder, in an existing one.
 
     Returns:
         Names of the files and splits in the backup.
@@ -35,7 +35,7 @@ def back_up(config: Config, folder: Path) -> list[str]:
     Raises:
         BadInput: if the folder exists already, or the secret or the key is malformed or can be read by others.
         NotFound: if there is no data folder, or no key although receipts were signed with one.
-        Conflict: if the key is not that of the journal, or a split changed while it was copied.
+        Conflict: if the key is not the journal's, or a split changed while it was copied.
         StorageError: if a file cannot be read or written.
     """
     if folder.exists():
@@ -46,7 +46,7 @@ def back_up(config: Config, folder: Path) -> list[str]:
         with tempfile.TemporaryDirectory(dir=folder.parent, prefix=f".{folder.name}-") as temporary:
             new = Path(temporary) / folder.name
             new.mkdir(mode=0o700)
-            # The journal is copied first: the files that its runs need exist by then, and are copied after it.
+            # The journal is copied first, so that the files that its runs need exist and are copied afterwards.
             with closing(Database(config.journal_url, read_only=True)) as database:
                 _copy_journal(database, new)
                 _copy_key(database, config.signing_key_path, new)

@@ -1,6 +1,6 @@
-"""The command line of the server: `arramon-server serve` and the others in `arramon_server.commands`.
+"""Command line of the server: `arramon-server serve` and the other commands in `arramon_server.commands`.
 
-Installed packages add commands of their own, such as `generate`, by an entry point in the group `arramon.commands`: the
+Installed packages can add commands, such as `generate`, with an entry point in the group `arramon.commands`: the
 command's name, and a module whose function `add` adds its parser.
 """
 
@@ -35,11 +35,11 @@ FAMILIES = {
     "backup": ("backup",),
     "epoch": ("epoch",),
 }
-"""Modules of `arramon_server.commands`, with their commands. Only the module of the command in use is imported."""
+"""Modules of `arramon_server.commands` and their commands. Only the module of the given command is imported."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run a command; return the exit status: 0 success, 1 an error that was printed, 2 wrong usage, 130 interrupted."""
+    """Run a command; return the exit status: 0 success, 1 error (printed), 2 wrong usage, 130 interrupted."""
     # Set before gRPC is loaded: its own output is not in the log's format, and the error explains the same.
     os.environ.setdefault("GRPC_VERBOSITY", "NONE")
     words = sys.argv[1:] if argv is None else argv
@@ -66,7 +66,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _report_unknown(word: str) -> int:
-    """Print that there is no such command, and the one that is spelled most like it."""
+    """Print that there is no such command, and suggest the one with the most similar spelling."""
     known = list(_all_commands())
     close = difflib.get_close_matches(word, known, n=1)
     hint = f"did you mean {close[0]!r}?" if close else f"expected {', '.join(known)}"
@@ -75,8 +75,8 @@ def _report_unknown(word: str) -> int:
 
 
 def _report(message: str, arguments: Mapping[str, Any]) -> None:
-    """Print an error to standard error, in the log's format: the settings may not have been read."""
-    # What a file or a name from elsewhere has in it must not control the terminal.
+    """Print an error to standard error in the log's format, even if the settings could not be read."""
+    # Quoted files and names must not control the terminal.
     message = "\n".join(shown(line) for line in mask_secrets(message).expandtabs(4).split("\n"))
     if wants_json(arguments, os.environ):
         print(logs.error_line("arramon_server.cli", message), file=sys.stderr)
@@ -85,13 +85,13 @@ def _report(message: str, arguments: Mapping[str, Any]) -> None:
 
 
 def load(argv: Sequence[str]) -> None:
-    """Import the modules of the command in `argv`, which `main` would otherwise do."""
+    """Import the modules of the command in `argv` before `main` does."""
     for module in _modules(argv[0]) if argv else _all_modules():
         import_module(module)
 
 
 def parser(command: str = "") -> argparse.ArgumentParser:
-    """Return the parser of a command, or of all commands if there is none of that name."""
+    """Return the parser for one command; for all commands if there is no such command."""
     parser = _Parser(prog="arramon-server", description="The ArraMon evaluation server.")
     parser.add_argument("--version", action="version", version=f"arramon-server {__version__}")
     common = argparse.ArgumentParser(add_help=False)
@@ -103,26 +103,26 @@ def parser(command: str = "") -> argparse.ArgumentParser:
 
 
 class _Parser(argparse.ArgumentParser):
-    """Parser whose errors mask the secrets in what was typed; those of the commands are of the same class."""
+    """Argument parser that masks secrets in its error messages; subparsers inherit this class."""
 
     def error(self, message: str) -> NoReturn:
         super().error(mask_secrets(message))
 
 
 def _own_commands() -> dict[str, str]:
-    """Return the server's own commands, and the module of each."""
+    """Return the module of each of the server's own commands."""
     return {command: f"arramon_server.commands.{family}" for family, its in FAMILIES.items() for command in its}
 
 
 def _all_commands() -> dict[str, str]:
-    """Return all commands, those of installed packages after the server's own, and the module of each."""
+    """Return the module of every command: the server's own, then those of installed packages."""
     own = _own_commands()
     added = {entry.name: entry.module for entry in entry_points(group=ENTRY_POINTS)}
     return own | {command: module for command, module in added.items() if command not in own}
 
 
 def _modules(command: str) -> list[str]:
-    """Return the module of a command, alone in a list; an empty list if there is no such command."""
+    """Return a list with the module of a command; an empty list if there is no such command."""
     commands = own if command in (own := _own_commands()) else _all_commands()
     return [commands[command]] if command in commands else []
 

@@ -1,4 +1,4 @@
-"""The error tree: all errors of the server whose messages are meant for users.
+"""The error tree: all errors whose messages are meant for users.
 
 ArraMonError
 ├── BadInput         arguments, files or settings are wrong
@@ -8,22 +8,22 @@ ArraMonError
 │   └── TakenOver    another server process was faster; the request can be repeated
 ├── Unauthenticated  the token is missing or invalid
 ├── Forbidden        not allowed for this role or over this connection
-├── OverQuota        a limit of the participant is reached; says when the next request is possible
+├── OverQuota        a limit of the participant is reached; the message says when to try again
 └── Unavailable      the server cannot serve the request now
     └── StorageError the journal or the data folder cannot be read or written
 """
 
 from pathlib import Path
 
-LONGEST_QUOTE = 100
-"""Maximum characters of a caller's text that an error message quotes."""
+MAX_QUOTE_LENGTH = 100
+"""Maximum number of characters of a caller's text that an error message quotes."""
 
 
 def quoted(words: str) -> str:
-    """Return a caller's text quoted for an error message, truncated if it is long: the size of a status is limited."""
-    if len(words) <= LONGEST_QUOTE:
+    """Return a caller's text, quoted for an error message and truncated if it is long, as gRPC limits statuses."""
+    if len(words) <= MAX_QUOTE_LENGTH:
         return repr(words)
-    return f"{words[:LONGEST_QUOTE]!r}... ({len(words)} characters)"
+    return f"{words[:MAX_QUOTE_LENGTH]!r}... ({len(words)} characters)"
 
 
 class ArraMonError(Exception):

@@ -1,4 +1,4 @@
-"""Threads that draw and compress images beside the event loop; both work without holding Python's lock."""
+"""Threads that draw and compress images while the event loop continues; neither holds Python's global lock."""
 
 import os
 from collections import deque
@@ -9,14 +9,14 @@ from typing import TypeVar
 T = TypeVar("T")
 
 MAX_THREADS = 4
-"""More cannot be kept busy: between two frames there is work that only one thread at a time can do."""
+"""Maximum number of threads. More cannot be kept busy, because work between frames is single-threaded."""
 
 
 class ImageThreads:
-    """Threads of one process; on a single core there are none.
+    """Pool of image threads of one process; empty on a single core.
 
     Args:
-        cores: that the process may use; None for those that it has.
+        cores: number of cores that the process may use; None for all that are available to it.
     """
 
     def __init__(self, cores: int | None = None) -> None:
@@ -24,9 +24,9 @@ class ImageThreads:
         self._pool = ThreadPoolExecutor(self._count, "images") if self._count else None
 
     def begin(self, work: Callable[[], T]) -> Callable[[], T]:
-        """Begin some work, and return a function that finishes it and returns its result, or raises its exception.
+        """Submit some work; return a function that waits for it and returns its result or raises its exception.
 
-        What no thread has begun by then, as the cores are busy, is done by the caller.
+        If no thread has started the work by then, because all are busy, the returned function does it itself.
         """
         if self._pool is None:
             return work
@@ -38,12 +38,12 @@ class ImageThreads:
         return finish
 
     def run(self, works: Sequence[Callable[[], T]]) -> list[T]:
-        """Do all of the work, the caller beside the threads, and return the results in order.
+        """Do all of the work in the threads and the calling thread; return the results in order.
 
-        No thread still works when this returns or raises.
+        All work has stopped when this returns or raises.
 
         Raises:
-            Exception: what any of the work raised.
+            Exception: the exception that any of the work raised.
         """
         if self._pool is None or len(works) < 2:
             return [work() for work in works]

@@ -1,4 +1,4 @@
-"""Integer settings that may differ by split, such as the number of runs that a participant may create in a day."""
+"""Integer settings that may differ by split, such as the number of runs that a participant may create per day."""
 
 import json
 import re
@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 DEFAULT = "default"
-"""Key for all splits without a number of their own."""
+"""Key of the number for all splits that are not named."""
 
-MOST = 1_000_000_000
+MAX_LIMIT = 1_000_000_000
 """Maximum value of a limit of runs or streams."""
 
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
@@ -16,11 +16,11 @@ _BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 @dataclass(frozen=True, slots=True)
 class PerSplit:
-    """Default number for all splits, and numbers for some splits.
+    """A default number, and different numbers for some splits.
 
     Attributes:
-        default: number of each split that is not in `named`; None if that is left to the server.
-        named: pairs of a split's name and its number, sorted by name.
+        default: number for splits that are not in `named`; None for the server's default.
+        named: pairs of split name and number, sorted by name.
     """
 
     default: int | None = None
@@ -31,7 +31,7 @@ class PerSplit:
         """Parse a text such as `3`, `test_unseen=3`, or `5,test_unseen=3,val_seen=0`.
 
         Raises:
-            ValueError: if the text has another form, or gives a split two numbers.
+            ValueError: if the text is malformed, or gives a split two numbers.
         """
         found: dict[str, int] = {}
         for part in text.split(","):
@@ -44,12 +44,12 @@ class PerSplit:
         return cls(default, tuple(sorted(found.items())))
 
     def of(self, split: str) -> int | None:
-        """Return the number of a split; None if none was given for it."""
+        """Return the number for a split; None if none was given."""
         return dict(self.named).get(split, self.default)
 
     @property
     def splits(self) -> tuple[str, ...]:
-        """Names of the splits that have a number of their own."""
+        """Names of the splits with numbers of their own."""
         return tuple(name for name, _ in self.named)
 
     @property

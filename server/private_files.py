@@ -12,9 +12,9 @@ from arramon_server.errors import BadFile, StorageError
 
 
 def private_file(path: Path, make: Callable[[], bytes]) -> bytes:
-    """Return the content of a file, which is created with mode 600 if it does not exist.
+    """Return the content of a private file; create it with mode 600 if it does not exist.
 
-    If several processes create it at once, one wins, and all return its content.
+    If several processes create it at the same time, one of them succeeds, and all return its content.
 
     Args:
         path: path of the file; its folder is created too.
@@ -36,7 +36,7 @@ def private_file(path: Path, make: Callable[[], bytes]) -> bytes:
 
 
 def check_private_file(path: Path) -> None:
-    """Check that a file, if it exists, is accessible to its owner only.
+    """Check that a file is accessible to its owner only, if it exists.
 
     Raises:
         BadFile: if others have access; the message names the command that corrects this.
@@ -45,7 +45,7 @@ def check_private_file(path: Path) -> None:
 
 
 def check_private_folder(path: Path) -> None:
-    """Check that a folder, if it exists, is accessible to its owner only, which protects everything in it.
+    """Check that a folder is accessible to its owner only, if it exists, which protects everything in it.
 
     Raises:
         BadFile: if others have access; the message names the command that corrects this.
@@ -61,7 +61,7 @@ def _check_mode(path: Path, is_there: bool, expected: int) -> None:
 
 
 def _write(path: Path, content: bytes) -> None:
-    """Write a new file atomically; keep the file if another process has created it meanwhile."""
+    """Write a new file atomically; if another process has created it meanwhile, keep that file."""
     file, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}-")  # has mode 600
     try:
         with os.fdopen(file, "wb") as stream:

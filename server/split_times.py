@@ -1,4 +1,4 @@
-"""Settings that are times of some splits, such as the time at which a split's leaderboard closes."""
+"""Settings with a time for some splits, such as when their leaderboards close."""
 
 import json
 import re
@@ -22,10 +22,10 @@ class SplitTimes:
     def parse(cls, text: str) -> "SplitTimes":
         """Parse a text such as `test_unseen=2030-12-01T12:00Z`, or several of these, separated by commas.
 
-        A date alone stands for its begin, and a time without a zone is in UTC.
+        A date without a time means its start (00:00), and times without a zone are in UTC.
 
         Raises:
-            ValueError: if the text has another form, or gives a split two times.
+            ValueError: if the text is malformed, or gives a split two times.
         """
         found: dict[str, datetime] = {}
         for part in filter(None, (part.strip() for part in text.split(","))):

@@ -1,7 +1,7 @@
-"""Texts of participants that others see: one line of visible characters that disturbs nothing beside it.
+"""Validation of texts that participants show to others: one line of visible characters without side effects.
 
-Joiners (U+200C, U+200D) are allowed after a character, as Devanagari and emoji need them, and so are the selectors of
-an emoji's style (U+FE0E, U+FE0F); alone they would be invisible.
+Joiners (U+200C, U+200D) are allowed after a character, as Devanagari and emoji need them, and so are emoji style
+selectors (U+FE0E, U+FE0F); on their own they would be invisible.
 """
 
 import re
@@ -13,8 +13,8 @@ JOINERS = "\u200c\u200d"
 STYLES = "\ufe0e\ufe0f"
 """Variation selectors that choose between text and colour forms of an emoji."""
 
-MOST_MARKS = 4
-"""Maximum combining marks in a row. No language needs more, and higher stacks would cover other lines."""
+MAX_MARKS = 4
+"""Maximum number of combining marks in a row. No language needs more, and taller stacks would cover other lines."""
 
 _BLANK = re.compile("[\u034f\u115f\u1160\u17b4\u17b5\u180b-\u180f\u2800\u3164\ufe00-\ufe0d\uffa0\U000e0100-\U000e01ef]")
 """Invisible characters that Python considers printable: fillers and variation selectors."""
@@ -24,12 +24,12 @@ _LONE = re.compile(rf"(?:^|[\s{JOINERS}])[{JOINERS}]|(?:^|[\s{JOINERS}{STYLES}])
 
 
 def is_visible(text: str) -> bool:
-    """Return whether a text is one line of visible characters, without control of the cursor or the text direction."""
+    """Return whether a text is one line of visible characters, without control of cursor or text direction."""
     return invisible_part(text) is None
 
 
 def invisible_part(text: str) -> str | None:
-    """Return what makes a text no line of visible characters, such as "U+200B (ZERO WIDTH SPACE)"; None if nothing."""
+    """Return the part of a text that is not allowed in visible text, such as "U+200B (ZERO WIDTH SPACE)"; or None."""
     for letter in text:
         if letter not in JOINERS and (not letter.isprintable() or _BLANK.match(letter)):
             return _named(letter)
@@ -39,19 +39,19 @@ def invisible_part(text: str) -> str | None:
     for letter in text:
         is_mark = _is_mark(letter)
         row = row + 1 if is_mark else row if letter in JOINERS else 0
-        if is_mark and (before.isspace() or row > MOST_MARKS):
-            return _named(letter) + (" after no letter" if before.isspace() else f" after {MOST_MARKS} other marks")
+        if is_mark and (before.isspace() or row > MAX_MARKS):
+            return _named(letter) + (" after no letter" if before.isspace() else f" after {MAX_MARKS} other marks")
         before = letter
     return None
 
 
 def shown(text: str) -> str:
-    """Return a text for display, with what `is_visible` refuses replaced: old and imported texts may have it."""
+    """Return a text for display, with what `is_visible` rejects replaced: old and imported texts may have it."""
     kept, row = list[str](), 0
     for letter in text:
         row = row + 1 if _is_mark(letter) else row if letter in JOINERS else 0
         is_odd = letter not in JOINERS and (not letter.isprintable() or _BLANK.match(letter))
-        if row <= MOST_MARKS:
+        if row <= MAX_MARKS:
             kept.append("\ufffd" if is_odd and letter not in _SPACES else letter)
     return "".join(kept)
 

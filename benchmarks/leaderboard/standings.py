@@ -20,7 +20,7 @@ import numpy as np
 
 from arramon_server.board.board import Board
 from arramon_server.board.cost import Cost
-from arramon_server.board.entries import Entries, Scores
+from arramon_server.board.entries import Entries, StoredScores
 from arramon_server.board.episode_table import EpisodeTable
 from arramon_server.board.epochs import EpochBoard
 from arramon_server.board.standings import BOTH
@@ -33,7 +33,7 @@ from arramon_server.runs.storage.records import COMPLETE, Run, RunProgress
 from arramon_server.scoring.aggregate import table_rows, with_total
 from arramon_server.scoring.episode import METRICS
 from arramon_server.web.comparison_page import ComparisonPage
-from arramon_server.web.filters import Choice
+from arramon_server.web.filters import StandingsQuery
 from arramon_server.web.rendering import Renderer
 from arramon_server.web.standings_page import StandingsPage
 from arramon_server.web.texts import all_texts
@@ -85,7 +85,7 @@ def _measure(database: Database, split: Split, number: int) -> None:
     epochs = EpochBoard(board, entries, EpochStore(database), Journal(database), splits)
     pages, comparisons, renderer = StandingsPage(board, splits, epochs), ComparisonPage(board), Renderer()
     for code, texts in all_texts().items():
-        choice = Choice(split.name, "en")
+        choice = StandingsQuery(split.name, "en")
         page = renderer.page("standings.html", texts, "/", pages.context(texts, choice, pages.defaults(code)))
         against = comparisons.context(texts, lines[0].entries[0].run.run_id, {})
         _sized(f"{code} standings", page)
@@ -94,7 +94,7 @@ def _measure(database: Database, split: Split, number: int) -> None:
         _publish(database, entries, split, place, 0.1 + 0.3 * place / max(number - 1, 1), hard, "hi")
     _timed("first look, two languages", lambda: board.listing(split.name, BOTH))
     for code, texts in all_texts().items():
-        choice = Choice(split.name, BOTH)
+        choice = StandingsQuery(split.name, BOTH)
         page = renderer.page("standings.html", texts, "/", pages.context(texts, choice, pages.defaults(code)))
         _sized(f"{code} standings, two languages", page)
 
@@ -135,7 +135,7 @@ def _publish(
         9.0 * (place + 1),
         90,
     )
-    scores = Scores(progress, table_rows(with_total(turns), sections), f"split:{split.name}|run:{place}")
+    scores = StoredScores(progress, table_rows(with_total(turns), sections), f"split:{split.name}|run:{place}")
     play = hashlib.sha256(run.run_id.encode()).hexdigest()
     cost = Cost(1_000_000 * (place + 1), 7_654_321 * (place + 1), 1.25 * place) if language != "en" else None
     entries.publish(run.run_id, "", scores, EpisodeTable(ids, turns, play), by_host=True, cost=cost)

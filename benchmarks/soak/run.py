@@ -41,7 +41,7 @@ from benchmarks.soak.players import Player
 from benchmarks.soak.rude import RudeStreams
 from benchmarks.soak.service import AUTHORITY, KILL, OF_DATABASE, OTHERS, Fault, Faults, Service, Stuck, service
 from tests import tiny
-from tests.faults.clients import EPISODES, Peace, client, differences, finish, journal_url, results
+from tests.faults.clients import EPISODES, UndisturbedRun, client, differences, finish, journal_url, results
 
 SIGHT = ("--sensors", "rgb,depth", "--image-size", "128", "--parallel", "8")
 """Arguments of players on servers with a host's settings: they get images, and leave episodes to rude streams."""
@@ -127,7 +127,7 @@ class Soak:
         left = [player for player in self._everyone if not player.wait(end - time.monotonic())]
         self.stuck += [f"run {player.run or '?'} was not finished" for player in left]
 
-    def figures(self, once: Peace) -> dict[str, Any]:
+    def figures(self, once: UndisturbedRun) -> dict[str, Any]:
         """Return the results, after comparing every run with the undisturbed one."""
         played = [(player, run) for player in self._everyone for run in player.finished]
         print(f"comparing {len(played)} runs with the undisturbed one ...", flush=True)
@@ -170,11 +170,11 @@ def after_the_end(there: Service, options: argparse.Namespace, folder: Path, fau
     }
 
 
-def embedded(folder: Path) -> Peace:
+def embedded(folder: Path) -> UndisturbedRun:
     """Play undisturbed, with an embedded server on the same episodes."""
     tiny.write(folder / "data", count=EPISODES)
     finish(client(None, folder / "results", "--data", str(folder / "data")))
-    return Peace(results(folder / "results"), journal_url(folder / "data"))
+    return UndisturbedRun(results(folder / "results"), journal_url(folder / "data"))
 
 
 def credentials(there: Service, folder: Path, participant: str, hosted: bool) -> Sequence[str]:
@@ -187,7 +187,7 @@ def credentials(there: Service, folder: Path, participant: str, hosted: bool) ->
     return "--token-file", str(token), "--tls-ca", str(folder / AUTHORITY)
 
 
-def compare(there: Service, once: Peace, player: Player, run: str) -> Iterator[str]:
+def compare(there: Service, once: UndisturbedRun, player: Player, run: str) -> Iterator[str]:
     """Yield the differences from the undisturbed run, and the errors of the receipt."""
     yield from differences(there.url, once.results, player.results(run), once_url=once.url)
     said = io.StringIO()

@@ -1,1 +1,1 @@
-"""The gRPC API: thin servicers and their interceptors."""
+"""The gRPC API: the two services, their messages, and the interceptors around them."""

@@ -1,4 +1,4 @@
-"""The access log: one log line and one count for each call, with its method, status, duration and account."""
+"""Access log: a log line and a metric for each call, with its method, status, duration and account."""
 
 import asyncio
 import ipaddress

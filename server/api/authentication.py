@@ -1,4 +1,4 @@
-"""Authentication of calls: the interceptor that turns a call's metadata into a `Caller`, for every method."""
+"""Authentication: an interceptor that derives the `Caller` of every call from its metadata."""
 
 import asyncio
 import time
@@ -11,7 +11,7 @@ from typing import Any
 import grpc
 
 from arramon_server.addresses import is_loopback
-from arramon_server.api.interceptor import Context, Continuation, Handler, Origin, Work, wrap_handler
+from arramon_server.api.interceptor import CallOrigin, Context, Continuation, Handler, Work, wrap_handler
 from arramon_server.configuration.config import Config
 from arramon_server.errors import Forbidden, StorageError, Unauthenticated
 from arramon_server.runs.accounts.accounts import Accounts
@@ -32,8 +32,8 @@ PUBLIC_METHODS = frozenset({
 """Methods that need no token, even on a server that requires one to play."""
 
 TOKEN_CACHE_SECONDS, TOKEN_CACHE_SIZE = 2.0, 10_000
-"""How long a token that was looked up is cached, and how many are: a revoked token is refused after at most that long.
-An open stream is authenticated again as often, when it sends a response."""
+"""Lifetime and size of the cache of looked-up tokens: a revoked token is refused after this time at the latest. Open
+streams are authenticated again at this interval, when they send a response."""
 
 _caller: ContextVar[Caller] = ContextVar("caller")
 
@@ -48,11 +48,11 @@ def caller_of() -> Caller:
 
 
 class Authentication(grpc.aio.ServerInterceptor):
-    """Interceptor that authenticates the callers of this project's services, and refuses those without access.
+    """Interceptor that authenticates callers of this project's services, and refuses callers without access.
 
     Args:
-        accounts: knows the valid tokens.
-        config: determines whether a token is required, and over which connections it is accepted.
+        accounts: storage of the tokens.
+        config: settings that say whether a token is required, and over which connections it is accepted.
     """
 
     def __init__(self, accounts: Accounts, config: Config) -> None:
@@ -72,11 +72,11 @@ class Authentication(grpc.aio.ServerInterceptor):
             return handler
 
         async def answer(work: Work, request: Any, context: Context) -> Any:
-            await self._admit(Origin.of(context), method)
+            await self._admit(CallOrigin.of(context), method)
             return await work(request, context)
 
         async def stream(work: Work, request: Any, context: Context) -> AsyncIterator[Any]:
-            origin = Origin.of(context)
+            origin = CallOrigin.of(context)
             await self._admit(origin, method)
             again = time.monotonic() + TOKEN_CACHE_SECONDS
             async with aclosing(work(request, context)) as responses:
@@ -88,13 +88,13 @@ class Authentication(grpc.aio.ServerInterceptor):
 
         return wrap_handler(handler, answer, stream)
 
-    async def _admit(self, origin: Origin, method: str, *, known: bool = False) -> None:
-        """Authenticate the caller and note it for `caller_of`.
+    async def _admit(self, origin: CallOrigin, method: str, *, known: bool = False) -> None:
+        """Authenticate the caller and store it for `caller_of`.
 
         Args:
-            origin: of the call.
-            method: that is called.
-            known: whether the caller was admitted before; it then stays so while the database cannot be reached.
+            origin: origin of the call.
+            method: full name of the called method.
+            known: whether the caller was admitted before; then it stays admitted while the database is unreachable.
 
         Raises:
             Unauthenticated, Forbidden: if the caller may not call the method.
@@ -109,8 +109,8 @@ class Authentication(grpc.aio.ServerInterceptor):
             if not known:
                 raise
 
-    async def _find(self, origin: Origin) -> Caller | None:
-        """Return the caller; None if the call has no token and requires one.
+    async def _find(self, origin: CallOrigin) -> Caller | None:
+        """Return the caller; None if the call needs a token and has none.
 
         Raises:
             Unauthenticated, Forbidden: if the call has a token that is not accepted.
@@ -142,10 +142,10 @@ class Authentication(grpc.aio.ServerInterceptor):
 
 
 def anonymous_caller(config: Config) -> Caller | None:
-    """Return the caller that represents clients without a token; None if they may not play.
+    """Return the caller for clients without a token; None if such clients may not play.
 
-    By default they may play if only this machine can reach the server: at a loopback address or on a Unix socket,
-    without a proxy in front, through which remote clients would come.
+    By default they may play if only this machine can reach the server: on a loopback address or a Unix socket, and not
+    behind a proxy, which would let remote clients in.
     """
     own = config.is_for_own_machine
     if config.anonymous is None:
@@ -155,17 +155,17 @@ def anonymous_caller(config: Config) -> Caller | None:
     return ANONYMOUS if own else UNAUTHENTICATED
 
 
-def is_private(origin: Origin) -> bool:
-    """Return whether a call cannot be read in transit: it is encrypted, or does not leave this machine."""
+def is_private(origin: CallOrigin) -> bool:
+    """Return whether nobody can read a call in transit: it is encrypted, or does not leave this machine."""
     return origin.encrypted or _has_local_peer(origin)
 
 
-def is_on_same_machine(origin: Origin) -> bool:
-    """Return whether the caller is on this machine, and not only a proxy that forwards remote calls."""
+def is_on_same_machine(origin: CallOrigin) -> bool:
+    """Return whether the caller itself, not just a proxy that forwards remote calls, is on this machine."""
     proxied = {"forwarded", "via", "x-forwarded-for"} & {key for key, _ in origin.metadata}
     return _has_local_peer(origin) and not proxied
 
 
-def _has_local_peer(origin: Origin) -> bool:
+def _has_local_peer(origin: CallOrigin) -> bool:
     kind, _, address = origin.peer.partition(":")
     return kind == "unix" or (kind in ("ipv4", "ipv6") and is_loopback(address.replace("%5B", "[").replace("%5D", "]")))

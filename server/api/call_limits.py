@@ -1,4 +1,4 @@
-"""Limits on the open calls of each group of callers, so that no group can use up the server's calls."""
+"""Limits on the open calls of each group of callers, so that no group can exhaust the server's calls."""
 
 import asyncio
 from collections import Counter
@@ -17,12 +17,12 @@ from arramon_server.runs.accounts.callers import ANONYMOUS, Role
 
 @dataclass(frozen=True, slots=True)
 class CallerGroup:
-    """A group of callers with a common limit.
+    """A group of callers that share a limit.
 
     Attributes:
-        name: a participant, or a kind of callers that cannot be told apart; completes "too many open calls from".
-        share: divisor: the group may have 1/share of the calls that a process has open at once.
-        at_once: calls with a single response that are handled concurrently; further ones wait.
+        name: a participant, or a kind of anonymous callers; completes "too many open calls from".
+        share: divisor of the process's limit: the group may have 1/share of it open.
+        at_once: maximum number of unary calls that are handled concurrently; further ones wait.
     """
 
     name: str
@@ -39,11 +39,11 @@ PARTICIPANT_SHARE, PARTICIPANT_AT_ONCE = 4, 2
 class CallLimits(grpc.aio.ServerInterceptor):
     """Interceptor that limits the open calls of each group of callers. It must come after `Authentication`.
 
-    A call counts until it has ended for gRPC too, as a client may leave its response unread. Hosts, and anonymous
+    A call counts until gRPC has ended it too, because a client may leave the response unread. Hosts, and anonymous
     players on their own machine, are not limited.
 
     Args:
-        max_calls: calls that the process may have open at once.
+        max_calls: maximum number of open calls of the process.
     """
 
     def __init__(self, max_calls: int) -> None:
@@ -82,7 +82,7 @@ class CallLimits(grpc.aio.ServerInterceptor):
         """Count a call as open until it ends.
 
         Raises:
-            OverQuota: if the group has as many open calls as it may.
+            OverQuota: if the group has reached its limit of open calls.
         """
         limit = max(1, self._max_calls // group.share)
         if self._open[group] >= limit:
@@ -99,7 +99,7 @@ class CallLimits(grpc.aio.ServerInterceptor):
 
 
 def _group_of(method: str, *, streaming: bool) -> CallerGroup | None:
-    """Return the group that a call counts for; None if it is not limited."""
+    """Return the group that a call belongs to; None if it is not limited."""
     if not method.startswith("/arramon."):
         return WATCHERS if streaming else PROBES
     caller = caller_of()

@@ -1,6 +1,6 @@
-"""The contract of image encoders, and the encoder into messages: raw, losslessly compressed, or JPEG.
+"""The interface of image encoders, and the encoder that puts images into messages: raw, lossless or JPEG.
 
-The encodings are defined in `types.proto`. `shared_memory.py` holds the other encoder; `encoding_choice.py` chooses.
+`types.proto` defines the encodings. `shared_memory.py` has the other encoder; `encoding_choice.py` selects one.
 """
 
 import threading
@@ -22,20 +22,20 @@ Pixels = npt.NDArray[np.uint8] | npt.NDArray[np.uint16]
 """(height, width, 3) uint8 for RGB; (height, width) uint16 for depth and segmentation."""
 
 Images = Iterable[tuple[Pixels, Image]]
-"""Pairs of pixels and the empty message for them. The pixels are not changed later."""
+"""Pairs of pixels and an empty message for them. The pixels are not modified later."""
 
 STANDARD_ENCODINGS = (ENCODING_RAW, ENCODING_ZSTD, ENCODING_JPEG)
-"""Encodings that every server offers, in its order of preference."""
+"""Encodings that every server offers, in order of preference."""
 
 JPEG_QUALITY = 90
-"""Quality if the client does not choose one."""
+"""JPEG quality if the client does not choose one."""
 
 ZSTD = zstandard.ZstdCompressionParameters(
     strategy=zstandard.STRATEGY_FAST, window_log=18, hash_log=13, min_match=7, target_length=1
 )
-"""Quicker than level 1, to compress and to decompress, for images a sixth larger: matches are long in frames of flat
-colours and repeated textures, so short ones are not looked for, and what is left is not worth an entropy code. Higher
-levels gain next to nothing (benchmarks/serving/encodings.py)."""
+"""Faster than level 1 in both directions, with images one sixth larger. Frames of flat colours and repeated textures
+have long matches, so short matches and entropy coding of literals are skipped. Higher levels save next to nothing
+(benchmarks/serving/encodings.py)."""
 
 
 class ImageEncoder(Protocol):
@@ -51,48 +51,48 @@ class ImageEncoder(Protocol):
 
     @property
     def compresses(self) -> bool:
-        """Whether encoding is work for another thread; otherwise it only copies."""
+        """Whether encoding compresses, and should run in another thread; otherwise it only copies."""
 
     @property
     def form(self) -> str:
-        """Quality of the images, on which an agent's score may depend: "lossless", or "jpeg" with its quality."""
+        """Quality of the images, which may affect an agent's score: "lossless", or "jpeg" followed by its quality."""
 
     def announce(self, opened: Opened) -> None:
-        """Write to a stream's first message what the client needs to decode the images."""
+        """Add to a stream's first message what the client needs to decode the images."""
 
     def canvas(self, episode_id: str) -> Frame | None:
-        """Return where an episode's latest observation is to be drawn, so that `encode` need not copy it.
+        """Return the buffer for drawing an episode's latest observation, which `encode` then need not copy.
 
-        None if any place will do.
+        None if the images may be drawn anywhere.
         """
 
     def encode(self, episode_id: str, images: Images, *, latest: bool) -> list[Data]:
-        """Encode the images of one observation: write their empty messages, all but the data, and return the data.
+        """Encode the images of one observation: fill in their messages except the data, and return the data.
 
         Args:
-            episode_id: the observation's episode.
-            images: pairs of pixels and message.
-            latest: False for an observation of a history, which later ones of the same delivery follow.
+            episode_id: id of the observation's episode.
+            images: pairs of pixels and empty message.
+            latest: False for an observation of a history, which is followed by later ones in the same delivery.
 
         Returns:
-            The data of each message; empty for images in shared memory. It may be a view of the pixels.
+            The data for each message; empty for images in shared memory. It may be a view of the pixels.
         """
 
     def forget(self, episode_id: str) -> None:
-        """Free what is held for an episode that has ended."""
+        """Free the memory of an episode that has ended."""
 
     def __enter__(self) -> Self:
-        """Acquire what the stream needs."""
+        """Acquire the resources of the stream."""
 
     def __exit__(self, *error: object) -> None:
-        """Release it."""
+        """Release the resources of the stream."""
 
 
 class MessageEncoder:
     """Encodes images into the messages themselves: raw, Zstandard or JPEG.
 
     Args:
-        encoding: of RGB images, one of `STANDARD_ENCODINGS`.
+        encoding: encoding of RGB images, one of `STANDARD_ENCODINGS`.
         jpeg_quality: 1 to 100 if `encoding` is ENCODING_JPEG, or 0 for `JPEG_QUALITY`.
 
     Raises:
@@ -116,19 +116,19 @@ class MessageEncoder:
         return f"jpeg{self.jpeg_quality}" if self.jpeg_quality else "lossless"
 
     def announce(self, opened: Opened) -> None:
-        """Write the encoding to a stream's first message."""
+        """Add the encoding to a stream's first message."""
         opened.encoding, opened.jpeg_quality = self.encoding, self.jpeg_quality
 
     def canvas(self, episode_id: str) -> Frame | None:  # noqa: ARG002, part of the contract
-        """Return None: what is drawn is encoded into messages."""
+        """Return None: images may be drawn anywhere, and are encoded into messages."""
         return None
 
     def encode(self, episode_id: str, images: Images, *, latest: bool) -> list[Data]:  # noqa: ARG002, part of the contract
-        """Encode the images of one observation: write their empty messages, all but the data, and return the data."""
+        """Encode the images of one observation: fill in their messages except the data, and return the data."""
         return [self._encode(pixels, image) for pixels, image in images]
 
     def forget(self, episode_id: str) -> None:
-        """Do nothing: no episode's images are held."""
+        """Do nothing: no memory is held for episodes."""
 
     def __enter__(self) -> Self:
         """Do nothing."""
@@ -150,9 +150,9 @@ class MessageEncoder:
         content = contiguous.reshape(-1).view(np.uint8).data
         if self._lossless == ENCODING_RAW:
             return content
-        # No filter comes first (neighbour differences, byte planes): none makes these frames smaller. A level
-        # camera sees walls as repeated rows, which the compressor handles best unfiltered.
-        return _threads.compressor.compress(content)
+        # No filter is applied first (neighbour differences, byte planes): none makes these frames smaller. A level
+        # camera sees walls as repeated rows, which compress best unfiltered.
+        return _per_thread.compressor.compress(content)
 
 
 def check_quality(encoding: Encoding.ValueType, jpeg_quality: int) -> None:
@@ -169,11 +169,11 @@ def little_endian(pixels: Pixels) -> Pixels:
     return pixels.astype("<u2", copy=False) if pixels.dtype.itemsize == 2 else pixels
 
 
-class _Threads(threading.local):
-    """One compressor for each thread: threads must not share one, and it takes 1 MB and 20 microseconds to create."""
+class _ThreadCompressor(threading.local):
+    """One compressor per thread: threads must not share one, and each takes 1 MB and 20 microseconds to create."""
 
     def __init__(self) -> None:
         self.compressor = zstandard.ZstdCompressor(compression_params=ZSTD)
 
 
-_threads = _Threads()
+_per_thread = _ThreadCompressor()

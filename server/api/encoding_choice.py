@@ -1,4 +1,4 @@
-"""Choice of a stream's image encoder, among the encodings that a server offers."""
+"""Selection of a stream's image encoder from the encodings that the server offers."""
 
 import sys
 from collections.abc import Iterable
@@ -10,7 +10,7 @@ from arramon_server.errors import BadInput
 
 
 def offered_encodings(listen: str) -> tuple[Encoding.ValueType, ...]:
-    """Return the encodings offered at an address: shared memory only on a Unix socket, so on one machine."""
+    """Return the encodings offered at an address. Shared memory is offered only on Unix sockets, so on one machine."""
     local = listen.startswith("unix:") and sys.platform == "linux"
     return (*STANDARD_ENCODINGS, ENCODING_SHARED) if local else STANDARD_ENCODINGS
 
@@ -24,14 +24,14 @@ def choose_encoder(
     sensors: Iterable[str],
     size: int,
 ) -> ImageEncoder:
-    """Return the encoder of a stream.
+    """Return the image encoder for a stream.
 
     Args:
-        encoding: as requested; ENCODING_UNSPECIFIED for the first one offered.
+        encoding: requested encoding; ENCODING_UNSPECIFIED for the first one offered.
         jpeg_quality: 1 to 100 if JPEG is requested, or 0 for the default.
         offered: encodings that a client may choose.
-        episodes: number of episodes that may be open at once.
-        sensors: of the run.
+        episodes: maximum number of open episodes.
+        sensors: sensors of the run.
         size: side length of the images, in pixels.
 
     Raises:

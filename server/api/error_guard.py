@@ -1,4 +1,4 @@
-"""The error guard: an interceptor that turns every exception into a gRPC status that reveals no internals."""
+"""Error guard: an interceptor that turns every exception into a gRPC status that reveals no internals."""
 
 import logging
 from collections.abc import AsyncIterator, Callable
@@ -13,13 +13,13 @@ from arramon_server.api.status import status_of
 from arramon_server.errors import ArraMonError, BadInput, StorageError
 
 INTERNAL_ERROR_TEXT = "internal server error: a defect of the server; its host finds the details in the server's log"
-"""The whole text that a caller receives for an unexpected error."""
+"""The only text that a caller receives for an unexpected error."""
 
 STORAGE_ERROR_TEXT = "the server cannot reach its journal at the moment; no recorded step is lost; try again"
-"""The whole text that a caller receives for a storage error, whose own message names hosts, paths and queries."""
+"""The only text that a caller receives for a storage error; the error's own message names hosts, paths and queries."""
 
 MAX_TEXT_BYTES = 4096
-"""Limit of an error's text on the wire, in bytes: clients accept 8 KiB of metadata in all."""
+"""Maximum size of an error's text on the wire, in bytes: clients accept 8 KiB of metadata in total."""
 
 _log = logging.getLogger(__name__)
 
@@ -50,7 +50,7 @@ class ErrorGuard(grpc.aio.ServerInterceptor):
                     return await work(
                         _readable_requests(request) if reads_many else _require_readable(request), context
                     )
-            except Exception as error:  # noqa: BLE001 - whatever it is, it is logged and answered
+            except Exception as error:  # noqa: BLE001 - every exception is logged and answered
                 await _refuse(error, context, method)
 
         async def stream(work: Work, request: Any, context: Context) -> AsyncIterator[Any]:
@@ -66,7 +66,7 @@ class ErrorGuard(grpc.aio.ServerInterceptor):
 
 
 def _reader(deserialize: Callable[[bytes], Any] | None) -> Callable[[bytes], Any]:
-    """Return a deserializer that returns an `Unreadable` instead of raising: gRPC would send the exception as it is."""
+    """Return a deserializer that returns `UnreadableRequest` instead of raising: gRPC would send the bare exception."""
 
     def read(data: bytes) -> Any:
         try:
@@ -92,8 +92,8 @@ async def _refuse(error: Exception, context: Context, method: str) -> None:
     """End a call with the status of an error.
 
     Raises:
-        AbortError: always, unless the client has gone: gRPC ends calls by it.
-        CancelledError: if the client has gone.
+        AbortError: unless the client has left; this is how gRPC ends a call.
+        CancelledError: if the client has left.
     """
     if isinstance(error, grpc.aio.AbortError):
         raise error
@@ -110,9 +110,9 @@ async def _refuse(error: Exception, context: Context, method: str) -> None:
 
 
 def truncate(text: str) -> str:
-    """Return an error's text, cut to `MAX_TEXT_BYTES` bytes on the wire: a client could not read a longer status.
+    """Return an error's text, cut to `MAX_TEXT_BYTES` bytes on the wire: clients cannot read a longer status.
 
-    In a status, each byte that is not a printable ASCII character takes three.
+    In a status, each byte that is not a printable ASCII character takes three bytes.
     """
     size = 0
     for place, letter in enumerate(text):

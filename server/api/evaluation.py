@@ -1,4 +1,4 @@
-"""The Evaluation service as a thin servicer. `arramon_server.api.error_guard` turns its errors into statuses."""
+"""The gRPC service Evaluation: converts between messages and the server's objects. `error_guard` handles errors."""
 
 import asyncio
 from collections.abc import AsyncIterator
@@ -12,7 +12,7 @@ from arramon.v1.evaluation_pb2_grpc import EvaluationServicer
 from arramon_server import __version__
 from arramon_server.api.authentication import anonymous_caller, caller_of, is_on_same_machine
 from arramon_server.api.encoding_choice import offered_encodings
-from arramon_server.api.interceptor import Origin
+from arramon_server.api.interceptor import CallOrigin
 from arramon_server.api.messages import (
     account_message,
     breakdown_message,
@@ -36,18 +36,18 @@ from arramon_server.runs.storage.records import CodeReference, Run
 _Context = grpc.aio.ServicerContext[object, object]
 
 OPEN_TIMEOUT_SECONDS = 20.0
-"""Time in which a new stream must send its first message."""
+"""Time within which a new stream must send its first message."""
 
 
 class Servicer(EvaluationServicer):
     """Serves runs over gRPC.
 
     Args:
-        runs: handles all calls about runs but Play.
-        engine: plays.
-        receipts: issues receipts of finished runs.
+        runs: handles all calls about runs except Play.
+        engine: plays the episodes.
+        receipts: issues receipts of ended runs.
         config: the server's settings.
-        threads: in which images are compressed.
+        threads: threads that compress images.
     """
 
     def __init__(self, runs: Runs, engine: Engine, receipts: Receipts, config: Config, threads: ImageThreads) -> None:
@@ -59,7 +59,7 @@ class Servicer(EvaluationServicer):
         self._threads = threads
 
     async def GetServerInfo(self, request: pb.GetServerInfoRequest, context: _Context) -> pb.ServerInfo:
-        is_local = is_on_same_machine(Origin.of(context)) and not self._config.trust_proxy
+        is_local = is_on_same_machine(CallOrigin.of(context)) and not self._config.trust_proxy
         addresses = await asyncio.to_thread(self._runs.addresses) if is_local else []
         return pb.ServerInfo(
             version=__version__,
@@ -163,7 +163,7 @@ async def _first_message(requests: AsyncIterator[pb.PlayRequest]) -> pb.PlayRequ
     """Return a stream's first message; None if the stream ends before it.
 
     Raises:
-        BadInput: if none arrives in time: a silent stream costs the server as much as one that plays.
+        BadInput: if none arrives in time, as a silent stream uses as many resources as one that plays.
     """
     try:
         async with asyncio.timeout(OPEN_TIMEOUT_SECONDS):

@@ -1,7 +1,7 @@
-"""Tools that all interceptors share: wrapping the handler of any kind of call, and the origin of a call.
+"""Helpers for interceptors: wrapping the handler of any kind of call, and the origin of a call.
 
-A context's connection data (peer, metadata, authentication) is in gRPC's own memory, which is freed when the call
-ends: `Origin` copies it once, at the call's start, and nothing reads it from the context later.
+A context's connection data (peer, metadata, authentication) lies in gRPC's own memory, which is freed when the call
+ends: `CallOrigin` copies it once, when the call starts, and it must not be read from the context later.
 """
 
 import asyncio
@@ -23,13 +23,13 @@ Work: TypeAlias = Callable[[Any, Context], Any]
 
 
 @dataclass(frozen=True, slots=True)
-class Origin:
-    """The origin of a call.
+class CallOrigin:
+    """Connection and metadata of a call.
 
     Attributes:
         peer: the client's address, as gRPC writes it.
         encrypted: whether the connection is encrypted.
-        metadata: sent by the client.
+        metadata: metadata sent by the client.
     """
 
     peer: str
@@ -37,8 +37,8 @@ class Origin:
     metadata: tuple[tuple[str, str | bytes], ...]
 
     @classmethod
-    def of(cls, context: Context) -> "Origin":
-        """Return the origin of a call that has just begun. For a call that has ended, gRPC would end the process."""
+    def of(cls, context: Context) -> "CallOrigin":
+        """Return the origin of a call that has just begun. For an ended call, gRPC would crash the process."""
         encrypted = context.auth_context().get("transport_security_type") == [b"ssl"]
         return cls(
             context.peer(), encrypted, tuple((str(key), value) for key, value in context.invocation_metadata() or ())
@@ -55,10 +55,9 @@ def wrap_handler(
     """Return a handler of the same kind that wraps the given one.
 
     Args:
-        handler: of any kind of call.
-        answer: awaits the handler's function, for calls with one response, and for those that write their responses
-            to the context.
-        stream: yields what the handler's function yields. It must be an asynchronous generator function, not a method:
+        handler: handler of any kind of call.
+        answer: wraps handlers that return one response, or that write their responses to the context.
+        stream: wraps handlers that yield their responses. It must be an asynchronous generator function, not a method:
             gRPC inspects it, and does not recognise a bound method with its first argument applied.
         read: deserializes requests; None for the handler's own deserializer.
     """
@@ -76,7 +75,7 @@ def wrap_handler(
 
 @contextmanager
 def cancel_if_gone() -> Iterator[None]:
-    """Raise CancelledError if the client leaves while the block sends to it: gRPC's own error looks like a defect.
+    """Raise CancelledError if the client leaves while the block sends to it, instead of gRPC's InternalError.
 
     Raises:
         CancelledError: if the client has left.

@@ -1,4 +1,4 @@
-"""The Leaderboard service as a thin servicer. `arramon_server.api.error_guard` turns its errors into statuses."""
+"""The gRPC service Leaderboard: converts between messages and the board. `error_guard` turns errors into statuses."""
 
 import asyncio
 from dataclasses import asdict
@@ -11,19 +11,19 @@ from arramon.v1 import leaderboard_pb2 as pb
 from arramon.v1.leaderboard_pb2_grpc import LeaderboardServicer
 from arramon_server.api.authentication import caller_of
 from arramon_server.api.messages import row_message, run_message, score_message, time_message
-from arramon_server.board.board import Against, Board
+from arramon_server.board.board import Board, RunComparisons
 from arramon_server.board.cost import Cost
 from arramon_server.board.epochs import Epoch, EpochBoard, EpochChanges
 from arramon_server.board.exports import as_csv, as_json
-from arramon_server.board.publishing import Publishing
+from arramon_server.board.publisher import Publisher
 from arramon_server.board.reproductions import Reproduction
-from arramon_server.board.standings import BOTH, HEADLINE, Entry, Mark, Reference, Standing
+from arramon_server.board.standings import BOTH, HEADLINE, Entry, Mark, PaperResult, Standing
 from arramon_server.errors import BadInput
 from arramon_server.runs.storage.corrections import Correction
 from arramon_server.scoring.aggregate import Interval
 
 PAGE_SIZE, MAX_PAGE_SIZE = 100, 1000
-"""Standings on a page: the default, and the most allowed."""
+"""Default and maximum number of standings on a page."""
 
 _Context: TypeAlias = grpc.aio.ServicerContext[Any, Any]
 
@@ -35,14 +35,14 @@ class BoardServicer(LeaderboardServicer):
     """Serves the leaderboard over gRPC.
 
     Args:
-        board: reads it.
-        publishing: writes it.
-        epochs: reads the epochs of hidden splits.
+        board: the standings.
+        publisher: publishes and withdraws runs.
+        epochs: the epochs of hidden splits.
     """
 
-    def __init__(self, board: Board, publishing: Publishing, epochs: EpochBoard) -> None:
+    def __init__(self, board: Board, publisher: Publisher, epochs: EpochBoard) -> None:
         self._board = board
-        self._publishing = publishing
+        self._publisher = publisher
         self._epochs = epochs
 
     async def Publish(self, request: pb.PublishRequest, context: _Context) -> pb.Entry:
@@ -51,13 +51,13 @@ class BoardServicer(LeaderboardServicer):
         def publish() -> pb.Entry:
             reproduces = request.reproduces if request.HasField("reproduces") else None
             cost = cost_of(request.cost) if request.HasField("cost") else None
-            self._publishing.publish(caller, request.run_id, request.note, cost, reproduces)
+            self._publisher.publish(caller, request.run_id, request.note, cost, reproduces)
             return self._entry(request.run_id)
 
         return await asyncio.to_thread(publish)
 
     async def Withdraw(self, request: pb.WithdrawRequest, context: _Context) -> pb.WithdrawResponse:
-        await asyncio.to_thread(self._publishing.withdraw, caller_of(), request.run_id)
+        await asyncio.to_thread(self._publisher.withdraw, caller_of(), request.run_id)
         return pb.WithdrawResponse()
 
     async def List(self, request: pb.ListRequest, context: _Context) -> pb.ListResponse:
@@ -68,7 +68,9 @@ class BoardServicer(LeaderboardServicer):
 
     async def Compare(self, request: pb.CompareRequest, context: _Context) -> pb.CompareResponse:
         def compare() -> pb.CompareResponse:
-            return against_message(self._board.against(request.run_id, request.language, request.sort or HEADLINE))
+            return comparisons_message(
+                self._board.compare_with_all(request.run_id, request.language, request.sort or HEADLINE)
+            )
 
         return await asyncio.to_thread(compare)
 
@@ -123,7 +125,7 @@ class BoardServicer(LeaderboardServicer):
 
 
 def entry_message(entry: Entry, *, listed: bool = False) -> pb.Entry:
-    """Return the message for a published run; without rows if it is `listed`, as its standing has them."""
+    """Return the message for a published run; without rows if it is `listed`, because its standing has them."""
     seal = entry.seal
     return pb.Entry(
         run=_public_run(entry),
@@ -208,7 +210,7 @@ def epoch_message(epoch: Epoch) -> pb.Epoch:
 
 
 def epoch_changes_message(found: EpochChanges, metric: str) -> pb.CompareEpochsResponse:
-    """Return the message for how agents stand on two epochs."""
+    """Return the message for the comparison of two epochs."""
     lines = [
         pb.EpochComparison(
             older=standing_message(line.older, brief=True),
@@ -225,7 +227,7 @@ def epoch_changes_message(found: EpochChanges, metric: str) -> pb.CompareEpochsR
     return pb.CompareEpochsResponse(agents=lines, mean=mean, sort=metric)
 
 
-def against_message(against: Against) -> pb.CompareResponse:
+def comparisons_message(found: RunComparisons) -> pb.CompareResponse:
     """Return the message for a standing compared with all others of its list."""
     comparisons = [
         pb.Comparison(
@@ -237,10 +239,10 @@ def against_message(against: Against) -> pb.CompareResponse:
             corrected_p=compared.corrected,
             shown=compared.shown,
         )
-        for other, compared in against.lines
+        for other, compared in found.lines
     ]
     return pb.CompareResponse(
-        standing=standing_message(against.standing), comparisons=comparisons, sort=against.listing.sort
+        standing=standing_message(found.standing), comparisons=comparisons, sort=found.listing.sort
     )
 
 
@@ -265,7 +267,7 @@ def standing_message(standing: Standing, *, brief: bool = False) -> pb.Standing:
     )
 
 
-def reference_message(reference: Reference) -> pb.Reference:
+def reference_message(reference: PaperResult) -> pb.Reference:
     """Return the message for a line of the paper's tables."""
     rows = [
         row_message(name, {metric: Interval(value, value, value) for metric, value in values.items()})

@@ -7,7 +7,7 @@ from datetime import datetime
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
 from arramon_client.world import AGENT_RADIUS, Action
-from arramon_server.closing import NEVER, Closing
+from arramon_server.closing_times import NEVER_CLOSES, ClosingTimes
 from arramon_server.configuration.config import Config
 from arramon_server.episodes.episode import Episode
 from arramon_server.episodes.splits import Split
@@ -33,7 +33,7 @@ ACTIONS = {
     Action.INTERACT: types_pb2.ACTION_INTERACT,
 }
 LABEL_MESSAGES = tuple(pb.Label(kind=label.kind, colour=label.colour, look=label.look) for label in LABELS)
-"""Labels of a segmentation, by number."""
+"""Messages of the segmentation labels, by number."""
 
 PHASES = {Phase.NAVIGATION: types_pb2.PHASE_NAVIGATION, Phase.ASSEMBLY: types_pb2.PHASE_ASSEMBLY}
 
@@ -77,18 +77,18 @@ def limits_message(steps_per_phase: int, clocks: Clocks) -> types_pb2.Limits:
 
 
 def host_message(config: Config) -> pb.Host | None:
-    """Return the message for who hosts the server; None if the settings do not say."""
+    """Return the message for the server's host; None if the settings do not describe it."""
     if not (config.host_name or config.host_contact or config.host_rules):
         return None
     return pb.Host(name=config.host_name, contact=config.host_contact, rules=config.host_rules)
 
 
 def time_message(time: datetime | None) -> str:
-    """Return a time as in messages: RFC 3339; empty for None."""
+    """Return a time in the format of messages, RFC 3339; empty for None."""
     return time.isoformat(timespec="seconds") if time is not None else ""
 
 
-def split_message(split: Split, closing: Closing = NEVER) -> pb.Split:
+def split_message(split: Split, closing: ClosingTimes = NEVER_CLOSES) -> pb.Split:
     """Return the message for a split, as in ServerInfo."""
     return pb.Split(
         name=split.name,
@@ -106,7 +106,7 @@ def split_message(split: Split, closing: Closing = NEVER) -> pb.Split:
 
 
 def account_message(caller: Caller, standings: Mapping[str, tuple[Quota, Usage]]) -> pb.Account:
-    """Return the message for the authenticated caller, with quota and use for each split."""
+    """Return the message for the authenticated caller, with its quota and usage on each split."""
     quotas = [pb.Quota(split=split, **asdict(quota), **asdict(use)) for split, (quota, use) in standings.items()]
     role = pb.Role.Value(f"ROLE_{caller.role.name}")
     return pb.Account(participant=caller.account or "", role=role, quotas=quotas)

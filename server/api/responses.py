@@ -1,4 +1,4 @@
-"""The writer of streamed responses, which closes their generator before gRPC releases the call."""
+"""Writes streamed responses, and closes their generator before gRPC releases the call."""
 
 import inspect
 from collections.abc import Callable
@@ -13,8 +13,8 @@ from arramon_server.api.interceptor import Context, Continuation, Handler, cance
 class Responses(grpc.aio.ServerInterceptor):
     """Interceptor that writes the responses of streaming calls. It must come before all others.
 
-    If gRPC wrote them, the generator of a call that ends while a response is being written would be closed only by the
-    garbage collector, after gRPC has released the call: any use of the context by the generator then ends the process.
+    If gRPC wrote them, and a call ended while a response is being written, only the garbage collector would close its
+    generator, after gRPC has released the call: any use of the context by the generator would then crash the process.
     """
 
     async def intercept_service(
@@ -41,7 +41,7 @@ class Responses(grpc.aio.ServerInterceptor):
 
 
 def _serializer(serialize: Callable[[Any], bytes] | None) -> Callable[[Any], bytes]:
-    """Return a serializer that takes responses in their wire format too."""
+    """Return a serializer that also accepts responses that are serialized already."""
 
     def write(response: Any) -> bytes:
         if isinstance(response, bytes) or serialize is None:

@@ -1,7 +1,7 @@
-"""Images in memory shared with a client on the same machine (Linux), so that no pixels go through the socket.
+"""Images in memory shared with a client on the same machine (Linux), so that no pixels pass through the socket.
 
-The memory is anonymous (`memfd_create`): it has no path, it is freed when its last user ends in any way, and only
-processes of the same user can open it. The server never reads from it, and its size is sealed.
+The memory is anonymous (`memfd_create`): it has no path, it is freed when the last process that uses it ends, in
+whatever way, and only processes of the same user can open it. The server never reads from it, and its size is sealed.
 """
 
 import fcntl
@@ -22,7 +22,7 @@ from arramon_server.api.wire import Data
 from arramon_server.sim.cameras import Frame
 
 IMAGE_SENSORS = {"rgb": 3, "depth": 2, "segmentation": 2}
-"""Bytes per pixel of the images that sensors give."""
+"""Bytes per pixel of each sensor's images."""
 
 _TOKEN = 16
 _HEADER = 64
@@ -30,13 +30,13 @@ _HEADER = 64
 
 
 class SharedMemoryEncoder:
-    """Writes the images of each open episode's latest observation to shared memory, and all others into messages, raw.
+    """Writes the images of each open episode's latest observation to shared memory, and all others raw into messages.
 
     The memory exists while the encoder is used as a context manager.
 
     Args:
-        episodes: number that may be open at once.
-        sensors: of the run.
+        episodes: maximum number of open episodes.
+        sensors: sensors of the run.
         size: side length of the images, in pixels.
     """
 
@@ -62,56 +62,56 @@ class SharedMemoryEncoder:
         return self
 
     def __exit__(self, *error: object) -> None:
-        """Close the memory. It is freed when the client does not map it any more."""
+        """Close the memory. It is freed once the client no longer maps it."""
         if self._memory is not None:
             self._memory.close()
             self._memory = None
             self._canvases.clear()
 
     def announce(self, opened: Opened) -> None:
-        """Write to a stream's first message where the memory is."""
+        """Add the location of the memory to a stream's first message."""
         opened.encoding = self.encoding
         if self._memory is not None:
             opened.shared.CopyFrom(self._memory.message)
 
     def canvas(self, episode_id: str) -> Frame | None:
-        """Return an episode's RGB and depth in shared memory; None if there is no room, or it does not fit.
+        """Return an episode's RGB and depth buffers in shared memory; None if no slot is free, or alignment forbids it.
 
-        For any thread that draws.
+        Any thread that draws may call this.
         """
         if self._memory is None or self._size % 2 or self._sensors[:2] != ("rgb", "depth"):
             return None
         with self._drawing:
             if episode_id not in self._canvases:
-                room = self._memory.room(episode_id)
-                if room is None:
+                slot = self._memory.slot(episode_id)
+                if slot is None:
                     return None
                 pixels = self._size * self._size
-                rgb = room[: 3 * pixels].reshape(self._size, self._size, 3)
-                depth = room[3 * pixels : 5 * pixels].view(np.uint16).reshape(self._size, self._size)
+                rgb = slot[: 3 * pixels].reshape(self._size, self._size, 3)
+                depth = slot[3 * pixels : 5 * pixels].view(np.uint16).reshape(self._size, self._size)
                 self._canvases[episode_id] = Frame(rgb, depth)
             return self._canvases[episode_id]
 
     def encode(self, episode_id: str, images: Images, *, latest: bool) -> list[Data]:
-        """Write the images of one observation: the latest one over those of the episode's last one."""
+        """Encode the images of one observation; the latest one overwrites the episode's previous images."""
         images = list(images)
         if latest and self._memory is not None and self._memory.write(episode_id, images):
             return [b""] * len(images)
         return self._in_messages.encode(episode_id, images, latest=latest)
 
     def forget(self, episode_id: str) -> None:
-        """Free the room of an episode that has ended."""
+        """Free the slot of an episode that has ended."""
         self._canvases.pop(episode_id, None)
         if self._memory is not None:
             self._memory.forget(episode_id)
 
 
 class SharedImages:
-    """Shared memory with room for the images of one observation of each open episode.
+    """Shared memory with a slot for the images of one observation of each open episode.
 
     Args:
-        episodes: number that may be open at once.
-        each: bytes of one observation's images.
+        episodes: maximum number of open episodes.
+        each: size of one observation's images, in bytes.
     """
 
     def __init__(self, episodes: int, each: int) -> None:
@@ -129,11 +129,11 @@ class SharedImages:
         self._places: dict[str, int] = {}
 
     def close(self) -> None:
-        """Close the file. The memory is freed when neither this object nor the client maps it any more."""
+        """Close the file. The memory is freed once neither this object nor the client maps it."""
         os.close(self._file)
 
-    def room(self, episode_id: str) -> npt.NDArray[np.uint8] | None:
-        """Return the bytes for an episode's images, aligned to cache lines; None if there is no room."""
+    def slot(self, episode_id: str) -> npt.NDArray[np.uint8] | None:
+        """Return the slot for an episode's images, aligned to cache lines; None if no slot is free."""
         if episode_id not in self._places:
             if not self._free:
                 return None
@@ -142,19 +142,19 @@ class SharedImages:
         return self._bytes[place : place + self._each]
 
     def write(self, episode_id: str, images: Images) -> bool:
-        """Write an observation's images over those of the episode's last one, and their place into empty messages.
+        """Overwrite the episode's previous images with an observation's, and write their positions into empty messages.
 
         Returns:
-            False, without having written anything, if there is no room for another episode.
+            False, without having written anything, if no slot is free.
         """
-        room = self.room(episode_id)
-        if room is None:
+        slot = self.slot(episode_id)
+        if slot is None:
             return False
         place = first = self._places[episode_id]
         for pixels, image in images:
             flat = little_endian(pixels).reshape(-1).view(np.uint8)
-            here = room[place - first : place - first + flat.size]
-            if not np.may_share_memory(here, flat):  # What was drawn here need not be copied.
+            here = slot[place - first : place - first + flat.size]
+            if not np.may_share_memory(here, flat):  # Images that were drawn here need not be copied.
                 here[:] = flat
             image.height, image.width = pixels.shape[:2]
             image.encoding, image.place = ENCODING_SHARED, place
@@ -162,7 +162,7 @@ class SharedImages:
         return True
 
     def forget(self, episode_id: str) -> None:
-        """Free the room of an episode that has ended."""
+        """Free the slot of an episode that has ended."""
         place = self._places.pop(episode_id, None)
         if place is not None:
             self._free.append(place)

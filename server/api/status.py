@@ -1,4 +1,4 @@
-"""The table of gRPC statuses by error class."""
+"""Table of gRPC statuses by error class."""
 
 import grpc
 

@@ -1,4 +1,4 @@
-"""Counting of open streams towards a participant's limit, which holds across all server processes."""
+"""Enforcement of a participant's limit of open streams, across all server processes."""
 
 import asyncio
 import logging
@@ -11,7 +11,7 @@ from arramon_server.runs.accounts.quotas import Quotas
 from arramon_server.runs.storage.records import Run
 
 RETRY_SECONDS = 1.0
-"""Delay before another attempt to note a stream's end, if the database could not be reached."""
+"""Delay before retrying to record a stream's end, if the database could not be reached."""
 
 _log = logging.getLogger(__name__)
 
@@ -20,7 +20,7 @@ class StreamLimits:
     """Counts the open streams of one process.
 
     Args:
-        quotas: holds the counts of all processes.
+        quotas: storage of the counts of all processes.
         worker: id of this process in the journal.
     """
 
@@ -34,7 +34,7 @@ class StreamLimits:
         """Count a stream as open while the block runs.
 
         Raises:
-            OverQuota: if the participant has as many streams open as allowed.
+            OverQuota: if the participant has reached its limit of open streams.
             StorageError: if the database cannot be reached.
         """
         opening = asyncio.ensure_future(asyncio.to_thread(self._quotas.open_stream, caller, run, player, self._worker))

@@ -1,4 +1,4 @@
-"""The protocol version check of every call."""
+"""Check of the protocol version of every call."""
 
 from typing import Any
 
@@ -11,7 +11,7 @@ from arramon_server.errors import quoted
 
 
 class VersionCheck(grpc.aio.ServerInterceptor):
-    """Interceptor that refuses calls to this project's services if they do not state this server's protocol number."""
+    """Interceptor that refuses calls to this project's services that do not state this server's protocol number."""
 
     async def intercept_service(
         self, continuation: Continuation, handler_call_details: grpc.HandlerCallDetails
@@ -21,11 +21,11 @@ class VersionCheck(grpc.aio.ServerInterceptor):
         if handler is None or not handler_call_details.method.startswith("/arramon."):
             return handler
         metadata = dict(handler_call_details.invocation_metadata or ())
-        spoken = metadata.get(PROTOCOL_METADATA, "none")
-        if spoken == str(PROTOCOL):
+        client_protocol = metadata.get(PROTOCOL_METADATA, "none")
+        if client_protocol == str(PROTOCOL):
             return handler
         message = (
-            f"this server ({__version__}) speaks protocol {PROTOCOL}, the client {quoted(str(spoken))}; "
+            f"this server ({__version__}) speaks protocol {PROTOCOL}, the client {quoted(str(client_protocol))}; "
             f"install the arramon-client of the server's version"
         )
 

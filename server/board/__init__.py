@@ -1,1 +1,1 @@
-"""Leaderboard: published runs, their standings, and the results of the paper."""
+"""The leaderboard: published runs, their standings, and the results of the paper."""

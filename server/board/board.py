@@ -9,10 +9,10 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
-from arramon_server.board.comparisons import Compared, Comparisons, Family, Key
-from arramon_server.board.entries import Entries, Published, Scores
+from arramon_server.board.comparisons import ComparisonCache, ComparisonFamily, Key, PairComparison
+from arramon_server.board.entries import Entries, PublishedRun, StoredScores
 from arramon_server.board.episode_table import EpisodeTable, gap_of, join, mean_table
-from arramon_server.board.lines import by_language, systems, versions, with_seeds
+from arramon_server.board.lines import by_language, group_by_seed, group_by_system, versions
 from arramon_server.board.ranking import ranked
 from arramon_server.board.reference import read_references
 from arramon_server.board.reproductions import Reproduction, differences, masked_differences
@@ -20,17 +20,17 @@ from arramon_server.board.standings import (
     BOTH,
     COLUMNS,
     HEADLINE,
+    OUTCOME_MARKS,
     PRIVILEGED,
-    RESULTS,
     TOTAL,
     Entry,
     Mark,
-    Reference,
+    PaperResult,
     Rows,
+    ScoresVersion,
     Standing,
-    Version,
 )
-from arramon_server.closing import NEVER, Closing
+from arramon_server.closing_times import NEVER_CLOSES, ClosingTimes
 from arramon_server.episodes.splits import Split
 from arramon_server.errors import BadInput, Conflict, NotFound, quoted
 from arramon_server.runs.accounts.attempts import Attempts, ParticipantKey, participant_key
@@ -49,8 +49,8 @@ from arramon_server.visible_text import shown
 
 
 @dataclass(frozen=True, eq=False)
-class Listing:
-    """Standings of one split in one language or in all. The same object is returned until that or a run changes.
+class StandingsListing:
+    """Standings of a split in one language, or in all languages combined. Cached until a run or an entry changes.
 
     Attributes:
         split: name of the split.
@@ -58,46 +58,46 @@ class Listing:
         sort: metric by which the standings are sorted and ranked.
         standings: standings in order of rank.
         references: results of the paper for comparison, measured on other data.
-        family: paired tests of all ranked standings; its scores of single episodes never leave the server.
-        corrections: corrections of the split by its host, in order.
-        frozen: whether it is frozen, see `Board.listing`.
+        family: paired tests of all ranked standings; the episode scores in it never leave the server.
+        corrections: the host's corrections of the split, in order.
+        frozen: whether scores and ranks are withheld, see `Board.listing`.
     """
 
     split: str
     language: str
     sort: str
     standings: tuple[Standing, ...]
-    references: tuple[Reference, ...]
-    family: Family | None = None
+    references: tuple[PaperResult, ...]
+    family: ComparisonFamily | None = None
     corrections: tuple[Correction, ...] = ()
     frozen: bool = False
 
 
 @dataclass(frozen=True, slots=True)
-class Against:
-    """A ranked standing compared with all others of its listing.
+class RunComparisons:
+    """Paired comparisons of one ranked standing with all other ranked standings of its listing.
 
     Attributes:
         listing: the listing.
         standing: the standing that the others are compared with.
-        lines: the others in order of rank, each with the difference of `standing` minus it.
+        lines: the other standings in order of rank, each with the comparison of `standing` with it.
     """
 
-    listing: Listing
+    listing: StandingsListing
     standing: Standing
-    lines: tuple[tuple[Standing, Compared], ...]
+    lines: tuple[tuple[Standing, PairComparison], ...]
 
 
 class Board:
-    """All standings. Thread-safe; listings are cached until a publication changes or a run begins.
+    """The standings of all splits. Thread-safe; listings are cached until an entry changes or a run begins.
 
     Args:
         entries: published runs.
         splits: served splits, by name.
-        steps_per_phase, clocks: limits that this server gives to new runs; entries with other limits are marked.
+        steps_per_phase, clocks: limits of new runs on this server; entries with other limits are marked.
         closing: when the leaderboards of splits close, and whether they are frozen until then.
-        local: whether only this machine reaches the server. Its runs were played under settings of their own, so that
-            on each split those that most of its runs share count in place of the server's.
+        local: whether only this machine can reach the server. Its runs may have been played with different limits, so
+            on each split the limits that most runs share replace the server's.
     """
 
     def __init__(
@@ -108,33 +108,37 @@ class Board:
         steps_per_phase: int,
         clocks: Clocks,
         local: bool = False,
-        closing: Closing = NEVER,
+        closing: ClosingTimes = NEVER_CLOSES,
     ) -> None:
         self._entries = entries
         self._splits = splits
         self._episodes = {name: split.languages for name, split in splits.items()}
         self._limits, self._local = (steps_per_phase, clocks), local
         self.closing = closing
-        self._shared = _Kept[str, tuple[int, Clocks]](entries.stamp, self._find_limits)
-        self._attempts = _Kept[str, Mapping[tuple[ParticipantKey, str], Attempts]](entries.stamp, entries.attempts)
-        self._reproducers = _Kept[str, Mapping[str, frozenset[str]]](entries.stamp, entries.reproducers)
+        self._shared = _StampedCache[str, tuple[int, Clocks]](entries.stamp, self._find_limits)
+        self._attempts = _StampedCache[str, Mapping[tuple[ParticipantKey, str], Attempts]](
+            entries.stamp, entries.attempts
+        )
+        self._reproducers = _StampedCache[str, Mapping[str, frozenset[str]]](entries.stamp, entries.reproducers)
         self._references = read_references()
-        self._corrections = _Kept[str, tuple[Correction, ...]](entries.stamp, self._find_corrections)
-        self._comparisons = Comparisons(self._table, self._noise)
-        self._masked = lru_cache(_KEPT)(self._mask)
-        self._joined_rows = lru_cache(_KEPT)(self._join_rows)
-        self._gaps = lru_cache(_KEPT)(self._find_gap)
-        self._differences = lru_cache(_KEPT)(self._find_differences)
-        self._spreads = lru_cache(_KEPT)(self._find_spread)
-        self._listings = _Kept[tuple[str, str, str], Listing](self._stamp, lambda wanted: self._make(*wanted))
+        self._corrections = _StampedCache[str, tuple[Correction, ...]](entries.stamp, self._find_corrections)
+        self._comparisons = ComparisonCache(self._table, self._noise)
+        self._masked = lru_cache(_CACHE_SIZE)(self._mask)
+        self._joined_rows = lru_cache(_CACHE_SIZE)(self._join_rows)
+        self._gaps = lru_cache(_CACHE_SIZE)(self._find_gap)
+        self._differences = lru_cache(_CACHE_SIZE)(self._find_differences)
+        self._spreads = lru_cache(_CACHE_SIZE)(self._find_spread)
+        self._listings = _StampedCache[tuple[str, str, str], StandingsListing](
+            self._stamp, lambda wanted: self._make(*wanted)
+        )
 
     def _stamp(self) -> object:
         return self._entries.stamp(), tuple(map(self.closing.is_frozen, self.closing.closes.splits))
 
     def languages(self) -> dict[str, tuple[str, ...]]:
-        """Return the languages of each split that can be listed, by name: of served splits, and of old entries.
+        """Return the languages of each split with a leaderboard, by name: served splits, and splits with older entries.
 
-        Splits for training alone are not ranked, and not listed.
+        Splits for training alone have no leaderboard.
         """
         ranked = {name: languages for name, languages in self._episodes.items() if not self._splits[name].training}
         found = {name: set(languages) for name, languages in ranked.items()}
@@ -142,19 +146,18 @@ class Board:
             found.setdefault(split, set()).add(language)
         return {name: tuple(sorted(found[name])) for name in sorted(found)}
 
-    def listing(self, split: str, language: str, sort: str = HEADLINE) -> Listing:
-        """Return the standings of a split in a language or, for BOTH, in all together, and the paper's results.
+    def listing(self, split: str, language: str, sort: str = HEADLINE) -> StandingsListing:
+        """Return the standings of a split in one language, or in all combined (BOTH), and the paper's results.
 
-        Ranked runs of one agent that differ in the argument SEED alone are one standing, with the mean over seeds; of
-        several with the same seed the latest published is in it, and the others stand alone.
+        Ranked runs of one agent that differ only in the argument SEED form one standing, with the mean over seeds. If
+        several have the same seed, the one published last is part of it, and the others are standings of their own.
 
-        BOTH lists systems (same account, participant and agent) with entries in all languages of the split. Of several
-        standings of a system in one language, ranked ones take precedence over others, then the latest published.
-        Scores are means over the languages, with intervals that keep the languages of an episode together; where the
-        data has changed, so that sections are unknown, the ends are means of the languages' ends.
+        BOTH lists systems (same account, participant and agent) that have entries in all languages of the split. Of a
+        system's standings in one language, a ranked one is preferred, then the one published last. Scores are means
+        over the languages; intervals treat an episode's languages as one observation. If the data has changed, the
+        sections are unknown, and the ends of an interval are the means of the languages' ends.
 
-        While the leaderboard is frozen, the standings have neither rows nor ranks, whatever the metric, and are in
-        order of their publication.
+        While the leaderboard is frozen, the standings have no rows and no ranks, and are ordered by publication.
 
         Args:
             split: name of the split.
@@ -172,11 +175,11 @@ class Board:
         return list(self.listing(split, language, sort).standings)
 
     def both(self, split: str, sort: str = HEADLINE) -> list[Standing]:
-        """Return the standings of systems in all languages of a split together, see `listing`."""
+        """Return the standings of systems over all languages of a split, see `listing`."""
         return self.standings(split, BOTH, sort)
 
     def entry(self, run_id: str) -> Entry:
-        """Return the entry of a published run, with the seal of its receipt.
+        """Return the entry of a published run, with the fingerprint of its receipt.
 
         Raises:
             NotFound: if the run is not on the leaderboard.
@@ -190,11 +193,11 @@ class Board:
         return replace(self._entry(published), seal=self._entries.seal(run_id), corrections=corrections)
 
     def corrections(self, split: str) -> tuple[Correction, ...]:
-        """Return the corrections of a split by its host, in order."""
+        """Return the host's corrections of a split, in order."""
         return self._corrections[split]
 
     def reproductions(self, run_id: str) -> list[Reproduction]:
-        """Return the listed reproductions of a published run, the earliest published first; none while it is frozen."""
+        """Return the listed reproductions of a published run, oldest first; none while the leaderboard is frozen."""
         found = self._entries.reproductions(run_id)
         published = self._entries.find(run_id) if found else None
         if published is None or self.closing.is_frozen(published.run.split):
@@ -210,18 +213,18 @@ class Board:
             for one in found
         ]
 
-    def against(self, run_id: str, language: str = "", sort: str = HEADLINE) -> Against:
-        """Return the paired comparisons of a published run, or of its system, with all others of a listing.
+    def compare_with_all(self, run_id: str, language: str = "", sort: str = HEADLINE) -> RunComparisons:
+        """Compare the standing of a published run with all other ranked standings of a listing.
 
         Args:
             run_id: id of the run.
-            language: its language, or BOTH; empty for its language.
+            language: the run's language, or BOTH; empty for the run's language.
             sort: metric to compare, one of COLUMNS.
 
         Raises:
             NotFound: if the run is not on the leaderboard, or not in that listing.
-            Conflict: if it is not ranked: it did not play the same episodes under the same conditions; or if the
-                leaderboard is frozen.
+            Conflict: if the run is not ranked, so it did not play the same episodes under the same conditions; or if
+                the leaderboard is frozen.
             BadInput: if there is no such metric.
         """
         run = self.entry(run_id).run
@@ -233,20 +236,22 @@ class Board:
         else:
             raise NotFound(f"there is no run {quoted(run_id)} in the standings of {run.split!r} in {language!r}")
         if not standing.is_ranked or listing.family is None:
-            raise Conflict(f"run {run_id!r} is not ranked ({', '.join(standing.marks)}), and is compared with no other")
+            raise Conflict(
+                f"run {run_id!r} is not ranked ({', '.join(standing.marks)}), so it is compared with no other run"
+            )
         others = [other for other in listing.standings if other.is_ranked and other is not standing]
         family = listing.family
-        return Against(listing, standing, tuple((other, family.compare(standing, other)) for other in others))
+        return RunComparisons(listing, standing, tuple((other, family.compare(standing, other)) for other in others))
 
     def has_entries(self, split: str, language: str) -> bool:
         """Return whether any run is listed on a split in a language."""
         return (split, language) in self._entries.languages()
 
-    def reference(self, split: str, language: str = "en") -> tuple[Reference, ...]:
-        """Return the paper's results for a split and a language; the paper has them for English only."""
+    def reference(self, split: str, language: str = "en") -> tuple[PaperResult, ...]:
+        """Return the paper's results for a split and a language; the paper has results for English only."""
         return tuple(line for line in self._references if (line.split, line.language) == (split, language))
 
-    def _make(self, split: str, language: str, sort: str) -> Listing:
+    def _make(self, split: str, language: str, sort: str) -> StandingsListing:
         known = self.languages()
         if split not in known:
             raise NotFound(f"there is no split {quoted(split)}; the leaderboard has {', '.join(known) or 'none'}")
@@ -258,40 +263,44 @@ class Board:
         entries = [
             self._entry(published) for published in self._entries.listed(split, None if language == BOTH else language)
         ]
-        lines = list(with_seeds(entries))
+        lines = list(group_by_seed(entries))
         if language == BOTH:
-            lines = list(systems(lines, known[split]))
+            lines = list(group_by_system(lines, known[split]))
         if self.closing.is_frozen(split):
             ordered = sorted(lines, key=lambda line: (max(one.published_at for one in line), line[0].run.run_id))
             unknown = tuple(Standing(line, {}) for line in ordered)
             references = self.reference(split, language)
-            return Listing(split, language, sort, unknown, references, None, self.corrections(split), frozen=True)
+            return StandingsListing(
+                split, language, sort, unknown, references, None, self.corrections(split), frozen=True
+            )
         standings = [
             Standing(line, self._rows_of(line), self._gap_of(line, sort), self._spread_of(line, sort)) for line in lines
         ]
-        able = [standing for standing in standings if standing.is_ranked]
-        family = self._comparisons.family(able, sort, self._sections(split))
+        comparable = [standing for standing in standings if standing.is_ranked]
+        family = self._comparisons.family(comparable, sort, self._sections(split))
         order = tuple(ranked(standings, sort, family))
-        return Listing(split, language, sort, order, self.reference(split, language), family, self.corrections(split))
+        return StandingsListing(
+            split, language, sort, order, self.reference(split, language), family, self.corrections(split)
+        )
 
     def _limits_on(self, split: str) -> tuple[int, Clocks]:
         """Return the step limit and the clocks under which runs of a split are ranked."""
         return self._shared[split] if self._local else self._limits
 
     def _find_limits(self, split: str) -> tuple[int, Clocks]:
-        """Return the step limit and the clocks that most listed runs of a split share; of equal counts the latest."""
+        """Return the step limit and clocks that most listed runs of a split share; in a tie the latest run's."""
         listed = sorted(self._entries.listed(split), key=lambda published: published.published_at, reverse=True)
         counts = Counter((one.run.steps_per_phase, Clocks.of(one.run)) for one in listed)
         return counts.most_common(1)[0][0] if counts else self._limits
 
     def _rows_of(self, entries: tuple[Entry, ...]) -> Rows:
-        """Return the scores of several runs together."""
+        """Return the mean scores of several runs."""
         if len(entries) == 1:
             return entries[0].rows
         if any(self._is_masked(entry.run) for entry in entries):
-            return mean_of_rows([entry.rows for entry in entries], _fewest(entries))
+            return mean_of_rows([entry.rows for entry in entries], _min_counted(entries))
         if any(Mark.OTHER_DATA in entry.marks for entry in entries):
-            return _mean(entries)
+            return _mean_rows(entries)
         return self._joined_rows(entries[0].run.split, versions(entries))
 
     def _gap_of(self, entries: tuple[Entry, ...], metric: str) -> LanguageGap | None:
@@ -313,24 +322,27 @@ class Board:
         gap = difference(means[higher], means[lower], exact.episodes, noise)
         names = ["same outcome", *(self._entries.episodes(entry.run.run_id).play for entry in entries)]
         noise_of_split = self._noise(entries[0].run.split)
-        assert noise_of_split is not None  # its data is as it was, see `_gap_of`
+        assert noise_of_split is not None  # the data has not changed, see `_gap_of`
         same = masked_share(exact.same, exact.episodes, noise_of_split, names)
         return LanguageGap(higher, lower, gap.mean, gap.low, gap.high, same, exact.episodes)
 
     def _spread_of(self, entries: tuple[Entry, ...], metric: str) -> SeedSpread | None:
-        """Return the spread between seeds: those that the agent has in every language."""
-        spoken = [{entry.seed: entry.version for entry in same} for same in by_language(entries)]
-        if len(spoken[0]) < 2 or any(set(one) != set(spoken[0]) for one in spoken):
+        """Return the spread between seeds; None if the languages have different seeds."""
+        versions_by_seed = [{entry.seed: entry.version for entry in same} for same in by_language(entries)]
+        if len(versions_by_seed[0]) < 2 or any(set(one) != set(versions_by_seed[0]) for one in versions_by_seed):
             return None
         if self._is_masked(entries[0].run):
-            if _fewest(entries) < MIN_SECTION:
+            if _min_counted(entries) < MIN_SECTION:
                 return None
             seeds = [
-                [{entry.seed: entry for entry in same}[seed] for same in by_language(entries)] for seed in spoken[0]
+                [{entry.seed: entry for entry in same}[seed] for same in by_language(entries)]
+                for seed in versions_by_seed[0]
             ]
             return masked_spread([sum(one.rows[TOTAL][metric].mean for one in same) / len(same) for same in seeds])
         return self._spreads(
-            entries[0].run.split, tuple(tuple(one[seed] for one in spoken) for seed in spoken[0]), metric
+            entries[0].run.split,
+            tuple(tuple(one[seed] for one in versions_by_seed) for seed in versions_by_seed[0]),
+            metric,
         )
 
     def _find_spread(self, split: str, ids: Key, metric: str) -> SeedSpread | None:
@@ -343,15 +355,15 @@ class Board:
         tables = self._tables(ids)
         found = gap_of(tables, languages, self._sections(split), metric)
         few = found is not None and found.episodes < MIN_SECTION
-        return None if few and self._splits[split].hidden else found  # a few episodes tell of single ones
+        return None if few and self._splits[split].hidden else found  # a few episodes would reveal single scores
 
-    def _find_differences(self, split: str, original: Version, version: Version) -> dict[str, Interval]:
+    def _find_differences(self, split: str, original: ScoresVersion, version: ScoresVersion) -> dict[str, Interval]:
         return differences(self._table(original), self._table(version), self._sections(split))
 
     def _find_corrections(self, split: str) -> tuple[Correction, ...]:
         return tuple(self._entries.corrections.on(split))
 
-    def _table(self, version: Version) -> EpisodeTable:
+    def _table(self, version: ScoresVersion) -> EpisodeTable:
         return self._entries.episodes(version.run_id)
 
     def _tables(self, ids: Key) -> list[EpisodeTable]:
@@ -363,7 +375,7 @@ class Board:
         return table_rows(joined.values, joined.strata, are_sections=joined.are_sections)
 
     def _sections(self, split: str) -> dict[str, str]:
-        """Return the section of every episode of a split; empty if it is not served, so that no run on it is ranked."""
+        """Return the section of every episode of a split; empty if it is not served, as then no run on it is ranked."""
         found = self._splits.get(split)
         return {name: episode.section for name, episode in found.episodes.items()} if found else {}
 
@@ -373,30 +385,30 @@ class Board:
         return Noise(found.truth_hash) if found is not None and found.hidden else None
 
     def _is_masked(self, run: Run) -> bool:
-        """Return whether scores of a run are shown rounded, as it was played on a hidden split."""
+        """Return whether a run's scores are shown rounded, because it was played on a hidden split."""
         split = self._splits.get(run.split)
         if split is not None and split.data_hash == run.data_hash:
             return split.hidden
         return self._entries.was_hidden(run.run_id)
 
-    def _mask(self, split: str, version: Version, voided: frozenset[str]) -> Rows:
-        """Return the shown rows of a run on a hidden split; the stored ones may be an earlier release's, and exact."""
+    def _mask(self, split: str, version: ScoresVersion, voided: frozenset[str]) -> Rows:
+        """Return the masked rows of a run on a hidden split; the stored ones may be an earlier release's exact ones."""
         noise = self._noise(split)
         assert noise is not None
         table = self._entries.all_episodes(version.run_id).without(voided)
         return masked_rows(table.scores, noise, table.play)
 
     def _shown_scores(
-        self, run: Run, version: Version, scores: Scores, voided: frozenset[str], *, current: bool
-    ) -> Scores:
-        """Return the scores of a run as they are shown to others than its participant.
+        self, run: Run, version: ScoresVersion, scores: StoredScores, voided: frozenset[str], *, current: bool
+    ) -> StoredScores:
+        """Return the scores of a run as everybody but its participant sees them.
 
         Args:
             run: the run.
             version: version of its scores.
             scores: its stored scores, over all its episodes.
-            voided: those of its episodes that are not in the scores to show.
-            current: whether the data of its split is as it was.
+            voided: its void episodes, which are left out of the shown scores.
+            current: whether the data of its split is unchanged since the run.
         """
         rows, signature = scores.rows, scores.signature
         if voided:
@@ -407,17 +419,17 @@ class Board:
                 rows = self._masked(run.split, version, voided)
             else:
                 rows = self._entries.masked_rows_without_truth(run.run_id, version.rescored)
-            return Scores(progress, rows, signature)
+            return StoredScores(progress, rows, signature)
         if voided:
             rows = self._joined_rows(run.split, ((version,),))
-        return Scores(scores.progress, rows, signature)
+        return StoredScores(scores.progress, rows, signature)
 
-    def _entry(self, published: Published) -> Entry:
+    def _entry(self, published: PublishedRun) -> Entry:
         run, scores = published.run, self._entries.scores(published.run.run_id, published.rescored)
         split = self._splits.get(run.split)
         current = split is not None and split.data_hash == run.data_hash
         corrections = self._corrections[run.split]
-        version = Version(run.run_id, len(corrections), published.rescored)
+        version = ScoresVersion(run.run_id, len(corrections), published.rescored)
         voided, left_out = self._entries.voided(run.run_id, voided_by(corrections) if current else frozenset())
         scores = self._shown_scores(run, version, scores, left_out, current=current)
         forfeited = scores.progress.causes.get(causes.FORFEITED, 0)
@@ -435,11 +447,11 @@ class Board:
             Mark.SERVER_FAULT: scores.progress.causes.get(causes.SERVER_FAULT, 0) > 0,
         }
         frozen = self.closing.is_frozen(run.split)
-        marks = tuple(mark for mark in Mark if found[mark] and not (frozen and mark in RESULTS))
+        marks = tuple(mark for mark in Mark if found[mark] and not (frozen and mark in OUTCOME_MARKS))
         if frozen:
             episodes = scores.progress.episodes
             progress = RunProgress(episodes, episodes, 0, {}, scores.progress.images, published=True)
-            scores = Scores(progress, {}, scores.signature)
+            scores = StoredScores(progress, {}, scores.signature)
         return Entry(
             run,
             scores.progress,
@@ -464,12 +476,12 @@ K = TypeVar("K")
 V = TypeVar("V")
 
 
-class _Kept(Generic[K, V]):
-    """Values that are made when they are first asked for, and kept until a stamp changes.
+class _StampedCache(Generic[K, V]):
+    """Cache of lazily computed values, cleared when a stamp changes.
 
     Args:
-        stamp: returns a version of what the values depend on.
-        make: returns the value of a key.
+        stamp: returns the current version of the data that the values depend on.
+        make: computes the value of a key.
     """
 
     def __init__(self, stamp: Callable[[], object], make: Callable[[K], V]) -> None:
@@ -487,16 +499,16 @@ class _Kept(Generic[K, V]):
         return kept[key]
 
 
-_KEPT = 2048
-"""Systems whose scores over all languages are cached, about 10 KB each."""
+_CACHE_SIZE = 2048
+"""Maximum number of systems whose combined scores are cached, about 10 KB each."""
 
 
-def _fewest(entries: Sequence[Entry]) -> int:
-    """Return the number of episodes in each run's scores; the least, if these differ."""
+def _min_counted(entries: Sequence[Entry]) -> int:
+    """Return the number of episodes in each run's scores; the minimum if the runs differ."""
     return min(entry.counted for entry in entries)
 
 
-def _mean(entries: Sequence[Entry]) -> Rows:
+def _mean_rows(entries: Sequence[Entry]) -> Rows:
     tables = [entry.rows for entry in entries]
 
     def mean(row: str, metric: str) -> Interval:

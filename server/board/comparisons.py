@@ -1,4 +1,4 @@
-"""Paired comparisons of all ranked standings of a listing, kept by the set of their runs."""
+"""Paired comparisons of all ranked standings of a listing, cached by the set of their runs."""
 
 import math
 from collections import OrderedDict
@@ -10,31 +10,31 @@ import numpy as np
 import numpy.typing as npt
 
 from arramon_server.board.episode_table import EpisodeTable, join, mean_table
-from arramon_server.board.standings import HEADLINE, TOTAL, Standing, Version
+from arramon_server.board.standings import HEADLINE, TOTAL, ScoresVersion, Standing
 from arramon_server.scoring.aggregate import Interval
 from arramon_server.scoring.episode import METRICS
 from arramon_server.scoring.intervals import Floats
 from arramon_server.scoring.masking import Noise, difference, p_value_class, shown_deviation
 from arramon_server.scoring.paired import MeanDifference, difference_bounds, holm, permutation_tests
 
-LEVEL = 0.05
-"""Probability of any false claim in a family of comparisons."""
+SIGNIFICANCE_LEVEL = 0.05
+"""Maximum probability of any false claim in a family of comparisons."""
 
-_KEPT = 12
-"""Families that are kept: 2 MB each for 200 runs of 1205 episodes."""
+_MAX_FAMILIES = 12
+"""Maximum number of cached families: 2 MB each for 200 runs of 1205 episodes."""
 
-Key = tuple[tuple[Version, ...], ...]
-"""Versions of the scores of a standing's runs: of those in each language, one for each seed."""
+Key = tuple[tuple[ScoresVersion, ...], ...]
+"""Score versions of a standing's runs: a tuple per language, with one version per seed."""
 
 
 @dataclass(frozen=True, slots=True)
-class Compared:
-    """A pair of standings: the difference of the first minus the second.
+class PairComparison:
+    """Comparison of two standings: the first minus the second.
 
     Attributes:
-        difference: with its interval, and the p-value of this comparison alone.
+        difference: mean difference with its interval, and the uncorrected p-value.
         corrected: p-value corrected for all pairs of the family by Holm's procedure.
-        shown: 1 if the first is shown to be better, -1 if it is shown to be worse, otherwise 0.
+        shown: 1 if the first is significantly better, -1 if it is significantly worse, otherwise 0.
     """
 
     difference: MeanDifference
@@ -42,16 +42,16 @@ class Compared:
     shown: int
 
 
-class Family:
-    """Tests of all pairs of a listing's ranked standings, by one metric.
+class ComparisonFamily:
+    """Family of tests: all pairs of a listing's ranked standings, compared by one metric.
 
     Args:
         keys: keys of the standings.
         scores: score of each standing in each episode, (standings, episodes).
         strata: number of each episode's stratum, (episodes,).
-        noise: on a hidden split, scores of each standing in made-up episodes, which count in tests like the others; see
-            `arramon_server.scoring.masking`. Differences and their intervals are then those of the shown means.
-        metric: metric that is compared.
+        noise: on a hidden split, scores of each standing in made-up episodes, which the tests treat like real ones; see
+            `arramon_server.scoring.masking`. Differences and their intervals then follow from the shown means.
+        metric: metric to compare.
     """
 
     def __init__(
@@ -73,33 +73,33 @@ class Family:
         self._corrected[pairs] = holm(self._p[pairs])
         self._corrected = np.minimum(self._corrected, self._corrected.T)
         means = scores.sum(axis=1)
-        self._better = closed((self._corrected < LEVEL) & (means[:, None] > means))
+        self._better = transitive_closure((self._corrected < SIGNIFICANCE_LEVEL) & (means[:, None] > means))
 
-    def places(self, standing: Standing) -> tuple[int, int]:
-        """Return the first and the last place that a standing can have, given all differences that are shown.
+    def rank_range(self, standing: Standing) -> tuple[int, int]:
+        """Return the best and the worst rank that a standing can have, given all significant differences.
 
-        The first is one more than the number of standings that are shown to be better; the last leaves room for those
-        that are shown to be worse.
+        The best is one more than the number of significantly better standings; the worst is the number of standings
+        minus the number of significantly worse ones.
         """
         at = self._place[key_of(standing)]
         return 1 + int(self._better[:, at].sum()), len(self._place) - int(self._better[at].sum())
 
-    def compare(self, one: Standing, other: Standing) -> Compared:
+    def compare(self, one: Standing, other: Standing) -> PairComparison:
         """Return the comparison of two ranked standings."""
         a, b = self._place[key_of(one)], self._place[key_of(other)]
         shown = int(self._better[a, b]) - int(self._better[b, a])
         p, corrected = float(self._p[a, b]), float(self._corrected[a, b])
         if self._masked:
             found = masked_difference(one, other, self._metric, len(self._strata))
-            return Compared(
+            return PairComparison(
                 MeanDifference(found.mean, found.low, found.high, p_value_class(p)), p_value_class(corrected), shown
             )
         bounds = difference_bounds(self._scores[a] - self._scores[b], self._strata)
-        return Compared(MeanDifference(*bounds, p=p), corrected, shown)
+        return PairComparison(MeanDifference(*bounds, p=p), corrected, shown)
 
 
 def masked_difference(one: Standing, other: Standing, metric: str, episodes: int) -> Interval:
-    """Return the difference of two standings' shown totals on a hidden split, with an interval that follows from them.
+    """Return the difference of two standings' shown totals on a hidden split, with an interval from these totals alone.
 
     Args:
         one, other: the standings.
@@ -110,20 +110,20 @@ def masked_difference(one: Standing, other: Standing, metric: str, episodes: int
     return difference(first, second, episodes, math.sqrt(2.0) * shown_deviation(episodes))
 
 
-class Comparisons:
-    """Families of comparisons. Thread-safe; a family is computed once for a set of runs and a metric.
+class ComparisonCache:
+    """Cache of comparison families, one for each set of runs and metric. Thread-safe.
 
     Args:
         read: returns the scores of a published run by episode.
         noise: returns the noise of a split if it is hidden; None if it is open.
     """
 
-    def __init__(self, read: Callable[[Version], EpisodeTable], noise: Callable[[str], Noise | None]) -> None:
+    def __init__(self, read: Callable[[ScoresVersion], EpisodeTable], noise: Callable[[str], Noise | None]) -> None:
         self._read, self._noise = read, noise
-        self._kept: OrderedDict[object, Family] = OrderedDict()
+        self._kept: OrderedDict[object, ComparisonFamily] = OrderedDict()
         self._lock = Lock()
 
-    def family(self, standings: Sequence[Standing], metric: str, section_of: Mapping[str, str]) -> Family:
+    def family(self, standings: Sequence[Standing], metric: str, section_of: Mapping[str, str]) -> ComparisonFamily:
         """Return the tests of all pairs of standings that played the same episodes.
 
         Args:
@@ -136,11 +136,13 @@ class Comparisons:
         with self._lock:
             found = self._kept.pop((keys, metric), None) or self._make(keys, metric, section_of, noise)
             self._kept[keys, metric] = found
-            while len(self._kept) > _KEPT:
+            while len(self._kept) > _MAX_FAMILIES:
                 self._kept.popitem(last=False)
         return found
 
-    def _make(self, keys: Sequence[Key], metric: str, section_of: Mapping[str, str], noise: Noise | None) -> Family:
+    def _make(
+        self, keys: Sequence[Key], metric: str, section_of: Mapping[str, str], noise: Noise | None
+    ) -> ComparisonFamily:
         column = METRICS.index(metric)
         scores, added, strata = [], [], np.zeros(0, np.intp)
         for key in keys:
@@ -151,23 +153,23 @@ class Comparisons:
             if noise is not None:
                 added.append(_noise_of(tables, noise, metric))
         made_up = None if noise is None else np.array(added)
-        return Family(keys, np.array(scores).reshape(len(keys), len(strata)), strata, made_up, metric)
+        return ComparisonFamily(keys, np.array(scores).reshape(len(keys), len(strata)), strata, made_up, metric)
 
 
 def _noise_of(tables: Sequence[Sequence[EpisodeTable]], noise: Noise, metric: str) -> Floats:
-    """Return a standing's noise scores, (MIN_EPISODES,): like real ones, means over its seeds and languages."""
+    """Return a standing's scores in made-up episodes, (MIN_EPISODES,): means over its seeds and languages."""
     languages = [np.mean([noise.test_scores(table.play, metric) for table in runs], axis=0) for runs in tables]
     mean: Floats = np.mean(languages, axis=0)
     return mean
 
 
 def key_of(standing: Standing) -> Key:
-    """Return the versions of the scores of a standing's runs."""
+    """Return the score versions of a standing's runs."""
     return tuple(tuple(entry.version for entry in entries) for entries in standing.by_language)
 
 
-def closed(better: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
-    """Return the relation with what follows from it: who beats a winner beats whom the winner beats."""
+def transitive_closure(better: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+    """Return the transitive closure of the relation "is better than", a square matrix."""
     while True:
         counts = better.astype(np.float32)
         further = better | (counts @ counts > 0.0)

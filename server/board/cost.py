@@ -1,4 +1,4 @@
-"""What a run cost, as its publisher declares it: nothing of it can be checked by the server."""
+"""Cost of a run as declared by its publisher. The server cannot verify any of it."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -7,16 +7,16 @@ from typing import Any
 
 from arramon_server.errors import BadInput
 
-MOST = 1e18
+MAX_VALUE = 1e18
 """Largest number that can be declared."""
 
 
 @dataclass(frozen=True, slots=True)
 class Cost:
-    """Declared cost of a run; None where nothing is declared.
+    """Declared cost of a run; fields that were not declared are None.
 
     Attributes:
-        parameters: number of the parameters of the agent's models.
+        parameters: number of parameters of the agent's models.
         tokens: tokens that language models read and wrote in the whole run.
         price: price of the whole run, in US dollars.
     """
@@ -36,16 +36,16 @@ class Cost:
             BadInput: if one is negative, not finite or too large.
         """
         for name, value in asdict(self).items():
-            if value is not None and not (math.isfinite(value) and 0 <= value <= MOST):
-                raise BadInput(f"the declared {name} is {value}; expected a number from 0 to {MOST:.0e}")
+            if value is not None and not (math.isfinite(value) and 0 <= value <= MAX_VALUE):
+                raise BadInput(f"the declared {name} is {value}; expected a number from 0 to {MAX_VALUE:.0e}")
 
     def written(self) -> dict[str, Any] | None:
-        """Return the content of the database's column; None if nothing is declared."""
+        """Return the cost as stored in the database; None if nothing is declared."""
         return {name: value for name, value in asdict(self).items() if value is not None} or None
 
     @classmethod
     def of(cls, content: Mapping[str, Any] | None) -> "Cost":
-        """Return the cost in the database's column."""
+        """Return the cost stored in the database."""
         return cls(**{name: content[name] for name in cls.__slots__ if name in content}) if content else cls()
 
 
@@ -53,7 +53,7 @@ NO_COST = Cost()
 
 
 def mean_cost(costs: Sequence[Cost]) -> Cost:
-    """Return the mean cost of several runs, each number over those runs that declare it."""
+    """Return the mean cost of several runs; each number is averaged over the runs that declare it."""
 
     def mean(name: str) -> float | None:
         declared = [value for value in (getattr(cost, name) for cost in costs) if value is not None]

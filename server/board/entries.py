@@ -27,12 +27,12 @@ from arramon_server.scoring.aggregate import Interval, SectionSpread
 from arramon_server.scoring.masking import rounded_rows
 
 _KEPT = 2048
-"""Number of runs whose scores are cached, about 10 KB each."""
+"""Maximum number of runs whose scores are cached, about 10 KB each."""
 
 
 @dataclass(frozen=True, slots=True)
-class Scores:
-    """Scores of an ended run as stored when it was published or scored again, with all its episodes.
+class StoredScores:
+    """Scores of an ended run over all its episodes, stored when it was published or rescored.
 
     Attributes:
         progress: counts of its episodes and steps.
@@ -46,8 +46,8 @@ class Scores:
 
 
 @dataclass(frozen=True, slots=True)
-class Published:
-    """A run that is, or was, on the leaderboard.
+class PublishedRun:
+    """Database record of a run that is or was on the leaderboard.
 
     Attributes:
         run: the run.
@@ -57,7 +57,7 @@ class Published:
         withdrawn_by_host: whether the host withdrew it.
         reproduces: id of the run that it reproduces; None if none.
         cost: what the run cost, as declared.
-        rescored: number of times that the run was scored again.
+        rescored: number of times that the run was rescored.
     """
 
     run: Run
@@ -76,7 +76,7 @@ class Published:
 
 
 class Entries:
-    """All entries of the leaderboard. Thread-safe.
+    """Stores and reads the entries of the leaderboard. Thread-safe.
 
     Args:
         database: storage of the entries.
@@ -91,12 +91,12 @@ class Entries:
         self._scores = lru_cache(_KEPT)(self._read_scores)
         self._receipt_header = lru_cache(_KEPT)(self._read_receipt_header)
 
-    def find(self, run_id: str) -> Published | None:
+    def find(self, run_id: str) -> PublishedRun | None:
         """Return the entry of a run, withdrawn or not; None if it was never published."""
         rows = self._database.read(_ENTRIES.where(tables.entries.c.run_id == run_id))
         return _published(rows[0]) if rows else None
 
-    def listed(self, split: str, language: str | None = None) -> list[Published]:
+    def listed(self, split: str, language: str | None = None) -> list[PublishedRun]:
         """Return the entries of a split that are not withdrawn, in one language, or in all if None."""
         query = _ENTRIES.where(tables.entries.c.withdrawn_at.is_(None), tables.runs.c.split == split)
         if language is not None:
@@ -104,9 +104,9 @@ class Entries:
         return [_published(row) for row in self._database.read(query)]
 
     def stamp(self) -> tuple[int, ...]:
-        """Return a version of the entries; it differs after every publication, withdrawal, correction and new run.
+        """Return a version stamp, which changes with every publication, withdrawal, correction and new run.
 
-        Pruned runs are counted too, as a number that could fall would come back to one that stood for another state.
+        Pruned runs are counted too: a number that can decrease could repeat an earlier stamp.
         """
         table = tables.entries
         query = sa.select(
@@ -124,13 +124,13 @@ class Entries:
         """Return the attempts of every participant on a split, by participant and language."""
         return attempts_on(self._database.read, split)
 
-    def reproductions(self, run_id: str) -> list[Published]:
+    def reproductions(self, run_id: str) -> list[PublishedRun]:
         """Return the entries that reproduce a run and are not withdrawn, the earliest published first."""
         query = _ENTRIES.where(tables.entries.c.reproduces == run_id, _LISTED)
         return [_published(row) for row in self._database.read(query.order_by(tables.entries.c.published_at))]
 
     def reproducers(self, split: str) -> dict[str, frozenset[str]]:
-        """Return the accounts that reproduced each run of a split, by run; withdrawn reproductions do not count."""
+        """Return the accounts that reproduced each run of a split, by run id; withdrawn reproductions do not count."""
         c = tables.entries.c
         query = sa.select(c.reproduces, tables.runs.c.account).join_from(tables.entries, tables.runs)
         found: dict[str, set[str]] = {}
@@ -143,12 +143,12 @@ class Entries:
         query = sa.select(tables.runs.c.split, tables.runs.c.language).distinct().join_from(tables.entries, tables.runs)
         return {(row.split, row.language) for row in self._database.read(query.where(_LISTED))}
 
-    def scores(self, run_id: str, rescored: int = 0) -> Scores:
-        """Return the scores of an entry over all its episodes, also void ones.
+    def scores(self, run_id: str, rescored: int = 0) -> StoredScores:
+        """Return the scores of an entry over all its episodes, including void ones.
 
         Args:
             run_id: id of the run.
-            rescored: number of times that it was scored again.
+            rescored: number of times that the run was rescored.
 
         Raises:
             NotFound: if the run has no entry.
@@ -156,19 +156,19 @@ class Entries:
         return self._scores(run_id, rescored)
 
     def was_hidden(self, run_id: str) -> bool:
-        """Return whether a run was played on a split that was hidden then, as its receipt says."""
+        """Return whether a run was played on a hidden split, according to its receipt."""
         return self._receipt_header(run_id)[0]
 
     def masked_rows_without_truth(self, run_id: str, rescored: int = 0) -> Rows:
-        """Return the rows of a run on a hidden split whose data is gone: as stored, if that is what was shown.
+        """Return the rows to show for a run on a hidden split whose data is no longer served.
 
-        Exact rows that an earlier release stored are rounded; thresholds cannot be derived without the split's data.
-        Which release stored them follows from the first receipt: a correction replaces the receipt, but stores rows
-        only when the run is scored again.
+        Masked rows are returned as stored. Exact rows, which an earlier release stored, are rounded, because masking
+        needs the split's data. The first receipt shows which release stored them: a correction replaces the receipt,
+        but stores rows only when it rescores the run.
 
         Args:
             run_id: id of the run.
-            rescored: number of times that it was scored again.
+            rescored: number of times that the run was rescored.
         """
         scores = self.scores(run_id, rescored)
         if rescored or self._receipt_header(run_id)[1] == MASKED_VERSION:
@@ -176,7 +176,7 @@ class Entries:
         return rounded_rows(scores.rows, scores.progress.episodes)
 
     def seal(self, run_id: str) -> Seal | None:
-        """Return the seal of a run's receipt; None if there is no receipt."""
+        """Return the fingerprint of a run's receipt; None if there is no receipt."""
         rows = self._database.read(sa.select(tables.receipts).where(tables.receipts.c.run_id == run_id))
         if not rows:
             return None
@@ -184,7 +184,7 @@ class Entries:
         return Seal(digest, rows[0].public_key, tuple(superseded_receipts(self._database, run_id)))
 
     def corrections_of(self, run: Run) -> list[Correction]:
-        """Return the corrections of its split that change the scores of an entry, in order."""
+        """Return the corrections of the split that change the scores of a run, in order."""
         return self.corrections.of_run(run.run_id, run.split, self.all_episodes(run.run_id).ids)
 
     def episodes(self, run_id: str) -> EpisodeTable:
@@ -204,8 +204,8 @@ class Entries:
     def voided(self, run_id: str, voided: Set[str]) -> tuple[frozenset[str], frozenset[str]]:
         """Return which of an entry's episodes are void, and which of them are left out of its scores.
 
-        These are the same, unless all its episodes are void: such a run, which is partial and has no rank, keeps the
-        scores that it had.
+        The two are equal unless all its episodes are void: such a run, which is partial and not ranked, keeps its
+        scores.
 
         Args:
             run_id: id of the run.
@@ -220,9 +220,10 @@ class Entries:
         return played & voided, frozenset() if played <= voided else played & voided
 
     def all_episodes(self, run_id: str) -> EpisodeTable:
-        """Return the scores of all episodes, also void ones.
+        """Return the scores of all episodes, including void ones.
 
-        An entry from before they were kept, or on a hidden split before its play was, gets them from the journal.
+        Earlier releases stored no episode scores, or no play digest for hidden splits; these are read from the journal
+        and stored.
 
         Raises:
             NotFound: if the run has no entry.
@@ -243,26 +244,26 @@ class Entries:
         self,
         run_id: str,
         note: str,
-        scores: Scores,
+        scores: StoredScores,
         episodes: EpisodeTable,
         *,
         by_host: bool,
         cost: Cost | None = None,
         reproduces: str | None = None,
     ) -> bool:
-        """Publish a run, also one that was withdrawn; if it is listed already, replace its note, and its cost if given.
+        """Publish a run, also a withdrawn one; if it is listed already, replace its note, and its cost if given.
 
-        `reproduces` is the id of the run that it reproduces, empty for none, or None to leave that as it was.
+        `reproduces` is the id of the run that it reproduces; empty for none, None to leave it unchanged.
 
-        Only a host can publish what a host has withdrawn. The statement that publishes checks this itself: otherwise a
-        publication that began before could undo a host's withdrawal.
+        Only a host can publish a run that a host has withdrawn. The publishing SQL statement checks this itself, so a
+        concurrent publication cannot undo a host's withdrawal.
 
         Returns:
             Whether the run was published.
 
         Raises:
-            TakenOver: if another process published it at the same time.
-            Forbidden: if its account is banned, and it is not published by the host.
+            TakenOver: if another process published the run at the same time.
+            Forbidden: if its account is banned and `by_host` is False.
         """
         table = tables.entries
         now = datetime.now(UTC)
@@ -281,11 +282,11 @@ class Entries:
             if not by_host:
                 owner = sa.select(tables.runs.c.account).where(tables.runs.c.run_id == run_id)
                 check_may_act(connection, connection.execute(owner).scalar())
-            mine = table.c.run_id == run_id
+            this_run = table.c.run_id == run_id
             may = sa.true() if by_host else table.c.withdrawn_by_host.is_(False)
-            if connection.execute(table.update().where(mine, may).values(values)).rowcount:
+            if connection.execute(table.update().where(this_run, may).values(values)).rowcount:
                 return True
-            if connection.execute(sa.select(table.c.run_id).where(mine)).all():
+            if connection.execute(sa.select(table.c.run_id).where(this_run)).all():
                 return False
             row = {"run_id": run_id, "published_at": now, "note": note, "scores": _written(scores)}
             row |= {"episodes": episodes.packed(), "cost": cost.written() if cost else None}
@@ -294,7 +295,7 @@ class Entries:
             return True
 
     def withdraw(self, run_id: str, *, by_host: bool) -> None:
-        """Withdraw a run from the leaderboard, and keep its row. A host may do so after the participant has done it."""
+        """Withdraw a run from the leaderboard, but keep its row. A host may withdraw a withdrawn run."""
         table = tables.entries
         values = {
             "withdrawn_at": datetime.now(UTC),
@@ -306,20 +307,20 @@ class Entries:
             connection.execute(table.update().where(table.c.run_id == run_id, may).values(values))
 
     def _read_receipt_header(self, run_id: str) -> tuple[bool, int]:
-        """Return whether a run's split was hidden, and the version of its first receipt; neither, without a receipt."""
+        """Return whether a run's split was hidden, and its first receipt's version; False and 0 without a receipt."""
         payload = first_payload(self._database, run_id)
         if payload is None:
             return False, 0
         content = json.loads(payload)
         return bool(content["run"]["hidden"]), int(content["version"])
 
-    def rescore(self, connection: Connection, run_id: str, scores: Scores, episodes: EpisodeTable) -> None:
-        """Replace the scores of a run in a transaction; nothing is done if it was never published."""
+    def rescore(self, connection: Connection, run_id: str, scores: StoredScores, episodes: EpisodeTable) -> None:
+        """Replace the stored scores of a run within a transaction; do nothing if it was never published."""
         table = tables.entries
         values = {"scores": _written(scores), "episodes": episodes.packed(), "revision": table.c.revision + 1}
         connection.execute(table.update().where(table.c.run_id == run_id).values(values))
 
-    def _read_scores(self, run_id: str, _rescored: int) -> Scores:
+    def _read_scores(self, run_id: str, _rescored: int) -> StoredScores:
         query = sa.select(tables.entries.c.scores).where(tables.entries.c.run_id == run_id)
         rows = self._database.read(query)
         if not rows:
@@ -343,10 +344,10 @@ _ENTRIES = sa.select(
 ).join_from(tables.entries, tables.runs)
 
 
-def _published(row: Row[Any]) -> Published:
+def _published(row: Row[Any]) -> PublishedRun:
     published_at, withdrawn_at = utc(row.published_at), utc(row.withdrawn_at)
     assert published_at is not None
-    return Published(
+    return PublishedRun(
         run_of(row),
         published_at,
         row.note,
@@ -358,12 +359,12 @@ def _published(row: Row[Any]) -> Published:
     )
 
 
-def _written(scores: Scores) -> dict[str, Any]:
+def _written(scores: StoredScores) -> dict[str, Any]:
     rows = {row: {metric: _numbers(value) for metric, value in values.items()} for row, values in scores.rows.items()}
     return {"progress": asdict(scores.progress), "rows": rows, "signature": scores.signature}
 
 
-def _read(written: Mapping[str, Any]) -> Scores:
+def _read(written: Mapping[str, Any]) -> StoredScores:
     kept = written["progress"]  # written by this release or, in an imported database, by another one
     known = {name: kept[name] for name in RunProgress.__slots__ if name in kept}
     progress = RunProgress(**{**known, "images": tuple(known["images"])})
@@ -371,11 +372,11 @@ def _read(written: Mapping[str, Any]) -> Scores:
         row: {metric: _interval(numbers) for metric, numbers in values.items()}
         for row, values in written["rows"].items()
     }
-    return Scores(progress, rows, written["signature"])
+    return StoredScores(progress, rows, written["signature"])
 
 
 def _numbers(value: Interval) -> list[float]:
-    """Return mean, low and high, and what `SectionSpread` has, if the interval has it."""
+    """Return mean, low and high, followed by the fields of `SectionSpread` if the interval has them."""
     sections = value.sections
     further = [] if sections is None else [sections.deviation, sections.low, sections.high]
     return [value.mean, value.low, value.high, *further]

@@ -1,4 +1,4 @@
-"""Scores of all episodes of a published run, kept for paired comparisons. They never leave the server."""
+"""Scores of every episode of a published run, for paired comparisons. They never leave the server."""
 
 import io
 from collections.abc import Iterable, Mapping, Sequence, Set
@@ -23,8 +23,8 @@ class EpisodeTable:
     Attributes:
         ids: ids of the episodes, sorted.
         scores: scores of both turns, (episodes, 2, METRICS).
-        play: digest of how the run was played, see `play_digest`; empty if it is not known. Without void episodes it is
-            followed by these, see `digest_without`.
+        play: digest of the run's actions and causes, see `play_digest`; empty if unknown. If void episodes were
+            removed, their ids are appended, see `digest_without`.
     """
 
     ids: tuple[str, ...]
@@ -33,13 +33,13 @@ class EpisodeTable:
 
     @classmethod
     def of(cls, endings: Iterable[EpisodeEnding], play: str) -> "EpisodeTable":
-        """Return the scores of a run from the endings of its episodes, and the digest of its play."""
+        """Return the table of a run from the endings of its episodes and the digest of its play."""
         ordered = sorted(endings, key=lambda ending: ending.episode_id)
         scores = np.array([[[turn[name] for name in METRICS] for turn in ending.scores] for ending in ordered])
         return cls(tuple(ending.episode_id for ending in ordered), scores, play)
 
     def without(self, episode_ids: Set[str]) -> "EpisodeTable":
-        """Return the scores of the other episodes."""
+        """Return the table without some episodes."""
         if episode_ids.isdisjoint(self.ids):
             return self
         kept = [place for place, name in enumerate(self.ids) if name not in episode_ids]
@@ -55,7 +55,7 @@ class EpisodeTable:
 
     @classmethod
     def unpacked(cls, content: bytes) -> "EpisodeTable | None":
-        """Return the table in an archive; None if a release with other metrics wrote it."""
+        """Return the table stored in an archive; None if a release with other metrics wrote it."""
         with np.load(io.BytesIO(content), allow_pickle=False) as archive:
             if tuple(archive["metrics"].tolist()) != METRICS:
                 return None
@@ -64,7 +64,7 @@ class EpisodeTable:
 
 
 def mean_table(tables: Sequence[EpisodeTable]) -> EpisodeTable:
-    """Return the mean of runs of the same episodes, such as those of one agent with several seeds.
+    """Return the mean scores of several runs of the same episodes, such as one agent's runs with different seeds.
 
     Raises:
         ValueError: if the runs did not play the same episodes.
@@ -75,14 +75,14 @@ def mean_table(tables: Sequence[EpisodeTable]) -> EpisodeTable:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Joined:
-    """Scores of a system's episodes, with the languages of each episode kept together.
+class JoinedScores:
+    """Scores of a system by episode, combined over the languages of each episode.
 
     Attributes:
         ids: ids of the episodes, sorted.
         values: contribution of each episode, (episodes, ROWS, METRICS); its mean is the mean over the languages' means.
-        strata: number of each episode's stratum: its section, and the languages that it is in.
-        are_sections: whether every episode is in every language, so that the strata are the sections.
+        strata: number of each episode's stratum: its section and its set of languages.
+        are_sections: whether every episode exists in every language, so that strata are sections.
     """
 
     ids: tuple[str, ...]
@@ -91,8 +91,8 @@ class Joined:
     are_sections: bool
 
 
-def join(tables: Sequence[EpisodeTable], section_of: Mapping[str, str]) -> Joined:
-    """Return the scores of one run in each language together.
+def join(tables: Sequence[EpisodeTable], section_of: Mapping[str, str]) -> JoinedScores:
+    """Combine the scores of one run per language.
 
     Args:
         tables: scores in each language.
@@ -104,7 +104,9 @@ def join(tables: Sequence[EpisodeTable], section_of: Mapping[str, str]) -> Joine
     first = tables[0].ids
     if all(table.ids == first for table in tables):
         values = with_total(np.mean([table.scores for table in tables], axis=0))
-        return Joined(first, values, np.unique([section_of[name] for name in first], return_inverse=True)[1], True)
+        return JoinedScores(
+            first, values, np.unique([section_of[name] for name in first], return_inverse=True)[1], True
+        )
     ids = tuple(sorted(set().union(*(table.ids for table in tables))))
     place = {name: number for number, name in enumerate(ids)}
     turns = np.zeros((len(ids), *tables[0].scores.shape[1:]))
@@ -114,13 +116,13 @@ def join(tables: Sequence[EpisodeTable], section_of: Mapping[str, str]) -> Joine
         turns[at] += table.scores * (len(ids) / (len(tables) * len(table.ids)))
         held[at, language] = True
     names = [f"{section_of[name]} {held[number].tolist()}" for number, name in enumerate(ids)]
-    return Joined(ids, with_total(turns), np.unique(names, return_inverse=True)[1], False)
+    return JoinedScores(ids, with_total(turns), np.unique(names, return_inverse=True)[1], False)
 
 
 def gap_of(
     tables: Sequence[EpisodeTable], languages: Sequence[str], section_of: Mapping[str, str], metric: str
 ) -> LanguageGap | None:
-    """Return the gap between a system's languages in a metric; None if they have no episode in common.
+    """Return the gap between a system's languages in a metric; None if the languages share no episode.
 
     Args:
         tables: scores in each language.

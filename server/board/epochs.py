@@ -1,4 +1,4 @@
-"""Epochs of hidden splits for readers: statements, how agents stand on one epoch against another, and actions."""
+"""Epochs of hidden splits, as published: statements, comparisons of agents between two epochs, and actions."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -20,11 +20,11 @@ _TIMES = ("opened_at", "closed_at", "revealed_at")
 
 @dataclass(frozen=True, slots=True)
 class Epoch:
-    """An epoch.
+    """An epoch of a hidden split.
 
     Attributes:
-        record: its state and times, and the secret once it is revealed.
-        statement: what the host committed to.
+        record: state and times of the epoch, and its secret once revealed.
+        statement: the statement to which the host committed.
     """
 
     record: EpochRecord
@@ -32,34 +32,34 @@ class Epoch:
 
     @property
     def number(self) -> int:
-        """Number of the epoch among those of its split of the data set, from 1."""
+        """Number of the epoch among the epochs of its base split, from 1."""
         found = epoch_of(self.statement.split)
         assert found is not None  # `read_statement` has checked it
         return found[1]
 
     @property
     def times(self) -> dict[str, str]:
-        """The times at which it was opened, closed and revealed, as far as it was, in ISO 8601 and UTC, by name."""
+        """Times of opening, closing and revealing by name, in ISO 8601 and UTC; steps not taken yet are missing."""
         times = {name: getattr(self.record, name) for name in _TIMES}
         return {name: time.isoformat(timespec="seconds") for name, time in times.items() if time is not None}
 
     @property
     def command(self) -> str:
-        """Command that generates the split again; empty until the secret is revealed."""
+        """Command that regenerates the split; empty until the secret is revealed."""
         return f"{self.statement.command} {self.record.secret}" if self.record.secret else ""
 
 
 @dataclass(frozen=True, slots=True)
-class Change:
-    """How an agent stands on a newer epoch against an older one.
+class AgentChange:
+    """Change of an agent's score from an older epoch to a newer one.
 
     Attributes:
-        older, newer: its ranked standing on each: one run, or those with several seeds; of several standings the one
-            published last.
+        older, newer: the agent's ranked standing on each epoch (one run, or several seeds); the one published last if
+            there are several.
         older_mean, newer_mean: means of both turns.
         difference: the newer minus the older mean, with its 95% interval.
-        against_others: the same minus the mean of that of all other agents; None with one agent.
-        same_code: whether both runs name the same code.
+        against_others: `difference` minus the mean difference of all other agents; None if there are none.
+        same_code: whether the runs on both epochs name the same code.
     """
 
     older: Standing
@@ -73,28 +73,28 @@ class Change:
 
 @dataclass(frozen=True, slots=True)
 class EpochChanges:
-    """Changes of all agents that have ranked runs on two epochs.
+    """Changes of all agents that have ranked runs on both of two epochs.
 
     Attributes:
         older, newer: names of the epochs' splits.
-        agents: the greatest fall first.
-        mean: mean change of these agents; None without agents.
+        agents: changes, the largest drop first.
+        mean: mean change over the agents; None if there are none.
     """
 
     older: str
     newer: str
-    agents: tuple[Change, ...]
+    agents: tuple[AgentChange, ...]
     mean: Interval | None
 
 
 class EpochBoard:
-    """All epochs, with the published runs on them. Thread-safe.
+    """Epochs of hidden splits and the published runs on them. Thread-safe.
 
     Args:
         board: the leaderboard.
         entries: published runs.
         epochs: storage of the epochs.
-        journal: holds the actions.
+        journal: source of the actions.
         splits: served splits, by name.
     """
 
@@ -108,17 +108,17 @@ class EpochBoard:
         self._splits = splits
 
     def all(self) -> list[Epoch]:
-        """Return all epochs by split of the data set, the latest first."""
+        """Return all epochs, grouped by base split, the latest first."""
         found = [epoch_with_statement(record) for record in self._epochs.all()]
         return sorted(found, key=lambda epoch: (epoch.statement.base, -epoch.number))
 
     def find(self, split: str) -> Epoch | None:
-        """Return the epoch of a split; None if it is none."""
+        """Return the epoch with this split name; None if the split is not an epoch."""
         record = self._epochs.find(split)
         return epoch_with_statement(record) if record is not None else None
 
     def pairs(self, language: str, metric: str = HEADLINE) -> Iterator[EpochChanges]:
-        """Yield the changes from each epoch to the next one, the latest first, where agents played both.
+        """Yield the changes between successive epochs, the latest first, if any agent played both.
 
         Args:
             language: code of the instructions' language.
@@ -133,20 +133,20 @@ class EpochBoard:
                 yield found
 
     def compare(self, older: str, newer: str, language: str, metric: str = HEADLINE) -> EpochChanges:
-        """Return how all agents with ranked runs on two epochs of a split stand on the older against the newer one.
+        """Compare the scores of all agents that have ranked runs on two epochs of a split.
 
-        An agent is the same if account, participant, name, arguments but the seed, and sensors are the same, and if its
-        runs do not name different code.
+        Two runs are of the same agent if account, participant, name, sensors and all arguments but the seed are equal,
+        and if they do not name different code.
 
         Raises:
             NotFound: if there is no such epoch or language.
             Conflict: if the leaderboard of an epoch is frozen.
-            BadInput: if both are not different epochs of one split, the older one first, or there is no such metric.
+            BadInput: if the splits are not two epochs of one base split, the older first, or the metric is unknown.
         """
         for name in (older, newer):
             if self._epochs.find(name) is None:
-                there = ", ".join(epoch.statement.split for epoch in self.all()) or "none"
-                raise NotFound(f"there is no epoch {quoted(name)}; there are {there}")
+                existing = ", ".join(epoch.statement.split for epoch in self.all()) or "none"
+                raise NotFound(f"there is no epoch {quoted(name)}; there are {existing}")
         one, other = epoch_of(older), epoch_of(newer)
         if one is None or other is None or one[0] != other[0] or one[1] >= other[1]:
             raise BadInput(f"expected two epochs of one split, the older one first, got {older!r} and {newer!r}")
@@ -159,12 +159,11 @@ class EpochBoard:
         return self._compare(older, newer, language, metric)
 
     def actions(self, run_id: str) -> dict[str, bytes]:
-        """Return the actions of a published run by episode, one byte for each.
+        """Return the actions of a published run by episode, one byte per action.
 
         Raises:
             NotFound: if the run is not on the leaderboard.
-            Conflict: if its split is hidden, unless it is an epoch whose secret is revealed; or if its leaderboard is
-                frozen.
+            Conflict: if its split is hidden and not a revealed epoch; or if its leaderboard is frozen.
         """
         run = self._board.entry(run_id).run
         self._board.closing.check_shown(run.split)
@@ -196,7 +195,7 @@ class EpochBoard:
             _scored([after[key] for key in keys], metric),
         )
         lines = [
-            Change(
+            AgentChange(
                 before[key],
                 after[key],
                 before[key].rows[TOTAL][metric].mean,
@@ -211,7 +210,7 @@ class EpochBoard:
         return EpochChanges(older, newer, tuple(lines), found.mean)
 
     def _agents(self, split: str, language: str) -> dict[object, Standing]:
-        """Return the ranked standing of each agent that was published last; none while the leaderboard is frozen."""
+        """Return each agent's ranked standing, the one published last; none while the leaderboard is frozen."""
         if self._board.closing.is_frozen(split):
             return {}
         ranked = [line for line in self._board.standings(split, language) if line.is_ranked]
@@ -245,7 +244,7 @@ def as_data(epoch: Epoch) -> dict[str, object]:
 
 
 def epoch_with_statement(record: EpochRecord) -> Epoch:
-    """Return an epoch with its statement.
+    """Parse the statement of an epoch's record.
 
     Raises:
         BadFile: if the statement in the database was altered.
@@ -254,17 +253,17 @@ def epoch_with_statement(record: EpochRecord) -> Epoch:
 
 
 def _agent_of(entry: Entry) -> tuple[object, ...]:
-    """Return what an agent keeps from one epoch to the next; its code may be named in one of them alone."""
+    """Return a key that identifies an agent across epochs. It leaves out the code, which not every run names."""
     arguments = tuple(pair for pair in entry.run.agent_arguments if pair[0] != SEED)
     return (*entry.system, entry.sensors, arguments)
 
 
 def _may_be_same(older: Standing, newer: Standing) -> bool:
-    """Return whether no two runs of the standings name different code."""
+    """Return whether the standings may be of the same agent: no two of their runs name different code."""
     return all(same is not False for same in _codes(older, newer))
 
 
 def _codes(older: Standing, newer: Standing) -> list[bool | None]:
-    """Return for each pair of runs whether they name the same code; None if one of them names none."""
+    """Return for each pair of runs whether they name the same code; None if either names none."""
     pairs = ((one.run.code, other.run.code) for one in older.entries for other in newer.entries)
     return [other.is_of(one) if one and other else None for one, other in pairs]

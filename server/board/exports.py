@@ -8,18 +8,18 @@ from dataclasses import asdict
 from functools import lru_cache
 from typing import Any
 
-from arramon_server.board.board import Listing
-from arramon_server.board.standings import COLUMNS, TOTAL, Entry, Reference, Rows, Standing
+from arramon_server.board.board import StandingsListing
+from arramon_server.board.standings import COLUMNS, TOTAL, Entry, PaperResult, Rows, Standing
 from arramon_server.runs.storage.corrections import Correction
 from arramon_server.scoring.aggregate import ROWS
 
 FORMAT, VERSION = "arramon-standings", 1
 
 _FORMULA = ("=", "+", "-", "\N{MINUS SIGN}", "@")
-"""First characters by which a spreadsheet takes a cell for a formula, also in full-width or superscript forms."""
+"""Initial characters that make a spreadsheet read a cell as a formula, also in full-width or superscript forms."""
 
 _SKIPPED = frozenset(("Cc", "Cf", "Zs", "Zl", "Zp"))
-"""Unicode categories that a spreadsheet may drop at the start of a cell: controls, invisible characters, spaces."""
+"""Unicode categories that a spreadsheet may ignore at the start of a cell: controls, invisible characters, spaces."""
 
 _TURNS = tuple(row for row in ROWS if row != TOTAL)
 
@@ -59,14 +59,14 @@ CSV_COLUMNS = (
     "reproduces",
     "void episodes",
 )
-"""Columns of the CSV file, in order. New ones are added at the end."""
+"""Columns of the CSV file, in order. New columns are appended."""
 
 _KEPT = 16
-"""Number of exports that are cached."""
+"""Maximum number of cached exports."""
 
 
 @lru_cache(_KEPT)
-def as_csv(listing: Listing) -> str:
+def as_csv(listing: StandingsListing) -> str:
     """Return a listing as CSV (RFC 4180): one line per standing, then one per reference. Scores are in [0, 1]."""
     text = io.StringIO()
     writer = csv.DictWriter(text, CSV_COLUMNS, restval="")
@@ -79,8 +79,8 @@ def as_csv(listing: Listing) -> str:
 
 
 @lru_cache(_KEPT)
-def as_json(listing: Listing) -> str:
-    """Return a listing as JSON, with all data of the standings and all metrics of all rows."""
+def as_json(listing: StandingsListing) -> str:
+    """Return a listing as JSON, with all fields of the standings and all metrics of all rows."""
     document = {
         "format": FORMAT,
         "version": VERSION,
@@ -95,7 +95,7 @@ def as_json(listing: Listing) -> str:
     return json.dumps(document, ensure_ascii=False) + "\n"
 
 
-def _standing_cells(standing: Standing, listing: Listing) -> dict[str, object]:
+def _standing_cells(standing: Standing, listing: StandingsListing) -> dict[str, object]:
     cells: dict[str, object] = {
         "kind": "run",
         "rank": standing.rank or "",
@@ -133,7 +133,7 @@ def _standing_cells(standing: Standing, listing: Listing) -> dict[str, object]:
     return cells
 
 
-def _reference_cells(reference: Reference) -> dict[str, object]:
+def _reference_cells(reference: PaperResult) -> dict[str, object]:
     cells: dict[str, object] = {
         "kind": "paper",
         "agent": reference.name,
@@ -148,7 +148,7 @@ def _reference_cells(reference: Reference) -> dict[str, object]:
 
 
 def _guarded(cells: dict[str, object]) -> dict[str, object]:
-    """Return the cells with an apostrophe before each text that a spreadsheet would take for a formula."""
+    """Return the cells, with an apostrophe before each text that a spreadsheet would read as a formula."""
     return {name: f"'{cell}" if isinstance(cell, str) and _is_formula(cell) else cell for name, cell in cells.items()}
 
 
@@ -232,5 +232,5 @@ def _rows(rows: Rows) -> dict[str, Any]:
     }
 
 
-def _reference(reference: Reference) -> dict[str, Any]:
-    return {name: getattr(reference, name) for name in Reference.__slots__}
+def _reference(reference: PaperResult) -> dict[str, Any]:
+    return {name: getattr(reference, name) for name in PaperResult.__slots__}

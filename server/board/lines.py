@@ -1,4 +1,4 @@
-"""Which published runs count as one standing: those of one agent with several seeds, and in several languages."""
+"""Grouping of published runs into standings: an agent's runs with several seeds, and in several languages."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from datetime import datetime
@@ -8,30 +8,33 @@ from arramon_server.board.comparisons import Key
 from arramon_server.board.standings import Entry
 
 
-def with_seeds(entries: Sequence[Entry]) -> Iterator[tuple[Entry, ...]]:
-    """Yield the runs of each agent that differ in their seed alone; unranked ones one by one.
+def group_by_seed(entries: Sequence[Entry]) -> Iterator[tuple[Entry, ...]]:
+    """Yield groups of ranked runs of one agent that differ only in their seed, and every other run alone.
 
-    Without any seed, runs of one agent are not told to be different draws, and stand alone.
+    Several runs of one agent without a seed are not known to be independent draws, so each is yielded alone.
     """
     kinds: dict[object, dict[str | None, Entry]] = {}
     for entry in sorted(filter(lambda entry: entry.is_ranked, entries), key=_preference):
         kinds.setdefault((entry.kind, entry.run.code), {})[entry.seed] = entry
-    together = {
+    groups = {
         entry.run.run_id: tuple(sorted(seeds.values(), key=lambda one: (len(one.seed or ""), one.seed or "")))
         for seeds in kinds.values()
         if len(seeds) > 1
         for entry in seeds.values()
     }
     for entry in entries:
-        found = together.get(entry.run.run_id, (entry,))
+        found = groups.get(entry.run.run_id, (entry,))
         if found[0] is entry:
             yield found
 
 
-def systems(lines: Iterable[tuple[Entry, ...]], languages: Sequence[str]) -> Iterator[tuple[Entry, ...]]:
-    """Yield the runs of one line per language for each system that has lines in all languages."""
+def group_by_system(groups: Iterable[tuple[Entry, ...]], languages: Sequence[str]) -> Iterator[tuple[Entry, ...]]:
+    """Yield one group of runs per language for each system that has groups in all languages.
+
+    If a system has several groups in a language, a ranked one is preferred, then the one published last.
+    """
     systems: dict[object, dict[str, tuple[Entry, ...]]] = {}
-    for line in lines:
+    for line in groups:
         of_system, language = systems.setdefault(line[0].system, {}), line[0].run.language
         other = of_system.get(language)
         if other is None or max(map(_preference, line)) > max(map(_preference, other)):
@@ -46,10 +49,10 @@ def _preference(entry: Entry) -> tuple[bool, datetime, str]:
 
 
 def by_language(entries: Sequence[Entry]) -> list[list[Entry]]:
-    """Return the runs of a line in each language, in its order."""
+    """Split a group of runs by language, keeping its order."""
     return [list(same) for _, same in groupby(entries, lambda entry: entry.run.language)]
 
 
 def versions(entries: Sequence[Entry]) -> Key:
-    """Return the versions of the scores of a line's runs in each language."""
+    """Return the score versions of a group's runs, by language."""
     return tuple(tuple(entry.version for entry in same) for same in by_language(entries))

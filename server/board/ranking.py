@@ -4,35 +4,35 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import replace
 
-from arramon_server.board.comparisons import Family
+from arramon_server.board.comparisons import ComparisonFamily
 from arramon_server.board.standings import TOTAL, Standing
 
 _TIE_BREAKERS = ("PTC@CTC-3", "rPOD@CTC-3", "CTC-3", "nDTW")
-"""Metrics that order standings with equal means, in this sequence."""
+"""Metrics that break ties between equal means, in this order."""
 
 
-def ranked(standings: Iterable[Standing], metric: str, family: Family) -> list[Standing]:
-    """Return the standings in order of rank, with their ranks; those that are not ranked come last.
+def ranked(standings: Iterable[Standing], metric: str, family: ComparisonFamily) -> list[Standing]:
+    """Return the standings with their ranks, in order of rank; unranked standings come last.
 
-    A rank is one more than the number of standings that are shown to be better: standings of one rank are not shown to
-    differ. Within a rank they are sorted by the metric's mean in the row "total", then by PTC, rPOD, CTC-3 and nDTW,
-    then by time of publication, the earliest first.
+    A rank is one more than the number of significantly better standings, so standings of one rank do not differ
+    significantly. Within a rank they are sorted by the metric's mean in the row "total", then by PTC, rPOD, CTC-3 and
+    nDTW, then by time of publication, the earliest first.
 
     Args:
         standings: standings in any order.
         metric: metric to rank by, one of COLUMNS.
-        family: tests of all pairs of those that are ranked, by this metric.
+        family: tests of all pairs of ranked standings by this metric.
     """
     ordered = sorted(standings, key=lambda standing: _key(standing, metric))
-    able = [standing for standing in ordered if standing.is_ranked]
-    places = [family.places(standing) for standing in able]
-    sharing = Counter(first for first, _ in places)
+    comparable = [standing for standing in ordered if standing.is_ranked]
+    ranges = [family.rank_range(standing) for standing in comparable]
+    first_ranks = Counter(first for first, _ in ranges)
     placed = [
-        replace(standing, rank=first, last_rank=last, tied=sharing[first] > 1)
-        for standing, (first, last) in zip(able, places, strict=True)
+        replace(standing, rank=first, last_rank=last, tied=first_ranks[first] > 1)
+        for standing, (first, last) in zip(comparable, ranges, strict=True)
     ]
-    apart = [replace(standing, rank=0, last_rank=0, tied=False) for standing in ordered if not standing.is_ranked]
-    return sorted(placed, key=lambda standing: standing.rank) + apart
+    unranked = [replace(standing, rank=0, last_rank=0, tied=False) for standing in ordered if not standing.is_ranked]
+    return sorted(placed, key=lambda standing: standing.rank) + unranked
 
 
 def _key(standing: Standing, metric: str) -> tuple[object, ...]:

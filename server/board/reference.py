@@ -3,16 +3,16 @@
 import tomllib
 from importlib import resources
 
-from arramon_server.board.standings import Reference
+from arramon_server.board.standings import PaperResult
 
-_LEFT_OUT = "-"
+_NOT_REPORTED = "-"
 
 
-def read_references() -> tuple[Reference, ...]:
+def read_references() -> tuple[PaperResult, ...]:
     """Return all lines of the paper's tables, in the order of the paper."""
     data = tomllib.loads(resources.files("arramon_server.board").joinpath("paper.toml").read_text(encoding="utf-8"))
     return tuple(
-        Reference(
+        PaperResult(
             name=line["name"],
             short=line["short"],
             split=line["split"],
@@ -21,7 +21,7 @@ def read_references() -> tuple[Reference, ...]:
                 row: {
                     metric: float(value)
                     for metric, value in zip(data["columns"], values, strict=True)
-                    if value != _LEFT_OUT
+                    if value != _NOT_REPORTED
                 }
                 for row, values in line["rows"].items()
             },

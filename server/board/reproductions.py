@@ -1,9 +1,9 @@
-"""Reproductions: published runs that repeat another account's run, and how far their scores lie from the original's."""
+"""Reproductions: runs that repeat another account's published run, and the differences between their scores."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from arramon_server.board.entries import Published
+from arramon_server.board.entries import PublishedRun
 from arramon_server.board.episode_table import EpisodeTable, join
 from arramon_server.board.standings import COLUMNS, TOTAL, Entry
 from arramon_server.errors import Conflict
@@ -13,7 +13,7 @@ from arramon_server.scoring.episode import METRICS
 from arramon_server.scoring.masking import difference, shown_deviation
 from arramon_server.scoring.paired import difference_bounds
 
-FREE = frozenset({"version"})
+IGNORED_FIELDS = frozenset({"version"})
 """Fields of a signature that may differ between a run and its reproduction."""
 
 
@@ -23,32 +23,35 @@ class Reproduction:
 
     Attributes:
         entry: the reproduction.
-        differences: metric of COLUMNS -> mean in both turns minus that of the original, with its 95% interval.
+        differences: metric of COLUMNS -> mean over both turns minus the original's, with its 95% interval.
     """
 
     entry: Entry
     differences: Mapping[str, Interval]
 
 
-def check_reproduction(run: Run, signature: str, original: Published, its_signature: str, *, is_original: bool) -> None:
+def check_reproduction(
+    run: Run, signature: str, original: PublishedRun, original_signature: str, *, is_original: bool
+) -> None:
     """Check that a run repeats a published run of another account.
 
     Args:
-        run: the reproduction, which is over.
-        signature: line with its settings.
+        run: the reproduction, which has ended.
+        signature: its signature, a line with its settings.
         original: the run that it repeats.
-        its_signature: line with the original's settings.
-        is_original: whether the run has published reproductions itself.
+        original_signature: the original's signature.
+        is_original: whether the reproduction itself has published reproductions.
 
     Raises:
         Conflict: if one of the two has no account, or both have the same one; if the run was not played to its end; if
-            agent, code or settings differ, or the original names no code; or if one repeats what is a reproduction.
+            agent, code or settings differ, or the original names no code; or if the original is a reproduction itself,
+            or the reproduction an original.
     """
     found, name = original.run, f"run {original.run.run_id!r}"
     if run.account is None or found.account is None:
         whose = f"run {run.run_id!r}" if run.account is None else name
         raise Conflict(
-            f"{whose} was played without an account, so that it is not known to be another participant's; "
+            f"{whose} was played without an account, so it is not known to be another participant's; "
             "a reproduction needs an account for both runs"
         )
     if run.account == found.account:
@@ -62,13 +65,13 @@ def check_reproduction(run: Run, signature: str, original: Published, its_signat
     if run.agent != found.agent:
         raise Conflict(f"run {run.run_id!r} is of the agent {run.agent!r}, but {name} of {found.agent!r}")
     if not found.code:
-        raise Conflict(f"{name} names no code, so that it cannot be known to be of the same agent")
+        raise Conflict(f"{name} names no code, so it cannot be known to be of the same agent")
     if not run.code.is_of(found.code):
         raise Conflict(
             f"run {run.run_id!r} names {_code(run)}, but {name} {_code(found)}; expected the same commit or image or, "
             "where the original names neither, the same address"
         )
-    ours, theirs = _fields(signature), _fields(its_signature)
+    ours, theirs = _fields(signature), _fields(original_signature)
     different = [key for key in (*theirs, *(ours.keys() - theirs.keys())) if ours.get(key) != theirs.get(key)]
     if different:
         raise Conflict(
@@ -78,12 +81,12 @@ def check_reproduction(run: Run, signature: str, original: Published, its_signat
 
 
 def differences(original: EpisodeTable, table: EpisodeTable, section_of: Mapping[str, str]) -> dict[str, Interval]:
-    """Return the difference of a reproduction minus its original in both turns, by metric of COLUMNS.
+    """Return the mean differences of a reproduction minus its original over both turns, by metric of COLUMNS.
 
     Args:
         original: scores of the original.
         table: scores of the reproduction in the same episodes.
-        section_of: section of every episode, by id; those of unknown sections are taken for one section.
+        section_of: section of every episode, by id; episodes missing here count as one section.
     """
     sections = {name: section_of.get(name, "") for name in original.ids}
     before, after = join([original], sections), join([table], sections)
@@ -92,7 +95,7 @@ def differences(original: EpisodeTable, table: EpisodeTable, section_of: Mapping
 
 
 def masked_differences(original: Entry, reproduction: Entry) -> dict[str, Interval]:
-    """Return the same on a hidden split, from the shown means alone."""
+    """Return `differences` on a hidden split, computed from the shown means alone."""
     episodes = min(original.counted, reproduction.counted)
     noise = 2.0**0.5 * shown_deviation(episodes)
     before, after = original.rows[TOTAL], reproduction.rows[TOTAL]
@@ -101,7 +104,7 @@ def masked_differences(original: Entry, reproduction: Entry) -> dict[str, Interv
 
 def _fields(signature: str) -> dict[str, str]:
     pairs = (part.partition(":") for part in signature.split("|"))
-    return {key: value for key, _, value in pairs if key not in FREE}
+    return {key: value for key, _, value in pairs if key not in IGNORED_FIELDS}
 
 
 def _code(run: Run) -> str:

@@ -1,4 +1,4 @@
-"""Data types of the leaderboard: entries, standings, marks, references to the paper, and columns."""
+"""Data types of the leaderboard: entries, standings, marks, columns, and results of the paper."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -34,20 +34,20 @@ TOTAL = "total"
 """Row by which standings are sorted and ranked: the mean of both turns."""
 
 HEADLINE = "PTC@CTC-3"
-"""Default metric for ranking: whether the right object is in the right place at the end."""
+"""Default metric for ranking: whether the right object ends in the right place."""
 
 BOTH = "both"
-"""Value in place of a language code for all languages of a split together."""
+"""Used in place of a language code for all languages of a split combined."""
 
 SEED = "seed"
-"""Argument of an agent by which runs of one agent differ that count together."""
+"""Agent argument for the random seed: runs of one agent that differ only in it form one standing."""
 
 PRIVILEGED = frozenset({"pose", "oracle"})
-"""Sensors with information that no camera shows."""
+"""Sensors that give information which no camera shows."""
 
 
 class Mark(StrEnum):
-    """Caveats of an entry that a reader must know besides its scores."""
+    """Caveat that is shown beside an entry's scores."""
 
     PARTIAL = "partial"
     """It played fewer episodes than the split has in its language."""
@@ -56,32 +56,32 @@ class Mark(StrEnum):
     OTHER_DATA = "other-data"
     """The data of the split has changed since the run was played, or the split is gone."""
     OTHER_LIMITS = "other-limits"
-    """It was played with another step limit than ranked runs: this server's, see `Board`."""
+    """Its step limit differs from that of ranked runs, see `Board`."""
     OTHER_CLOCKS = "other-clocks"
-    """It was played with other clocks than ranked runs: this server's, see `Board`. Having none counts as different."""
+    """Its clocks differ from those of ranked runs, see `Board`. Having no clocks counts as different."""
     REPRODUCTION = "reproduction"
-    """It reproduces another account's run, and is compared with that one alone."""
+    """It reproduces another account's run, and is compared only with that run."""
     FORFEITED = "forfeited"
-    """On a hidden split, more than half of its episodes were forfeited: what it shows would be about a few of them."""
+    """On a hidden split, more than half of its episodes were forfeited: scores would reveal single episodes'."""
     SERVER_FAULT = "server-fault"
     """Some of its episodes ended by SERVER_FAULT and count as not played, so its scores may be too low."""
 
 
-UNRANKED = frozenset(Mark) - {Mark.SERVER_FAULT}
-"""Marks of entries that are listed but not ranked, as they cannot be compared with the others."""
+UNRANKED_MARKS = frozenset(Mark) - {Mark.SERVER_FAULT}
+"""Marks of entries that are listed but not ranked, because they cannot be compared with the others."""
 
 
-RESULTS = frozenset({Mark.FORFEITED, Mark.SERVER_FAULT})
-"""Marks that tell how episodes ended; they are left out while a leaderboard is frozen."""
+OUTCOME_MARKS = frozenset({Mark.FORFEITED, Mark.SERVER_FAULT})
+"""Marks that reveal how episodes ended; they are left out while a leaderboard is frozen."""
 
 
-class Version(NamedTuple):
-    """Scores of a run as they are after some corrections of its split; equal versions have equal scores.
+class ScoresVersion(NamedTuple):
+    """Version of a run's scores, which changes with corrections of its split; equal versions have equal scores.
 
     Attributes:
         run_id: id of the run.
         corrections: number of corrections of the split.
-        rescored: number of times that the run was scored again.
+        rescored: number of times that the run was rescored.
     """
 
     run_id: str
@@ -106,29 +106,29 @@ class Seal:
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """A published run with its scores, without data about single episodes.
+    """A published run with its scores, without scores of single episodes.
 
     Attributes:
-        run: run in the journal; display `participant` and `agent` of the entry instead of those of the run.
+        run: the run in the journal; display the entry's `participant` and `agent` instead of the run's.
         progress: counts of episodes, steps and causes, and encodings of images, at the end of the run.
         rows: scores with 95% intervals.
         signature: settings under which the scores were reached, in one line.
         published_at: time of the publication, in UTC.
         note: note of the publisher, at most 500 characters; may be empty.
-        coverage: share of the split's episodes in the language that the run has, in (0, 1]; None if the data of the
+        coverage: fraction of the split's episodes in the language that the run has, in (0, 1]; None if the data of the
             split has changed.
         marks: caveats, in the order of `Mark`.
-        seal: fingerprint of the receipt; None without a receipt, and in listings, which do not look it up.
-        attempts: runs that its participant began and published on the split in the language, under any agent's name.
-        cost: what it cost, as its publisher declared it.
+        seal: fingerprint of the receipt; None without a receipt, and in listings.
+        attempts: numbers of runs that its participant began and published on the split in the language, with any agent.
+        cost: declared cost.
         reproduces: id of the run that it reproduces; None if none.
-        reproducers: accounts with a listed reproduction of it; their number alone is shown.
+        reproducers: accounts with a listed reproduction of it; only their number is shown.
         split_corrections: number of corrections of its split.
-        rescored: number of times that it was scored again.
-        voided: number of its episodes that the host has voided; they are in no score.
-        corrections: corrections of the split that change its scores, in order; left out in listings.
-        frozen: whether the leaderboard of its split is frozen: then `rows` is empty, and `progress` tells the number of
-            episodes alone.
+        rescored: number of times that it was rescored.
+        voided: number of its episodes that the host has voided; no score includes them.
+        corrections: corrections of the split that change its scores, in order; empty in listings.
+        frozen: whether the leaderboard of its split is frozen: then `rows` is empty, and `progress` has only the number
+            of episodes.
     """
 
     run: Run
@@ -151,13 +151,13 @@ class Entry:
     frozen: bool = False
 
     @property
-    def version(self) -> Version:
+    def version(self) -> ScoresVersion:
         """Version of its scores."""
-        return Version(self.run.run_id, self.split_corrections, self.rescored)
+        return ScoresVersion(self.run.run_id, self.split_corrections, self.rescored)
 
     @property
     def counted(self) -> int:
-        """Number of episodes in its scores: those that are not void, or all if every one is, see `Entries.voided`."""
+        """Number of episodes in its scores: those that are not void, or all if all are void, see `Entries.voided`."""
         return self.progress.episodes - self.voided or self.progress.episodes
 
     @property
@@ -167,12 +167,12 @@ class Entry:
 
     @property
     def seed(self) -> str | None:
-        """Value of the agent's argument SEED; None without it."""
+        """Value of the agent argument SEED; None if the run has none."""
         return dict(self.run.agent_arguments).get(SEED)
 
     @property
     def kind(self) -> tuple[object, ...]:
-        """What runs have in common that differ in their seed alone."""
+        """Key that is equal for runs of one agent that differ only in their seed."""
         arguments = tuple(pair for pair in self.run.agent_arguments if pair[0] != SEED)
         return (*self.system, self.run.language, self.run.sensors, arguments)
 
@@ -193,26 +193,26 @@ class Entry:
 
     @property
     def is_ranked(self) -> bool:
-        """Whether the entry can be compared with others."""
-        return not UNRANKED.intersection(self.marks)
+        """Whether the entry can be compared with others, and so has a rank."""
+        return not UNRANKED_MARKS.intersection(self.marks)
 
     @property
     def system(self) -> tuple[str | None, str, str]:
-        """Account, participant and agent: entries in several languages with the same ones belong together."""
+        """Account, participant and agent; entries of one system in several languages form one standing."""
         return self.run.account, self.run.participant, self.run.agent
 
 
 @dataclass(frozen=True, slots=True)
 class Standing:
-    """A line of the leaderboard: the runs of one agent with one seed or several, in one language or in all together.
+    """A line of the leaderboard: an agent's runs with one or several seeds, in one language or in all of them.
 
     Attributes:
-        entries: in the order of the language codes, and of the seeds.
-        rows: scores of the entry, or the means over seeds and languages, see `Board.listing`.
-        gap: gap between the languages in the metric that ranks; None with one language, or if the data has changed.
-        spread: spread between seeds in the metric that ranks; None with one seed, or with others in another language.
-        rank: rank from 1, one more than the number of standings shown to be better; 0 if not ranked.
-        last_rank: the last rank that it could have, as far as differences are shown; 0 if not ranked.
+        entries: its runs, ordered by language code and seed.
+        rows: scores of the run, or means over seeds and languages, see `Board.listing`.
+        gap: gap between the languages in the ranking metric; None with one language, or if the data has changed.
+        spread: spread between seeds in the ranking metric; None with one seed, or if the languages' seeds differ.
+        rank: rank from 1, one more than the number of significantly better standings; 0 if not ranked.
+        last_rank: worst rank that is consistent with the significant differences; 0 if not ranked.
         tied: whether another standing has the same rank.
     """
 
@@ -241,23 +241,23 @@ class Standing:
 
     @property
     def by_language(self) -> tuple[tuple[Entry, ...], ...]:
-        """Entries of each language."""
+        """Entries, grouped by language."""
         return tuple(tuple(one for one in self.entries if one.run.language == code) for code in self.languages)
 
     @property
     def seeds(self) -> int:
-        """Number of runs with different seeds in each language; the least, if these differ."""
+        """Number of runs with different seeds in each language; the minimum if the languages differ."""
         return min(len(entries) for entries in self.by_language)
 
     @property
     def seconds_a_step(self) -> float | None:
-        """Mean time for an answer over the steps of all runs; None if none was measured."""
+        """Mean response time of the agent over the steps of all runs; None if none was measured."""
         steps = sum(entry.progress.timed_steps for entry in self.entries)
         return sum(entry.progress.thinking_seconds for entry in self.entries) / steps if steps else None
 
     @property
     def cost(self) -> Cost:
-        """Declared cost of a run: the mean of those that declare it."""
+        """Declared cost of a run: the mean over the runs that declare one."""
         return mean_cost([entry.cost for entry in self.entries])
 
     @property
@@ -267,25 +267,25 @@ class Standing:
 
     @property
     def coverage(self) -> float | None:
-        """Least coverage of the entries; None if that of any entry is None."""
+        """Lowest coverage of the entries; None if any entry has none."""
         known = [entry.coverage for entry in self.entries if entry.coverage is not None]
         return min(known) if len(known) == len(self.entries) else None
 
     @property
     def marks(self) -> tuple[Mark, ...]:
-        """Marks of any of the entries, in the order of `Mark`."""
+        """Marks that any of the entries has, in the order of `Mark`."""
         return tuple(mark for mark in Mark if any(mark in entry.marks for entry in self.entries))
 
     @property
     def attempts(self) -> Attempts:
-        """Runs that the participant began and published on the split, in these languages."""
+        """Numbers of runs that the participant began and published on the split in these languages."""
         return sum((entries[0].attempts for entries in self.by_language), NONE)
 
     @property
     def reproduced_by(self) -> int:
-        """Number of other accounts that reproduced a run in each of the languages, with any seed."""
-        spoken = (frozenset[str]().union(*(one.reproducers for one in entries)) for entries in self.by_language)
-        return len(frozenset.intersection(*spoken))
+        """Number of other accounts that reproduced a run in every one of the languages, with any seed."""
+        by_language = (frozenset[str]().union(*(one.reproducers for one in entries)) for entries in self.by_language)
+        return len(frozenset.intersection(*by_language))
 
     @property
     def causes(self) -> dict[str, int]:
@@ -303,8 +303,8 @@ class Standing:
 
 
 @dataclass(frozen=True, slots=True)
-class Reference:
-    """A line of the paper's tables, measured in the original simulator on the original episodes: other data.
+class PaperResult:
+    """A line of the paper's tables, measured in the original simulator on the original episodes.
 
     Attributes:
         name: name of the model, such as "Vision-and-Language".
@@ -313,7 +313,7 @@ class Reference:
         language: language of the instructions.
         rows: row name -> metric -> value in [0, 1], without values that the paper does not report. Always has "total".
         source: place in the paper, such as "Table 2".
-        note: further information; may be empty.
+        note: remark; may be empty.
     """
 
     name: str

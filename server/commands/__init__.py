@@ -1,4 +1,4 @@
-"""The commands of `arramon-server`, one module for each family, whose function `add` adds the commands' parsers."""
+"""The commands of `arramon-server`, one module per family. The function `add` of each adds the commands' parsers."""
 
 import argparse
 from typing import TypeAlias

@@ -13,7 +13,7 @@ from arramon_server.errors import ArraMonError, Conflict
 from arramon_server.runs.accounts.administration import Account, Administration
 
 LEAST = 0.95
-"""Default for the likeness from which pairs of runs are listed."""
+"""Default minimum likeness of listed pairs of runs."""
 
 
 def add(commands: Commands, common: argparse.ArgumentParser) -> None:
@@ -38,7 +38,7 @@ def add(commands: Commands, common: argparse.ArgumentParser) -> None:
         help="refuse an account's tokens, withdraw its runs from the leaderboard, and cancel its unfinished ones",
     )
     ban.add_argument("participant", metavar="PARTICIPANT", help="name of the account")
-    ban.add_argument("--reason", default="", metavar="TEXT", help="reason, which the participant is told")
+    ban.add_argument("--reason", default="", metavar="TEXT", help="reason, which the participant is shown")
     ban.set_defaults(command=_ban)
 
     unban = actions.add_parser(
@@ -100,7 +100,7 @@ def _ban(arguments: argparse.Namespace) -> None:
     if open_:
         raise Conflict(
             f"{arguments.participant} is banned, but {open_} of its {len(running)} unfinished runs could not be "
-            "cancelled; repeat the command when the errors above are mended"
+            "cancelled; fix the errors above, then repeat the command"
         )
 
 

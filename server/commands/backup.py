@@ -1,4 +1,4 @@
-"""The command `backup`: a copy of all files that a host cannot recreate."""
+"""The command `backup`: copies all files that a host cannot recreate."""
 
 import argparse
 from pathlib import Path

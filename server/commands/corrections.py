@@ -1,9 +1,9 @@
-"""The command `void`: episodes that count in no run's scores, and the list of a split's corrections."""
+"""The command `void`: voids episodes, so that no run's scores include them, and lists a split's corrections."""
 
 import argparse
 import sys
 
-from arramon_server.board.correcting import AlreadyCorrected, Correcting
+from arramon_server.board.corrector import AlreadyCorrected, Corrector
 from arramon_server.commands import Commands
 from arramon_server.commands.journal import open_journal
 from arramon_server.configuration.config import Config
@@ -42,11 +42,11 @@ def _void(arguments: argparse.Namespace) -> None:
     config: Config = arguments.settings
     splits = read_splits(config.data)
     with open_journal(config) as database:
-        correcting = Correcting(database, splits, key_of(config, KnownKeys(database)))
+        corrector = Corrector(database, splits, key_of(config, KnownKeys(database)))
         try:
-            made = correcting.void(arguments.split, arguments.episodes, arguments.reason, restore=arguments.restore)
+            made = corrector.void(arguments.split, arguments.episodes, arguments.reason, restore=arguments.restore)
         except AlreadyCorrected as error:
-            if not (revised := correcting.revise(arguments.split)):
+            if not (revised := corrector.revise(arguments.split)):
                 raise
             print(f"{error}, by a command that stopped before all receipts were signed\nnew receipts: {revised}")
             return
@@ -54,7 +54,7 @@ def _void(arguments: argparse.Namespace) -> None:
             f"{'restored' if arguments.restore else 'void'}: {episode_list(made.episodes)} of split {made.split}",
             flush=True,
         )
-        print(f"new receipts: {correcting.revise(made.split)}")
+        print(f"new receipts: {corrector.revise(made.split)}")
     if splits[made.split].hidden:
         print(
             "the split is hidden: the difference between the scores before and after is about these episodes alone, as "
@@ -77,7 +77,7 @@ def key_of(config: Config, known: KnownKeys) -> SigningKey:
     """Return the key that signs the journal's receipts.
 
     Raises:
-        Conflict: if the host's key is not the present one of the journal.
+        Conflict: if the host's key is not the journal's current key.
     """
     key = SigningKey(config.signing_key_path)
     known.check(key.public)

@@ -1,7 +1,7 @@
-"""The command `epoch`: a host's epochs of hidden splits, closed, revealed and listed.
+"""The command `epoch`: closes, reveals and lists the epochs of hidden splits.
 
-Epochs are opened and verified by generating them: the data set's package adds these actions, by an entry point of the
-group `arramon.commands` that is named `epoch`; its module's `add_actions` is called.
+Opening and verifying an epoch generate it, so the data set's package adds these actions: it has an entry point `epoch`
+in the group `arramon.commands`, which names a module with a function `add_actions`.
 """
 
 import argparse
@@ -40,14 +40,14 @@ def add(commands: Commands, common: argparse.ArgumentParser) -> None:
 
 
 def next_number(config: Config, base: str) -> int:
-    """Return the number of the next epoch of a hidden split: 1 if the host has opened none."""
+    """Return the number of a hidden split's next epoch; 1 if the host has opened none."""
     with open_journal(config, new=True) as database:
         known = [found for record in EpochStore(database).all() if (found := epoch_of(record.split))]
     return 1 + max((number for split, number in known if split == base), default=0)
 
 
 def open_epoch(config: Config, statement: EpochStatement) -> bytes:
-    """Record that an epoch is open, and return the commitment that is published of it."""
+    """Record that an epoch is open, and return its published commitment."""
     with open_journal(config) as database:
         return EpochStore(database).open(statement.split, statement.written()).commitment
 
@@ -108,8 +108,8 @@ def _list(arguments: argparse.Namespace) -> None:
     for epoch in epochs:
         record = epoch.record
         times = (record.opened_at, record.closed_at, record.revealed_at)
-        told = [f"{time:%Y-%m-%dT%H:%MZ}" if time is not None else "-" for time in times]
-        rows.append((record.split, record.state, str(epoch.statement.episodes), *told, record.commitment.hex()))
+        cells = [f"{time:%Y-%m-%dT%H:%MZ}" if time is not None else "-" for time in times]
+        rows.append((record.split, record.state, str(epoch.statement.episodes), *cells, record.commitment.hex()))
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     for row in rows:
         print("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip())

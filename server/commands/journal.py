@@ -1,4 +1,4 @@
-"""Opening of the journal for commands, with a check of the data folder."""
+"""Opens the journal for commands, and checks the data folder first."""
 
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
@@ -9,8 +9,8 @@ from arramon_server.episodes.splits import SECRET
 from arramon_server.errors import BadInput
 from arramon_server.runs.storage.database import Database
 
-MARKS = ("splits", "journal.db", SECRET, "signing-key.pem")
-"""Names of which a data folder holds at least one."""
+DATA_FOLDER_NAMES = ("splits", "journal.db", SECRET, "signing-key.pem")
+"""A data folder contains at least one of these names."""
 
 
 @contextmanager
@@ -22,7 +22,7 @@ def open_journal(
     Args:
         config: the settings.
         patient, read_only: as for `Database`.
-        new: whether an empty folder is accepted too and becomes a data folder.
+        new: whether an empty folder is accepted too, and becomes a data folder.
 
     Raises:
         BadInput: if the data folder does not exist, or is not a data folder.
@@ -35,7 +35,7 @@ def open_journal(
 
 
 def check_data_folder(config: Config, *, new: bool = False) -> None:
-    """Check that the data folder exists and is one: a server would never read files made in another folder.
+    """Check that the data folder exists and is a data folder: a server would never read files in another folder.
 
     Args:
         config: the settings.
@@ -55,7 +55,7 @@ def check_data_folder(config: Config, *, new: bool = False) -> None:
 
 
 def _is_data_folder(data: Path) -> bool:
-    return any((data / name).exists() for name in MARKS)
+    return any((data / name).exists() for name in DATA_FOLDER_NAMES)
 
 
 _HOW = "run `arramon-server generate` or `arramon-server import-release`"

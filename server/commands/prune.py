@@ -1,4 +1,4 @@
-"""The command `prune`: deletion of old runs that were never published."""
+"""The command `prune`: deletes old runs that were never published."""
 
 import argparse
 

@@ -1,4 +1,4 @@
-"""The command `quota`: a participant's limits on a split."""
+"""The command `quota`: sets and lists participants' limits on a split."""
 
 import argparse
 from collections.abc import Sequence
@@ -13,7 +13,7 @@ from arramon_server.errors import BadInput
 from arramon_server.runs.accounts.quotas import LIMITS, DefaultQuotas, Quota, Quotas
 
 DEFAULT = "default"
-"""Argument that restores the limit of the server's settings."""
+"""Argument that resets a limit to the server's settings."""
 
 
 def add(commands: Commands, common: argparse.ArgumentParser) -> None:
@@ -38,8 +38,8 @@ def add(commands: Commands, common: argparse.ArgumentParser) -> None:
 
 
 def _quota(arguments: argparse.Namespace) -> None:
-    asked = {name: getattr(arguments, name) for name in LIMITS if getattr(arguments, name) is not None}
-    limits = {name: None if limit == DEFAULT else limit for name, limit in asked.items()}
+    requested = {name: getattr(arguments, name) for name in LIMITS if getattr(arguments, name) is not None}
+    limits = {name: None if limit == DEFAULT else limit for name, limit in requested.items()}
     participant, split = arguments.participant, arguments.split
     if split is None and (participant != "list" or limits):
         raise BadInput("the split is missing: arramon-server quota PARTICIPANT SPLIT, or arramon-server quota list")

@@ -1,11 +1,11 @@
-"""The commands `key` and `rescore`: the key that signs receipts, and verification of recorded runs."""
+"""The commands `key` and `rescore`: the key that signs receipts, and replays that verify recorded runs."""
 
 import argparse
 import sys
 from contextlib import closing
 from pathlib import Path
 
-from arramon_server.board.correcting import Correcting
+from arramon_server.board.corrector import Corrector
 from arramon_server.commands import Commands
 from arramon_server.commands.corrections import key_of
 from arramon_server.commands.journal import check_data_folder, open_journal
@@ -103,7 +103,7 @@ def _rescore(arguments: argparse.Namespace) -> int:
         open_journal(config, read_only=True) as database,
         closing(Rescorer(database, read_splits(config.data))) as rescorer,
     ):
-        for run_id in arguments.runs or _over(Journal(database)):
+        for run_id in arguments.runs or _ended_runs(Journal(database)):
             try:
                 rescored = rescorer.rescore(run_id)
             except Conflict as error:
@@ -122,15 +122,15 @@ def _adopt(arguments: argparse.Namespace) -> int:
         raise BadInput(f"{arguments.before} is the split {before.name!r}, expected {arguments.adopt!r} as it was")
     done = failed = receipts = 0
     with open_journal(config) as database:
-        correcting = Correcting(database, read_splits(config.data), key_of(config, KnownKeys(database)))
-        for found in correcting.rescore(before, arguments.reason):
+        corrector = Corrector(database, read_splits(config.data), key_of(config, KnownKeys(database)))
+        for found in corrector.rescore(before, arguments.reason):
             if found.problem:
                 print(f"run {found.run.run_id}: NOT scored again: {found.problem}", flush=True)
             else:
                 print(f"run {found.run.run_id}: scores changed in {found.changed} episodes", flush=True)
             failed, done = failed + bool(found.problem), done + (not found.problem)
             receipts += found.has_new_receipt
-        receipts += correcting.revise(before.name)  # those that an interrupted call left
+        receipts += corrector.revise(before.name)  # receipts that an interrupted call did not sign
     print(f"scored again: {done} runs; new receipts: {receipts}")
     if failed:
         print(f"{failed} runs stay on the data before, without a rank", file=sys.stderr)
@@ -138,8 +138,8 @@ def _adopt(arguments: argparse.Namespace) -> int:
     return int(failed > 0)
 
 
-def _over(journal: Journal) -> list[str]:
-    """Return the ids of the runs that are over, the earliest first."""
+def _ended_runs(journal: Journal) -> list[str]:
+    """Return the ids of all ended runs, the earliest first."""
     found, last = [], None
     while page := journal.runs(1000, last):
         found += [run.run_id for run in page if run.state != RUNNING]

@@ -1,4 +1,4 @@
-"""The command `runs`: listing and cancelling of runs by the host."""
+"""The command `runs`: lists and cancels runs for the host."""
 
 import argparse
 import json
@@ -15,7 +15,7 @@ from arramon_server.runs.storage.run_listing import RunFilter, RunSummary, find_
 STATES = tuple(state.lower() for state in (RUNNING, COMPLETE, CANCELLED))
 
 LIMIT = 50
-"""Default limit of listed runs."""
+"""Default maximum number of listed runs."""
 
 
 def add(commands: Commands, common: argparse.ArgumentParser) -> None:

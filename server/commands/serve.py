@@ -1,4 +1,4 @@
-"""The commands `serve` and `health`: running a server, and checking one."""
+"""The commands `serve` and `health`: run a server, or check one."""
 
 import argparse
 
@@ -37,15 +37,15 @@ def _serve(arguments: argparse.Namespace) -> None:
     check_limited_splits(config, splits)
     check_secrets(config, splits)
 
-    def say(line: str) -> None:
+    def announce(line: str) -> None:
         print(line, flush=True)
 
     if config.workers == 1:
-        serve(config, splits, say)
+        serve(config, splits, announce)
         return
-    compile_camera(config, say)  # Done once, like the journal's creation and migration, before the workers start.
+    compile_camera(config, announce)  # Done once, like the journal's creation and migration, before the workers start.
     Database(config.journal_url).close()
-    serve_with_workers(config, say)
+    serve_with_workers(config, announce)
 
 
 def _health(arguments: argparse.Namespace) -> None:

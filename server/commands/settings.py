@@ -1,4 +1,4 @@
-"""The command `config`: the settings in force and their origins."""
+"""The command `config`: prints the settings in force and where each comes from."""
 
 import argparse
 import json

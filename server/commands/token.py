@@ -1,4 +1,4 @@
-"""The command `token`: creation, listing and revocation of participants' tokens."""
+"""The command `token`: creates, lists and revokes participants' tokens."""
 
 import argparse
 import sys

@@ -1,4 +1,4 @@
-"""The commands `export` and `import`: transfer of a whole leaderboard to another host."""
+"""The commands `export` and `import`: move a whole leaderboard to another host."""
 
 import argparse
 from pathlib import Path

@@ -1,1 +1,1 @@
-"""The server's settings: descriptions, defaults, and the sources of their values."""
+"""The server's settings: their definitions, defaults and sources."""

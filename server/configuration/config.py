@@ -7,7 +7,7 @@ from arramon_client.world import STEPS_PER_PHASE
 from arramon_server.addresses import FORM, TCP_FORM, is_address, is_loopback, is_tcp_address
 from arramon_server.configuration.setting import setting, settings_of
 from arramon_server.errors import BadInput
-from arramon_server.per_split import MOST, PerSplit
+from arramon_server.per_split import MAX_LIMIT, PerSplit
 from arramon_server.runs.play.clocks import Clocks
 from arramon_server.sim.cameras import CAMERAS
 from arramon_server.sim.physics import problem_of_camera
@@ -15,19 +15,19 @@ from arramon_server.sim.rules import Limits
 from arramon_server.split_times import NO_TIMES, SplitTimes
 from arramon_server.visible_text import is_visible
 
-LONGEST_LINE = 500
+MAX_LINE_LENGTH = 500
 
-LINE = f"one line of at most {LONGEST_LINE} characters"
+LINE = f"one line of at most {MAX_LINE_LENGTH} characters"
 
 LISTEN = "127.0.0.1:50551"
-"""Default address. It is on the loopback: other machines can connect only if the host sets another address."""
+"""Default address. It is a loopback address: other machines can connect only if the host sets another one."""
 
 DAY = 86_400.0
 
 
 def is_line(text: str) -> bool:
     """Return whether a text is one line of visible text."""
-    return len(text) <= LONGEST_LINE and is_visible(text)
+    return len(text) <= MAX_LINE_LENGTH and is_visible(text)
 
 
 class Contradiction(BadInput):
@@ -114,14 +114,14 @@ class Config:
         "3 on hidden splits, 200 on others, none for callers without a token on their own machine",
         unit="runs",
         least=0,
-        most=MOST,
+        most=MAX_LIMIT,
     )
     runs_in_all: PerSplit = setting(
         PerSplit(),
         "limit of runs that a participant may create on a split in total; 0, and not set: no limit",
         unit="runs",
         least=0,
-        most=MOST,
+        most=MAX_LIMIT,
     )
     runs_at_once: PerSplit = setting(
         PerSplit(),
@@ -129,7 +129,7 @@ class Config:
         "3 on hidden splits, 20 on others, none for callers without a token on their own machine",
         unit="runs",
         least=0,
-        most=MOST,
+        most=MAX_LIMIT,
     )
     streams_at_once: PerSplit = setting(
         PerSplit(),
@@ -137,7 +137,7 @@ class Config:
         "64, none for callers without a token on their own machine",
         unit="streams",
         least=0,
-        most=MOST,
+        most=MAX_LIMIT,
     )
     tls_certificate: Path | None = setting(None, "PEM file with the certificate chain; not set: no encryption")
     tls_key: Path | None = setting(None, "PEM file with the certificate's private key")
@@ -155,18 +155,25 @@ class Config:
         form=TCP_FORM,
         check=is_tcp_address,
     )
-    host_name: str = setting("", "who hosts the leaderboard, as its pages say", form=LINE, check=is_line)
+    host_name: str = setting("", "name of the host, which the pages show", form=LINE, check=is_line)
     host_contact: str = setting(
-        "", "how to reach the host: an address for mail or of a page, as the pages say", form=LINE, check=is_line
+        "",
+        "how to contact the host, which the pages show: a mail address, or the address of a page",
+        form=LINE,
+        check=is_line,
     )
     host_rules: str = setting(
-        "", "rules of the leaderboard, or the address of a page with them, as the pages say", form=LINE, check=is_line
+        "",
+        "rules of the leaderboard, or the address of a page with them, which the pages show",
+        form=LINE,
+        check=is_line,
     )
     closes: SplitTimes = setting(
-        NO_TIMES, "when the leaderboards of splits close: from then on no runs are created on them or published"
+        NO_TIMES, "closing times of the splits' leaderboards: from then on no runs on them are created or published"
     )
     frozen: bool = setting(
-        False, "whether a leaderboard that closes shows no scores to others than a run's participant until then"
+        False,
+        "whether leaderboards with a closing time show scores only to a run's own participant and to hosts until then",
     )
     drain_seconds: float = setting(
         10.0,
@@ -202,7 +209,7 @@ class Config:
 
     @property
     def is_for_own_machine(self) -> bool:
-        """Whether only this machine can reach the server: on a loopback address or a Unix socket, without a proxy."""
+        """Whether only this machine can reach the server: on a loopback address or Unix socket, without a proxy."""
         return is_loopback(self.listen) and not self.trust_proxy
 
     @property
@@ -232,7 +239,7 @@ class Config:
 
     @property
     def http(self) -> dict[str, str]:
-        """URLs of "pages" and "metrics", as far as they are served."""
+        """URLs of "pages" and "metrics", if they are served, by name."""
         scheme = "https" if self.tls_certificate else "http"
         places = {"pages": self.web, "metrics": self.metrics_address}
         return {name: f"{scheme}://{address}" for name, address in places.items() if address}

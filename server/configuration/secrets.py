@@ -1,4 +1,4 @@
-"""Masking of passwords and tokens in everything that is shown or logged."""
+"""Masks passwords and tokens in everything that is printed or logged."""
 
 import re
 from urllib.parse import unquote
@@ -21,10 +21,10 @@ _SAFE_OPTIONS = frozenset({
     "sslmode", "sslnegotiation", "sslrootcert", "sslsni", "target_session_attrs", "tcp_user_timeout", "timeout",
     "uri", "user",
 })  # fmt: skip
-"""Options in a database URL that hold no secret; `mask_url` masks the values of all others."""
+"""Options of a database URL that are no secrets; `mask_url` masks the values of all others."""
 
 _VALUE = r"""(?:'(?:[^'\\]|\\.|'')*'|"(?:[^"\\]|\\.)*"|(?:\\.|[^\s\\])+)"""
-"""A quoted value, or one up to the next space that is not escaped. In case of doubt too much is masked."""
+"""A quoted value, or a value up to the next unescaped space. In case of doubt it matches too much."""
 
 _TOKENS = (
     (re.compile(r"\b(arramon_[0-9A-Za-z]+_)[0-9A-Za-z_-]+"), rf"\1{MASK}"),
@@ -32,7 +32,7 @@ _TOKENS = (
 )
 """Patterns of participants' tokens and of other bearer tokens, each with its replacement."""
 
-# Of a URL's password, anything up to the first @, and what follows it up to the last @ before the path.
+# The password of a URL: up to the first @, and on to the last @ before the path.
 _USER_INFO = re.compile(r"(://[^:/@\s]*:)[^@\s]*@(?:[^/?\s]*@)?")
 _WHOLE_URL_USER_INFO = re.compile(r"^([^:/]*://[^:/@]*:)[^@]*@(?:[^/?]*@)?")
 _OPTION = re.compile(r"(?<=[?&;])([\w%.+-]+)=([^&\s]*)")
@@ -41,10 +41,10 @@ _QUOTED_PAIR = re.compile(rf"""(["'](?:{_SECRET_KEY.pattern})["']\s*[:,=]\s*){_V
 
 
 def mask_secrets(text: str) -> str:
-    """Return a text with its passwords and tokens masked.
+    """Return a text with passwords and tokens masked.
 
-    It masks passwords in the user part of URLs and in their options, also if their names are percent-encoded, in
-    `key=value` settings such as libpq's and the environment's, in the text of a dict or JSON object; and tokens.
+    It masks tokens, and passwords in the user part and the options of URLs (also if option names are percent-encoded),
+    in `key=value` settings such as libpq's and environment variables, and in the text of a dict or JSON object.
     """
     text = _USER_INFO.sub(rf"\1{MASK}@", text)
     text = _OPTION.sub(_masked_option, text)
@@ -56,7 +56,7 @@ def mask_secrets(text: str) -> str:
 
 
 def is_secret(name: str) -> bool:
-    """Return whether a value of this name is secret, such as `password`."""
+    """Return whether a value with this name is secret, such as `password`."""
     return _SECRET_KEY.fullmatch(name) is not None
 
 

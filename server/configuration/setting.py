@@ -1,7 +1,7 @@
-"""Descriptions of settings: meaning, unit and range, and conversion of their values from and to text.
+"""Definition of a setting: meaning, unit, range, and conversion of values from and to text.
 
-A setting is a field of `arramon_server.configuration.config.Config`, made by `setting`. Its flag, environment variable,
-key in the file, checks and row in the documented table all derive from that field.
+A setting is a field of `arramon_server.configuration.config.Config`, created by `setting`. Its flag, environment
+variable, key in the file, checks and row in the documentation all derive from that field.
 """
 
 import dataclasses
@@ -31,8 +31,8 @@ class Description:
         choices: the values allowed; empty if they are not enumerable.
         form: form of a text, such as "host:port".
         check: returns whether a text has that form.
-        secret: whether it may hold a password, which is masked when shown.
-        internal: whether it is a flag for the server's own processes only, not in files, variables or the table.
+        secret: whether it may contain a password, which is masked when shown.
+        internal: whether only the server's own processes use it, as a flag; it is in no file, variable or table.
     """
 
     meaning: str
@@ -47,7 +47,7 @@ class Description:
 
 
 def setting(default: T, meaning: str, **description: Any) -> T:
-    """Return a dataclass field for a setting; `description` holds further fields of its `Description`."""
+    """Return a dataclass field for a setting; `description` has further fields of its `Description`."""
     field: T = dataclasses.field(default=default, metadata={"description": Description(meaning, **description)})
     return field
 
@@ -57,9 +57,9 @@ class Setting:
     """A setting with its name and type.
 
     Attributes:
-        name: of the field.
-        type: of its values.
-        default: its value if no source gives one.
+        name: name of the field.
+        type: type of its values.
+        default: value if no source gives one.
         description: its description.
     """
 
@@ -90,7 +90,7 @@ class Setting:
 
     @property
     def expected(self) -> str:
-        """Values that are accepted, in words."""
+        """Accepted values, in words."""
         if self.description.choices:
             return "one of " + ", ".join(self.description.choices)
         if self.description.form:
@@ -135,7 +135,7 @@ class Setting:
         return value
 
     def text(self, value: Any) -> str:
-        """Return a value as text, which `parse` reads; empty for None."""
+        """Return a value as text that `parse` accepts; empty for None."""
         return as_text(value)
 
     def shown(self, value: Any) -> str:

@@ -1,7 +1,7 @@
-"""Sources of settings: a TOML file, the environment and flags. Later ones override earlier ones.
+"""Sources of settings: a TOML file, the environment and flags; later sources override earlier ones.
 
-pydantic-settings 2.16 does not serve: it ignores unknown variables with the prefix, refuses empty ones, names no file,
-variable or flag in its errors, and does not tell where a value came from. Each source would need its own class.
+pydantic-settings 2.16 does not fit: it ignores unknown variables with the prefix, rejects empty ones, names no file,
+variable or flag in its errors, and does not report where a value came from. Each source would need its own class.
 """
 
 import argparse
@@ -107,7 +107,7 @@ def load_configuration(arguments: Mapping[str, Any], environ: Mapping[str, str])
 
 
 def wants_json(arguments: Mapping[str, Any], environ: Mapping[str, str]) -> bool:
-    """Return whether the log is JSON, also where some setting is wrong: errors are written in its format.
+    """Return whether the log is JSON, even if some setting is wrong: errors are written in the log's format.
 
     Args:
         arguments: parsed by a parser with these flags; with "settings" if they could be read.
@@ -126,7 +126,7 @@ def wants_json(arguments: Mapping[str, Any], environ: Mapping[str, str]) -> bool
 
 
 def environment_of(config: Config) -> dict[str, str]:
-    """Return the environment variables that give another process the same settings, passwords included."""
+    """Return environment variables that give another process the same settings, including passwords."""
     texts = {
         setting.variable: setting.text(getattr(config, setting.name))
         for setting in SETTINGS.values()

@@ -1,1 +1,1 @@
-"""A server process: assembly, start, drain, workers, readiness, metrics, logs and TLS."""
+"""A server process: assembly, start and drain, workers, readiness, metrics, logs and TLS."""

@@ -1,4 +1,4 @@
-"""Assembly of the parts of a server process. `arramon_server.process.lifecycle` starts and stops them."""
+"""Creates and connects the parts of a server process. `arramon_server.process.lifecycle` starts and stops them."""
 
 from collections.abc import Mapping
 from contextlib import AbstractAsyncContextManager, nullcontext
@@ -23,8 +23,8 @@ from arramon_server.api.versions import VersionCheck
 from arramon_server.board.board import Board
 from arramon_server.board.entries import Entries
 from arramon_server.board.epochs import EpochBoard
-from arramon_server.board.publishing import Publishing
-from arramon_server.closing import Closing
+from arramon_server.board.publisher import Publisher
+from arramon_server.closing_times import ClosingTimes
 from arramon_server.configuration.config import Config
 from arramon_server.episodes.splits import Split
 from arramon_server.errors import BadInput
@@ -51,12 +51,12 @@ SERVICES = (
 """Full names of this project's gRPC services."""
 
 CALLS_PER_CONNECTION = 256
-"""Open at once on one connection; a client holds back what is more. Those that were taken back at once count until gRPC
-has cleared them away: without a number here, a flood of calls that are reset costs more than ten times as much."""
+"""Maximum number of open calls on one connection; a client holds back further ones. Reset calls count until gRPC has
+cleared them away: without this limit, a flood of reset calls costs more than ten times as much."""
 
 
 @dataclass(frozen=True)
-class Parts:
+class ServerParts:
     """The parts of a server process.
 
     Attributes:
@@ -74,8 +74,8 @@ class Parts:
     web: AbstractAsyncContextManager[dict[str, str]]
 
 
-def wire(config: Config, splits: Mapping[str, Split], database: Database) -> Parts:
-    """Return all parts of a process, none of them started.
+def assemble(config: Config, splits: Mapping[str, Split], database: Database) -> ServerParts:
+    """Create all parts of a process, without starting any.
 
     Raises:
         ArraMonError: if a file or the journal cannot be used, or an address cannot be listened on.
@@ -97,7 +97,7 @@ def wire(config: Config, splits: Mapping[str, Split], database: Database) -> Par
         meter=metrics,
     )
     quotas = Quotas(database, DefaultQuotas(config, [split.name for split in splits.values() if split.hidden]))
-    closing = Closing(config.closes, config.frozen)
+    closing = ClosingTimes(config.closes, config.frozen)
     runs = Runs(splits, journal, engine, config.limits, config.clocks, accounts, quotas, closing)
     key = SigningKey(config.signing_key_path)
     KnownKeys(database).check(key.public)
@@ -109,9 +109,9 @@ def wire(config: Config, splits: Mapping[str, Split], database: Database) -> Par
     board = Board(
         entries, splits, steps_per_phase=limits.steps_per_phase, clocks=config.clocks, local=local, closing=closing
     )
-    publishing = Publishing(journal, splits, entries, receipts, closing)
+    publisher = Publisher(journal, splits, entries, receipts, closing)
     epochs = EpochBoard(board, entries, EpochStore(database), journal, splits)
-    add_LeaderboardServicer_to_server(BoardServicer(board, publishing, epochs), server)
+    add_LeaderboardServicer_to_server(BoardServicer(board, publisher, epochs), server)
     health_servicer = health.HealthServicer()
     health_pb2_grpc.add_HealthServicer_to_server(health_servicer, server)
     reflection.enable_server_reflection(
@@ -129,15 +129,15 @@ def wire(config: Config, splits: Mapping[str, Split], database: Database) -> Par
     def open_site() -> AbstractAsyncContextManager[dict[str, str]]:
         if not config.http:
             return nullcontext({})
-        # Imported only here: they take half a second to load, which an embedded server without pages is spared.
-        from arramon_server.process.site import Site
+        # Imported only here, as loading takes half a second, which an embedded server without pages should not spend.
+        from arramon_server.process.site import HttpSite
         from arramon_server.web.host import Host
         from arramon_server.web.pages import Pages
 
         pages = Pages(board, journal, receipts, splits, epochs, Host.of(config))
-        return Site(config, lambda: readiness.problem, metrics.text, pages).open()
+        return HttpSite(config, lambda: readiness.problem, metrics.text, pages).open()
 
-    return Parts(server, address, engine, readiness, open_site())
+    return ServerParts(server, address, engine, readiness, open_site())
 
 
 def _server(config: Config, accounts: Accounts, metrics: Metrics) -> grpc.aio.Server:
@@ -169,7 +169,7 @@ def _server(config: Config, accounts: Accounts, metrics: Metrics) -> grpc.aio.Se
 
 
 def _bind(server: grpc.aio.Server, listen: str, credentials: grpc.ServerCredentials | None) -> str:
-    """Add an address to the server and return it with its real port. A Unix socket is never encrypted: it is local."""
+    """Add an address to the server; return it with its actual port. A Unix socket is local, and never encrypted."""
     try:
         if credentials is None or listen.startswith("unix:"):
             port = server.add_insecure_port(listen)

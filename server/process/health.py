@@ -1,4 +1,4 @@
-"""Health check of a server, for `arramon-server health`, as a probe of a container or an orchestrator."""
+"""Health check of a server, for `arramon-server health`, which containers and orchestrators use as a probe."""
 
 from pathlib import Path
 
@@ -9,16 +9,16 @@ from grpc_health.v1 import health_pb2, health_pb2_grpc
 from arramon_server.errors import BadFile, Unavailable
 
 TIMEOUT = 5.0
-"""Seconds to wait for the answer."""
+"""Seconds to wait for an answer."""
 
 
 def check(address: str, certificate: Path | None = None) -> None:
-    """Return if the server at an address is ready for calls, or raise.
+    """Check that the server at an address is ready for calls.
 
     Args:
         address: host:port or unix:/path.
-        certificate: PEM file of the server's certificate, if it encrypts. Only a server that holds its key is trusted,
-            so the name in the certificate need not match the address.
+        certificate: PEM file of the server's certificate, if it uses TLS. Only a server with the certificate's key is
+            trusted, so the name in the certificate need not match the address.
 
     Raises:
         BadInput: if the certificate cannot be read.

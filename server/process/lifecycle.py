@@ -1,4 +1,4 @@
-"""Start, checks at the start, and drain of a server process, for `arramon-server serve`."""
+"""Startup, startup checks and draining of a server process, for `arramon-server serve`."""
 
 import asyncio
 import gc
@@ -12,19 +12,19 @@ from arramon_server.episodes.epochs import SECRETS
 from arramon_server.episodes.splits import SECRET, Split, folder_of
 from arramon_server.errors import BadInput
 from arramon_server.private_files import check_private_file, check_private_folder
-from arramon_server.process.assembly import Parts, wire
+from arramon_server.process.assembly import ServerParts, assemble
 from arramon_server.runs.accounts.quotas import LIMITS
 from arramon_server.runs.storage.database import Database
 from arramon_server.sim.raster.camera import compile_kernels, is_compiled
 
 COMPILING = "compiling the camera (only once; takes about half a minute)"
-"""Announced if the fast camera has never been compiled on this machine."""
+"""Message if the fast camera has never been compiled on this machine."""
 
 _log = logging.getLogger(__name__)
 
 
 def serve(config: Config, splits: Mapping[str, Split], announce: Callable[[str], None]) -> None:
-    """Serve until SIGTERM or SIGINT, and then drain: open streams end, so that their clients go to another process.
+    """Serve until SIGTERM or SIGINT, then drain: end the open streams, so that their clients move to another process.
 
     Args:
         config: the host's settings.
@@ -37,7 +37,7 @@ def serve(config: Config, splits: Mapping[str, Split], announce: Callable[[str],
     for warning in warnings(config, splits):
         _log.warning("%s", warning)
     compile_camera(config, announce)
-    gc.freeze()  # Garbage collections, which hold up all streams, do not look through compiled kernels and modules.
+    gc.freeze()  # Garbage collection, which pauses all streams, then skips compiled kernels and modules.
     with closing(Database(config.journal_url, fsync=config.fsync)) as database:
         asyncio.run(_serve(config, splits, database, announce))
 
@@ -45,7 +45,7 @@ def serve(config: Config, splits: Mapping[str, Split], announce: Callable[[str],
 def warnings(config: Config, splits: Mapping[str, Split]) -> Iterator[str]:
     """Yield warnings about settings that a host may not have intended, if other machines can reach the server.
 
-    Other machines can reach it through a proxy, whatever the address is, and through a private network.
+    Behind a proxy or in a private network, other machines can reach the server at any address.
     """
     if config.is_for_own_machine:
         return
@@ -67,7 +67,7 @@ def warnings(config: Config, splits: Mapping[str, Split]) -> Iterator[str]:
 
 
 def check_limited_splits(config: Config, splits: Mapping[str, Split]) -> None:
-    """Check that limits and times name only splits that are served: a misspelt one would have none.
+    """Check that limits and closing times name only served splits: those of a misspelt split would have no effect.
 
     Raises:
         BadInput: if there is no split of that name; the message lists those that exist.
@@ -82,10 +82,10 @@ def check_limited_splits(config: Config, splits: Mapping[str, Split]) -> None:
 
 
 def check_secrets(config: Config, splits: Mapping[str, Split]) -> None:
-    """Check that no other user of this machine can read the host's secret and hidden splits.
+    """Check that no other user of this machine can read the host's secrets and hidden splits.
 
     Raises:
-        BadFile: if others can read one; the message names the command that corrects it.
+        BadFile: if others can read one; the message gives the command that corrects this.
     """
     check_private_file(config.data / SECRET)
     for path in sorted((config.data / SECRETS).glob("*")):
@@ -96,7 +96,7 @@ def check_secrets(config: Config, splits: Mapping[str, Split]) -> None:
 
 
 def compile_camera(config: Config, announce: Callable[[str], None]) -> None:
-    """Compile the camera if necessary, and announce it if that takes long."""
+    """Compile the camera if necessary; announce it if this takes long."""
     if config.camera != "raster":
         return
     if not is_compiled():
@@ -108,7 +108,7 @@ async def _serve(
     config: Config, splits: Mapping[str, Split], database: Database, announce: Callable[[str], None]
 ) -> None:
     signals = _Signals()
-    parts = wire(config, splits, database)
+    parts = assemble(config, splits, database)
     async with parts.web as served:
         await parts.server.start()
         parts.engine.start()
@@ -131,7 +131,7 @@ async def _serve(
 
 
 async def _drain(
-    parts: Parts,
+    parts: ServerParts,
     engine_task: asyncio.Task[None],
     readiness_task: asyncio.Task[None],
     now: asyncio.Event,
@@ -155,7 +155,7 @@ async def _drain(
 
 
 class _Signals:
-    """Events of SIGTERM and SIGINT: the first one starts draining, the second one ends the process at once."""
+    """Events for SIGTERM and SIGINT: the first signal starts draining, the second one ends the process at once."""
 
     def __init__(self) -> None:
         self.first, self.second = asyncio.Event(), asyncio.Event()

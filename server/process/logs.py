@@ -9,7 +9,7 @@ from typing import Any
 from arramon_server.configuration.secrets import MASK, is_secret, mask_secrets
 
 _OWN = frozenset(vars(logging.makeLogRecord({}))) | {"message", "asctime", "taskName"}
-"""Attributes of every log record; all others are fields of the event."""
+"""Attributes that every log record has; all others are fields of the event."""
 
 _GRPC = logging.getLogger("grpc._cython.cygrpc")
 """Logger of gRPC's asynchronous server."""
@@ -24,16 +24,16 @@ def configure(level: str, form: str) -> None:
     handler.setFormatter(JsonFormatter() if form == "json" else TextFormatter())
     logging.basicConfig(level=level.upper(), handlers=[handler], force=True)
     _GRPC.addFilter(_is_relevant)
-    _ALEMBIC.setLevel(logging.DEBUG if level == "debug" else logging.WARNING)  # its lines say nothing to a host
+    _ALEMBIC.setLevel(logging.DEBUG if level == "debug" else logging.WARNING)  # its lines are of no use to a host
 
 
 def _is_relevant(record: logging.LogRecord) -> bool:
-    """Return False for the errors that gRPC logs if a client leaves before its call's last message was sent."""
+    """Return False for errors that gRPC logs when a client leaves before its call's last message is sent."""
     return not (record.exc_info and type(record.exc_info[1]).__name__ == "ExecuteBatchError")
 
 
 def error_line(logger: str, message: str) -> str:
-    """Return an error as the JSON log has it, in one line."""
+    """Return an error as a line of the JSON log."""
     return JsonFormatter().format(logging.LogRecord(logger, logging.ERROR, "", 0, message, None, None))
 
 
@@ -41,7 +41,7 @@ class TextFormatter(logging.Formatter):
     """Formats lines like `2026-03-01T12:00:00.000Z WARNING arramon_server.process.lifecycle: draining run_id=7f`."""
 
     def format(self, record: logging.LogRecord) -> str:
-        """Return one line, and further ones for a traceback."""
+        """Return one line, followed by the lines of a traceback."""
         fields = "".join(f" {name}={value}" for name, value in _fields(record).items())
         line = f"{_time(record)} {record.levelname} {record.name}: {record.getMessage()}{fields}"
         if record.exc_info:
@@ -71,7 +71,7 @@ def _fields(record: logging.LogRecord) -> dict[str, Any]:
 
 
 def _masked(value: Any) -> Any:
-    """Return plain data with the secrets in its texts masked: afterwards a pattern could cut through an escape."""
+    """Return plain data with secrets masked. In the final JSON text, masking could cut through an escape sequence."""
     if value is None or isinstance(value, bool | int | float):
         return value
     if isinstance(value, dict):

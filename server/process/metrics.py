@@ -1,7 +1,7 @@
-"""Metrics for Prometheus. Labels have few values: they never hold a run, a participant or an address.
+"""Metrics for Prometheus. Labels have few values: never a run, a participant or an address.
 
-Several processes on one machine share a folder, named by `PROMETHEUS_MULTIPROC_DIR` before this module is imported;
-each of them then reports the sum of all.
+Processes on one machine share a folder, named by `PROMETHEUS_MULTIPROC_DIR` before this module is imported; each of
+them then reports the sum over all processes.
 """
 
 import os
@@ -77,57 +77,57 @@ class Metrics(Meter):
         self._ready = gauge("processes_ready", "Processes that are ready for calls")
 
     def run_created(self) -> None:
-        """Count a run that was created."""
+        """Count a created run."""
         self._runs_created.inc()
 
     def run_ended(self, state: str) -> None:
-        """Count a run that has ended, by its state."""
+        """Count an ended run by its state."""
         self._runs_ended.labels(state).inc()
 
     def episode_ended(self, cause: str) -> None:
-        """Count an episode that has ended, by its cause."""
+        """Count an ended episode by its cause."""
         self._episodes_ended.labels(cause).inc()
 
     def count_reoffers(self, episodes: int) -> None:
-        """Count episodes that were offered again after their process died."""
+        """Count episodes that were offered again after their process had died."""
         self._reoffered.inc(episodes)
 
     def count_steps(self, steps: int) -> None:
-        """Count steps that were committed."""
+        """Count committed steps."""
         self._steps.inc(steps)
 
     def record_duration(self, stage: Stage, seconds: float) -> None:
-        """Add the duration of a stage."""
+        """Record the duration of a stage."""
         self._stages[stage].observe(seconds)
         if stage is Stage.DRAW:
             self._frames.inc()
 
     def count_fault(self, kind: str) -> None:
-        """Count a fault of the server, by its kind."""
+        """Count a server fault by its kind."""
         self._faults.labels(kind).inc()
 
     def record_load(self, streams: int, episodes: int, waiting: int) -> None:
-        """Note the open streams and episodes, and the messages that wait to be handled."""
+        """Record the numbers of open streams, open episodes and waiting messages."""
         self._streams.set(streams)
         self._episodes.set(episodes)
         self._queue.set(waiting)
         self._memory.set(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024))
 
     def count_call(self, method: str, status: str) -> None:
-        """Count a call that has ended."""
+        """Count an ended call."""
         self._rpcs.labels(method, status).inc()
 
     def note_ready(self, ready: bool) -> None:
-        """Note whether this process is ready for calls."""
+        """Record whether this process is ready for calls."""
         self._ready.set(ready)
 
     def text(self) -> bytes:
-        """Return all metrics in Prometheus's format. It queries the database: do not call it on the event loop."""
+        """Return all metrics in Prometheus's format. This queries the database, so do not call it on the event loop."""
         return generate_latest(self._registry)
 
 
 class _JournalCollector(Collector):
-    """Collector of the metrics that are queried when they are read: the runs in the journal, and the version."""
+    """Collector of metrics that are computed on demand: the runs in the journal, and the version."""
 
     def __init__(self, runs: Callable[[], Mapping[str, int]]) -> None:
         self._runs = runs

@@ -8,16 +8,16 @@ from collections.abc import Awaitable, Callable
 from arramon_server.errors import ArraMonError
 
 CHECK_SECONDS = 1.0
-"""Interval between checks."""
+"""Interval between checks, in seconds."""
 
 ANSWER_SECONDS = 5.0
-"""Time in which the database must answer."""
+"""Time within which the database must answer, in seconds."""
 
 STUCK_SECONDS = 10.0
-"""Time without a round after which the engine counts as stuck; an idle engine makes one each second."""
+"""Time without a round after which the engine counts as stuck, in seconds; an idle engine makes one each second."""
 
 NO_DATABASE = "the database cannot be used"
-"""The whole text that probes receive, as anyone may call them; the error itself, with hosts and paths, is logged."""
+"""The only text that probes receive, as anybody may call them; the error, with hosts and paths, is logged."""
 
 DRAINING = "the server is draining"
 
@@ -25,12 +25,12 @@ _log = logging.getLogger(__name__)
 
 
 class Readiness:
-    """Checks each second whether the process is ready, and reports changes.
+    """Checks every second whether the process is ready, and reports changes.
 
     Args:
-        query: makes a query to the database; called in a thread, off the event loop.
+        query: queries the database; called in a thread, off the event loop.
         latest_round: returns the time of the engine's latest round, by `time.monotonic`.
-        report: called with whether the process is ready, whenever this changes.
+        report: called whenever readiness changes, with whether the process is ready.
     """
 
     def __init__(
@@ -56,7 +56,7 @@ class Readiness:
         await self._change(DRAINING if self._draining else problem)
 
     async def drain(self) -> None:
-        """Mark the process as not ready, for good."""
+        """Mark the process as not ready, permanently."""
         self._draining = True
         await self._change(DRAINING)
 

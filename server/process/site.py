@@ -1,4 +1,4 @@
-"""The HTTP server of a server process: probes, metrics and pages, on the event loop that plays."""
+"""HTTP server of a server process: probes, metrics and pages. It runs on the engine's event loop."""
 
 import asyncio
 from collections.abc import AsyncIterator, Callable, Sequence
@@ -15,11 +15,11 @@ from arramon_server.web.idle_connections import IdleConnections
 from arramon_server.web.pages import Pages
 
 
-class Site:
+class HttpSite:
     """Serves probes, metrics and pages over HTTP.
 
     Args:
-        config: has the addresses and the certificate.
+        config: settings with the addresses and the certificate.
         problem: returns why the process is not ready; empty if it is.
         metrics: returns the metrics in Prometheus's format; called in a thread, off the event loop.
         pages: the leaderboard's pages; closed at the end.
@@ -39,7 +39,7 @@ class Site:
 
     @asynccontextmanager
     async def open(self) -> AsyncIterator[dict[str, str]]:
-        """Serve while the block runs. Yield the URLs of "pages" and "metrics", as far as they are served.
+        """Serve while the block runs; yield the URLs of "pages" and "metrics" that are served.
 
         Raises:
             BadInput: if the process cannot listen on an address.

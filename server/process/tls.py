@@ -1,4 +1,4 @@
-"""The server's TLS certificate, read and checked at the start and again whenever its files have changed."""
+"""The server's TLS certificate: read and checked at startup, and again whenever its files change."""
 
 import logging
 import ssl
@@ -14,17 +14,17 @@ _log = logging.getLogger(__name__)
 
 
 def credentials_of(config: Config) -> grpc.ServerCredentials | None:
-    """Return the credentials of the gRPC server; None if the host set no certificate.
+    """Return the credentials of the gRPC server; None if no certificate is set.
 
-    If the files change, new connections use the new certificate.
+    When the files change, new connections use the new certificate.
 
     Raises:
         BadInput: if a file cannot be read or has the wrong content, or the key is not the certificate's.
     """
     if config.tls_certificate is None or config.tls_key is None:
         return None
-    files = _Files(config.tls_certificate, config.tls_key)
-    fetch: Any = files.fetch  # gRPC's stub does not know that None means no change
+    files = _CertificateFiles(config.tls_certificate, config.tls_key)
+    fetch: Any = files.fetch  # gRPC's type stub lacks None, which means no change
     return grpc.dynamic_ssl_server_credentials(files.read(), fetch, require_client_authentication=False)
 
 
@@ -33,7 +33,7 @@ def context_of(config: Config) -> ssl.SSLContext | None:
     certificate, key = config.tls_certificate, config.tls_key
     if certificate is None or key is None:
         return None
-    files = _Files(certificate, key)
+    files = _CertificateFiles(certificate, key)
     files.read()
     first = latest = _context(certificate, key)
 
@@ -53,8 +53,8 @@ def _context(certificate: Path, key: Path) -> ssl.SSLContext:
     return context
 
 
-class _Files:
-    """The files of the certificate and its key."""
+class _CertificateFiles:
+    """The files of a certificate and its key."""
 
     def __init__(self, certificate: Path, key: Path) -> None:
         self._certificate, self._key = certificate, key
@@ -72,12 +72,12 @@ class _Files:
         return grpc.ssl_server_certificate_configuration([pair])
 
     def fetch(self) -> grpc.ServerCertificateConfiguration | None:
-        """Return the new certificate, or None if the files have not changed. gRPC calls this before every handshake."""
+        """Return the new certificate; None if the files have not changed. gRPC calls this before every handshake."""
         if self._stamp() == self._stamps:
             return None
         try:
             fresh = self.read()
-        except BadInput as error:  # for instance while only one of the two files has been replaced
+        except BadInput as error:  # for example while only one of the two files has been replaced
             _log.error("the certificate could not be renewed; the previous one stays in use: %s", error)
             return None
         _log.info("the certificate was renewed")

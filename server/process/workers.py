@@ -1,4 +1,4 @@
-"""Worker processes that serve on one address: their start, restart after a death, and stop.
+"""Worker processes that serve on one address: starting, restarting and stopping them.
 
 Over TCP they share the port (SO_REUSEPORT), and on the loopback each also has an address of its own. A Unix socket
 cannot be shared: the first worker listens on the path itself, the others on the path with their number.
@@ -27,19 +27,19 @@ from arramon_server.errors import BadInput, Unavailable
 from arramon_server.process.metrics import FOLDER as METRICS_FOLDER
 
 START_SECONDS = 120.0
-"""Time in which a worker must start; it may have to compile the camera."""
+"""Time within which a worker must start; it may have to compile the camera."""
 
 STOP_SECONDS = 20.0
-"""Time in which a worker must stop, beyond the time for draining."""
+"""Time within which a worker must stop, in addition to the time for draining."""
 
 RESTARTS = 5
-"""Consecutive early deaths that a worker may have; after more it counts as failing and restarts with growing delays."""
+"""Consecutive early deaths after which a worker counts as failing, and is restarted with growing delays."""
 
 EARLY_SECONDS = 60.0
-"""Time after a worker's start within which its death counts as early."""
+"""A death within this time after the start counts as early."""
 
 MAX_DELAY = 30.0
-"""The longest delay before a failing worker is restarted."""
+"""Maximum delay before a failing worker is restarted."""
 
 _log = logging.getLogger(__name__)
 
@@ -79,7 +79,7 @@ def serve_with_workers(config: Config, announce: Callable[[str], None]) -> None:
         metrics = web if config.metrics == config.web else stack.enter_context(_reserved(config.metrics))
         config = replace(config, listen=address, web=web, metrics=metrics)
         environment = environment_of(replace(config, workers=1))
-        # Each worker writes its metrics to this folder, and reads those of the others.
+        # Every worker writes its metrics to this folder, and reads the metrics of the others.
         environment[METRICS_FOLDER] = stack.enter_context(TemporaryDirectory(prefix="arramon-metrics-"))
         stop_seconds = config.drain_seconds + STOP_SECONDS
         workers += [_Worker(number, address, environment, stop_seconds) for number in range(config.workers)]
@@ -118,7 +118,7 @@ def _restart_dead(workers: Sequence["_Worker"]) -> None:
 
 @contextmanager
 def _reserved(listen: str) -> Iterator[str]:
-    """Reserve the shared port against other processes while the block runs. Yield the address with its real port."""
+    """Keep other processes from taking the shared port while the block runs; yield the address with its actual port."""
     if not listen or listen.startswith("unix:"):
         yield listen
         return
@@ -157,7 +157,7 @@ class _Worker:
 
     @property
     def failing(self) -> bool:
-        """Whether the worker has died early more than `RESTARTS` times in a row, and not yet recovered."""
+        """Whether the worker has died early more than `RESTARTS` times in a row and has not recovered yet."""
         return self._deaths > RESTARTS and (self._restart_at is not None or self._age() < EARLY_SECONDS)
 
     def _age(self) -> float:
@@ -209,7 +209,7 @@ class _Worker:
             self._restart_at = time.monotonic() + delay
 
     def end(self) -> None:
-        """Wait until the process has ended, and kill it if it does not end in time."""
+        """Wait until the process has ended; kill it if it takes too long."""
         if not self._has_started:
             return
         try:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from sqlalchemy.engine import Connection
 
 from arramon_server import __version__
-from arramon_server.closing import NEVER, Closing
+from arramon_server.closing_times import NEVER_CLOSES, ClosingTimes
 from arramon_server.episodes.splits import Split
 from arramon_server.errors import BadInput, Conflict, Forbidden, NotFound, quoted
 from arramon_server.runs.accounts.accounts import ANONYMOUS_NAME, Accounts, check_name
@@ -59,7 +59,7 @@ class Runs:
         clocks: Clocks,
         accounts: Accounts,
         quotas: Quotas,
-        closing: Closing = NEVER,
+        closing: ClosingTimes = NEVER_CLOSES,
     ) -> None:
         self.splits = splits
         self.limits = limits

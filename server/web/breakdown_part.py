@@ -1,4 +1,4 @@
-"""Template variables of the part of a run's page that breaks its scores down by what turns ask for."""
+"""Template variables of the breakdown on a run's page: scores by what the turns ask for."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from arramon_server.runs.results.groups import TurnGroup
 from arramon_server.scoring.aggregate import Interval
 from arramon_server.scoring.breakdown import SHOWN
 from arramon_server.scoring.disclosure import MIN_EPISODES
-from arramon_server.web.texts import Texts
+from arramon_server.web.texts import PageTexts
 
 PLOTTED = ("CTC-3", "PTC", "PTC@CTC-3")
 """Metrics in the plot: one for the navigation, one for the assembly, one for both."""
@@ -18,14 +18,14 @@ PHASES = {"nDTW": "navigation", "CTC-3": "navigation", "rPOD": "assembly", "PTC"
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
-    """A group of turns.
+class BreakdownRow:
+    """A group of turns with its scores.
 
     Attributes:
-        name: what they have in common.
-        turns: their number, formatted.
-        plotted: scores of PLOTTED.
-        scores: scores of SHOWN.
+        name: what the turns have in common.
+        turns: number of turns, formatted.
+        plotted: scores by the metrics in PLOTTED.
+        scores: scores by the metrics in SHOWN.
     """
 
     name: str
@@ -35,47 +35,47 @@ class Row:
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
-    """The part of the page.
+class BreakdownPart:
+    """Template variables of the breakdown.
 
     Attributes:
         aspects: heading and rows of each aspect.
-        columns: heading of each score: its name, and its phase.
-        legend: words for the scores in the plot.
-        remarks: what a reader must know besides.
+        columns: heading of each score: its name and its phase.
+        legend: labels of the scores in the plot.
+        remarks: notes for the reader, such as on rounding.
     """
 
-    aspects: Sequence[tuple[str, Sequence[Row]]]
+    aspects: Sequence[tuple[str, Sequence[BreakdownRow]]]
     columns: Sequence[tuple[str, str]]
     legend: Sequence[str]
     remarks: Sequence[str]
 
 
-def breakdown_part(t: Texts, found: Breakdown) -> Part:
-    """Return the part for a run."""
+def breakdown_part(t: PageTexts, found: Breakdown) -> BreakdownPart:
+    """Return the breakdown of a run."""
     aspects = [
         (t(f"aspects.{aspect}"), [_row(t, line) for line in lines])
         for aspect, lines in groupby(found.lines, lambda line: line.group.aspect)
     ]
     columns = [(metric.partition("@")[0], t(f"report.{PHASES[metric]}")) for metric in SHOWN]
     legend = [f"{t(f'report.{PHASES[metric]}')}: {metric.partition('@')[0]}" for metric in PLOTTED]
-    return Part(aspects, columns, legend, list(_remarks(t, found)))
+    return BreakdownPart(aspects, columns, legend, list(_remarks(t, found)))
 
 
-def _remarks(t: Texts, found: Breakdown) -> list[str]:
-    said = []
+def _remarks(t: PageTexts, found: Breakdown) -> list[str]:
+    remarks = []
     if found.rounded:
-        said.append(t("report.hidden", least=t.whole(MIN_EPISODES)) if found.lines else t("report.few"))
+        remarks.append(t("report.hidden", least=t.whole(MIN_EPISODES)) if found.lines else t("report.few"))
     if found.withheld and found.lines:
-        said.append(t("report.withheld", number=t.whole(found.withheld)))
+        remarks.append(t("report.withheld", number=t.whole(found.withheld)))
     if not found.reads:
-        said.append(t("report.unread"))
-    return said
+        remarks.append(t("report.unread"))
+    return remarks
 
 
-def _row(t: Texts, line: BreakdownLine) -> Row:
+def _row(t: PageTexts, line: BreakdownLine) -> BreakdownRow:
     scores = line.found.scores
-    return Row(
+    return BreakdownRow(
         _name(t, line.group),
         t.whole(line.found.turns),
         [scores[metric] for metric in PLOTTED],
@@ -83,7 +83,7 @@ def _row(t: Texts, line: BreakdownLine) -> Row:
     )
 
 
-def _name(t: Texts, group: TurnGroup) -> str:
+def _name(t: PageTexts, group: TurnGroup) -> str:
     if group.name:
         kind = "relation" if group.aspect == "placement" else group.aspect
         return t.named("groups", f"{kind}.{group.name}")

@@ -3,14 +3,14 @@
 from collections.abc import Mapping
 from typing import Any
 
-from arramon_server.board.board import Against, Board
+from arramon_server.board.board import Board, RunComparisons
 from arramon_server.board.standings import BOTH, HEADLINE, Standing
 from arramon_server.errors import Conflict, NotFound
-from arramon_server.web.filters import METRICS, Choice
-from arramon_server.web.texts import Texts
+from arramon_server.web.filters import METRICS, StandingsQuery
+from arramon_server.web.texts import PageTexts
 
 _SHOWN = {1: "against.better", 0: "against.same", -1: "against.worse"}
-"""Outcome of a comparison -> key of its word."""
+"""Outcome of a comparison -> key of its text."""
 
 
 class ComparisonPage:
@@ -23,13 +23,13 @@ class ComparisonPage:
     def __init__(self, board: Board) -> None:
         self._board = board
 
-    def context(self, t: Texts, run_id: str, query: Mapping[str, str]) -> dict[str, Any]:
+    def context(self, t: PageTexts, run_id: str, query: Mapping[str, str]) -> dict[str, Any]:
         """Return the variables of the template.
 
         Args:
             t: texts of the page's language.
             run_id: id of a published run.
-            query: of the address: "language", of the instructions or BOTH, and "sort", a metric of METRICS.
+            query: query of the address: "language", of the instructions or BOTH, and "sort", a metric of METRICS.
 
         Raises:
             NotFound: if the run is not published, or the query has an unknown value.
@@ -49,14 +49,14 @@ class ComparisonPage:
             "shown": _SHOWN,
             "languages_choices": [(code, t.named("languages", code)) for code in (run.language, BOTH)],
             "metric_choices": [(name, metric.partition("@")[0]) for name, metric in METRICS.items()],
-            "back": f"/{t.language}/{Choice(run.split, language, sort=sort).link()}",
+            "back": f"/{t.language}/{StandingsQuery(run.split, language, sort=sort).link()}",
             "link": _link,
         }
 
-    def _against(self, run_id: str, language: str, metric: str) -> Against | None:
-        """Return the comparisons; None if the run has no rank in those standings, or is not in them."""
+    def _against(self, run_id: str, language: str, metric: str) -> RunComparisons | None:
+        """Return the comparisons; None if the run is not ranked in these standings, or not in them."""
         try:
-            return self._board.against(run_id, language, metric)
+            return self._board.compare_with_all(run_id, language, metric)
         except (Conflict, NotFound):
             return None
 

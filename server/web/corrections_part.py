@@ -1,15 +1,15 @@
-"""What the pages say of a split's corrections, and of the time at which its leaderboard closes."""
+"""Sentences on the pages about a split's corrections and about when its leaderboard closes."""
 
-from arramon_server.closing import Closing
+from arramon_server.closing_times import ClosingTimes
 from arramon_server.runs.storage.corrections import Correction
-from arramon_server.web.texts import Texts
+from arramon_server.web.texts import PageTexts
 
 _NAMED = 5
-"""Episodes of a correction that are named."""
+"""Maximum number of a correction's episodes that are named."""
 
 
-def correction_words(t: Texts, correction: Correction) -> str:
-    """Return what a correction changed, when and why, in a sentence."""
+def correction_words(t: PageTexts, correction: Correction) -> str:
+    """Return a sentence that says what a correction changed, when and why."""
     episodes = ", ".join(correction.episodes[:_NAMED]) + (", …" if len(correction.episodes) > _NAMED else "")
     what = t(
         f"corrections.{correction.kind.value}",
@@ -21,8 +21,8 @@ def correction_words(t: Texts, correction: Correction) -> str:
     return t("corrections.one", date=t.date(correction.made_at), what=what, reason=correction.reason)
 
 
-def closing_words(t: Texts, closing: Closing, split: str) -> str:
-    """Return when the leaderboard of a split closes or closed; empty if it stays open."""
+def closing_words(t: PageTexts, closing: ClosingTimes, split: str) -> str:
+    """Return a sentence that says when a split's leaderboard closes or closed; empty if it stays open."""
     time = closing.of(split)
     if time is None:
         return ""

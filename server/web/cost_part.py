@@ -1,4 +1,4 @@
-"""Template variables of the part of the standings page that shows scores against what runs cost."""
+"""Template variables of the plot and table of scores against costs on the standings page."""
 
 import math
 from collections.abc import Sequence
@@ -6,28 +6,28 @@ from dataclasses import dataclass
 
 from arramon_server.board.standings import Standing
 from arramon_server.web.curves import BOTTOM, HEIGHT, LEFT, RIGHT, TOP, WIDTH, Tick
-from arramon_server.web.texts import Texts
+from arramon_server.web.texts import PageTexts
 
 COSTS = ("thinking", "parameters", "tokens", "price")
-"""Costs in addresses: the first is measured by the server, the others are declared."""
+"""Names of costs in addresses: the server measures the first, participants declare the others."""
 
 _ZERO = 36
-"""Width of the strip for a cost of 0, which a logarithmic axis does not have, in the picture's units."""
+"""Width of the strip for a cost of 0, which a logarithmic axis cannot show, in the picture's units."""
 
 _ENDS = ("mean", "high", "low")
 
 _FINE = 2
-"""Powers of ten up to which the axis has ticks at 1, 2 and 5 times each."""
+"""Maximum number of decades for which the axis also has ticks at 2 and 5 times each power of ten."""
 
 
 @dataclass(frozen=True, slots=True)
-class Point:
+class CostPoint:
     """A standing in the plot, in the picture's units.
 
     Attributes:
-        rank: its rank as in the standings, such as "2="; "–" if it has none.
-        name: the agent's.
-        x, y: its place.
+        rank: rank as in the standings, such as "2="; "–" if it has none.
+        name: the agent's name.
+        x, y: position.
         top, bottom: ends of the score's interval.
     """
 
@@ -41,31 +41,31 @@ class Point:
 
 @dataclass(frozen=True, slots=True)
 class CostPart:
-    """The part of the page.
+    """Template variables of the plot and the table.
 
     Attributes:
-        chosen: one of COSTS, across the plot.
-        across, up: ticks of the axes, with their words.
+        chosen: cost on the horizontal axis, one of COSTS.
+        across, up: ticks of the horizontal and the vertical axis, with their labels.
         points: standings whose cost is known.
-        rows: standing, its rank as in the plot, and each of COSTS in words.
+        rows: standing, its rank as in the plot, and each of COSTS as text.
     """
 
     chosen: str
     across: Sequence[tuple[float, str]]
     up: Sequence[Tick]
-    points: Sequence[Point]
+    points: Sequence[CostPoint]
     rows: Sequence[tuple[Standing, str, Sequence[str]]]
 
 
-def cost_part(t: Texts, standings: Sequence[Standing], row: str, metric: str, chosen: str) -> CostPart | None:
-    """Return the part; None if no cost of any standing is known.
+def cost_part(t: PageTexts, standings: Sequence[Standing], row: str, metric: str, chosen: str) -> CostPart | None:
+    """Return the plot and the table; None if no cost of any standing is known.
 
     Args:
         t: texts of the page's language.
-        standings: those on the page.
+        standings: standings on the page.
         row: row of the score table.
-        metric: of the scores.
-        chosen: one of COSTS.
+        metric: metric of the plotted scores.
+        chosen: cost on the horizontal axis, one of COSTS.
     """
     known = [(one, [_value(one, cost) for cost in COSTS]) for one in standings]
     known = [(one, values) for one, values in known if any(value is not None for value in values)]
@@ -75,7 +75,9 @@ def cost_part(t: Texts, standings: Sequence[Standing], row: str, metric: str, ch
     drawn = [(one, values[place]) for one, values in known]
     scale = _Scale([value for _, value in drawn if value is not None])
     points = [
-        Point(_rank(t, one), one.agent, scale.place(cost), *(_up(getattr(one.rows[row][metric], end)) for end in _ENDS))
+        CostPoint(
+            _rank(t, one), one.agent, scale.place(cost), *(_up(getattr(one.rows[row][metric], end)) for end in _ENDS)
+        )
         for one, cost in drawn
         if cost is not None
     ]
@@ -87,8 +89,8 @@ def cost_part(t: Texts, standings: Sequence[Standing], row: str, metric: str, ch
     return CostPart(chosen, across, up, points, rows)
 
 
-def _rank(t: Texts, standing: Standing) -> str:
-    """Return a rank as the standings show it."""
+def _rank(t: PageTexts, standing: Standing) -> str:
+    """Return a rank in the form that the standings show."""
     if not standing.rank:
         return "–"
     return t.whole(standing.rank) + ("=" if standing.tied else "")
@@ -106,10 +108,10 @@ def _up(score: float) -> float:
 
 
 class _Scale:
-    """Logarithmic horizontal axis, with a strip for 0 at its left if there is any.
+    """Logarithmic horizontal axis, with a strip at its left for values of 0, if there are any.
 
     Args:
-        values: at least 0; may be empty.
+        values: values to show, at least 0; may be empty.
     """
 
     def __init__(self, values: Sequence[float]) -> None:
@@ -121,7 +123,7 @@ class _Scale:
         self._left = LEFT + (_ZERO if self._has_zero else 0)
 
     def place(self, value: float) -> float:
-        """Return the place of a value across the picture."""
+        """Return the horizontal position of a value in the picture."""
         if value == 0.0:
             return LEFT + _ZERO / 4
         share = (math.log10(value) - self._low) / (self._high - self._low)

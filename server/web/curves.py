@@ -17,10 +17,10 @@ FRAME = {
     "right": WIDTH - RIGHT,
     "bottom": HEIGHT - BOTTOM,
 }
-"""Places of a chart's edges, for templates."""
+"""Positions of a chart's edges, for templates."""
 
 _TOPS = (0.1, 0.2, 0.5, 1.0)
-"""Possible upper ends of an axis of shares."""
+"""Possible upper ends of a vertical axis of fractions."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,12 +37,12 @@ class Tick:
 
 
 @dataclass(frozen=True, slots=True)
-class Line:
-    """A curve.
+class Curve:
+    """A curve of a chart.
 
     Attributes:
         name: a row of a score table, or "open".
-        points: of the curve, in SVG's notation.
+        points: points of the curve, in SVG's notation.
         band: outline of the confidence intervals, in SVG's notation; empty if there are none.
         dots: positions of the values; empty if they are not marked.
     """
@@ -55,15 +55,15 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class Chart:
-    """A chart: curves over a horizontal axis of numbers and a vertical axis of shares."""
+    """A chart: curves over a horizontal axis of numbers and a vertical axis of fractions."""
 
     across: tuple[Tick, ...]
     up: tuple[Tick, ...]
-    lines: tuple[Line, ...]
+    lines: tuple[Curve, ...]
 
 
 def ctc_chart(rows: Rows) -> Chart:
-    """Return the chart of CTC-k, the share of turns that end within k units of the target, with intervals, over k."""
+    """Return the chart of CTC-k over k: the fraction of turns that end within k units of the target, with intervals."""
     top = _top(max(rows[row][metric].high for row in ROWS for metric in CTC_DISTANCES))
     ends = (min(CTC_DISTANCES.values()), max(CTC_DISTANCES.values()))
     lines = []
@@ -72,13 +72,13 @@ def ctc_chart(rows: Rows) -> Chart:
         middle = [_place(k, ends, value.mean, top) for k, value in values]
         upper = [_place(k, ends, value.high, top) for k, value in values]
         lower = [_place(k, ends, value.low, top) for k, value in reversed(values)]
-        lines.append(Line(row, _points(middle), _points([*upper, *lower]), tuple(middle)))
+        lines.append(Curve(row, _points(middle), _points([*upper, *lower]), tuple(middle)))
     across = tuple(Tick(_place(k, ends, 0, top)[0], k) for k in CTC_DISTANCES.values())
     return Chart(across, _share_ticks(top), tuple(lines))
 
 
 def open_shares(steps: Sequence[int]) -> list[tuple[int, float]]:
-    """Return the share of episodes still open after a number of steps, as (steps, share) wherever it changes.
+    """Return the fraction of episodes still open after each number of steps, as (steps, fraction) where it changes.
 
     Args:
         steps: number of steps of each episode; at least one episode.
@@ -101,7 +101,7 @@ def open_chart(shares: Sequence[tuple[int, float]]) -> Chart:
         x, y = _place(number, ends, share, 1.0)
         corners += [(x, corners[-1][1]), (x, y)] if corners else [(x, y)]
     across = tuple(Tick(_place(value, ends, 0, 1.0)[0], value) for value in _round_steps(ends[1]))
-    return Chart(across, _share_ticks(1.0), (Line("open", _points(corners)),))
+    return Chart(across, _share_ticks(1.0), (Curve("open", _points(corners)),))
 
 
 def bar_segments(counts: Mapping[str, int]) -> list[tuple[str, int, float, float]]:
@@ -133,6 +133,6 @@ def _top(highest: float) -> float:
 
 
 def _round_steps(most: float) -> list[float]:
-    """Return three to six round numbers from 0 on."""
+    """Return three to six round numbers, starting at 0."""
     width = next(width for width in (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 10_000) if most / width <= 5)
     return [float(number) for number in range(0, int(most) + 1, width)]

@@ -1,4 +1,4 @@
-"""Template variables of the page that lists a run's episodes, and of the page of one episode; of open splits alone."""
+"""Template variables of the list of a run's episodes and of the page of one episode, for open splits only."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -12,19 +12,19 @@ from arramon_server.errors import NotFound, quoted
 from arramon_server.runs.storage.corrections import voided_by
 from arramon_server.runs.storage.records import EpisodeEnding
 from arramon_server.scoring.episode import Scores
+from arramon_server.web.episode_replays import EpisodeReplays, PlayedEpisode
 from arramon_server.web.filters import METRICS
-from arramon_server.web.paths import Paths, PlayedEpisode
 from arramon_server.web.room_map import Pile
-from arramon_server.web.section_map import Label, labels
+from arramon_server.web.section_map import MapLabel, labels
 from arramon_server.web.standings_page import columns
-from arramon_server.web.texts import Texts, all_texts
+from arramon_server.web.texts import PageTexts, all_texts
 from arramon_server.web.things import named_things, object_name
 
 ALL = "all"
 
 NAVIGATION, OBJECT, PLACEMENT, NOTHING = "navigation", "object", "placement", "nothing"
-"""What a turn failed at first: it ended more than 3 units from its target; there, with another object; with the right
-one, in another cell; at nothing."""
+"""The first thing at which a turn failed: it ended more than 3 units from its target; it ended there with a wrong
+object; it placed the right object in a wrong cell; it failed at nothing."""
 
 FAILURES = (ALL, NAVIGATION, OBJECT, PLACEMENT, NOTHING)
 
@@ -35,13 +35,13 @@ PAGE_SIZE = 100
 
 
 @dataclass(frozen=True, slots=True)
-class Filter:
-    """Which episodes a reader chose.
+class EpisodeFilter:
+    """Filter of the list of episodes.
 
     Attributes:
         failed: one of FAILURES.
-        turn: "1" or "2": the turn that failed at it; ALL: any of both, or with NOTHING each of both.
-        cause: cause of the end; ALL for any.
+        turn: "1" or "2", the turn that failed; ALL for either turn or, with NOTHING, for both.
+        cause: cause of the episode's end; ALL for any.
     """
 
     failed: str = ALL
@@ -49,8 +49,8 @@ class Filter:
     cause: str = ALL
 
     @classmethod
-    def read(cls, query: Mapping[str, str], causes: Sequence[str]) -> "Filter":
-        """Return the filter in the query of an address.
+    def read(cls, query: Mapping[str, str], causes: Sequence[str]) -> "EpisodeFilter":
+        """Parse the filter in the query of an address.
 
         Raises:
             NotFound: if it has a value that does not exist.
@@ -63,7 +63,7 @@ class Filter:
         return cls(**chosen)
 
     def fits(self, ending: EpisodeEnding) -> bool:
-        """Return whether an episode is among those chosen."""
+        """Return whether an episode passes the filter."""
         if self.cause not in (ALL, ending.cause):
             return False
         found = [failure_of(turn) == self.failed for turn in ending.scores]
@@ -74,14 +74,14 @@ class Filter:
         return all(found) if self.failed == NOTHING else any(found)
 
     def link(self, **more: object) -> str:
-        """Return the query of the filter, without what has its default; empty if all has."""
+        """Return the query for the filter, without fields that have their defaults; empty if all have."""
         named = {"failed": self.failed, "turn": self.turn, "cause": self.cause, **more}
         query = urlencode({name: value for name, value in named.items() if value not in (ALL, 1)})
         return f"?{query}" if query else ""
 
 
 def failure_of(turn: Scores) -> str:
-    """Return what a turn failed at first."""
+    """Return the first thing at which a turn failed, one of FAILURES."""
     if not turn["CTC-3"]:
         return NAVIGATION
     if not turn["CTC-0"]:
@@ -90,37 +90,37 @@ def failure_of(turn: Scores) -> str:
 
 
 class EpisodesPage:
-    """Builds the variables of both pages.
+    """Builds the variables of the list of episodes and of one episode's page.
 
     Args:
         board: the leaderboard, with the published runs.
-        paths: draws episodes.
+        replays: draws episodes.
     """
 
-    def __init__(self, board: Board, paths: Paths) -> None:
+    def __init__(self, board: Board, replays: EpisodeReplays) -> None:
         self._board = board
-        self._paths = paths
+        self._replays = replays
 
-    def context(self, t: Texts, run_id: str, query: Mapping[str, str]) -> dict[str, Any]:
-        """Return the variables of the template of the list.
+    def context(self, t: PageTexts, run_id: str, query: Mapping[str, str]) -> dict[str, Any]:
+        """Return the template variables of the list of episodes.
 
         Args:
             t: texts of the page's language.
             run_id: id of the run.
-            query: of the address: "failed", "turn", "cause", "page".
+            query: query of the address: "failed", "turn", "cause", "page".
 
         Raises:
             NotFound: if the run is not published, its episodes may not be shown, or the query has an unknown value.
         """
         entry, endings = self._endings(run_id)
         causes = sorted({ending.cause for ending in endings})
-        chosen = Filter.read(query, causes)
+        chosen = EpisodeFilter.read(query, causes)
         fitting = [ending for ending in endings if chosen.fits(ending)]
         page = query.get("page", "1")
         if not (page.isascii() and page.isdecimal() and 0 < int(page[:6]) <= max(1, -(-len(fitting) // PAGE_SIZE))):
             raise NotFound(f"there is no page {quoted(page)}")
         first = (int(page[:6]) - 1) * PAGE_SIZE
-        split = self._paths.split(entry)
+        split = self._replays.split(entry)
         assert split is not None  # as in `_endings`
         here = fitting[first : first + PAGE_SIZE]
         return {
@@ -138,24 +138,24 @@ class EpisodesPage:
             "causes": [(ALL, t("episodes.any_cause")), *((name, t.named("causes", name)) for name in causes)],
         }
 
-    def episode_context(self, t: Texts, run_id: str, episode_id: str, query: Mapping[str, str]) -> dict[str, Any]:
-        """Return the variables of the template of one episode.
+    def episode_context(self, t: PageTexts, run_id: str, episode_id: str, query: Mapping[str, str]) -> dict[str, Any]:
+        """Return the template variables of one episode's page.
 
         Args:
             t: texts of the page's language.
             run_id: id of the run.
             episode_id: id of the episode.
-            query: of the address: the filter of the list from which it was reached.
+            query: query of the address: the filter of the list that linked here.
 
         Raises:
             NotFound: if the run is not published, has no such episode, or its episodes may not be shown.
         """
         entry, endings = self._endings(run_id)
-        played = self._paths.played(entry, episode_id)
-        chosen = Filter.read(query, sorted({ending.cause for ending in endings}))
+        played = self._replays.played(entry, episode_id)
+        chosen = EpisodeFilter.read(query, sorted({ending.cause for ending in endings}))
         ids = [ending.episode_id for ending in endings if chosen.fits(ending)]
         if episode_id not in ids:
-            chosen, ids = Filter(), [ending.episode_id for ending in endings]
+            chosen, ids = EpisodeFilter(), [ending.episode_id for ending in endings]
         at = ids.index(episode_id)
         return {
             "entry": entry,
@@ -174,38 +174,38 @@ class EpisodesPage:
         }
 
     def _endings(self, run_id: str) -> tuple[Entry, list[EpisodeEnding]]:
-        """Return a run and the endings of its episodes in the order of their ids."""
+        """Return a published run and the endings of its episodes, sorted by id."""
         entry = self._board.entry(run_id)
-        if self._paths.split(entry) is None:
+        if self._replays.split(entry) is None:
             raise NotFound(f"run {run_id!r} has no episodes to show")
-        return entry, sorted(self._paths.endings(entry), key=lambda ending: _natural(ending.episode_id))
+        return entry, sorted(self._replays.endings(entry), key=lambda ending: _natural(ending.episode_id))
 
 
 def _failures(ending: EpisodeEnding) -> list[str]:
     return [failure_of(turn) for turn in ending.scores]
 
 
-def _address(t: Texts, entry: Entry, episode_id: str, chosen: Filter) -> str:
+def _address(t: PageTexts, entry: Entry, episode_id: str, chosen: EpisodeFilter) -> str:
     return f"/{t.language}/runs/{entry.run.run_id}/episodes/{quote(episode_id, safe='')}{chosen.link()}"
 
 
-def _labels(t: Texts, entry: Entry, played: PlayedEpisode, number: int) -> tuple[Label, ...]:
-    """Return the names on the map of a turn: the target, and what the instruction names near the ground truth."""
+def _labels(t: PageTexts, entry: Entry, played: PlayedEpisode, number: int) -> tuple[MapLabel, ...]:
+    """Return the labels on the map of a turn: the target, and things near the path that the instruction mentions."""
     turn = played.episode.turns[number]
     target = turn.target
     named = [(object_name(t, target.type), (target.position.x, target.position.z))]
-    spoken = all_texts().get(entry.run.language)
-    if spoken is not None:
+    instruction_words = all_texts().get(entry.run.language)
+    if instruction_words is not None:
         text = played.episode.instructions[entry.run.language][number].navigation
-        found = named_things(t, spoken, played.section, text, turn.path)
+        found = named_things(t, instruction_words, played.section, text, turn.path)
         named += [(thing.name, thing.position) for thing in found]
     return labels(played.section, named)
 
 
-def _pile_name(t: Texts, pile: Pile) -> str:
+def _pile_name(t: PageTexts, pile: Pile) -> str:
     return " + ".join(object_name(t, type_) for type_ in pile.types)
 
 
 def _natural(text: str) -> list[tuple[int, str]]:
-    """Return a sort key by which 9 comes before 10."""
+    """Return a sort key for natural order, in which 9 comes before 10."""
     return [(int(part) if part.isdecimal() else -1, part) for part in re.split(r"([0-9]+)", text)]

@@ -1,4 +1,4 @@
-"""Template variables of the page with the epochs of hidden splits."""
+"""Template variables of the page about the epochs of hidden splits."""
 
 from collections.abc import Mapping
 from itertools import groupby
@@ -9,8 +9,8 @@ from arramon_server.board.epochs import Epoch, EpochBoard
 from arramon_server.board.standings import HEADLINE
 from arramon_server.errors import NotFound
 from arramon_server.runs.storage.epochs import EpochState
-from arramon_server.web.filters import METRICS, Choice
-from arramon_server.web.texts import Texts
+from arramon_server.web.filters import METRICS, StandingsQuery
+from arramon_server.web.texts import PageTexts
 
 
 class EpochsPage:
@@ -25,22 +25,24 @@ class EpochsPage:
         self._board = board
         self._epochs = epochs
 
-    def context(self, t: Texts, query: Mapping[str, str]) -> dict[str, Any]:
+    def context(self, t: PageTexts, query: Mapping[str, str]) -> dict[str, Any]:
         """Return the variables of the template.
 
         Args:
             t: texts of the page's language.
-            query: of the address: "language", of the instructions, and "sort", a metric of METRICS.
+            query: query of the address: "language", of the instructions, and "sort", a metric of METRICS.
 
         Raises:
             NotFound: if there are no epochs, or the query has an unknown value.
         """
         epochs = self._epochs.all()
         known = self._board.languages()
-        spoken = sorted({code for epoch in epochs for code in known.get(epoch.statement.split, ())})
-        language = query.get("language", t.language if t.language in spoken else next(iter(spoken), t.language))
+        known_languages = sorted({code for epoch in epochs for code in known.get(epoch.statement.split, ())})
+        language = query.get(
+            "language", t.language if t.language in known_languages else next(iter(known_languages), t.language)
+        )
         sort = query.get("sort", HEADLINE.partition("@")[0].lower())
-        if not epochs or sort not in METRICS or (spoken and language not in spoken):
+        if not epochs or sort not in METRICS or (known_languages and language not in known_languages):
             raise NotFound("there is no such list of epochs")
         return {
             "epochs": [
@@ -50,19 +52,19 @@ class EpochsPage:
             "example": next((epoch for epoch in epochs if epoch.command), epochs[0]).statement.split,
             "state_of": lambda epoch: state_of(t, epoch),
             "standings": lambda split: (
-                f"/{t.language}/{Choice(split, language).link()}" if language in known.get(split, ()) else ""
+                f"/{t.language}/{StandingsQuery(split, language).link()}" if language in known.get(split, ()) else ""
             ),
             "pairs": list(self._epochs.pairs(language, METRICS[sort])),
             "language": language,
             "sort": sort,
             "heading": METRICS[sort].partition("@")[0],
-            "languages_choices": [(code, t.named("languages", code)) for code in spoken],
+            "languages_choices": [(code, t.named("languages", code)) for code in known_languages],
             "metric_choices": [(name, metric.partition("@")[0]) for name, metric in METRICS.items()],
         }
 
-    def _facts(self, t: Texts, epoch: Epoch) -> list[tuple[str, str]]:
+    def _facts(self, t: PageTexts, epoch: Epoch) -> list[tuple[str, str]]:
         record, statement = epoch.record, epoch.statement
-        told = {
+        facts = {
             "opened": t.moment(record.opened_at),
             "closed": t.moment(record.closed_at) if record.closed_at else "–",
             "revealed": t.moment(record.revealed_at) if record.revealed_at else "–",
@@ -74,11 +76,11 @@ class EpochsPage:
             "commitment": record.commitment.hex(),
             "secret": record.secret or t("epochs.unrevealed"),
         }
-        return [(t(f"epochs.{name}"), value) for name, value in told.items()]
+        return [(t(f"epochs.{name}"), value) for name, value in facts.items()]
 
 
-def state_of(t: Texts, epoch: Epoch) -> str:
-    """Return the word for an epoch's state."""
+def state_of(t: PageTexts, epoch: Epoch) -> str:
+    """Return an epoch's state as text."""
     words = {
         EpochState.OPEN: "epochs.is_open",
         EpochState.CLOSED: "epochs.is_closed",

@@ -1,4 +1,4 @@
-"""Filters and sorting of the standings page, as encoded in the query of its address."""
+"""Filters and sort order of the standings page, as encoded in the query of its address."""
 
 import re
 from collections.abc import Mapping
@@ -15,24 +15,24 @@ TURNS = {"total": TOTAL, "1": "turn 1", "2": "turn 2"}
 ALL = "all"
 
 SENSORS = (ALL, "plain", "segmentation", "privileged")
-"""Filters by sensors. "plain": no more than RGB and depth. "segmentation": with it, without privileged sensors.
-"privileged": with sensors that no camera has."""
+"""Filters by sensors. "plain": at most RGB and depth. "segmentation": segmentation, but no privileged sensors.
+"privileged": sensors that give information which no camera shows."""
 
 COVERAGES = (ALL, "whole", "partial")
 
 METRICS = {metric.partition("@")[0].lower(): metric for metric in COLUMNS}
-"""A metric's name in addresses -> the metric."""
+"""Name of a metric in addresses -> the metric."""
 
 GAP = "gap"
-"""Column with the gap between languages, if all languages are listed together."""
+"""Column with the gap between languages, in lists of all languages combined."""
 
 OTHER_COLUMNS = ("agent", "published", GAP)
-"""Columns other than metrics to sort by. Ranks are then by the headline metric."""
+"""Sort columns that are no metrics. The standings are then ranked by the headline metric."""
 
 ASCENDING, DESCENDING = "asc", "desc"
 
 _UPWARDS = ("agent", GAP)
-"""Columns that are sorted ascending at first."""
+"""Columns whose first sort order is ascending."""
 
 _LEAST = re.compile(r"(0?\.[0-9]{1,6}|[01](\.0*)?)?", re.ASCII)
 
@@ -47,20 +47,20 @@ _CHOICES: Mapping[str, tuple[str, ...]] = {
 
 
 @dataclass(frozen=True, slots=True)
-class Choice:
-    """The filters and the sorting that a reader chose.
+class StandingsQuery:
+    """The list of standings that a reader requested: split, language, filters and sort order.
 
     Attributes:
         split: name of the split.
-        language: of the instructions, or BOTH.
+        language: language of the instructions, or BOTH.
         turns: one of TURNS.
         sensors: one of SENSORS.
         coverage: one of COVERAGES.
         sort: one of METRICS or OTHER_COLUMNS.
-        order: ascending or descending; in an address without it, that of `first_order`.
-        page: from 1.
-        least: least score of what is listed by the gap between languages, as a decimal number; empty for all.
-        cost: one of COSTS, which scores are plotted against.
+        order: ASCENDING or DESCENDING; `first_order` of the column if the address has none.
+        page: page number, from 1.
+        least: minimum score of standings sorted by the gap between languages, as a decimal number; empty for none.
+        cost: cost against which scores are plotted, one of COSTS.
     """
 
     split: str
@@ -80,22 +80,22 @@ class Choice:
         return METRICS.get(self.sort, HEADLINE)
 
     def link(self, **changes: object) -> str:
-        """Return the query of a changed choice, without the fields that have their defaults."""
+        """Return the query with some fields changed, without fields that have their defaults."""
         changed = {"page": 1, **changes}
         other = replace(self, **changed)  # type: ignore[arg-type]
-        defaults = Choice(other.split, other.language, order=first_order(other.sort))
+        defaults = StandingsQuery(other.split, other.language, order=first_order(other.sort))
         named = {field.name: getattr(other, field.name) for field in fields(other)}
         shown = {k: v for k, v in named.items() if k in ("split", "language") or v != getattr(defaults, k)}
         return "?" + urlencode(shown)
 
     def sorting(self, column: str) -> str:
-        """Return the query that sorts by a column, in reverse if it is the current one."""
+        """Return the query that sorts by a column; in reverse order if it is the current column."""
         reversed_order = ASCENDING if self.order == DESCENDING else DESCENDING
         return self.link(sort=column, order=reversed_order if column == self.sort else first_order(column))
 
     @property
     def is_reversed(self) -> bool:
-        """Whether the order is not the first one of its column."""
+        """Whether the order is not the column's first order."""
         return self.order != first_order(self.sort)
 
     def fits(self, standing: Standing) -> bool:
@@ -117,7 +117,7 @@ class Choice:
         return kinds[self.sensors] and self.coverage in (ALL, "partial" if partial else "whole")
 
     def sorted(self, standings: list[Standing]) -> list[Standing]:
-        """Return ranked standings in the chosen order; by any metric, unranked ones come last."""
+        """Return standings in the requested order; if sorted by a metric, unranked ones come last."""
         down = self.order == DESCENDING
         if self.sort == "published":
             return sorted(standings, key=lambda one: max(e.published_at for e in one.entries), reverse=down)
@@ -136,17 +136,19 @@ class Choice:
 
 
 def first_order(column: str) -> str:
-    """Return the order in which a column is sorted at first: the smallest gap, the first name, the best score."""
+    """Return a column's first sort order: smallest gap, first name, or best score first."""
     return ASCENDING if column in _UPWARDS else DESCENDING
 
 
-def read_choice(query: Mapping[str, str], languages: Mapping[str, tuple[str, ...]], defaults: Choice) -> Choice:
-    """Return the choice that an address encodes.
+def read_query(
+    query: Mapping[str, str], languages: Mapping[str, tuple[str, ...]], defaults: StandingsQuery
+) -> StandingsQuery:
+    """Parse the query of an address.
 
     Args:
-        query: of the address.
-        languages: of each split, by name.
-        defaults: for the fields that the address lacks.
+        query: query of the address.
+        languages: languages of each split, by name.
+        defaults: values of fields that the address lacks.
 
     Raises:
         NotFound: if a field has a value that does not exist.
@@ -155,10 +157,10 @@ def read_choice(query: Mapping[str, str], languages: Mapping[str, tuple[str, ...
     split = chosen.get("split", defaults.split)
     if split not in languages:
         raise NotFound(f"there is no split {quoted(split)}")
-    spoken = {language for codes in languages.values() for language in codes}
-    if languages[split] and chosen.setdefault("language", defaults.language) in spoken - set(languages[split]):
+    known_languages = {language for codes in languages.values() for language in codes}
+    if languages[split] and chosen.setdefault("language", defaults.language) in known_languages - set(languages[split]):
         chosen["language"] = languages[split][0]  # The new split lacks the language of the one shown before.
-    choices = {**_CHOICES, "language": (*spoken, BOTH)}
+    choices = {**_CHOICES, "language": (*known_languages, BOTH)}
     for name, value in chosen.items():
         if name != "split" and value not in choices[name]:
             raise NotFound(f"there is no {name} {value!r}")

@@ -1,20 +1,20 @@
-"""Who hosts the leaderboard, as its pages say."""
+"""The host of the leaderboard, as shown on its pages."""
 
 from dataclasses import dataclass
 
 from arramon_server.configuration.config import Config
 
 _SCHEMES = ("https://", "http://", "mailto:")
-"""Beginnings of addresses that the pages link to."""
+"""Schemes of addresses that the pages link to."""
 
 
 @dataclass(frozen=True, slots=True)
 class Host:
-    """Who hosts the leaderboard, in its own words; what it does not say is empty.
+    """The host of the leaderboard, as described in its settings; missing fields are empty.
 
     Attributes:
-        name: its name.
-        contact: how to reach it.
+        name: the host's name.
+        contact: how to reach the host.
         rules: rules of the leaderboard, or the address of a page with them.
     """
 
@@ -28,7 +28,7 @@ class Host:
         return cls(config.host_name, config.host_contact, config.host_rules)
 
     def __bool__(self) -> bool:
-        """Whether it says anything."""
+        """Whether any field is set."""
         return bool(self.name or self.contact or self.rules)
 
 
@@ -36,7 +36,7 @@ UNNAMED = Host()
 
 
 def link_of(text: str) -> str:
-    """Return where a page links to with a text of the host's: an address, also for mail; empty if it is none."""
+    """Return the link target for a text of the host: a web or mail address; empty if the text is neither."""
     if " " in text:
         return ""
     if text.startswith(_SCHEMES):

@@ -1,4 +1,4 @@
-"""Closing of idle HTTP connections: a client that never completes a request would hold a file descriptor for ever."""
+"""Closes idle HTTP connections, so that clients that never complete a request do not use up file descriptors."""
 
 import asyncio
 import time
@@ -20,7 +20,7 @@ class IdleConnections:
 
     @web.middleware
     async def middleware(self, request: web.Request, handler: Handler) -> web.StreamResponse:
-        """Note the time of each request, as aiohttp middleware; a connection is not idle while a request is handled."""
+        """Record the time of each request, as aiohttp middleware. A connection is busy while a request is handled."""
         self._since[request.protocol] = float("inf")
         try:
             return await handler(request)

@@ -1,4 +1,4 @@
-"""Routes and handlers of the leaderboard's pages. Pages are rendered in threads, off the event loop that plays."""
+"""Routes and handlers of the leaderboard's pages. Pages are rendered in threads, off the engine's event loop."""
 
 import asyncio
 import json
@@ -18,19 +18,19 @@ from arramon_server.runs.accounts.callers import READER
 from arramon_server.runs.results.receipts import Receipts
 from arramon_server.runs.storage.journal import Journal
 from arramon_server.web.comparison_page import ComparisonPage
+from arramon_server.web.episode_replays import EpisodeReplays
 from arramon_server.web.episodes_page import EpisodesPage
 from arramon_server.web.epochs_page import EpochsPage
-from arramon_server.web.filters import read_choice
+from arramon_server.web.filters import read_query
 from arramon_server.web.host import UNNAMED, Host
-from arramon_server.web.paths import Paths
 from arramon_server.web.rendering import Renderer
 from arramon_server.web.responses import FOR_EVER, redirect, respond
 from arramon_server.web.run_page import RunPage
 from arramon_server.web.standings_page import StandingsPage
-from arramon_server.web.texts import Texts, all_texts, preferred
+from arramon_server.web.texts import PageTexts, all_texts, preferred
 
 MAX_WAITING = 64
-"""Requests that may wait for a thread or run in one; further ones are answered with 503."""
+"""Maximum number of requests that wait for a thread or run in one; further ones get status 503."""
 
 RETRY_SECONDS = 2
 """`Retry-After` of a 503 response."""
@@ -49,15 +49,15 @@ Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 
 
 class Pages:
-    """All pages. Only published runs have pages; any other address is answered with the same 404 page.
+    """All pages. Only published runs have pages; every other address gets the same 404 page.
 
     Args:
         board: the leaderboard.
-        journal: holds the runs' episodes.
+        journal: source of the runs' episodes.
         receipts: issues the runs' receipts.
         splits: the splits served, by name.
         epochs: the epochs of hidden splits.
-        host: who hosts the leaderboard.
+        host: the host of the leaderboard.
     """
 
     def __init__(
@@ -76,9 +76,9 @@ class Pages:
         self._standings = StandingsPage(board, splits, epochs)
         self._epochs_page = EpochsPage(board, epochs)
         self._comparison = ComparisonPage(board)
-        self._paths = Paths(splits, journal)
-        self._runs = RunPage(board, splits, self._paths, epochs)
-        self._episodes = EpisodesPage(board, self._paths)
+        self._replays = EpisodeReplays(splits, journal)
+        self._runs = RunPage(board, splits, self._replays, epochs)
+        self._episodes = EpisodesPage(board, self._replays)
         # One thread for pages, which are quick, and one for paths, which are slower, so that paths never delay pages.
         self._page_thread = ThreadPoolExecutor(1, "pages")
         self._path_thread = ThreadPoolExecutor(1, "paths")
@@ -86,7 +86,7 @@ class Pages:
         self._error_pages: dict[tuple[str, str, str], bytes] = {}
 
     def routes(self) -> list[web.RouteDef]:
-        """Return all routes; the last one matches any other address."""
+        """Return all routes; the last one matches every remaining address."""
         run = f"/{_LANGUAGE}/runs/{_RUN}"
         handlers = {
             "/": self._home,
@@ -110,10 +110,10 @@ class Pages:
         """Stop accepting work, and end the threads."""
         self._page_thread.shutdown(wait=False, cancel_futures=True)
         self._path_thread.shutdown(wait=True, cancel_futures=True)
-        self._paths.close()
+        self._replays.close()
 
     def _with_error_pages(self, handler: Handler) -> Handler:
-        """Return a handler that answers the server's errors with error pages."""
+        """Return a handler that turns the server's errors into error pages."""
 
         async def guarded(request: web.Request) -> web.StreamResponse:
             try:
@@ -138,7 +138,7 @@ class Pages:
         def make() -> web.Response:
             texts = _texts(request)
             defaults = self._standings.defaults(texts.language)
-            choice = read_choice(request.query, self._board.languages(), defaults)
+            choice = read_query(request.query, self._board.languages(), defaults)
             context = self._standings.context(texts, choice, defaults)
             return self._page(request, "standings.html", texts, context)
 
@@ -147,7 +147,7 @@ class Pages:
     async def _download(self, request: web.Request) -> web.Response:
         def make() -> web.Response:
             defaults = self._standings.defaults(preferred(""))
-            choice = read_choice(request.query, self._board.languages(), defaults)
+            choice = read_query(request.query, self._board.languages(), defaults)
             listing = self._board.listing(choice.split, choice.language, choice.metric)
             form = request.match_info["form"]
             text, kind = (as_csv(listing), "text/csv") if form == "csv" else (as_json(listing), "application/json")
@@ -173,7 +173,7 @@ class Pages:
         return await self._run_in(self._page_thread, make)
 
     async def _list_episodes(self, request: web.Request) -> web.Response:
-        """Return the list or, for the form that names an episode and works without scripts, redirect to its page."""
+        """Return the list, or redirect to the episode that the form on the page names."""
         texts = _texts(request)
         if episode := request.query.get("episode", "").strip():
             return redirect(f"{request.path}/{quote(episode, safe='')}")
@@ -258,12 +258,14 @@ class Pages:
         finally:
             self._waiting -= 1
 
-    def _page(self, request: web.Request, template: str, texts: Texts, context: Mapping[str, object]) -> web.Response:
+    def _page(
+        self, request: web.Request, template: str, texts: PageTexts, context: Mapping[str, object]
+    ) -> web.Response:
         here = request.rel_url.raw_path_qs.removeprefix(f"/{texts.language}")
         return respond(request, self._renderer.page(template, texts, here, context), "text/html")
 
-    def _error_page(self, template: str, texts: Texts, key: str = "") -> bytes:
-        """Return an error page, cached, as it is the same for all requests in a language."""
+    def _error_page(self, template: str, texts: PageTexts, key: str = "") -> bytes:
+        """Return an error page. It is cached, because it is the same for all requests in a language."""
         page_key = (template, texts.language, key)
         if page_key not in self._error_pages:
             self._error_pages[page_key] = self._renderer.page(template, texts, "/", {"key": key})
@@ -282,23 +284,23 @@ class Pages:
 
 
 class _Busy(Exception):
-    """The threads have as many requests as they may have."""
+    """Too many requests are waiting for the threads."""
 
 
 def _json(request: web.Request, content: object, name: str) -> web.Response:
-    """Return a file for download."""
+    """Return a JSON file for download."""
     body = json.dumps(content, indent=2, ensure_ascii=False) + "\n"
     return respond(request, body.encode(), "application/json", name=name)
 
 
 def _query(request: web.Request) -> str:
-    """Return the unparsed query from its question mark on; empty if there is none."""
+    """Return the unparsed query with its question mark; empty if there is none."""
     query = request.rel_url.raw_query_string
     return f"?{query}" if query else ""
 
 
-def _texts(request: web.Request) -> Texts:
-    """Return the texts of the language at the start of a page's address.
+def _texts(request: web.Request) -> PageTexts:
+    """Return the texts in the language that a page's address begins with.
 
     Raises:
         NotFound: if there is no such language.
@@ -309,8 +311,8 @@ def _texts(request: web.Request) -> Texts:
         raise NotFound("there is no such language") from None
 
 
-def _error_texts(request: web.Request) -> Texts:
-    """Return the texts for an error page: in the address's language if it has one, or the browser's."""
+def _error_texts(request: web.Request) -> PageTexts:
+    """Return the texts for an error page, in the address's language or else the browser's."""
     first = request.path.removeprefix("/").partition("/")[0]
     language = first if first in all_texts() else preferred(request.headers.get("Accept-Language", ""))
     return all_texts()[language]

@@ -1,4 +1,4 @@
-"""Rendering of pages from templates and texts, and the static files, named by a digest of their content."""
+"""Renders pages from templates and texts, and names static files by a digest of their content."""
 
 import hashlib
 import re
@@ -11,10 +11,10 @@ import markupsafe
 
 from arramon_server import __version__
 from arramon_server.web.host import UNNAMED, Host, link_of
-from arramon_server.web.texts import Texts, all_texts
+from arramon_server.web.texts import PageTexts, all_texts
 
 _WORDS = re.compile(r"[^_.:@]*[_.:@]*")
-"""A word with the punctuation after it, at which browsers break no line."""
+"""A word and the punctuation after it, where browsers would not break a line."""
 
 _HERE = Path(__file__).parent
 
@@ -23,15 +23,15 @@ TYPES = {".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
 
 
 def breakable(name: str) -> markupsafe.Markup:
-    """Return a name that may break after its punctuation, so that a line of a narrow column ends with a word."""
+    """Return a name with line break opportunities after its punctuation, for narrow columns."""
     return markupsafe.Markup("<wbr>").join(filter(None, _WORDS.findall(name)))  # joining escapes the parts
 
 
 class Renderer:
-    """Renders the templates. It reads all static files once.
+    """Renders the templates, and holds the static files in memory.
 
     Args:
-        host: who hosts the leaderboard, for the foot of every page.
+        host: the host of the leaderboard, for the footer of every page.
 
     Attributes:
         files: name with digest, such as `style.0a1b2c3d4e.css` -> content and content type.
@@ -64,13 +64,13 @@ class Renderer:
             "per_cent": lambda share: f"{100 * share:.1f}".removesuffix(".0"),
         }
 
-    def page(self, template: str, texts: Texts, here: str, context: Mapping[str, Any]) -> bytes:
+    def page(self, template: str, texts: PageTexts, here: str, context: Mapping[str, Any]) -> bytes:
         """Render a page.
 
         Args:
             template: file name of the template.
             texts: of the page's language.
-            here: the page's address after the language, from a slash on.
+            here: the page's address after the language, starting with a slash.
             context: variables of the template.
         """
         return self._environment.get_template(template).render(t=texts, here=here, **context).encode()

@@ -20,7 +20,7 @@ HEADERS = {
 SHORT, FOR_EVER = "public, max-age=15", "public, max-age=31536000, immutable"
 
 _SMALL = 600
-"""Size in bytes up to which a body is not compressed."""
+"""Maximum size in bytes of a body that is sent uncompressed."""
 
 
 def respond(
@@ -37,7 +37,7 @@ def respond(
 
     Args:
         request: the request.
-        body: not compressed.
+        body: uncompressed body.
         kind: content type, without the character set, which is UTF-8.
         status: HTTP status.
         cache: `Cache-Control` of the response.

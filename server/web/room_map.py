@@ -1,4 +1,4 @@
-"""Map of the assembly room from above, with what lies in it and an episode's way through it, for SVG."""
+"""Map of the assembly room from above, with its objects and the agent's path, for SVG."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -19,11 +19,11 @@ WIDTH, HEIGHT = COLUMNS * CELL, ROWS * CELL
 
 @dataclass(frozen=True, slots=True)
 class Pile:
-    """Objects on one cell.
+    """Stack of objects on one cell.
 
     Attributes:
         x, y: centre of the cell.
-        types: from the floor up.
+        types: types of the objects, from the floor up.
     """
 
     x: float
@@ -32,19 +32,19 @@ class Pile:
 
 
 @dataclass(frozen=True, slots=True)
-class Room:
-    """One turn's assembly.
+class AssemblyMap:
+    """Map of one turn's assembly.
 
     Attributes:
-        piles: what lay in the room when the assembly began; if it did not, what would have.
-        truth: the reference way, in SVG's notation.
-        played: the way played; empty if the agent did not move.
+        piles: objects in the room at the start of the assembly, whether or not it was reached.
+        truth: the reference path, in SVG's notation.
+        played: the agent's path; empty if it did not move.
         start, target: centres of the cells.
         target_level: level of the target, from 1, the floor.
-        placed: centre of the cell in which the agent placed what it carried; None if it placed nothing.
-        placed_level: its level; 0 if it placed nothing.
-        forced: whether a limit placed it.
-        carried: what the agent carried; None if it did no step of the assembly.
+        placed: centre of the cell in which the agent placed its object; None if it placed nothing.
+        placed_level: level of the placed object; 0 if it placed nothing.
+        forced: whether a limit forced the placement.
+        carried: object that the agent carried; None if it took no step in the assembly.
     """
 
     piles: tuple[Pile, ...]
@@ -59,11 +59,11 @@ class Room:
     carried: ObjectType | None
 
 
-class RoomWatch:
-    """Notes an agent's way through the room while a session is replayed.
+class AssemblyReplay:
+    """Replays a session, and records the agent's path through the room.
 
     Args:
-        session: at its beginning.
+        session: a session that has not begun.
     """
 
     def __init__(self, session: EpisodeSession) -> None:
@@ -81,10 +81,10 @@ class RoomWatch:
                 if not way or way[-1] != state.square:
                     way.append(state.square)
 
-    def rooms(self) -> tuple[Room, ...]:
-        """Return both turns' assemblies as far as they were played."""
-        episode, held = self._session.episode, self._session.state.room
-        before = held[: len(episode.decoys)], held[: len(episode.decoys) + 1]  # what is placed comes last
+    def rooms(self) -> tuple[AssemblyMap, ...]:
+        """Return the maps of both turns, as far as they were played."""
+        episode, objects = self._session.episode, self._session.state.room
+        before = objects[: len(episode.decoys)], objects[: len(episode.decoys) + 1]  # the placed object comes last
         return tuple(
             _room(before[number], turn, played, self._ways[number], self._carried[number])
             for number, (turn, played) in enumerate(zip(episode.turns, self._session.record().turns, strict=True))
@@ -92,16 +92,16 @@ class RoomWatch:
 
 
 def _room(
-    held: Sequence[PlacedObject],
+    objects: Sequence[PlacedObject],
     turn: Turn,
     played: TurnRecord,
     way: Sequence[RoomCell],
     carried: ObjectType | None,
-) -> Room:
+) -> AssemblyMap:
     placed = played.placed_cell
     cell = turn.target_cell
-    return Room(
-        _piles(held),
+    return AssemblyMap(
+        _piles(objects),
         _points(turn.room_path),
         _points(way) if len(way) > 1 else "",
         _centre(START),
@@ -114,9 +114,9 @@ def _room(
     )
 
 
-def _piles(held: Sequence[PlacedObject]) -> tuple[Pile, ...]:
+def _piles(objects: Sequence[PlacedObject]) -> tuple[Pile, ...]:
     found: dict[RoomCell, list[PlacedObject]] = {}
-    for one in held:
+    for one in objects:
         found.setdefault(RoomCell(one.placement.column, one.placement.row), []).append(one)
     return tuple(
         Pile(*_centre(square), tuple(one.type for one in sorted(pile, key=lambda one: one.placement.level)))

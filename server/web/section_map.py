@@ -9,19 +9,19 @@ from arramon_server.scoring.trajectory import Point2, TurnRecord
 from arramon_server.sim.section import Building, Section
 
 MARGIN = 6.0
-"""Border of the map around the ground that agents can reach, in units."""
+"""Border of the map around the reachable ground, in units."""
 
 
 @dataclass(frozen=True, slots=True)
-class Ground:
+class SectionMap:
     """Map of a section, with x to the right and z upwards.
 
     Attributes:
-        width, height: of the map, in units.
+        width, height: size of the map, in units.
         roofs: corners of each building, in SVG's notation.
-        props: positions of street furniture that was drawn.
-        agreed: of that which was recovered: position and number of votes.
-        told: positions of that which an episode's own text put there.
+        props: positions of randomly drawn street furniture.
+        agreed: position and number of votes of each recovered landmark.
+        from_text: positions of furniture derived from the episode's own text.
     """
 
     width: float
@@ -29,11 +29,11 @@ class Ground:
     roofs: tuple[str, ...]
     props: tuple[tuple[float, float], ...]
     agreed: tuple[tuple[float, float, int], ...] = ()
-    told: tuple[tuple[float, float], ...] = ()
+    from_text: tuple[tuple[float, float], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
-class Track:
+class TurnPaths:
     """One turn's paths on a section.
 
     Attributes:
@@ -52,14 +52,14 @@ class Track:
 
 
 @dataclass(frozen=True, slots=True)
-class Label:
-    """A name on the map.
+class MapLabel:
+    """A label on the map.
 
     Attributes:
         x, y: where its text is anchored.
         anchor: "start", "middle" or "end".
         name: the text.
-        dot: the thing's position.
+        dot: position of the labelled thing.
     """
 
     x: float
@@ -70,20 +70,20 @@ class Label:
 
 
 LETTER, LINE = 1.5, 1.7
-"""Size of a label's letters, and height of its line, in units."""
+"""Font size and line height of a label, in units."""
 
 _WIDE = 0.58
-"""Width of a letter as a share of its size, on average."""
+"""Mean width of a letter, as a fraction of the font size."""
 
 
-def labels(section: Section, named: Sequence[tuple[str, Point2]]) -> tuple[Label, ...]:
-    """Return names on the map so that none covers another; those that find no room are left out.
+def labels(section: Section, named: Sequence[tuple[str, Point2]]) -> tuple[MapLabel, ...]:
+    """Place labels on the map so that they do not overlap; labels for which there is no space are left out.
 
     Args:
         section: the section.
-        named: names with positions (x, z), the most important first.
+        named: texts with positions (x, z), the most important first.
     """
-    placed: list[Label] = []
+    placed: list[MapLabel] = []
     taken: list[tuple[float, float, float, float]] = []
     _, z0, _, z1 = section.bounds
     width, height = section.bounds[2] - section.bounds[0] + 2 * MARGIN, z1 - z0 + 2 * MARGIN
@@ -99,7 +99,7 @@ def labels(section: Section, named: Sequence[tuple[str, Point2]]) -> tuple[Label
             box = (x + dx + left, y + dy - LINE, x + dx + left + across, y + dy)
             inside = box[0] >= 0 and box[1] >= 0 and box[2] <= width and box[3] <= height
             if inside and not any(_overlap(box, other) for other in taken):
-                placed.append(Label(round(x + dx, 2), round(y + dy, 2), anchor, name, (x, y)))
+                placed.append(MapLabel(round(x + dx, 2), round(y + dy, 2), anchor, name, (x, y)))
                 taken.append(box)
                 break
     return tuple(placed)
@@ -109,17 +109,17 @@ def _overlap(one: tuple[float, float, float, float], other: tuple[float, float, 
     return one[0] < other[2] and other[0] < one[2] and one[1] < other[3] and other[1] < one[3]
 
 
-def ground(section: Section, origins: Sequence[PropOrigin] = ()) -> Ground:
+def draw_section(section: Section, origins: Sequence[PropOrigin] = ()) -> SectionMap:
     """Return the map of a section.
 
     Args:
-        section: with all furniture that is to be shown.
-        origins: of each of its props; none if all were drawn.
+        section: the section, with all furniture to show.
+        origins: origin of each of its props; empty if all were drawn.
     """
     x0, z0, x1, z1 = section.bounds
     named = list(zip(section.props, origins or [PropOrigin(DRAWN)] * len(section.props), strict=True))
     placed = [(_place(section, (prop.x, prop.z)), origin) for prop, origin in named]
-    return Ground(
+    return SectionMap(
         round(x1 - x0 + 2 * MARGIN, 1),
         round(z1 - z0 + 2 * MARGIN, 1),
         tuple(_points(section, _corners(building)) for building in section.buildings),
@@ -129,10 +129,10 @@ def ground(section: Section, origins: Sequence[PropOrigin] = ()) -> Ground:
     )
 
 
-def track(section: Section, record: TurnRecord) -> Track:
+def turn_paths(section: Section, record: TurnRecord) -> TurnPaths:
     """Return a turn's paths on the map of its section."""
     path = record.path
-    return Track(
+    return TurnPaths(
         _points(section, record.reference_path),
         _points(section, path),
         _place(section, path[0] if path else record.reference_path[0]),

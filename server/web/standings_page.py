@@ -17,14 +17,14 @@ from arramon_server.web.corrections_part import closing_words, correction_words
 from arramon_server.web.cost_part import COSTS, cost_part
 from arramon_server.web.curves import FRAME
 from arramon_server.web.epochs_page import state_of
-from arramon_server.web.filters import COVERAGES, GAP, METRICS, SENSORS, TURNS, Choice, first_order
-from arramon_server.web.texts import Texts
+from arramon_server.web.filters import COVERAGES, GAP, METRICS, SENSORS, TURNS, StandingsQuery, first_order
+from arramon_server.web.texts import PageTexts
 
 PAGE_SIZE = 100
 """Standings on one page."""
 
 REFERENCE_LANGUAGE = "en"
-"""Language of the instructions that the paper's scores were measured with."""
+"""Language of the instructions with which the paper's scores were measured."""
 
 COMMANDS = """\
 arramon-client --agent agents.random_walk --split {split} --lang {language} --server host.example:50551
@@ -47,10 +47,10 @@ class StandingsPage:
         self._splits = splits
         self._episodes = {name: split.languages for name, split in splits.items()}
 
-    def defaults(self, language: str) -> Choice:
-        """Return the default choice for readers of a language: a split with published runs, preferably a hidden one.
+    def defaults(self, language: str) -> StandingsQuery:
+        """Return the default list for readers of a language: a split with published runs, preferably a hidden one.
 
-        Of hidden splits the latest open epoch comes first, and those that are closed come last.
+        Among hidden splits, the latest open epoch is preferred, and closed epochs come last.
         """
         languages = self._board.languages()
         epochs = {epoch.statement.split: epoch for epoch in self._epochs.all()}
@@ -63,14 +63,14 @@ class StandingsPage:
 
         ordered = sorted(languages, key=order)
         choices = [
-            Choice(name, language if language in languages[name] else next(iter(languages[name]), language))
+            StandingsQuery(name, language if language in languages[name] else next(iter(languages[name]), language))
             for name in ordered
             if languages[name]
         ]
         listed = (choice for choice in choices if self._board.has_entries(choice.split, choice.language))
-        return next(listed, choices[0] if choices else Choice("", language))
+        return next(listed, choices[0] if choices else StandingsQuery("", language))
 
-    def context(self, t: Texts, choice: Choice, defaults: Choice) -> dict[str, Any]:
+    def context(self, t: PageTexts, choice: StandingsQuery, defaults: StandingsQuery) -> dict[str, Any]:
         """Return the variables of the template.
 
         Raises:
@@ -118,19 +118,19 @@ class StandingsPage:
             **self._choices(t),
         }
 
-    def _choices(self, t: Texts) -> dict[str, list[tuple[str, str]]]:
+    def _choices(self, t: PageTexts) -> dict[str, list[tuple[str, str]]]:
         languages = self._board.languages()
-        spoken = sorted({language for codes in languages.values() for language in codes})
+        known_languages = sorted({language for codes in languages.values() for language in codes})
         return {
             "splits": [(name, name) for name in languages],
-            "instruction_languages": [(code, t.named("languages", code)) for code in (*spoken, BOTH)],
+            "instruction_languages": [(code, t.named("languages", code)) for code in (*known_languages, BOTH)],
             "turns": [(name, t(f"turns.{name}")) for name in TURNS],
             "sensors_choices": [(name, t(f"choices.{name}")) for name in SENSORS],
             "costs": [(name, t(f"cost.{name}")) for name in COSTS],
             "coverages": [(name, t(f"choices.{name}")) for name in COVERAGES],
         }
 
-    def _about(self, t: Texts, choice: Choice) -> str:
+    def _about(self, t: PageTexts, choice: StandingsQuery) -> str:
         split = self._splits.get(choice.split)
         if split is None:
             return t("standings.gone")
@@ -139,8 +139,8 @@ class StandingsPage:
         episodes = numbers.get(choice.language, min(numbers.values(), default=0))
         return t("standings.about_split", kind=kind, episodes=t.whole(episodes))
 
-    def _epoch(self, t: Texts, split: str) -> str:
-        """Return what a split's epoch is; empty if it is none."""
+    def _epoch(self, t: PageTexts, split: str) -> str:
+        """Return a sentence about a split's epoch; empty if the split is not an epoch."""
         epoch = self._epochs.find(split)
         if epoch is None:
             return ""
@@ -150,20 +150,20 @@ class StandingsPage:
         return name in self._splits and self._splits[name].hidden
 
 
-def columns(t: Texts) -> list[tuple[str, str, str]]:
-    """Return the score columns: name in addresses, heading, meaning."""
+def columns(t: PageTexts) -> list[tuple[str, str, str]]:
+    """Return the score columns as (name in addresses, heading, meaning)."""
     names = [(name, metric.partition("@")[0]) for name, metric in METRICS.items()]
     return [(name, heading, t(f"metrics.{heading}")) for name, heading in names]
 
 
-def _coverage(t: Texts, standing: Standing) -> str:
+def _coverage(t: PageTexts, standing: Standing) -> str:
     if standing.coverage is None:
         return "–"
     return t("standings.coverage_full") if standing.coverage == 1.0 else t.percent(standing.coverage)
 
 
-def _entry_name(t: Texts, standing: Standing, entry: Entry) -> str:
-    """Return what tells a run of a standing from its others: the language, the seed, or both."""
+def _entry_name(t: PageTexts, standing: Standing, entry: Entry) -> str:
+    """Return what distinguishes a run from the others of its standing: the language, the seed, or both."""
     names = [t.named("languages", entry.run.language)] if len(standing.languages) > 1 else []
     if standing.seeds > 1 or len(standing.entries) > len(standing.languages):
         names.append(t("standings.seed", seed=shown(entry.seed)) if entry.seed else t("standings.own_seed"))

@@ -1,4 +1,4 @@
-"""Texts of the pages and formats of numbers and dates, from one file for each language in `texts`."""
+"""Texts of the pages, and formats of numbers and dates, read from one file per language in `texts`."""
 
 import tomllib
 from collections.abc import Mapping
@@ -11,7 +11,7 @@ from typing import Any
 FOLDER = Path(__file__).parent / "texts"
 
 DEFAULT = "en"
-"""Language for a browser that accepts none of those available."""
+"""Language for browsers that accept none of the available ones."""
 
 
 MINUS = "\N{MINUS SIGN}"
@@ -20,8 +20,8 @@ _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 @dataclass(frozen=True, slots=True)
-class Texts:
-    """One language's texts.
+class PageTexts:
+    """The texts of the pages in one language.
 
     Args:
         language: code of the language, which is also the first part of its pages' addresses.
@@ -41,7 +41,7 @@ class Texts:
         return text.format(**values)
 
     def named(self, group: str, name: str) -> str:
-        """Return the word for a name in a group, such as "sensors"; the name itself if the file has no word for it."""
+        """Return the text for a name in a group, such as "sensors"; the name itself if the group has no text for it."""
         return str(self.words.get(f"{group}.{name}", name))
 
     def score(self, value: float) -> str:
@@ -58,7 +58,7 @@ class Texts:
         return self._localised(f"< {0.001:.3f}" if p < 0.001 else f"{p:.3f}")
 
     def percent(self, share: float) -> str:
-        """Format a share in [0, 1] in whole percent; only 1 gives 100% and only 0 gives 0%."""
+        """Format a fraction in [0, 1] in whole percent; only 1 gives 100% and only 0 gives 0%."""
         bounded = min(max(round(100 * share), 1), 99) if 0 < share < 1 else round(100 * share)
         return self("format.percent", number=bounded)
 
@@ -74,13 +74,13 @@ class Texts:
         return self("format.group_mark").join([digits, *reversed(parts)])
 
     def decimal(self, number: float) -> str:
-        """Format a number with as many decimals as it needs, at most two."""
+        """Format a number with at most two decimals."""
         if number.is_integer():
             return self.whole(int(number))
         return self._localised(f"{number:.2f}".rstrip("0").rstrip("."))
 
     def amount(self, number: float) -> str:
-        """Format a number of any size with at most three digits that count, such as 0.0312, 45,000 or 7×10⁹."""
+        """Format a number of any size with at most three significant digits, such as 0.0312, 45,000 or 7×10⁹."""
         if number == 0.0:
             return self.whole(0)
         mantissa, _, power = f"{number:.2e}".partition("e")
@@ -107,15 +107,15 @@ class Texts:
 
 
 @cache
-def all_texts() -> dict[str, Texts]:
+def all_texts() -> dict[str, PageTexts]:
     """Return the texts of every language that has a file, by code; the default language first."""
     codes = sorted((path.stem for path in FOLDER.glob("*.toml")), key=lambda code: (code != DEFAULT, code))
     return {code: read(FOLDER / f"{code}.toml") for code in codes}
 
 
-def read(path: Path) -> Texts:
-    """Read the texts of one file, whose name is the language's code."""
-    return Texts(path.stem, dict(_flat(tomllib.loads(path.read_text(encoding="utf-8")))))
+def read(path: Path) -> PageTexts:
+    """Read the texts in a file named after the language's code."""
+    return PageTexts(path.stem, dict(_flat(tomllib.loads(path.read_text(encoding="utf-8")))))
 
 
 def preferred(accepted: str) -> str:
@@ -124,14 +124,14 @@ def preferred(accepted: str) -> str:
     Args:
         accepted: the browser's `Accept-Language`, such as `hi-IN, hi;q=0.9, en;q=0.8`.
     """
-    wishes = []
+    preferences = []
     for place, part in enumerate(accepted.split(",")):
         tag, _, weight = part.strip().partition(";q=")
         try:
-            wishes.append((-float(weight or 1), place, tag.partition("-")[0].lower()))
+            preferences.append((-float(weight or 1), place, tag.partition("-")[0].lower()))
         except ValueError:
             continue
-    return next((code for weight, _, code in sorted(wishes) if weight < 0 and code in all_texts()), DEFAULT)
+    return next((code for weight, _, code in sorted(preferences) if weight < 0 and code in all_texts()), DEFAULT)
 
 
 def _flat(table: Mapping[str, Any], prefix: str = "") -> list[tuple[str, Any]]:

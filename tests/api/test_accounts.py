@@ -19,7 +19,7 @@ from arramon.v1.evaluation_pb2_grpc import EvaluationStub
 from arramon_server.api import authentication
 from arramon_server.api.authentication import Authentication, anonymous_caller, caller_of, is_private
 from arramon_server.api.error_guard import ErrorGuard
-from arramon_server.api.interceptor import Origin
+from arramon_server.api.interceptor import CallOrigin
 from arramon_server.configuration.config import Config
 from arramon_server.errors import BadInput, Conflict, NotFound
 from arramon_server.runs.accounts.accounts import Accounts
@@ -383,7 +383,7 @@ def test_anonymous_callers_reach_a_run_only_by_its_id(tmp_path: Path) -> None:
 def test_connections_are_private_over_tls_or_within_one_machine(peer: str, transport: bytes, private: bool) -> None:
     auth = {"transport_security_type": [transport]}
     context: Any = SimpleNamespace(peer=lambda: peer, auth_context=lambda: auth, invocation_metadata=tuple)
-    assert is_private(Origin.of(context)) is private
+    assert is_private(CallOrigin.of(context)) is private
 
 
 async def account_of(_request: pb.GetAccountRequest, _context: Any) -> pb.Account:

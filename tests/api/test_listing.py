@@ -13,7 +13,7 @@ import sqlalchemy as sa
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
 from arramon_server.configuration.config import Config
-from arramon_server.process.assembly import wire
+from arramon_server.process.assembly import assemble
 from arramon_server.runs.storage.database import Database
 from tests import tiny
 from tests.serving import METADATA
@@ -37,7 +37,7 @@ def test_page_size_does_not_change_the_number_of_queries(tmp_path: Path, questio
     splits = {"tiny": tiny.write(tmp_path)}
 
     async def costs(database: Database) -> list[int]:
-        parts = wire(config, splits, database)
+        parts = assemble(config, splits, database)
         await parts.server.start()
         try:
             async with grpc.aio.insecure_channel(parts.address) as channel:

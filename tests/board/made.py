@@ -10,10 +10,10 @@ import numpy as np
 import sqlalchemy as sa
 
 from arramon_server.board.board import Board
-from arramon_server.board.comparisons import Family, key_of
+from arramon_server.board.comparisons import ComparisonFamily, key_of
 from arramon_server.board.entries import Entries
 from arramon_server.board.epochs import EpochBoard
-from arramon_server.board.publishing import Publishing
+from arramon_server.board.publisher import Publisher
 from arramon_server.board.standings import COLUMNS, Entry, Mark, Standing
 from arramon_server.episodes.epochs import EpochStatement, digest_of, name_of
 from arramon_server.episodes.splits import Split
@@ -58,7 +58,7 @@ class House:
         self.journal = Journal(self.database)
         self.entries = Entries(self.database)
         receipts = Receipts(self.database, self.splits, SigningKey(folder / "key.pem"))
-        self.publishing = Publishing(self.journal, self.splits, self.entries, receipts)
+        self.publisher = Publisher(self.journal, self.splits, self.entries, receipts)
         self.board = Board(self.entries, self.splits, steps_per_phase=STEPS, clocks=CLOCKS)
         self.epochs = EpochStore(self.database)
 
@@ -138,7 +138,7 @@ class House:
 
     def publish(self, run_id: str, note: str = "", caller: Caller = HOST) -> str:
         """Publish a run."""
-        self.publishing.publish(caller, run_id, note)
+        self.publisher.publish(caller, run_id, note)
         return run_id
 
 
@@ -147,11 +147,11 @@ def secret_of(number: int) -> str:
     return f"{number:064x}"
 
 
-def family(standings: Sequence[Standing], scores: Mapping[str, Sequence[float]]) -> Family:
+def family(standings: Sequence[Standing], scores: Mapping[str, Sequence[float]]) -> ComparisonFamily:
     """Return the comparisons of the ranked standings, with scores of their episodes by agent."""
     able = [standing for standing in standings if standing.is_ranked]
     values = np.array([scores[standing.agent] for standing in able], ndmin=2)[: len(able)]
-    return Family([key_of(standing) for standing in able], values, np.zeros(values.shape[1], np.intp))
+    return ComparisonFamily([key_of(standing) for standing in able], values, np.zeros(values.shape[1], np.intp))
 
 
 def interval(mean: float, half: float = 0.0) -> Interval:

@@ -24,7 +24,7 @@ def test_every_run_that_was_begun_counts(house: House) -> None:
     house.publish(run("1", agent="mine"))
     run("2", agent="mine")  # not published
     run("3", agent="mine", over=False)  # being played
-    house.publishing.withdraw(HOST, house.publish(run("4", agent="renamed")))
+    house.publisher.withdraw(HOST, house.publish(run("4", agent="renamed")))
     house.journal.set_state(run("5", over=False), CANCELLED)
     run("6", language="hi")
     run("7", split="secret")

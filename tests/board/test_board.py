@@ -109,8 +109,8 @@ def test_a_local_board_ranks_by_the_settings_that_most_of_its_runs_share(house: 
         ("short", 0, (Mark.OTHER_LIMITS,)),
     ]
     assert local.entry("fast").marks == (Mark.OTHER_CLOCKS,)
-    house.publishing.withdraw(HOST, "hindi")
-    house.publishing.withdraw(HOST, "untimed")
+    house.publisher.withdraw(HOST, "hindi")
+    house.publisher.withdraw(HOST, "untimed")
     assert ranks() == [("short", 1, ()), ("fast", 0, (Mark.OTHER_LIMITS, Mark.OTHER_CLOCKS))]
 
 
@@ -197,7 +197,7 @@ def test_an_entry_of_a_published_run_names_its_receipt(house: House) -> None:
 def test_entries_of_unpublished_runs_are_not_found(house: House) -> None:
     house.run("r1")
     house.publish(house.run("r2"))
-    house.publishing.withdraw(HOST, "r2")
+    house.publisher.withdraw(HOST, "r2")
     for run_id in ("r1", "r2", "r3"):
         with pytest.raises(NotFound, match=f"there is no run '{run_id}' on the leaderboard"):
             house.board.entry(run_id)

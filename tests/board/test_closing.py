@@ -13,9 +13,9 @@ import pytest
 from arramon_server.board.board import Board
 from arramon_server.board.epochs import EpochBoard
 from arramon_server.board.exports import as_csv, as_json
-from arramon_server.board.publishing import Publishing
+from arramon_server.board.publisher import Publisher
 from arramon_server.board.standings import Mark
-from arramon_server.closing import Closing
+from arramon_server.closing_times import ClosingTimes
 from arramon_server.errors import Conflict
 from arramon_server.runs.accounts.callers import HOST, READER, Caller, Role
 from arramon_server.runs.results.receipts import Receipts
@@ -38,9 +38,9 @@ class Season:
 
     def __init__(self, house: House, folder: Path, *, frozen: bool) -> None:
         self.house, self.now = house, CLOSES - timedelta(seconds=1)
-        self.closing = Closing(SplitTimes((("tiny", CLOSES),)), frozen, lambda: self.now)
+        self.closing = ClosingTimes(SplitTimes((("tiny", CLOSES),)), frozen, lambda: self.now)
         self.receipts = Receipts(house.database, house.splits, SigningKey(folder / "key.pem"), self.closing)
-        self.publishing = Publishing(house.journal, house.splits, house.entries, self.receipts, self.closing)
+        self.publisher = Publisher(house.journal, house.splits, house.entries, self.receipts, self.closing)
         self.board = Board(house.entries, house.splits, steps_per_phase=STEPS, clocks=CLOCKS, closing=self.closing)
         house.participant("ann", "bob")
         for run_id, score in (("good", 1.0), ("poor", 0.125), ("late", 0.5)):
@@ -48,7 +48,7 @@ class Season:
             house.run(run_id, score, agent=run_id, participant=who, account=who)
         house.run("other", split="secret")
         for run_id in ("poor", "good", "other"):
-            self.publishing.publish(HOST, run_id, "")
+            self.publisher.publish(HOST, run_id, "")
 
 
 @pytest.fixture
@@ -70,16 +70,16 @@ def test_a_leaderboard_that_closes_shows_scores_unless_it_is_frozen(open_: Seaso
 def test_no_runs_are_published_after_it_closed(open_: Season) -> None:
     open_.now = CLOSES
     with pytest.raises(Conflict) as error:
-        open_.publishing.publish(ANN, "late", "")
+        open_.publisher.publish(ANN, "late", "")
     assert str(error.value) == (
         "the leaderboard of split 'tiny' closed on 2030-06-01 at 12:00 UTC: no runs on it are published"
     )
-    open_.publishing.publish(ANN, "poor", "a better note")
+    open_.publisher.publish(ANN, "poor", "a better note")
     assert open_.board.entry("poor").note == "a better note"
-    open_.publishing.withdraw(ANN, "poor")
+    open_.publisher.withdraw(ANN, "poor")
     with pytest.raises(Conflict, match="closed on"):
-        open_.publishing.publish(ANN, "poor", "")
-    open_.publishing.publish(HOST, "late", "")
+        open_.publisher.publish(ANN, "poor", "")
+    open_.publisher.publish(HOST, "late", "")
     assert len(open_.board.standings("tiny", "en")) == 2
 
 
@@ -107,7 +107,7 @@ def test_no_mark_tells_how_episodes_ended_before(house: House, tmp_path: Path, c
     house.splits["tiny"] = tiny.write(tmp_path, "tiny", 6, hidden=True)
     season = Season(house, tmp_path, frozen=True)
     house.run("failed", 0.0, agent="failed", causes=[cause] * 5, participant="ann", account="ann")
-    season.publishing.publish(HOST, "failed", "")
+    season.publisher.publish(HOST, "failed", "")
     assert season.board.entry("failed").marks == ()
     listing = season.board.listing("tiny", "en")
     assert [one.marks for one in listing.standings] == [(), (), ()]
@@ -121,7 +121,7 @@ def epochs_of(season: Season) -> EpochBoard:
 
 
 REFUSED: dict[str, Callable[[Season], object]] = {
-    "compare": lambda season: season.board.against("good"),
+    "compare": lambda season: season.board.compare_with_all("good"),
     "actions": lambda season: epochs_of(season).actions("good"),
     "receipt": lambda season: season.receipts.of(READER, "good"),
     "receipt of another": lambda season: season.receipts.of(ANN, "good"),
@@ -160,7 +160,7 @@ def test_reproductions_and_epochs_show_no_differences_before(house: House, tmp_p
     for split in (older, newer):
         house.publish(house.run(f"on {split}"[:32], 0.5, split=split, account="ann", participant="ann"))
     now = [CLOSES]
-    closing = Closing(SplitTimes(((newer, CLOSES + timedelta(days=1)),)), True, lambda: now[0])
+    closing = ClosingTimes(SplitTimes(((newer, CLOSES + timedelta(days=1)),)), True, lambda: now[0])
     board = Board(house.entries, house.splits, steps_per_phase=STEPS, clocks=CLOCKS, closing=closing)
     epochs = EpochBoard(board, house.entries, house.epochs, house.journal, house.splits)
     assert list(epochs.pairs("en")) == []

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from arramon_server.board.episode_table import EpisodeTable, gap_of, join
-from arramon_server.board.standings import BOTH, Mark, Version
+from arramon_server.board.standings import BOTH, Mark, ScoresVersion
 from arramon_server.errors import BadInput, Conflict, NotFound
 from arramon_server.runs.storage import tables
 from arramon_server.scoring.episode import METRICS
@@ -21,12 +21,12 @@ def table(**scores: float) -> EpisodeTable:
 def test_a_run_against_the_others(house: House) -> None:
     house.publish(house.run("good", [1.0] * 5 + [0.9], agent="good"))
     house.publish(house.run("bad", 0.0, agent="bad"))
-    found = house.board.against("good")
+    found = house.board.compare_with_all("good")
     ((other, compared),) = found.lines
     assert (found.standing.agent, found.standing.rank, other.agent, other.rank) == ("good", 1, "bad", 2)
     assert compared.difference.mean == pytest.approx(5.9 / 6)
     assert (compared.difference.p, compared.corrected, compared.shown) == (2 / 64, 2 / 64, 1)
-    ((_, mirrored),) = house.board.against("bad").lines
+    ((_, mirrored),) = house.board.compare_with_all("bad").lines
     assert mirrored.difference.mean == -compared.difference.mean
     assert (mirrored.difference.low, mirrored.difference.high) == (-compared.difference.high, -compared.difference.low)
     assert (mirrored.corrected, mirrored.shown) == (2 / 64, -1)
@@ -35,7 +35,7 @@ def test_a_run_against_the_others(house: House) -> None:
 def test_more_runs_need_more_evidence(house: House) -> None:
     for number, score in enumerate((1.0, 0.5, 0.0)):
         house.publish(house.run(str(number), score, agent=str(number)))
-    for _, compared in house.board.against("0").lines:
+    for _, compared in house.board.compare_with_all("0").lines:
         assert (compared.difference.p, compared.corrected, compared.shown) == (2 / 64, 6 / 64, 0)
     assert [(line.rank, line.last_rank, line.tied) for line in house.board.standings("tiny", "en")] == [
         (1, 3, True)
@@ -47,7 +47,7 @@ def test_the_metric_and_all_languages_together(house: House) -> None:
         house.publish(house.run(f"{agent}-en", score, agent=agent))
         house.publish(house.run(f"{agent}-hi", score, agent=agent, language="hi"))
     for sort in ("nDTW", "PTC@CTC-3"):
-        found = house.board.against("other-hi", BOTH, sort)
+        found = house.board.compare_with_all("other-hi", BOTH, sort)
         assert [entry.run.run_id for entry in found.standing.entries] == ["other-en", "other-hi"]
         ((_, compared),) = found.lines
         assert compared.difference.mean == pytest.approx(-0.5)
@@ -71,20 +71,20 @@ def test_what_is_not_compared(
     house.publish(house.run("plain"))
     house.publish(house.run("told", sensors=("oracle",)))
     with pytest.raises(error, match=message):
-        house.board.against(run_id, language, sort)
+        house.board.compare_with_all(run_id, language, sort)
 
 
 def test_runs_that_are_not_ranked_are_in_no_family(house: House) -> None:
     house.publish(house.run("plain"))
     house.publish(house.run("part", [1.0]))
-    assert house.board.against("plain").lines == ()
+    assert house.board.compare_with_all("plain").lines == ()
     assert house.board.standings("tiny", "en")[1].marks == (Mark.PARTIAL,)
 
 
 def test_a_family_is_computed_once(house: House, monkeypatch: pytest.MonkeyPatch) -> None:
     read: list[str] = []
 
-    def episodes(version: Version) -> EpisodeTable:
+    def episodes(version: ScoresVersion) -> EpisodeTable:
         read.append(version.run_id)
         return house.entries.episodes(version.run_id)
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from arramon_server.board.correcting import Correcting
+from arramon_server.board.corrector import Corrector
 from arramon_server.board.standings import BOTH
 from arramon_server.errors import BadInput, Conflict, NotFound
 from arramon_server.runs.accounts.callers import HOST
@@ -113,7 +113,7 @@ def test_actions_are_public_on_open_splits_and_revealed_epochs_alone(house: Hous
         house.epoch_board.actions("3")
     house.epochs.reveal(name, secret_of(1))
     assert set(house.epoch_board.actions("3")) == set(house.splits[name].episodes)
-    house.publishing.withdraw(HOST, "3")
+    house.publisher.withdraw(HOST, "3")
     with pytest.raises(NotFound):
         house.epoch_board.actions("3")
 
@@ -148,7 +148,7 @@ def test_changes_are_those_of_the_episodes_that_are_not_void(house: House, tmp_p
     for split, score in ((older, 0.0), (newer, 0.5)):
         house.publish(house.run(f"on {split}", score, split=split, account="ann", participant="ann"))
     first = house.splits[newer].in_playing_order("en")[0].episode_id
-    Correcting(house.database, house.splits, SigningKey(tmp_path / "key.pem")).void(newer, [first], "a wall")
+    Corrector(house.database, house.splits, SigningKey(tmp_path / "key.pem")).void(newer, [first], "a wall")
     (line,) = house.epoch_board.compare(older, newer, "en").agents
     means = (line.older_mean, line.newer_mean)
     scored = [EpochScores([mean], [1], episodes) for mean, episodes in zip(means, (60, 59), strict=True)]

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from arramon_server.board.board import Listing
+from arramon_server.board.board import StandingsListing
 from arramon_server.board.exports import CSV_COLUMNS, as_csv, as_json
 from arramon_server.board.reference import read_references
 from arramon_server.board.standings import BOTH
@@ -82,20 +82,20 @@ def test_csv_escapes_names_that_look_like_formulas(house: House, name: str) -> N
 )  # fmt: skip
 def test_csv_escapes_formulas_with_unicode_or_hidden_prefixes(note: str) -> None:
     (reference, *_) = read_references()
-    (line,) = read(as_csv(Listing("val_seen", "en", "nDTW", (), (replace(reference, name=note),))))
+    (line,) = read(as_csv(StandingsListing("val_seen", "en", "nDTW", (), (replace(reference, name=note),))))
     assert line["agent"] == f"'{note}"
 
 
 @pytest.mark.parametrize("note", ["a=1", "1-2", "मेरा = -1", "'=1", "½", "", "…=1"])
 def test_csv_leaves_other_texts_unchanged(note: str) -> None:
     (reference, *_) = read_references()
-    (line,) = read(as_csv(Listing("val_seen", "en", "nDTW", (), (replace(reference, name=note),))))
+    (line,) = read(as_csv(StandingsListing("val_seen", "en", "nDTW", (), (replace(reference, name=note),))))
     assert line["agent"] == note
 
 
 def test_csv_lists_the_papers_results() -> None:
     references = tuple(line for line in read_references() if line.split == "val_seen")
-    lines = read(as_csv(Listing("val_seen", "en", "nDTW", (), references)))
+    lines = read(as_csv(StandingsListing("val_seen", "en", "nDTW", (), references)))
     assert [(line["kind"], line["agent"]) for line in lines][:2] == [
         ("paper", "Vision-and-Language"), ("paper", "Vision-Only"),
     ]  # fmt: skip
@@ -124,6 +124,6 @@ def test_json_holds_standings_scores_and_entries(house: House) -> None:
 
 def test_json_lists_the_papers_results() -> None:
     references = tuple(line for line in read_references() if line.short == "H/E")
-    document = json.loads(as_json(Listing("test_unseen", "en", "nDTW", (), references)))
+    document = json.loads(as_json(StandingsListing("test_unseen", "en", "nDTW", (), references)))
     assert document["references"][0]["rows"]["total"]["nDTW"] == 0.806
     assert document["references"][0]["note"] == "On 50 episodes, drawn at random."

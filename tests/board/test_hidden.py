@@ -10,7 +10,7 @@ import rfc8785
 import sqlalchemy as sa
 
 from arramon_server.board.board import Board
-from arramon_server.board.correcting import Correcting
+from arramon_server.board.corrector import Corrector
 from arramon_server.board.entries import Entries
 from arramon_server.board.standings import Mark
 from arramon_server.runs.accounts.callers import HOST
@@ -69,7 +69,7 @@ def test_the_same_play_shows_the_same_scores_ranks_and_receipts(hidden: House) -
     assert one == other
     lines = {line.agent: line for line in hidden.board.standings("guarded", "en")}
     assert (lines["a"].rank, lines["a"].last_rank) == (lines["b"].rank, lines["b"].last_rank)
-    ((_, compared),) = (line for line in hidden.board.against("a").lines if line[0].agent == "b")
+    ((_, compared),) = (line for line in hidden.board.compare_with_all("a").lines if line[0].agent == "b")
     assert (compared.difference.mean, compared.difference.p, compared.shown) == (0.0, 1.0, 0)
     endings = hidden.journal.endings("a")
     exact = make_report(runs[0], hidden.journal.progress("a"), endings, split, "", exact=True).table.rows
@@ -164,9 +164,9 @@ def test_what_an_earlier_release_stored_exactly_is_shown_masked(hidden: House, t
     # The same where the split's data has changed, so that its noise cannot be derived: rounded at least. So it is when
     # a receipt of this release has superseded the old one: the entry has the exact scores all the same.
     key = SigningKey(tmp_path / "key.pem")
-    correcting = Correcting(hidden.database, hidden.splits, key)
-    correcting.void("guarded", ["0"], "a wall in the way")
-    assert correcting.revise("guarded") == 1
+    corrector = Corrector(hidden.database, hidden.splits, key)
+    corrector.void("guarded", ["0"], "a wall in the way")
+    assert corrector.revise("guarded") == 1
     superseding = Receipts(hidden.database, hidden.splits, key).of(HOST, "old")
     assert json.loads(superseding.payload)["version"] == MASKED_VERSION
     other = {**hidden.splits, "guarded": tiny.write(tmp_path / "other", "guarded", EPISODES - 1, hidden=True)}
@@ -184,8 +184,8 @@ def test_void_episode_leaves_no_trace_in_fresh_figures(hidden: House, tmp_path: 
     board, split = hidden.board, hidden.splits["guarded"]
     run, endings = hidden.journal.run("a"), hidden.journal.endings("a")
     before = board.entry("a").rows
-    correcting = Correcting(hidden.database, hidden.splits, SigningKey(tmp_path / "key.pem"))
-    correcting.void("guarded", order[:1], "a wall in the way")
+    corrector = Corrector(hidden.database, hidden.splits, SigningKey(tmp_path / "key.pem"))
+    corrector.void("guarded", order[:1], "a wall in the way")
     after = board.entry("a").rows  # the board of a server that runs
     kept = [ending for ending in endings if ending.episode_id != order[0]]
     play, noise = hidden.journal.play(run), Noise(split.truth_hash)
@@ -203,7 +203,7 @@ def test_void_episode_leaves_no_trace_in_fresh_figures(hidden: House, tmp_path: 
     )  # fmt: skip
     assert turn.found.scores["nDTW"] == after["turn 1"]["nDTW"]
     assert board.listing("guarded", "en").family is not None
-    correcting.void("guarded", order[:1], "it was right", restore=True)
+    corrector.void("guarded", order[:1], "it was right", restore=True)
     assert board.entry("a").rows == before
 
 
@@ -214,9 +214,9 @@ def test_intervals_of_several_runs_are_those_of_the_episodes_that_are_not_void(h
     for run_id, score, account in (("a", 0.4, "ann"), ("b", 0.6, "ann"), ("c", 0.6, "bob")):
         arguments = (("seed", "b" if run_id == "b" else "a"),)
         hidden.run(run_id, score, split="guarded", account=account, participant=account, arguments=arguments, code=code)
-        hidden.publishing.publish(HOST, run_id, "", reproduces="a" if run_id == "c" else None)
+        hidden.publisher.publish(HOST, run_id, "", reproduces="a" if run_id == "c" else None)
     first = hidden.splits["guarded"].in_playing_order("en")[0].episode_id
-    Correcting(hidden.database, hidden.splits, SigningKey(tmp_path / "key.pem")).void("guarded", [first], "a wall")
+    Corrector(hidden.database, hidden.splits, SigningKey(tmp_path / "key.pem")).void("guarded", [first], "a wall")
     left, step = EPISODES - 1, step_of(EPISODES - 1)
     (line,) = (one for one in hidden.board.standings("guarded", "en") if one.seeds == 2)
     assert [entry.counted for entry in line.entries] == [left, left]

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pytest
 
-from arramon_server.board.comparisons import closed
+from arramon_server.board.comparisons import transitive_closure
 from arramon_server.board.ranking import ranked
 from arramon_server.board.standings import HEADLINE, Mark, Standing
 from tests.board.made import family, interval, standing
@@ -59,8 +59,8 @@ def test_overlapping_intervals_share_a_rank(scores: Scores, expected: list[tuple
 def test_who_beats_a_winner_beats_whom_the_winner_beats() -> None:
     # a beats b in nearly all episodes, and b beats c in nearly all; a and c are compared over very uneven differences.
     better = np.array([[False, True, False], [False, False, True], [False, False, False]])
-    assert closed(better).tolist() == [[False, True, True], [False, False, True], [False, False, False]]
-    assert closed(np.eye(4, k=1, dtype=bool)).tolist() == np.triu(np.ones((4, 4), bool), 1).tolist()
+    assert transitive_closure(better).tolist() == [[False, True, True], [False, False, True], [False, False, False]]
+    assert transitive_closure(np.eye(4, k=1, dtype=bool)).tolist() == np.triu(np.ones((4, 4), bool), 1).tolist()
 
 
 def test_ranks_ascend_although_means_need_not() -> None:

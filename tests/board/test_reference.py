@@ -5,13 +5,13 @@ from itertools import pairwise
 import pytest
 
 from arramon_server.board.reference import read_references
-from arramon_server.board.standings import COLUMNS, Reference
+from arramon_server.board.standings import COLUMNS, PaperResult
 
 LINES = read_references()
 CTC = ("CTC-0", "CTC-3", "CTC-5", "CTC-7")
 
 
-def find(short: str, split: str) -> Reference:
+def find(short: str, split: str) -> PaperResult:
     (line,) = (line for line in LINES if (line.short, line.split) == (short, split))
     return line
 
@@ -47,7 +47,7 @@ def test_metrics_missing_from_the_paper_are_missing() -> None:
 
 
 @pytest.mark.parametrize("line", LINES, ids=lambda line: f"{line.split} {line.short}")
-def test_reference_scores_are_plausible(line: Reference) -> None:
+def test_reference_scores_are_plausible(line: PaperResult) -> None:
     for row in line.rows.values():
         assert all(0.0 <= value <= 1.0 for value in row.values())
         correct = [row[name] for name in CTC if name in row]

@@ -35,7 +35,7 @@ def run(house: House, run_id: str, account: str | None, scores: Any = 1.0, **mor
 
 
 def reproduce(house: House, run_id: str, of: str = "anns", caller: Caller = HOST) -> str:
-    house.publishing.publish(caller, run_id, "", reproduces=of)
+    house.publisher.publish(caller, run_id, "", reproduces=of)
     return run_id
 
 
@@ -46,7 +46,7 @@ def test_others_reproduce_a_run_and_are_counted_by_account(house: House) -> None
     reproduce(house, run(house, "cids", "cid", code=CodeReference(URL + "-mirror", COMMIT)))
     assert [line.reproduced_by for line in house.board.standings("tiny", "en")] == [2, 0, 0, 0]
     assert [one.entry.run.run_id for one in house.board.reproductions("anns")] == ["bobs", "bobs2", "cids"]
-    house.publishing.withdraw(HOST, "cids")
+    house.publisher.withdraw(HOST, "cids")
     assert house.board.standings("tiny", "en")[0].reproduced_by == 1
     assert [one.entry.run.run_id for one in house.board.reproductions("anns")] == ["bobs", "bobs2"]
 
@@ -62,7 +62,7 @@ def test_republishing_keeps_or_changes_what_is_reproduced(house: House) -> None:
     reproduce(house, run(house, "bobs", "bob"))
     house.publish("bobs", "a note")
     assert (house.board.entry("bobs").reproduces, house.board.entry("bobs").note) == ("anns", "a note")
-    house.publishing.publish(HOST, "bobs", "", reproduces="")
+    house.publisher.publish(HOST, "bobs", "", reproduces="")
     assert house.board.entry("bobs").reproduces is None
     assert len(house.board.entry("anns").reproducers) == 0
 
@@ -132,7 +132,7 @@ def test_the_original_must_be_listed_named_and_no_reproduction(house: House) -> 
 
 def test_a_withdrawn_original_leaves_its_reproductions_unranked(house: House) -> None:
     reproduce(house, run(house, "bobs", "bob"))
-    house.publishing.withdraw(HOST, "anns")
+    house.publisher.withdraw(HOST, "anns")
     (line,) = house.board.standings("tiny", "en")
     assert (line.participant, line.rank) == ("bob", 0)
 

@@ -36,7 +36,7 @@ def test_runs_with_other_seeds_form_one_standing(house: House) -> None:
     assert line.spread.rest_deviation is not None
     assert line.spread.rest_deviation > 0.2
     for run_id in "abc":
-        assert house.board.against(run_id).standing is line
+        assert house.board.compare_with_all(run_id).standing is line
 
 
 def test_runs_that_differ_in_more_than_their_seed_stand_apart(house: House) -> None:
@@ -92,7 +92,7 @@ def test_pairs_are_compared_by_the_mean_over_seeds(house: House) -> None:
     seeded(house, "a", [1.0] * 6, "1")
     seeded(house, "b", [0.0] * 6, "2")
     seeded(house, "c", [0.0] * 6, None, agent="other")
-    ((other, compared),) = house.board.against("a").lines
+    ((other, compared),) = house.board.compare_with_all("a").lines
     assert other.agent == "other"
     assert compared.difference.mean == pytest.approx(0.5)
 
@@ -107,10 +107,10 @@ def test_small_hidden_split_shows_no_spread(house: House) -> None:
 
 def test_cost_is_kept_until_another_is_declared(house: House) -> None:
     house.run("a")
-    house.publishing.publish(HOST, "a", "", Cost(parameters=7_000_000_000, price=12.5))
-    house.publishing.publish(HOST, "a", "a note")
+    house.publisher.publish(HOST, "a", "", Cost(parameters=7_000_000_000, price=12.5))
+    house.publisher.publish(HOST, "a", "a note")
     assert house.board.entry("a").cost == Cost(7_000_000_000, None, 12.5)
-    house.publishing.publish(HOST, "a", "", Cost(tokens=3))
+    house.publisher.publish(HOST, "a", "", Cost(tokens=3))
     assert house.board.entry("a").cost == Cost(None, 3, None)
     (line,) = json.loads(as_json(house.board.listing("tiny", "en")))["standings"]
     assert line["declared_cost"] == {"parameters": None, "tokens": 3, "price": None}
@@ -122,7 +122,7 @@ def test_cost_is_kept_until_another_is_declared(house: House) -> None:
 def test_cost_of_several_runs_is_the_mean_of_those_declared(house: House) -> None:
     for run_id, seed, cost in (("a", "1", Cost(price=1.0, tokens=10)), ("b", "2", Cost(price=2.0))):
         house.run(run_id, FIRST, arguments=(("seed", seed),))
-        house.publishing.publish(HOST, run_id, "", cost)
+        house.publisher.publish(HOST, run_id, "", cost)
     (line,) = house.board.standings("tiny", "en")
     assert line.cost == Cost(None, 10, 1.5)
 
@@ -131,7 +131,7 @@ def test_cost_of_several_runs_is_the_mean_of_those_declared(house: House) -> Non
 def test_impossible_cost_is_refused(house: House, cost: Cost) -> None:
     house.run("a")
     with pytest.raises(BadInput, match=r"the declared (price|tokens) is .*; expected a number from 0 to 1e\+18"):
-        house.publishing.publish(HOST, "a", "", cost)
+        house.publisher.publish(HOST, "a", "", cost)
 
 
 def test_time_for_an_answer_is_the_mean_over_all_steps(house: House) -> None:

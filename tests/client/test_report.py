@@ -41,7 +41,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
         for run_id in (OPEN, SECRET, PLAIN, WITHDRAWN, NOBODYS_WITHDRAWN):
             house.publish(run_id)
         for run_id in (WITHDRAWN, NOBODYS_WITHDRAWN):
-            house.publishing.withdraw(HOST, run_id)
+            house.publisher.withdraw(HOST, run_id)
     server = Server(data, "127.0.0.1:0", "--no-anonymous")
     yield server
     assert server.stop() == 0

@@ -129,7 +129,7 @@ def test_a_ban_cancels_all_runs_that_can_be_cancelled(
         assert first.startswith(f"not cancelled: 2: {damaged}")
         assert last == (
             "arramon-server: ann is banned, but 1 of its 3 unfinished runs could not be cancelled; "
-            "repeat the command when the errors above are mended"
+            "fix the errors above, then repeat the command"
         )
         damaged.write_bytes(whole)
         assert cli.main(["account", "ban", "ann", "--data", str(tmp_path)]) == 0

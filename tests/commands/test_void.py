@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from arramon_server.board.correcting import Correcting
+from arramon_server.board.corrector import Corrector
 from arramon_server.board.entries import Entries
-from arramon_server.board.publishing import Publishing
+from arramon_server.board.publisher import Publisher
 from arramon_server.cli import main
 from arramon_server.episodes.splits import folder_of, read_splits, write_split
 from arramon_server.errors import StorageError
@@ -37,7 +37,7 @@ def data(tmp_path: Path) -> Path:
     with closing(Database(f"sqlite:///{folder / 'journal.db'}")) as database:
         play(database, splits["tiny"], RUN)
         receipts = Receipts(database, splits, SigningKey(folder / "signing-key.pem"))
-        Publishing(Journal(database), splits, Entries(database), receipts).publish(HOST, RUN, "")
+        Publisher(Journal(database), splits, Entries(database), receipts).publish(HOST, RUN, "")
     return folder
 
 
@@ -96,11 +96,11 @@ def test_a_command_that_stopped_before_the_receipts_is_finished_by_the_same_one(
         assert run(data, "void", "tiny", "0", "--reason", "doubtful") == 0
     asked = ("void", "tiny", "0", *flags, "--reason", "x")
 
-    def stop(_self: Correcting, _split: str) -> int:
+    def stop(_self: Corrector, _split: str) -> int:
         raise StorageError("the disk is full")
 
     with monkeypatch.context() as patched:
-        patched.setattr(Correcting, "revise", stop)
+        patched.setattr(Corrector, "revise", stop)
         assert run(data, *asked) == 1
     assert receipt(data).get("voided", []) == (["0"] if restore else [])
     capsys.readouterr()
@@ -122,7 +122,7 @@ def test_an_outdated_receipt_does_not_finish_another_correction(
     data: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with monkeypatch.context() as patched:
-        patched.setattr(Correcting, "revise", lambda _self, _split: 0)
+        patched.setattr(Corrector, "revise", lambda _self, _split: 0)
         assert run(data, "void", "tiny", "0", "--reason", "x") == 0
     assert run(data, "void", "tiny", "0", "1", "--reason", "x") == 1
     assert "1 episode ('0') of split 'tiny' void already" in capsys.readouterr().err

@@ -20,7 +20,7 @@ from arramon.v1 import evaluation_pb2 as ev
 from arramon.v1 import leaderboard_pb2 as lb
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
 from arramon.v1.leaderboard_pb2_grpc import LeaderboardStub
-from arramon_server.board.correcting import Correcting
+from arramon_server.board.corrector import Corrector
 from arramon_server.episodes.splits import read_splits
 from arramon_server.runs.results.reports import make_report, score_array
 from arramon_server.runs.results.signing import SigningKey
@@ -113,8 +113,8 @@ def played(
 def void(data: Path) -> None:
     """Void an episode, as `arramon-server void` does beside the server."""
     with closing(Database(f"sqlite:///{data / 'journal.db'}")) as database:
-        correcting = Correcting(database, read_splits(data), SigningKey(data / "signing-key.pem"))
-        correcting.void(SPLIT, [VOID], "a wall in the way")
+        corrector = Corrector(database, read_splits(data), SigningKey(data / "signing-key.pem"))
+        corrector.void(SPLIT, [VOID], "a wall in the way")
 
 
 def stale_means(data: Path, runs: list[str]) -> list[dict[str, dict[str, float]]]:

@@ -10,7 +10,7 @@ import pytest
 from scipy.special import stdtrit
 
 from arramon_server.board.board import Board
-from arramon_server.board.comparisons import Comparisons
+from arramon_server.board.comparisons import ComparisonCache
 from arramon_server.board.episode_table import EpisodeTable
 from arramon_server.board.standings import COLUMNS, Mark
 from arramon_server.errors import Conflict
@@ -108,7 +108,9 @@ def test_nobody_solves_for_the_score_of_another_participant(target: Target) -> N
         mine[at] = 1.0
         target.publish(target.plays(f"probe {at}", mine))
         ((_, compared),) = (
-            line for line in target.board.against(f"probe {at}", sort="nDTW").lines if line[0].agent == "victim"
+            line
+            for line in target.board.compare_with_all(f"probe {at}", sort="nDTW").lines
+            if line[0].agent == "victim"
         )
         difference = compared.difference
         squares = sum_of_squares(target.board.entry("victim").rows["total"]["nDTW"], EPISODES)
@@ -123,7 +125,7 @@ def test_what_is_said_of_a_pair_follows_from_shown_means(target: Target) -> None
     target.publish(target.plays("victim", np.random.default_rng(0).random(EPISODES)))
     target.publish(target.plays("probe", np.ones(EPISODES)))
     for metric in COLUMNS:
-        ((other, compared),) = target.board.against("victim", sort=metric).lines
+        ((other, compared),) = target.board.compare_with_all("victim", sort=metric).lines
         rows = [target.board.entry(name).rows["total"][metric].mean for name in ("victim", "probe")]
         assert other.agent == "probe"
         assert compared.difference.mean == pytest.approx(rows[0] - rows[1], abs=1e-4)
@@ -140,9 +142,9 @@ def test_runs_that_mostly_forfeited_are_compared_with_nobody(target: Target) -> 
     lines = {line.agent: line for line in target.board.standings("guarded", "en")}
     assert (lines["probe"].rank, lines["probe"].marks) == (0, (Mark.FORFEITED,))
     assert lines["half"].marks == ()
-    with pytest.raises(Conflict, match=r"is not ranked \(forfeited\), and is compared with no other"):
-        target.board.against("probe")
-    assert [other.agent for other, _ in target.board.against("victim").lines] == ["half"]
+    with pytest.raises(Conflict, match=r"is not ranked \(forfeited\), so it is compared with no other"):
+        target.board.compare_with_all("probe")
+    assert [other.agent for other, _ in target.board.compare_with_all("victim").lines] == ["half"]
     target.publish(target.run("open", 1.0, agent="open", causes=["FORFEITED"] * 5))
     assert target.board.entry("open").marks == ()
 
@@ -252,7 +254,7 @@ def test_paired_tests_are_no_ruler() -> None:
     section_of = {str(number): "1" for number in range(EPISODES)}
     ids = tuple(sorted(section_of))
     tables: dict[str, EpisodeTable] = {}
-    family = Comparisons(lambda version: tables[version.run_id], lambda split: Noise(b"secret"))
+    family = ComparisonCache(lambda version: tables[version.run_id], lambda split: Noise(b"secret"))
     for known in (5, 12, 20, 28):
         counts = np.zeros((2, len(classes)))
         for solved in (0, 1):

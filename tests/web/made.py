@@ -89,7 +89,7 @@ class WebHouse(House):
         for (split, run_id, who), score in runs.items():
             self.run(run_id, score, split=split, participant=who, account=who, code=code)
             reproduces = REPRODUCED_RUN if who != "ann" else None
-            self.publishing.publish(HOST, run_id, "", reproduces=reproduces)
+            self.publisher.publish(HOST, run_id, "", reproduces=reproduces)
         for split, number in ((older, "4"), (newer, "5")):
             self.publish(self.run(number * 32, 0.25, split=split, agent="other", participant="bob", account="bob"))
         self.epochs.close(older)
@@ -105,7 +105,7 @@ class WebHouse(House):
         self.published(3, 0.5, "half", split="hidden", language="hi")
         self.run(UNPUBLISHED_RUN, split="open")
         self.publish(self.run(WITHDRAWN_RUN, split="open"))
-        self.publishing.withdraw(HOST, WITHDRAWN_RUN)
+        self.publisher.withdraw(HOST, WITHDRAWN_RUN)
         for number, (agent, score) in enumerate({"middle": 0.5, "worst": 0.0, "best": 1.0}.items(), start=4):
             self.published(number, score, agent, participant="एक प्रयोगशाला")
         self.publish(

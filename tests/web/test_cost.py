@@ -27,7 +27,7 @@ def costly(tmp_path_factory: pytest.TempPathFactory) -> Iterator[WebHouse]:
             thinking = (0.0, 0) if agent == "silent" else (0.7 * (number + 1), 7)
             run_id = house.run(f"{number:032x}", score, agent=agent, arguments=arguments, thinking=thinking)
             cost = {"many": Cost(7_000_000_000, 45_000, 12.5), "free": Cost(price=0.0), "silent": None}[agent]
-            house.publishing.publish(HOST, run_id, "", cost)
+            house.publisher.publish(HOST, run_id, "", cost)
         yield house
         house.site.close()
 

@@ -8,7 +8,7 @@ import pytest
 from arramon_client.world import FACADES, FURNITURE, Action
 from arramon_lang.grammar import forms_of
 from arramon_lang.language import load
-from arramon_server.board.correcting import Correcting
+from arramon_server.board.corrector import Corrector
 from arramon_server.runs.play.session import EpisodeSession
 from arramon_server.runs.results.signing import SigningKey
 from arramon_server.runs.storage.causes import AGENT_FINISHED, FORFEITED
@@ -19,8 +19,8 @@ from arramon_server.sim.city import city_scene
 from arramon_server.sim.room import RoomPosition
 from arramon_server.sim.rules import Limits
 from arramon_server.sim.section import Building, Prop
-from arramon_server.web.episodes_page import FAILURES, NAVIGATION, NOTHING, OBJECT, PLACEMENT, Filter, failure_of
-from arramon_server.web.room_map import RoomWatch
+from arramon_server.web.episodes_page import FAILURES, NAVIGATION, NOTHING, OBJECT, PLACEMENT, EpisodeFilter, failure_of
+from arramon_server.web.room_map import AssemblyReplay
 from arramon_server.web.section_map import labels
 from arramon_server.web.texts import all_texts
 from arramon_server.web.things import named_things
@@ -53,17 +53,17 @@ def ending(one: str, two: str, cause: str = AGENT_FINISHED) -> EpisodeEnding:
 
 
 @pytest.mark.parametrize(("chosen", "first", "second", "fits"), [
-    (Filter(), NAVIGATION, NOTHING, True),
-    (Filter(OBJECT), NOTHING, OBJECT, True),
-    (Filter(OBJECT, "1"), NOTHING, OBJECT, False),
-    (Filter(OBJECT, "2"), NOTHING, OBJECT, True),
-    (Filter(NOTHING), NOTHING, OBJECT, False),
-    (Filter(NOTHING), NOTHING, NOTHING, True),
-    (Filter(NOTHING, "1"), NOTHING, OBJECT, True),
-    (Filter(cause=FORFEITED), NOTHING, NOTHING, False),
-    (Filter(cause=AGENT_FINISHED), NOTHING, NOTHING, True),
+    (EpisodeFilter(), NAVIGATION, NOTHING, True),
+    (EpisodeFilter(OBJECT), NOTHING, OBJECT, True),
+    (EpisodeFilter(OBJECT, "1"), NOTHING, OBJECT, False),
+    (EpisodeFilter(OBJECT, "2"), NOTHING, OBJECT, True),
+    (EpisodeFilter(NOTHING), NOTHING, OBJECT, False),
+    (EpisodeFilter(NOTHING), NOTHING, NOTHING, True),
+    (EpisodeFilter(NOTHING, "1"), NOTHING, OBJECT, True),
+    (EpisodeFilter(cause=FORFEITED), NOTHING, NOTHING, False),
+    (EpisodeFilter(cause=AGENT_FINISHED), NOTHING, NOTHING, True),
 ])  # fmt: skip
-def test_filters(chosen: Filter, first: str, second: str, fits: bool) -> None:
+def test_filters(chosen: EpisodeFilter, first: str, second: str, fits: bool) -> None:
     assert chosen.fits(ending(first, second)) is fits
 
 
@@ -140,15 +140,15 @@ def test_episodes_of_hidden_splits_are_not_listed(shown: WebHouse) -> None:
 
 def test_void_episodes_are_marked(web: WebHouse) -> None:
     run_id = mixed(web)
-    Correcting(web.database, web.splits, SigningKey(web.folder / "key.pem")).void("many", ["3"], "a <b>wall</b>")
+    Corrector(web.database, web.splits, SigningKey(web.folder / "key.pem")).void("many", ["3"], "a <b>wall</b>")
     text = web.site.get(f"/en/runs/{run_id}/episodes").text
     assert text.count('<span class="mark">void</span>') == 1
     assert '<span class="mark">void</span>' in web.site.get(f"/en/runs/{run_id}/episodes/3").text
     for page in (f"/en/runs/{run_id}", "/en/?split=many&language=en"):
         shown = web.site.get(page).text
-        assert "episodes made void: 1 (3). Reason: a &lt;b&gt;wall&lt;/b&gt;" in shown
+        assert "episodes voided: 1 (3). Reason: a &lt;b&gt;wall&lt;/b&gt;" in shown
     assert "Receipt 1, superseded on" not in web.site.get(f"/en/runs/{run_id}").text
-    Correcting(web.database, web.splits, SigningKey(web.folder / "key.pem")).revise("many")
+    Corrector(web.database, web.splits, SigningKey(web.folder / "key.pem")).revise("many")
     assert "Receipt 1, superseded on" in web.site.get(f"/en/runs/{run_id}").text
     old = web.site.get(f"/runs/{run_id}/receipt.json?number=1")
     now = web.site.get(f"/runs/{run_id}/receipt.json")
@@ -170,7 +170,7 @@ def test_the_room_is_drawn_with_what_lies_in_it(shown: WebHouse, language: str) 
 def test_rooms_as_they_were_played() -> None:
     with Obstacles(city_scene(tiny.SECTION)) as ground:
         session = EpisodeSession(tiny.episode("0"), ground, Limits(150))
-        watch = RoomWatch(session)
+        watch = AssemblyReplay(session)
         watch.replay((*tiny.ACTIONS[:3], Action.RIGHT, Action.LEFT, *tiny.ACTIONS[3:10], Action.INTERACT))
         first, second = watch.rooms()
     assert (first.played, first.placed, first.placed_level, first.forced) == ("25,35 25,25", (25.0, 15.0), 1, False)
@@ -183,7 +183,7 @@ def test_rooms_as_they_were_played() -> None:
 def test_a_room_that_was_not_reached_shows_what_would_have_been_there() -> None:
     with Obstacles(city_scene(tiny.SECTION)) as ground:
         session = EpisodeSession(tiny.episode("0"), ground, Limits(150))
-        first, second = RoomWatch(session).rooms()
+        first, second = AssemblyReplay(session).rooms()
     assert [len(room.piles) for room in (first, second)] == [1, 1]
     assert (first.played, first.placed, first.carried) == ("", None, None)
     assert RoomPosition(2, 1, 2).level == first.target_level

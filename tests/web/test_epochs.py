@@ -109,11 +109,11 @@ def test_reproductions_are_shown_with_their_differences(shown: WebHouse) -> None
 
 def test_withdrawn_reproductions_and_originals_are_not_linked(web: WebHouse) -> None:
     web.season()
-    web.publishing.withdraw(HOST, "2" * 32)
+    web.publisher.withdraw(HOST, "2" * 32)
     assert "Reproduced by 1" in web.site.get(f"/en/runs/{REPRODUCED_RUN}").text
-    web.publishing.withdraw(HOST, REPRODUCED_RUN)
+    web.publisher.withdraw(HOST, REPRODUCED_RUN)
     text = web.site.get(f"/en/runs/{'3' * 32}").text
-    assert "repeats a run that is not published now" in text
+    assert "repeats a run that is no longer published" in text
     assert REPRODUCED_RUN not in text
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from arramon_server.board.board import Board
 from arramon_server.board.epochs import EpochBoard
-from arramon_server.closing import Closing
+from arramon_server.closing_times import ClosingTimes
 from arramon_server.runs.results.receipts import Receipts
 from arramon_server.runs.results.signing import SigningKey
 from arramon_server.split_times import SplitTimes
@@ -35,7 +35,7 @@ class Season(House):
         self.folder = folder
 
     def site(self, *, frozen: bool, host: Host = SAID) -> Site:
-        closes = Closing(SplitTimes((("tiny", CLOSES),)), frozen, lambda: self.now)
+        closes = ClosingTimes(SplitTimes((("tiny", CLOSES),)), frozen, lambda: self.now)
         board = Board(self.entries, self.splits, steps_per_phase=STEPS, clocks=CLOCKS, closing=closes)
         epochs = EpochBoard(board, self.entries, self.epochs, self.journal, self.splits)
         receipts = Receipts(self.database, self.splits, SigningKey(self.folder / "key.pem"), closes)

@@ -374,7 +374,7 @@ def test_run_page_shows_signature_arguments_and_data_hash(shown: WebHouse) -> No
     assert "<dt>Agent&#39;s arguments</dt><dd>beam=4, checkpoint=my w.pt</dd>" in text
     assert f"{shown.splits['open'].data_hash}" in text
     assert f"arramon-client verify {OPEN_RUN}.receipt.json --key " in text
-    assert "The server never had to offer an episode anew." in text
+    assert "The server never had to offer an episode again." in text
 
 
 def test_perfectly_played_path_is_drawn_on_the_ground_truth(shown: WebHouse) -> None:
@@ -446,8 +446,8 @@ def test_database_failure_shows_an_error_page_without_details(web: WebHouse) -> 
     got = web.site.get("/en/")
     assert (got.status, got.headers["cache-control"], got.headers["retry-after"]) == (503, "no-store", "2")
     page = Page(got.text)
-    assert page.headings == [(1, "This page cannot be shown just now")]
-    assert "The standings cannot be read just now. Please try again in a moment." in page.words
+    assert page.headings == [(1, "This page is not available at the moment")]
+    assert "The standings cannot be read at the moment. Please try again shortly." in page.words
     assert "away" not in got.text
     assert Page(web.site.get("/hi/").text).all("html")[0]["lang"] == "hi"
 
@@ -459,7 +459,7 @@ def test_slow_drawing_does_not_block_other_pages(shown: WebHouse, monkeypatch: p
         begun.set()
         go_on.wait(120)
 
-    monkeypatch.setattr("arramon_server.web.section_map.ground", slow)
+    monkeypatch.setattr("arramon_server.web.section_map.draw_section", slow)
     drawing = threading.Thread(target=shown.site.get, args=(f"/en/runs/{OPEN_RUN}/episodes/quokka-1",))
     drawing.start()
     try:

@@ -10,7 +10,7 @@ import sqlalchemy as sa
 from sqlalchemy.engine import Connection
 
 from arramon_server.errors import BadInput, NotFound, OverQuota
-from arramon_server.per_split import MOST
+from arramon_server.per_split import MAX_LIMIT
 from arramon_server.runs.accounts.accounts import ANONYMOUS_NAME
 from arramon_server.runs.accounts.callers import ANONYMOUS, Caller, Role
 from arramon_server.runs.accounts.usage import (
@@ -193,8 +193,8 @@ class Quotas:
             NotFound: if there is no such participant.
         """
         for name, limit in limits.items():
-            if limit is not None and not 0 <= limit <= MOST:
-                raise BadInput(f"{name} is {limit}, expected 0 (no limit) to {MOST}")
+            if limit is not None and not 0 <= limit <= MAX_LIMIT:
+                raise BadInput(f"{name} is {limit}, expected 0 (no limit) to {MAX_LIMIT}")
         table = tables.quotas
         key = (table.c.participant == participant) & (table.c.split == split)
         with self._database.write() as connection:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from functools import partial
 
 from arramon_client.world import Action
-from arramon_server.errors import LONGEST_QUOTE, quoted
+from arramon_server.errors import MAX_QUOTE_LENGTH, quoted
 from arramon_server.runs.play.events import ActionProblem, EpisodeEnded, Event, Observed, PhaseFinished
 from arramon_server.runs.play.faults import EpisodeFault, fault_boundary
 from arramon_server.runs.play.session import EpisodeSession, ending_of
@@ -135,4 +135,4 @@ def _collect(answers: ActionResults, function: Callable[[], list[Event]]) -> Non
 
 def _problem(act: Act, code: str, message: str) -> ActionProblem:
     text = f"episode {quoted(act.episode_id)}: {message}"
-    return ActionProblem(code, text, act.episode_id[:LONGEST_QUOTE], act.step)
+    return ActionProblem(code, text, act.episode_id[:MAX_QUOTE_LENGTH], act.step)

@@ -17,7 +17,7 @@ import sqlalchemy as sa
 
 from arramon.v1 import PROTOCOL
 from arramon.v1.chain import episode_ending, episode_head, run_digest
-from arramon_server.closing import NEVER, Closing
+from arramon_server.closing_times import NEVER_CLOSES, ClosingTimes
 from arramon_server.episodes.splits import Split
 from arramon_server.errors import Conflict, NotFound, TakenOver, quoted
 from arramon_server.runs.accounts.attempts import attempt_number
@@ -99,7 +99,7 @@ class Receipts:
     """
 
     def __init__(
-        self, database: Database, splits: Mapping[str, Split], key: SigningKey, closing: Closing = NEVER
+        self, database: Database, splits: Mapping[str, Split], key: SigningKey, closing: ClosingTimes = NEVER_CLOSES
     ) -> None:
         self._database = database
         self._journal = Journal(database)

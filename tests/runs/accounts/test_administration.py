@@ -47,7 +47,7 @@ def test_accounts_are_listed_with_their_numbers(house: House, token: str) -> Non
     accounts.create_token("chair", Role.HOST)
     Quotas(house.database, lambda *_: Quota()).set("anonymous", "tiny", {"runs_per_day": 1})  # no account
     house.publish(house.run("1", account="ann", participant="ann"))
-    house.publishing.withdraw(HOST, house.publish(house.run("2", account="ann", participant="ann")))
+    house.publisher.withdraw(HOST, house.publish(house.run("2", account="ann", participant="ann")))
     house.run("3", account="ann", participant="ann", over=False)
     house.run("4")
     found = Administration(house.database).all()
@@ -115,7 +115,7 @@ def test_invalid_renames_change_nothing(
 
 def test_receipts_from_before_a_renaming_still_agree_with_the_journal(house: House, token: str) -> None:
     play(house.database, house.splits["tiny"], "r", account="ann")
-    house.publishing._receipts.of(HOST, "r")
+    house.publisher._receipts.of(HOST, "r")
     with closing(Rescorer(house.database, house.splits)) as rescorer:
         assert rescorer.rescore("r").differences == ()
         before = stored_receipt(house.database, "r")
@@ -134,8 +134,8 @@ def test_a_ban_refuses_tokens_and_withdraws_runs_until_it_ends(house: House, tok
     for run_id, agent in (("1", "a"), ("2", "b"), ("3", "c")):
         house.publish(house.run(run_id, agent=agent, **mine))  # type: ignore[arg-type]
     house.publish(house.run("4", agent="d", account="bob", participant="bob"))
-    house.publishing.withdraw(Caller(Role.PARTICIPANT, "ann"), "2")
-    house.publishing.withdraw(HOST, "3")
+    house.publisher.withdraw(Caller(Role.PARTICIPANT, "ann"), "2")
+    house.publisher.withdraw(HOST, "3")
     house.run("5", over=False, **mine)  # type: ignore[arg-type]
     assert administration.ban("ann", "two accounts") == (1, ["5"])
     assert standings(house) == [("bob", "d")]
@@ -162,7 +162,7 @@ def test_what_the_host_withdraws_during_a_ban_stays_withdrawn(house: House, toke
     for run_id in "12":
         house.publish(house.run(run_id, agent=f"agent {run_id}", account="ann", participant="ann"))
     assert administration.ban("ann") == (2, [])
-    house.publishing.withdraw(HOST, "1")
+    house.publisher.withdraw(HOST, "1")
     assert administration.unban("ann") == 1
     assert standings(house) == [("ann", "agent 2")]
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from arramon_server.board.correcting import Correcting
+from arramon_server.board.corrector import Corrector
 from arramon_server.episodes.splits import Split
 from arramon_server.errors import BadFile, Conflict, NotFound
 from arramon_server.runs.accounts.callers import HOST
@@ -83,7 +83,7 @@ def test_an_unchanged_receipt_is_rescored_identically(files: Files) -> None:
 def test_a_receipt_with_void_episodes_is_rescored_identically(files: Files, tmp_path: Path) -> None:
     splits = {"tiny": files.split}
     with closing(Database(f"sqlite:///{tmp_path / 'journal.db'}")) as database:
-        Correcting(database, splits, files.key).void("tiny", ["0"], "a wall in the way")
+        Corrector(database, splits, files.key).void("tiny", ["0"], "a wall in the way")
         payload = Receipts(database, splits, files.key).of(HOST, "r").payload
     before, after = json.loads(files.payload), json.loads(payload)
     assert (after["version"], after["voided"]) == (before["version"], ["0"])

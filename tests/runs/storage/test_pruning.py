@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 import sqlalchemy as sa
 
-from arramon_server.board.correcting import Correcting
+from arramon_server.board.corrector import Corrector
 from arramon_server.errors import BadInput, NotFound
 from arramon_server.runs.accounts.attempts import attempt_number, attempts_on
 from arramon_server.runs.accounts.callers import HOST
@@ -85,7 +85,7 @@ def test_old_unpublished_runs_are_deleted_with_all_their_rows(house: House) -> N
 def test_runs_that_are_or_were_published_and_unfinished_ones_are_kept(house: House) -> None:
     listed = age(house, house.publish(house.run("1")), 400)
     withdrawn = age(house, house.publish(house.run("2")), 400)
-    house.publishing.withdraw(HOST, withdrawn)
+    house.publisher.withdraw(HOST, withdrawn)
     running = age(house, house.run("3", over=False), 400)
     assert pruned(house, with_receipts=True) == []
     assert {listed, withdrawn, running} <= {run.run_id for run in house.journal.runs(9)}
@@ -93,7 +93,7 @@ def test_runs_that_are_or_were_published_and_unfinished_ones_are_kept(house: Hou
 
 def test_runs_with_receipts_are_pruned_only_on_request(house: House) -> None:
     run_id = age(house, house.run("1"), 400)
-    house.publishing._receipts.of(HOST, run_id)
+    house.publisher._receipts.of(HOST, run_id)
     assert pruned(house) == []
     assert pruned(house, with_receipts=True) == [run_id]
     assert rows_of(house, run_id) == {"pruned_runs": 1}
@@ -101,10 +101,10 @@ def test_runs_with_receipts_are_pruned_only_on_request(house: House) -> None:
 
 def test_superseded_receipts_are_pruned_with_their_runs(house: House, tmp_path: Path) -> None:
     run_id = age(house, house.run("1"), 400)
-    house.publishing._receipts.of(HOST, run_id)
-    correcting = Correcting(house.database, house.splits, SigningKey(tmp_path / "key.pem"))
-    correction = correcting.void("tiny", ["0"], "a wall in the way")
-    assert correcting.revise("tiny") == 1
+    house.publisher._receipts.of(HOST, run_id)
+    corrector = Corrector(house.database, house.splits, SigningKey(tmp_path / "key.pem"))
+    correction = corrector.void("tiny", ["0"], "a wall in the way")
+    assert corrector.revise("tiny") == 1
     with house.database.write() as connection:
         Corrections(house.database).note_rescored(connection, run_id, correction)
     assert {"receipts", "superseded_receipts", "rescored_runs"} <= set(rows_of(house, run_id))

@@ -1,4 +1,4 @@
-"""Corrections by the host: void episodes, and runs that are scored again on corrected data, with new receipts."""
+"""A host's corrections of a split: voiding episodes, rescoring runs on corrected data, and signing new receipts."""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import closing
@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import sqlalchemy as sa
 
-from arramon_server.board.entries import Entries, Scores
+from arramon_server.board.entries import Entries, StoredScores
 from arramon_server.board.episode_table import EpisodeTable
 from arramon_server.episodes.changes import EpisodeChanges, changes_between, episode_list
 from arramon_server.episodes.splits import Split, check_split
@@ -26,18 +26,18 @@ from arramon_server.visible_text import invisible_part
 
 
 class AlreadyCorrected(Conflict):
-    """All the episodes are void already, or all are not void and shall be restored."""
+    """All the episodes are void already or, when restoring, none of them is void."""
 
 
 @dataclass(frozen=True, slots=True)
-class Rescored:
-    """What became of a run when its split's data was corrected.
+class RescoredRun:
+    """Result of rescoring one run after its split's data was corrected.
 
     Attributes:
-        run: the run, as it was before.
-        problem: why it was not scored again; empty if it was.
+        run: the run, before it was rescored.
+        problem: why it could not be rescored; empty if it was.
         changed: number of its episodes whose scores changed.
-        has_new_receipt: whether a new receipt supersedes one that it had.
+        has_new_receipt: whether a new receipt supersedes an earlier one.
     """
 
     run: Run
@@ -46,12 +46,12 @@ class Rescored:
     has_new_receipt: bool = False
 
 
-class Correcting:
-    """Corrects splits; possible while servers are running, for one process at a time.
+class Corrector:
+    """Corrects splits. Servers may be running, but only one process may correct at a time.
 
     Args:
         database: storage of the runs.
-        splits: splits as they are now, by name.
+        splits: splits with their current data, by name.
         key: key that signs the new receipts.
     """
 
@@ -66,60 +66,62 @@ class Correcting:
     def void(self, split: str, episode_ids: Collection[str], reason: str, *, restore: bool = False) -> Correction:
         """Void episodes of a split for all its runs, past and future, or let them count again.
 
-        Receipts are left to `revise`.
+        Receipts are not touched; call `revise` afterwards.
 
         Args:
             split: name of the split.
             episode_ids: ids of the episodes, at least one.
-            reason: why, in one line, for readers of the leaderboard.
-            restore: whether they shall count again.
+            reason: one line for readers of the leaderboard.
+            restore: whether void episodes count again instead.
 
         Raises:
             NotFound: if there is no such split or episode.
-            AlreadyCorrected: if all episodes are void already, or are not and shall be restored.
-            Conflict: if some of them are, or no episode would be left.
+            AlreadyCorrected: if all episodes are void already or, when restoring, none of them is void.
+            Conflict: if that is true of some of them, or if no episode would be left in a language.
             BadInput: if the reason is empty or too long.
         """
-        reason = _checked(reason)
+        reason = _clean_reason(reason)
         check_split(self._splits, split)
         found = self._splits[split]
-        asked = frozenset(episode_ids)
-        if unknown := sorted(asked - found.episodes.keys()):
+        requested = frozenset(episode_ids)
+        if unknown := sorted(requested - found.episodes.keys()):
             raise NotFound(f"split {split!r} has no episode {unknown[0]!r}")
         void = self._corrections.voided(split)
-        wrong = asked - void if restore else asked & void
+        wrong = requested - void if restore else requested & void
         if wrong:
-            kind = AlreadyCorrected if wrong == asked else Conflict
+            kind = AlreadyCorrected if wrong == requested else Conflict
             raise kind(f"{episode_list(wrong)} of split {split!r} {'not void' if restore else 'void already'}")
-        left = found.episodes.keys() - asked - void
+        left = found.episodes.keys() - requested - void
         if not restore and any(
             not any(language in found.episodes[name].instructions for name in left) for language in found.languages
         ):
             raise Conflict(f"no episode of split {split!r} would be left in a language; expected at least one")
-        return self._corrections.add(split, CorrectionKind.RESTORE if restore else CorrectionKind.VOID, reason, asked)
+        return self._corrections.add(
+            split, CorrectionKind.RESTORE if restore else CorrectionKind.VOID, reason, requested
+        )
 
     def revise(self, split: str) -> int:
-        """Supersede the receipts of a split that its corrections have made outdated; return their number."""
+        """Sign new receipts for all runs of a split whose receipts are outdated by corrections; return their number."""
         return sum(self._receipts.revise(run) for run in self._runs_on(split))
 
-    def rescore(self, before: Split, reason: str) -> Iterator[Rescored]:
-        """Score all runs on the data that a split had before on what it has now, and yield what became of each.
+    def rescore(self, before: Split, reason: str) -> Iterator[RescoredRun]:
+        """Rescore all runs that were played on a split's former data on its current data; yield the result of each.
 
         Only ground truths and texts may have changed: a run cannot be scored in a world that it was not played in.
-        Episodes whose world changed must be void. If it is interrupted, the next call goes on with the runs that are
-        left.
+        Episodes whose world changed must be void. After an interruption, the next call continues with the remaining
+        runs.
 
         Args:
-            before: the split as it was.
-            reason: why, in one line, for readers of the leaderboard.
+            before: the split with its former data.
+            reason: one line for readers of the leaderboard.
 
         Raises:
             NotFound: if there is no split of that name now.
-            Conflict: if nothing changed; if the world of an episode changed that is not void; if the episodes are not
-                the same; or if the split is an epoch, to whose data the host has committed.
+            Conflict: if nothing changed; if the world of an episode that is not void changed; if the set of episodes
+                changed; or if the split is an epoch, to whose data the host has committed.
             BadInput: if the reason is empty or too long.
         """
-        reason, name = _checked(reason), before.name
+        reason, name = _clean_reason(reason), before.name
         check_split(self._splits, name)
         after = self._splits[name]
         if before.data_hash == after.data_hash:
@@ -130,15 +132,15 @@ class Correcting:
                 f"episodes that are wrong (`arramon-server void {name} EPISODE`)"
             )
         changes = changes_between(before, after)
-        if shown := changes.world - self._corrections.voided(name):
+        if changed_worlds := changes.world - self._corrections.voided(name):
             raise Conflict(
-                f"the world of {episode_list(shown)} of split {name!r} is another than that in which the runs were "
-                "played, so that their actions cannot be scored in it; void these episodes first "
-                "(`arramon-server void`), or leave the runs without a rank"
+                f"the world of {episode_list(changed_worlds)} of split {name!r} has changed since they were played, "
+                "so their actions cannot be scored in it; void these episodes first (`arramon-server void`), or leave "
+                "the runs without a rank"
             )
         return self._rescore(before, after, changes, reason)
 
-    def _rescore(self, before: Split, after: Split, changes: EpisodeChanges, reason: str) -> Iterator[Rescored]:
+    def _rescore(self, before: Split, after: Split, changes: EpisodeChanges, reason: str) -> Iterator[RescoredRun]:
         correction = self._correction(before, after, changes, reason)
         with closing(Worlds({after.name: after})) as worlds:
             for run in self._runs_on(after.name):
@@ -147,24 +149,24 @@ class Correcting:
                         self._receipts.revise(run)  # an earlier call may have stopped before it
                     continue
                 if run.state == RUNNING:
-                    yield Rescored(run, "it is still being played")
+                    yield RescoredRun(run, "it is still being played")
                     continue
                 endings = self._journal.endings(run.run_id)
                 try:
                     scored = [self._scored(run, before, after, changes, one, worlds) for one in endings]
                 except (KeyError, ValueError) as error:
-                    yield Rescored(run, f"it cannot be replayed: {error}")
+                    yield RescoredRun(run, f"it cannot be replayed: {error}")
                     continue
                 self._write(run, after, correction, scored)
                 changed = sum(one.scores != other.scores for one, other in zip(endings, scored, strict=True))
                 has_new_receipt = self._receipts.revise(replace(run, data_hash=after.data_hash))
-                yield Rescored(run, "", changed, has_new_receipt)
+                yield RescoredRun(run, "", changed, has_new_receipt)
 
     def _correction(self, before: Split, after: Split, changes: EpisodeChanges, reason: str) -> Correction:
-        """Return the correction from one state of the data to the other; an earlier call may have written it.
+        """Return the record of this correction of the data, which an interrupted earlier call may have written.
 
-        Only the latest correction of the data is continued: a run may be scored again once for each, and data that was
-        corrected, reverted and corrected again needs another one.
+        Only the latest correction can be continued: each correction rescores a run once, and data that was corrected,
+        reverted and corrected again needs a new one.
         """
         data = (before.data_hash, after.data_hash)
         made = [one for one in self._corrections.on(after.name) if one.kind is CorrectionKind.RESCORE]
@@ -175,10 +177,10 @@ class Correcting:
     def _scored(
         self, run: Run, before: Split, after: Split, changes: EpisodeChanges, ending: EpisodeEnding, worlds: Worlds
     ) -> EpisodeEnding:
-        """Return the ending of an episode on the data as it is now.
+        """Return the ending of an episode, scored on the current data.
 
         Raises:
-            ValueError: if the recorded actions do not give what was recorded.
+            ValueError: if replaying the recorded actions does not give the recorded result.
         """
         name = ending.episode_id
         if name not in changes.truth or name in changes.world:
@@ -197,15 +199,15 @@ class Correcting:
         now = replace(run, data_hash=after.data_hash)
         play = self._journal.play(run)
         report = make_report(now, self._journal.progress(run.run_id), endings, after, play)
-        scores = Scores(report.progress, report.table.rows, report.signature)
+        scores = StoredScores(report.progress, report.table.rows, report.signature)
         runs, episodes, receipts = tables.runs, tables.episodes, tables.receipts
         with self._database.write() as connection:
-            mine = sa.and_(runs.c.run_id == run.run_id, runs.c.data_hash == run.data_hash)
-            if not connection.execute(runs.update().where(mine).values(data_hash=after.data_hash)).rowcount:
+            this_run = sa.and_(runs.c.run_id == run.run_id, runs.c.data_hash == run.data_hash)
+            if not connection.execute(runs.update().where(this_run).values(data_hash=after.data_hash)).rowcount:
                 raise Conflict(f"another process is scoring run {run.run_id!r} again")
             for ending in endings:
-                place = sa.and_(episodes.c.run_id == run.run_id, episodes.c.episode_id == ending.episode_id)
-                connection.execute(episodes.update().where(place).values(scores=ending.scores))
+                this_episode = sa.and_(episodes.c.run_id == run.run_id, episodes.c.episode_id == ending.episode_id)
+                connection.execute(episodes.update().where(this_episode).values(scores=ending.scores))
             self._corrections.note_rescored(connection, run.run_id, correction)
             self._entries.rescore(connection, run.run_id, scores, EpisodeTable.of(endings, play))
             outdated = sa.and_(receipts.c.run_id == run.run_id, receipts.c.corrections >= correction.number)
@@ -220,7 +222,7 @@ class Correcting:
         return found
 
 
-def _checked(reason: str) -> str:
+def _clean_reason(reason: str) -> str:
     reason = reason.strip()
     if not reason or len(reason) > MAX_REASON:
         raise BadInput(f"the reason has {len(reason)} characters; expected one line of 1 to {MAX_REASON}")

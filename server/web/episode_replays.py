@@ -1,10 +1,10 @@
-"""Paths of single episodes for the pages of open splits, replayed from the journal."""
+"""Replays single episodes of open splits from the journal, and draws their paths for the pages."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 
-from arramon_server.board.standings import Entry, Version
+from arramon_server.board.standings import Entry, ScoresVersion
 from arramon_server.episodes.episode import Episode
 from arramon_server.episodes.splits import Split
 from arramon_server.errors import NotFound, quoted
@@ -22,7 +22,7 @@ from arramon_server.sim.variations import SceneDifference
 from arramon_server.web import room_map, section_map
 
 EXAMPLES = 8
-"""Episodes that a run's page links to."""
+"""Number of episodes that a run's page links to."""
 
 _CACHE_SIZE = 256
 """Size of the cache of drawn episodes, about 5 KB each."""
@@ -30,31 +30,31 @@ _CACHE_SIZE = 256
 
 @dataclass(frozen=True, slots=True)
 class PlayedEpisode:
-    """One played episode of a run, for its page.
+    """A played episode of a run, as drawn on its page.
 
     Attributes:
         episode: the episode.
         ending: how it ended.
         ground: map of its section.
         tracks: paths of both turns.
-        rooms: assemblies of both turns.
-        section: its section, with its own furniture.
+        rooms: assembly rooms of both turns.
+        section: its section, including the episode's own furniture.
     """
 
     episode: Episode
     ending: EpisodeEnding
-    ground: section_map.Ground
-    tracks: tuple[section_map.Track, ...]
-    rooms: tuple[room_map.Room, ...]
+    ground: section_map.SectionMap
+    tracks: tuple[section_map.TurnPaths, ...]
+    rooms: tuple[room_map.AssemblyMap, ...]
     section: Section
 
 
-class Paths:
-    """Draws the episodes of published runs. All methods but `played` are thread-safe; `played` is for one thread.
+class EpisodeReplays:
+    """Replays and draws the episodes of published runs. Thread-safe, except that only one thread may call `played`.
 
     Args:
         splits: the splits served, by name.
-        journal: holds the actions.
+        journal: source of the actions.
     """
 
     def __init__(self, splits: Mapping[str, Split], journal: Journal) -> None:
@@ -66,15 +66,15 @@ class Paths:
         self.play_of = journal.play
 
     def close(self) -> None:
-        """Free the memory of the last section's physics; `played` may be called again."""
+        """Free the memory of the last section's physics. `played` may still be called afterwards."""
         if self._last is not None:
             self._last[2].close()
             self._last = None
 
     def split(self, entry: Entry) -> Split | None:
-        """Return the split of a run whose episodes may be shown.
+        """Return the split of a run, if its episodes may be shown.
 
-        None if it is not served, hidden, or frozen, or its data has changed since the run.
+        None if the split is not served, is hidden or frozen, or its data has changed since the run.
         """
         split = self._splits.get(entry.run.split)
         if entry.frozen or split is None or split.hidden or split.data_hash != entry.run.data_hash:
@@ -86,7 +86,7 @@ class Paths:
         return self._cached_endings(entry.version)
 
     def examples(self, entry: Entry) -> list[tuple[str, float]]:
-        """Return up to `EXAMPLES` episodes with their nDTW, evenly from the highest to the lowest; none if hidden."""
+        """Return up to `EXAMPLES` ids with nDTW, evenly spaced from the highest to the lowest; none if hidden."""
         if self.split(entry) is None:
             return []
         ordered = sorted(((_similarity(one), one.episode_id) for one in self.endings(entry)), reverse=True)
@@ -108,29 +108,29 @@ class Paths:
         section, provenance = split.sections[episode.section], split.provenance.get(episode.section)
         origins = () if provenance is None else provenance.origins(section, episode)
         furnished_section = furnished(section, episode.furniture)
-        ground = section_map.ground(furnished_section, origins)
+        ground = section_map.draw_section(furnished_section, origins)
         tracks, rooms = self._cached_tracks(entry.run, episode_id, ending.cause if ending.has_played else "")
         return PlayedEpisode(episode, ending, ground, tracks, rooms, furnished_section)
 
-    def _read_endings(self, version: Version) -> list[EpisodeEnding]:
+    def _read_endings(self, version: ScoresVersion) -> list[EpisodeEnding]:
         return self._journal.endings(version.run_id)
 
     def _tracks(
         self, run: Run, episode_id: str, cause: str
-    ) -> tuple[tuple[section_map.Track, ...], tuple[room_map.Room, ...]]:
-        """Return the ways of an episode that ended by `cause`; empty ones if `cause` is empty: it was not played."""
+    ) -> tuple[tuple[section_map.TurnPaths, ...], tuple[room_map.AssemblyMap, ...]]:
+        """Return the paths and rooms of an episode that ended by `cause`; unplayed ones if `cause` is empty."""
         split = self._splits[run.split]
         episode = split.episodes[episode_id]
         section = split.sections[episode.section]
         session = EpisodeSession(episode, self._ground(section, episode.furniture), Limits(run.steps_per_phase))
-        watch = room_map.RoomWatch(session)
-        watch.replay(self._journal.actions(run.run_id, episode_id) if cause else ())
+        replay = room_map.AssemblyReplay(session)
+        replay.replay(self._journal.actions(run.run_id, episode_id) if cause else ())
         if cause == causes.TIME_LIMIT and not session.state.finished:
             session.end_at_time_limit()
-        return tuple(section_map.track(section, turn) for turn in session.record().turns), watch.rooms()
+        return tuple(section_map.turn_paths(section, turn) for turn in session.record().turns), replay.rooms()
 
     def _ground(self, section: Section, furniture: OwnFurniture) -> CollisionCheck:
-        """Return what an episode's rules ask; the latest section is cached, as readers tend to stay in one."""
+        """Return the collision checks for an episode. The latest section is cached, as readers tend to stay in one."""
         if self._last is None or self._last[0] is not section:
             self.close()
             scene = city_scene(section)
@@ -144,5 +144,5 @@ class Paths:
 
 
 def _similarity(ending: EpisodeEnding) -> float:
-    """Return the mean nDTW of both turns."""
+    """Return the mean nDTW over both turns."""
     return sum(turn["nDTW"] for turn in ending.scores) / len(ending.scores)

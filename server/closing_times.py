@@ -1,4 +1,4 @@
-"""When the leaderboards of splits close, and whether they show scores before."""
+"""Closing times of the splits' leaderboards, and whether scores are withheld until then."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,13 +13,14 @@ def _now() -> datetime:
 
 
 @dataclass(frozen=True, slots=True)
-class Closing:
-    """When the leaderboards of splits close.
+class ClosingTimes:
+    """Closing times of the splits' leaderboards.
 
     Attributes:
-        closes: when, by split.
-        frozen: whether those that close show no scores to others than a run's participant until then.
-        now: returns the present time, in UTC.
+        closes: closing times by split.
+        frozen: whether leaderboards with a closing time are frozen until then: scores are shown only to a run's own
+            participant and to hosts.
+        now: returns the current time, in UTC.
     """
 
     closes: SplitTimes = NO_TIMES
@@ -27,7 +28,7 @@ class Closing:
     now: Callable[[], datetime] = _now
 
     def of(self, split: str) -> datetime | None:
-        """Return when the leaderboard of a split closes, in UTC; None if it stays open."""
+        """Return the closing time of a split's leaderboard, in UTC; None if it stays open."""
         return self.closes.of(split)
 
     def is_closed(self, split: str) -> bool:
@@ -36,7 +37,7 @@ class Closing:
         return time is not None and self.now() >= time
 
     def is_frozen(self, split: str) -> bool:
-        """Return whether the scores of a split are shown to nobody but a run's participant yet."""
+        """Return whether the scores of a split are still withheld from everybody but a run's participant and hosts."""
         return self.frozen and self.closes.of(split) is not None and not self.is_closed(split)
 
     def check_open(self, split: str, what: str) -> None:
@@ -44,13 +45,13 @@ class Closing:
 
         Args:
             split: name of the split.
-            what: what is refused otherwise, for the error, such as "no runs are created on it".
+            what: consequence for the error message, such as "no runs are created on it".
 
         Raises:
             Conflict: if it is closed.
         """
         if self.is_closed(split):
-            raise Conflict(f"the leaderboard of split {split!r} closed on {shown(self.closes.of(split))}: {what}")
+            raise Conflict(f"the leaderboard of split {split!r} closed on {format_time(self.closes.of(split))}: {what}")
 
     def check_shown(self, split: str) -> None:
         """Check that the scores of a split are shown.
@@ -61,14 +62,14 @@ class Closing:
         if self.is_frozen(split):
             raise Conflict(
                 f"the leaderboard of split {split!r} is frozen: scores are shown when it closes, on "
-                f"{shown(self.closes.of(split))}"
+                f"{format_time(self.closes.of(split))}"
             )
 
 
-NEVER = Closing()
+NEVER_CLOSES = ClosingTimes()
 """All leaderboards stay open."""
 
 
-def shown(time: datetime | None) -> str:
-    """Return a time for an error message."""
+def format_time(time: datetime | None) -> str:
+    """Format a time for an error message."""
     return f"{time:%Y-%m-%d at %H:%M} UTC" if time is not None else "no date"

@@ -1,12 +1,12 @@
-"""Publication and withdrawal of runs on the leaderboard, with their conditions."""
+"""Publishing and withdrawing runs on the leaderboard, and the conditions for it."""
 
 from collections.abc import Mapping
 
 from arramon_server.board.cost import Cost
-from arramon_server.board.entries import Entries, Published, Scores
+from arramon_server.board.entries import Entries, PublishedRun, StoredScores
 from arramon_server.board.episode_table import EpisodeTable
 from arramon_server.board.reproductions import check_reproduction
-from arramon_server.closing import NEVER, Closing
+from arramon_server.closing_times import NEVER_CLOSES, ClosingTimes
 from arramon_server.episodes.splits import Split
 from arramon_server.errors import BadInput, Conflict, Forbidden, NotFound, quoted
 from arramon_server.runs.accounts.callers import UNAUTHENTICATED, Caller, Role
@@ -21,10 +21,10 @@ MAX_NOTE = 500
 """Maximum characters of a note."""
 
 FINISHED = frozenset((AGENT_FINISHED, STEP_LIMIT, TIME_LIMIT))
-"""Causes of episodes that were played to their end, neither forfeited nor lost to a fault of the server."""
+"""Causes of episodes that were played to their end: neither forfeited nor ended by a server fault."""
 
 
-class Publishing:
+class Publisher:
     """Publishes and withdraws runs. Thread-safe.
 
     Args:
@@ -41,7 +41,7 @@ class Publishing:
         splits: Mapping[str, Split],
         entries: Entries,
         receipts: Receipts,
-        closing: Closing = NEVER,
+        closing: ClosingTimes = NEVER_CLOSES,
     ) -> None:
         self._journal = journal
         self._splits = splits
@@ -52,26 +52,25 @@ class Publishing:
     def publish(
         self, caller: Caller, run_id: str, note: str, cost: Cost | None = None, reproduces: str | None = None
     ) -> None:
-        """Publish a run that has ended, and sign its receipt; if it is listed already, replace its note.
+        """Publish an ended run and sign its receipt; if it is listed already, replace its note.
 
-        When the leaderboard of its split has closed, only a host publishes further runs.
+        After the leaderboard of its split has closed, only a host can publish further runs.
 
         Args:
             caller: the run's participant, or a host.
             run_id: id of the run.
-            note: line of at most MAX_NOTE characters for readers of the leaderboard; may be empty.
-            cost: what the run cost, as declared; None to leave what was declared before.
-            reproduces: id of the published run that it reproduces, empty for none; None to leave that as it was.
+            note: one line of at most MAX_NOTE characters for readers of the leaderboard; may be empty.
+            cost: declared cost; None to keep an earlier declaration.
+            reproduces: id of the published run that it reproduces; empty for none, None to leave it unchanged.
 
         Raises:
-            NotFound: if there is no such run that the caller may see, or no published run that it could reproduce.
+            NotFound: if the caller can see no such run, or the run to reproduce is not published.
             Forbidden: if the caller is anonymous on a public server, where anyone who reads the run's id on the
-                leaderboard could pass for its participant; or if the host has withdrawn the run.
+                leaderboard could pose as its participant; or if the host has withdrawn the run.
             Conflict: if the leaderboard is closed; if the run is still being played; if the data of its split has
-                changed; if the split is for
-                training alone; if it is hidden and the run lacks some of its episodes, as the mean over a few reveals
-                scores of single ones; if none of its episodes was played to its end; or if it is no reproduction of
-                the run that it names (see `check_reproduction`).
+                changed; if the split is for training alone; if the split is hidden and the run lacks some of its
+                episodes, as the mean over a few would reveal single scores; if no episode was played to its end; or if
+                the run does not reproduce the one that it names (see `check_reproduction`).
             BadInput: if the note is too long, or has more than one line, or a number of the cost is out of range.
         """
         run = self._own(caller, run_id)
@@ -92,7 +91,7 @@ class Publishing:
         if reproduces:
             self._check_reproduces(report, reproduces)
         self._receipts.of(caller, run_id)
-        scores = Scores(report.progress, report.table.rows, report.signature)
+        scores = StoredScores(report.progress, report.table.rows, report.signature)
         episodes = EpisodeTable.of(self._journal.endings(run_id), self._journal.play(run))
         if not self._entries.publish(run_id, note, scores, episodes, by_host=by_host, cost=cost, reproduces=reproduces):
             raise _withdrawn_by_host(run_id)
@@ -100,12 +99,12 @@ class Publishing:
     def withdraw(self, caller: Caller, run_id: str) -> None:
         """Withdraw a run from the leaderboard. It can be published again; if a host withdrew it, only by a host.
 
-        A host may withdraw a run that is withdrawn already: to prevent that its participant publishes it again, or that
-        it is listed again at the end of the ban that withdrew it.
+        A host may withdraw a run that is already withdrawn, to keep its participant from publishing it again, or to
+        keep it from being listed again when the ban that withdrew it ends.
 
         Raises:
-            NotFound: if there is no such run that the caller may see, or it is not on the leaderboard; for a host,
-                if it never was.
+            NotFound: if the caller can see no such run, or it is not on the leaderboard; for a host, only if it never
+                was.
             Forbidden: if the caller is anonymous on a public server.
         """
         self._own(caller, run_id)
@@ -141,7 +140,7 @@ def _withdrawn_by_host(run_id: str) -> Forbidden:
     return Forbidden(f"the host has withdrawn run {run_id!r}; only the host can publish it again")
 
 
-def _is_listed(entry: Published | None) -> bool:
+def _is_listed(entry: PublishedRun | None) -> bool:
     return entry is not None and entry.is_listed
 
 

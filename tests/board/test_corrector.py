@@ -14,9 +14,9 @@ import pytest
 import sqlalchemy as sa
 
 from arramon_server.board.board import Board
-from arramon_server.board.correcting import Correcting, Rescored
+from arramon_server.board.corrector import Corrector, RescoredRun
 from arramon_server.board.exports import as_csv
-from arramon_server.board.publishing import Publishing
+from arramon_server.board.publisher import Publisher
 from arramon_server.board.standings import BOTH, Mark, Standing
 from arramon_server.episodes.episode import Episode, Instructions
 from arramon_server.episodes.splits import read_split, write_split
@@ -57,15 +57,15 @@ class Host:
             if run_id == "poor":
                 actions["0"] = FAILING
             play(house.database, self.before, run_id, actions, ended={"0": "FORFEITED"})
-            Publishing(house.journal, self.splits, house.entries, self.receipts).publish(HOST, run_id, "")
+            Publisher(house.journal, self.splits, house.entries, self.receipts).publish(HOST, run_id, "")
 
     @property
     def receipts(self) -> Receipts:
         return Receipts(self.house.database, self.splits, self.key)
 
     @property
-    def correcting(self) -> Correcting:
-        return Correcting(self.house.database, self.splits, self.key)
+    def corrector(self) -> Corrector:
+        return Corrector(self.house.database, self.splits, self.key)
 
     def board(self) -> Board:
         return Board(self.house.entries, self.splits, steps_per_phase=STEPS, clocks=Clocks())
@@ -94,8 +94,8 @@ class Host:
             sections=[section],
         )
 
-    def rescore(self, reason: str = "the cell was wrong") -> dict[str, Rescored]:
-        return {one.run.run_id: one for one in self.correcting.rescore(self.before, reason)}
+    def rescore(self, reason: str = "the cell was wrong") -> dict[str, RescoredRun]:
+        return {one.run.run_id: one for one in self.corrector.rescore(self.before, reason)}
 
     def content(self, run_id: str, number: int = 0) -> dict[str, Any]:
         found: dict[str, Any] = json.loads(self.receipts.of(READER, run_id, number).payload)
@@ -122,7 +122,7 @@ def test_a_void_episode_counts_in_no_run(host: Host) -> None:
     before = host.standings(board)
     assert ptc(before["good"]) == 1.0
     assert ptc(before["poor"]) == pytest.approx(10 / 12)
-    host.correcting.void("tiny", ["0"], "its target is not there")
+    host.corrector.void("tiny", ["0"], "its target is not there")
     after = host.standings(board)  # the board of a server that runs
     assert [ptc(after[name]) for name in ("good", "twin", "poor")] == [1.0, 1.0, 1.0]
     assert {one.is_ranked for one in after.values()} == {True}
@@ -132,16 +132,16 @@ def test_a_void_episode_counts_in_no_run(host: Host) -> None:
     (found,) = board.corrections("tiny")
     assert (found.kind.value, found.reason, found.episodes) == ("void", "its target is not there", ("0",))
     assert board.entry("poor").corrections == (found,)
-    (line, _) = board.against("good").lines
+    (line, _) = board.compare_with_all("good").lines
     assert line[1].difference.mean == 0.0
 
 
 def test_a_restored_episode_counts_again(host: Host) -> None:
     board = host.board()
     before = host.standings(board)
-    host.correcting.void("tiny", ["0", "1"], "doubtful")
-    host.correcting.void("tiny", ["0"], "it was right", restore=True)
-    assert host.correcting.void("tiny", ["1"], "it, too", restore=True).number == 3
+    host.corrector.void("tiny", ["0", "1"], "doubtful")
+    host.corrector.void("tiny", ["0"], "it was right", restore=True)
+    assert host.corrector.void("tiny", ["1"], "it, too", restore=True).number == 3
     after = host.standings(board)
     assert {name: (one.rows, one.entries[0].signature) for name, one in after.items()} == {
         name: (one.rows, one.entries[0].signature) for name, one in before.items()
@@ -151,9 +151,9 @@ def test_a_restored_episode_counts_again(host: Host) -> None:
 def test_receipts_of_void_episodes_are_superseded_and_kept(host: Host) -> None:
     first = stored_receipt(host.house.database, "poor")
     assert first is not None
-    host.correcting.void("tiny", ["0"], "its target is not there")
-    assert host.correcting.revise("tiny") == 3
-    assert host.correcting.revise("tiny") == 0
+    host.corrector.void("tiny", ["0"], "its target is not there")
+    assert host.corrector.revise("tiny") == 3
+    assert host.corrector.revise("tiny") == 0
     content = host.content("poor")
     assert content["voided"] == ["0"]
     assert content["scores"]["total"]["PTC"]["mean"] == 1.0
@@ -176,12 +176,12 @@ def test_receipts_of_void_episodes_are_superseded_and_kept(host: Host) -> None:
 
 
 def test_a_receipt_is_superseded_when_it_is_asked_for_at_the_latest(host: Host) -> None:
-    host.correcting.void("tiny", ["0"], "killed before the receipts")
+    host.corrector.void("tiny", ["0"], "killed before the receipts")
     assert host.content("good")["voided"] == ["0"]
 
 
 def test_the_first_receipt_after_a_correction_names_it(host: Host) -> None:
-    host.correcting.void("tiny", ["0"], "doubtful")
+    host.corrector.void("tiny", ["0"], "doubtful")
     play(host.house.database, host.before, "late")
     content = json.loads(host.receipts.of(HOST, "late").payload)
     assert content["voided"] == ["0"]
@@ -191,14 +191,14 @@ def test_the_first_receipt_after_a_correction_names_it(host: Host) -> None:
 
 def test_a_run_that_did_not_play_a_void_episode_is_left_alone(host: Host) -> None:
     play(host.house.database, host.before, "part", {"1": tiny.ACTIONS})
-    publishing = Publishing(host.house.journal, host.splits, host.house.entries, host.receipts)
-    publishing.publish(HOST, "part", "")
+    publisher = Publisher(host.house.journal, host.splits, host.house.entries, host.receipts)
+    publisher.publish(HOST, "part", "")
     kept = stored_receipt(host.house.database, "part")
-    host.correcting.void("tiny", ["0"], "doubtful")
-    assert host.correcting.revise("tiny") == 3
+    host.corrector.void("tiny", ["0"], "doubtful")
+    assert host.corrector.revise("tiny") == 3
     assert stored_receipt(host.house.database, "part") == kept
     assert host.board().entry("part").corrections == ()
-    host.correcting.void("tiny", ["1"], "doubtful")  # all that the run has
+    host.corrector.void("tiny", ["1"], "doubtful")  # all that the run has
     entry = host.board().entry("part")
     assert (entry.voided, ptc(host.standings()["part"])) == (1, 1.0)
     assert Mark.PARTIAL in entry.marks
@@ -213,7 +213,7 @@ def test_a_system_of_void_episodes_alone_keeps_its_scores_over_languages(
     house.publish(house.run("english", [0.5]))
     house.publish(house.run("hindi", [1.0] * in_hindi, language="hi"))
     void = {first["en"], first["hi"]} if in_hindi == 1 else {first["en"]}
-    Correcting(house.database, house.splits, SigningKey(tmp_path / "key.pem")).void("tiny", void, "doubtful")
+    Corrector(house.database, house.splits, SigningKey(tmp_path / "key.pem")).void("tiny", void, "doubtful")
     (line,) = house.board.both("tiny")
     assert line.entries[0].voided == 1
     assert ptc(line) == pytest.approx(0.75)
@@ -229,9 +229,9 @@ def test_a_reproduction_of_void_episodes_alone_keeps_its_difference(house: House
             account, [score], account=account, participant=account, code=CodeReference("https://example.org/walker")
         )
     house.publish("ann")
-    house.publishing.publish(HOST, "bob", "", reproduces="ann")
+    house.publisher.publish(HOST, "bob", "", reproduces="ann")
     (episode,) = house.entries.all_episodes("ann").ids
-    Correcting(house.database, house.splits, SigningKey(tmp_path / "key.pem")).void("tiny", [episode], "doubtful")
+    Corrector(house.database, house.splits, SigningKey(tmp_path / "key.pem")).void("tiny", [episode], "doubtful")
     (found,) = house.board.reproductions("ann")
     assert found.differences["PTC@CTC-3"].mean == pytest.approx(0.25)
 
@@ -248,9 +248,9 @@ def test_a_reproduction_of_void_episodes_alone_keeps_its_difference(house: House
 def test_what_cannot_be_voided(
     host: Host, episodes: list[str], restore: bool, reason: str, error: type[Exception], message: str
 ) -> None:
-    host.correcting.void("tiny", ["1"], "doubtful")
+    host.corrector.void("tiny", ["1"], "doubtful")
     with pytest.raises(error, match=message):
-        host.correcting.void("tiny", episodes, reason, restore=restore)
+        host.corrector.void("tiny", episodes, reason, restore=restore)
     assert len(host.board().corrections("tiny")) == 1
 
 
@@ -301,7 +301,7 @@ def test_runs_on_a_hidden_split_are_scored_again_with_fresh_thresholds(house: Ho
     board = host.board()
     host.standings(board)
     old = host.content("poor")
-    host.correcting.void("tiny", ["1"], "a wall in the way")
+    host.corrector.void("tiny", ["1"], "a wall in the way")
     host.content("poor")
     host.replace(e0=moved_cell(host.before.episodes["0"]), hidden=True)
     assert {name: one.problem for name, one in host.rescore().items()} == dict.fromkeys(("good", "twin", "poor"), "")
@@ -322,7 +322,7 @@ def test_runs_on_a_hidden_split_are_scored_again_with_fresh_thresholds(house: Ho
 
 def test_an_interrupted_rescoring_goes_on(host: Host) -> None:
     host.replace(e0=moved_cell(host.before.episodes["0"]))
-    going = host.correcting.rescore(host.before, "the cell was wrong")
+    going = host.corrector.rescore(host.before, "the cell was wrong")
     next(going)
     going.close()  # type: ignore[attr-defined]  # a generator
     assert len([one for one in host.standings().values() if one.rank]) == 1
@@ -337,7 +337,7 @@ def test_data_that_was_adopted_and_reverted_is_adopted_again(host: Host) -> None
     host.rescore("the cell was wrong")
     wrong = host.splits["tiny"]
     host.write([*host.before.episodes.values()])
-    assert {one.problem for one in host.correcting.rescore(wrong, "it was right")} == {""}
+    assert {one.problem for one in host.corrector.rescore(wrong, "it was right")} == {""}
     assert ptc(host.standings()["poor"]) == pytest.approx(10 / 12)
     host.replace(e0=moved)
     assert {one.problem for one in host.rescore("it was wrong after all").values()} == {""}
@@ -384,7 +384,7 @@ def test_equally_near_objects_are_told_apart_by_a_replay(host: Host) -> None:
         replace(one, turns=(replace(first, street=(near, first.street[0])), second)) if name == "0" else one
         for name, one in host.before.episodes.items()
     ])  # fmt: skip
-    (found,) = host.correcting.rescore(twins, "the other one")
+    (found,) = host.corrector.rescore(twins, "the other one")
     assert found.problem == "it cannot be replayed: episode 0: the agent would have picked up another object"
     assert host.house.journal.run("between").data_hash == twins.data_hash
 
@@ -400,11 +400,11 @@ WORLDS = {
 def test_a_changed_world_is_refused_until_the_episode_is_void(host: Host, part: str) -> None:
     changed = {"e0": WORLDS[part](host.before.episodes["0"]), "e1": moved_cell(host.before.episodes["1"])}
     host.replace(**changed)
-    with pytest.raises(Conflict, match=r"the world of 1 episode \('0'\) of split 'tiny' is another"):
+    with pytest.raises(Conflict, match=r"the world of 1 episode \('0'\) of split 'tiny' has changed"):
         host.rescore()
     assert {one.marks for one in host.standings().values()} == {(Mark.OTHER_DATA,)}
     assert host.board().corrections("tiny") == ()
-    host.correcting.void("tiny", ["0"], "its world was wrong")
+    host.corrector.void("tiny", ["0"], "its world was wrong")
     assert {one.problem for one in host.rescore().values()} == {""}
     after = host.standings()
     assert all(one.rank for one in after.values())
@@ -446,9 +446,9 @@ def test_an_epoch_is_not_corrected(house: House, tmp_path: Path) -> None:
     house.splits[name] = write_split(
         tmp_path, name, hidden=True, source="tests", episodes=episodes, sections=[tiny.SECTION]
     )
-    correcting = Correcting(house.database, house.splits, SigningKey(tmp_path / "key.pem"))
+    corrector = Corrector(house.database, house.splits, SigningKey(tmp_path / "key.pem"))
     with pytest.raises(Conflict, match="the host has committed to its data"):
-        correcting.rescore(before, "x")
+        corrector.rescore(before, "x")
 
 
 def test_runs_that_are_played_or_cannot_be_replayed_are_named(host: Host) -> None:
@@ -468,9 +468,9 @@ def test_runs_that_are_played_or_cannot_be_replayed_are_named(host: Host) -> Non
 
 def test_a_receipt_that_is_signed_meanwhile_is_superseded_all_the_same(host: Host) -> None:
     host.replace(e0=moved_cell(host.before.episodes["0"]))
-    going = host.correcting.rescore(host.before, "the cell was wrong")
+    going = host.corrector.rescore(host.before, "the cell was wrong")
     next(going)  # the correction is written, and one run scored again
-    host.correcting.void("tiny", ["3"], "doubtful")
+    host.corrector.void("tiny", ["3"], "doubtful")
     old = Receipts(host.house.database, {"tiny": host.before}, host.key)
     left = [
         name for name in ("good", "twin", "poor") if host.house.journal.run(name).data_hash == host.before.data_hash

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from arramon_server.board.entries import Published
+from arramon_server.board.entries import PublishedRun
 from arramon_server.errors import ArraMonError, BadInput, Conflict, Forbidden, NotFound
 from arramon_server.runs.accounts.administration import Administration
 from arramon_server.runs.accounts.callers import ANONYMOUS, HOST, UNAUTHENTICATED, Caller, Role
@@ -50,7 +50,7 @@ def test_publishing_and_withdrawing_depend_on_caller_and_run(
     if error is None:
         runs.publish(run_id, caller=caller)
         assert listed(runs) == [run_id]
-        runs.publishing.withdraw(caller, run_id)
+        runs.publisher.withdraw(caller, run_id)
         assert listed(runs) == []
         return
     with pytest.raises(error):
@@ -59,7 +59,7 @@ def test_publishing_and_withdrawing_depend_on_caller_and_run(
     if run_id != "missing":
         runs.publish(run_id)
     with pytest.raises(error):
-        runs.publishing.withdraw(caller, run_id)
+        runs.publisher.withdraw(caller, run_id)
     assert listed(runs) == ([run_id] if run_id != "missing" else [])
 
 
@@ -75,7 +75,7 @@ def test_missing_runs_and_those_of_others_give_the_same_error(runs: House) -> No
 def test_withdrawn_run_can_be_published_again(runs: House) -> None:
     runs.publish("anns", "first", ANN)
     first = runs.board.entry("anns").published_at
-    runs.publishing.withdraw(ANN, "anns")
+    runs.publisher.withdraw(ANN, "anns")
     entry = runs.entries.find("anns")
     assert entry is not None
     assert entry.withdrawn_at is not None
@@ -94,11 +94,11 @@ def test_republishing_changes_only_the_note(runs: House) -> None:
 
 def test_only_the_host_republishes_what_the_host_withdrew(runs: House) -> None:
     runs.publish("anns", caller=ANN)
-    runs.publishing.withdraw(HOST, "anns")
+    runs.publisher.withdraw(HOST, "anns")
     with pytest.raises(Forbidden, match="the host has withdrawn run 'anns'; only the host can publish it again"):
         runs.publish("anns", caller=ANN)
     runs.publish("anns", caller=HOST)
-    runs.publishing.withdraw(ANN, "anns")
+    runs.publisher.withdraw(ANN, "anns")
     runs.publish("anns", caller=ANN)
     assert listed(runs) == ["anns"]
 
@@ -109,10 +109,10 @@ def test_concurrent_publication_does_not_undo_the_hosts_withdrawal(
     runs.publish("anns", caller=ANN)
     find = runs.entries.find
 
-    def found_just_before(run_id: str) -> Published | None:
+    def found_just_before(run_id: str) -> PublishedRun | None:
         entry = find(run_id)
         monkeypatch.setattr(runs.entries, "find", find)
-        runs.publishing.withdraw(HOST, run_id)
+        runs.publisher.withdraw(HOST, run_id)
         return entry
 
     monkeypatch.setattr(runs.entries, "find", found_just_before)
@@ -123,11 +123,11 @@ def test_concurrent_publication_does_not_undo_the_hosts_withdrawal(
 
 def test_host_withdrawal_also_applies_to_an_already_withdrawn_run(runs: House) -> None:
     runs.publish("anns", caller=ANN)
-    runs.publishing.withdraw(ANN, "anns")
-    runs.publishing.withdraw(HOST, "anns")
+    runs.publisher.withdraw(ANN, "anns")
+    runs.publisher.withdraw(HOST, "anns")
     with pytest.raises(Forbidden):
         runs.publish("anns", caller=ANN)
-    runs.publishing.withdraw(HOST, "anns")  # once more changes nothing
+    runs.publisher.withdraw(HOST, "anns")  # once more changes nothing
     assert listed(runs) == []
 
 
@@ -136,7 +136,7 @@ def test_what_the_host_withdraws_after_a_ban_stays_withdrawn_when_it_ends(runs: 
     runs.publish(runs.run("another", account="ann", participant="ann", agent="another"), caller=ANN)
     administration = Administration(runs.database)
     administration.ban("ann", "spam")
-    runs.publishing.withdraw(HOST, "anns")
+    runs.publisher.withdraw(HOST, "anns")
     assert administration.unban("ann") == 1
     assert listed(runs) == ["another"]
     with pytest.raises(Forbidden, match="the host has withdrawn run 'anns'"):
@@ -145,7 +145,7 @@ def test_what_the_host_withdraws_after_a_ban_stays_withdrawn_when_it_ends(runs: 
 
 def test_a_run_that_was_never_published_cannot_be_withdrawn_by_the_host(runs: House) -> None:
     with pytest.raises(NotFound, match="run 'anns' is not on the leaderboard"):
-        runs.publishing.withdraw(HOST, "anns")
+        runs.publisher.withdraw(HOST, "anns")
 
 
 @pytest.mark.parametrize("split", ["secret", "tiny"])
@@ -173,9 +173,9 @@ def test_a_cancelled_run_with_a_finished_episode_is_published(house: House, caus
 def test_unlisted_runs_cannot_be_withdrawn(runs: House) -> None:
     for _ in range(2):
         with pytest.raises(NotFound, match="run 'anns' is not on the leaderboard"):
-            runs.publishing.withdraw(ANN, "anns")
+            runs.publisher.withdraw(ANN, "anns")
         runs.publish("anns", caller=ANN)
-        runs.publishing.withdraw(ANN, "anns")
+        runs.publisher.withdraw(ANN, "anns")
 
 
 def test_a_run_that_is_being_played_is_not_published(house: House) -> None:
