@@ -126,21 +126,6 @@ def test_a_run_is_reproduced_by_another_participant(season: Season, capsys: pyte
     assert (season.entry(original).reproduced_by, len(season.entry(original).reproductions)) == (0, 0)
 
 
-@pytest.mark.parametrize(
-    ("code", "said"),
-    [
-        (evaluation_pb2.Code(url="ftp://example.org"), "the code's address is 'ftp://example.org'"),
-        (evaluation_pb2.Code(url="https://example.org", commit="main"), "the code's commit is 'main'"),
-        (evaluation_pb2.Code(commit="c" * 40), "a commit but no address"),
-        (evaluation_pb2.Code(image="latest"), "the code's image is 'latest'"),
-    ],
-)
-def test_malformed_code_is_refused(season: Season, code: evaluation_pb2.Code, said: str) -> None:
-    status, details = refused(lambda: create(season.ann.stub, code=code))
-    assert status == grpc.StatusCode.INVALID_ARGUMENT
-    assert said in details
-
-
 def test_a_season_from_opening_to_rescoring(season: Season, capsys: pytest.CaptureFixture[str]) -> None:
     over = season.plays(season.ann, split=OLDER)
     going = create(season.ann.stub, split=OLDER).run_id
