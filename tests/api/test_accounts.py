@@ -36,16 +36,6 @@ UNKNOWN = "0" * 32
 
 
 @pytest.fixture(scope="module")
-def closed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    """A server on which nobody plays without a token."""
-    data = tmp_path_factory.mktemp("data")
-    tiny.write(data)
-    server = Server(data, "127.0.0.1:0", "--steps", "8", "--no-anonymous", "--runs-at-once", "0")
-    yield server
-    assert server.stop() == 0
-
-
-@pytest.fixture(scope="module")
 def people(closed: Server) -> Iterator[dict[str, Person]]:
     tokens = {name: token_of(closed.data, name) for name in ("ann", "bob")}
     tokens |= {"chair": token_of(closed.data, "chair", Role.HOST), "nobody": ""}

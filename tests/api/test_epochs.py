@@ -1,7 +1,7 @@
 """Epochs, reproductions and actions over gRPC and by the client's commands, on a server that requires tokens."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, closing
 from pathlib import Path
 
@@ -17,7 +17,7 @@ from arramon_server.runs.storage.database import Database
 from arramon_server.runs.storage.epochs import Epochs
 from tests import tiny
 from tests.api.people import Person, token_of
-from tests.api.player import Player, create
+from tests.api.player import Player, create, played
 from tests.api.test_runs import refused
 from tests.serving import METADATA, Server
 
@@ -58,12 +58,9 @@ class Season:
     def epochs(self) -> "_Opened":
         return _Opened(self._url)
 
-    def plays(self, who: Person, actions: object = tiny.ACTIONS, **fields: object) -> str:
+    def plays(self, who: Person, actions: Sequence[int] = tiny.ACTIONS, **fields: object) -> str:
         """A run that is over."""
-        run = create(who.stub, **{"split": NEWER, "code": CODE, **fields})
-        with Player(who.stub, run.run_id, 3) as player:
-            player.play(actions)  # type: ignore[arg-type]
-        return run.run_id
+        return played(who.stub, actions, **{"split": NEWER, "code": CODE, **fields}).run_id
 
     def publishes(self, who: Person, run_id: str, reproduces: str | None = None) -> pb.Entry:
         return who.board.Publish(pb.PublishRequest(run_id=run_id, reproduces=reproduces), metadata=METADATA)

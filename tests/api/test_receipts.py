@@ -16,7 +16,7 @@ from arramon.v1.evaluation_pb2_grpc import EvaluationStub
 from arramon_client.cli import main
 from arramon_server.runs.results.signing import SigningKey
 from tests import forked, tiny
-from tests.api.player import Player, create
+from tests.api.player import Player, create, played
 from tests.serving import METADATA, Server
 
 
@@ -28,12 +28,6 @@ def run(*arguments: object) -> "subprocess.CompletedProcess[str]":
 
 def receipt_of(stub: EvaluationStub, run_id: str) -> pb.Receipt:
     return stub.GetReceipt(pb.GetReceiptRequest(run_id=run_id), metadata=METADATA)
-
-
-def played(stub: EvaluationStub, **fields: object) -> pb.Run:
-    made = create(stub, **fields)
-    with Player(stub, made.run_id, 3) as player:
-        return player.play(tiny.ACTIONS)[-1].run_ended.run
 
 
 def test_receipt_is_signed_by_the_host_and_matches_the_report(server: Server, stub: EvaluationStub) -> None:

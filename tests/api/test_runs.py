@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-from collections.abc import Iterator
 from typing import Any
 
 import grpc
@@ -19,12 +18,6 @@ from arramon_server.process.lifecycle import COMPILING
 from tests import tiny
 from tests.api.player import Player, create
 from tests.serving import METADATA, Server
-
-
-@pytest.fixture
-def board(server: Server) -> Iterator[LeaderboardStub]:
-    with grpc.insecure_channel(server.address) as channel:
-        yield LeaderboardStub(channel)
 
 
 def refused(call: Any) -> tuple[grpc.StatusCode, str]:
