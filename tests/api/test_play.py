@@ -1,4 +1,4 @@
-"""The Play stream, message by message."""
+"""The Play stream: what this server adds to the contract that `tests/conformance` checks, and its messages."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Runs over gRPC: create, get, list, cancel, report, and every refusal."""
+"""Runs over gRPC: what this server adds to the contract that `tests/conformance` checks, and messages of refusals."""
 
 import hashlib
 import json
