@@ -6,6 +6,7 @@ import grpc
 import pytest
 
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
+from arramon.v1.leaderboard_pb2_grpc import LeaderboardStub
 from tests import tiny
 from tests.serving import Server
 
@@ -20,7 +21,23 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     assert server.stop() == 0
 
 
+@pytest.fixture(scope="module")
+def closed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    """A server on which nobody plays without a token."""
+    data = tmp_path_factory.mktemp("data")
+    tiny.write(data)
+    server = Server(data, "127.0.0.1:0", "--steps", "8", "--no-anonymous", "--runs-at-once", "0")
+    yield server
+    assert server.stop() == 0
+
+
 @pytest.fixture
 def stub(server: Server) -> Iterator[EvaluationStub]:
     with grpc.insecure_channel(server.address) as channel:
         yield EvaluationStub(channel)
+
+
+@pytest.fixture
+def board(server: Server) -> Iterator[LeaderboardStub]:
+    with grpc.insecure_channel(server.address) as channel:
+        yield LeaderboardStub(channel)

@@ -9,6 +9,7 @@ from types import TracebackType
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
+from tests import tiny
 from tests.serving import METADATA
 
 
@@ -17,6 +18,12 @@ def create(stub: EvaluationStub, **fields: object) -> pb.Run:
     for name, value in fields.items():
         request.MergeFrom(pb.CreateRunRequest(**{name: value}))  # type: ignore[arg-type]
     return stub.CreateRun(request, metadata=METADATA)
+
+
+def played(stub: EvaluationStub, actions: Iterable[int] = tiny.ACTIONS, **fields: object) -> pb.Run:
+    """A run that is over."""
+    with Player(stub, create(stub, **fields).run_id, 3) as player:
+        return player.play(actions)[-1].run_ended.run
 
 
 STREAM_SECONDS = 240.0

@@ -2,7 +2,7 @@
 
 import asyncio
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
 from types import SimpleNamespace
@@ -28,20 +28,11 @@ from arramon_server.runs.storage.database import Database
 from tests import tiny
 from tests.api.people import Person, accounts, id_of, token_of
 from tests.api.player import Player, create
+from tests.api.test_roles import ABSENT, CASES
 from tests.api.test_runs import refused
 from tests.serving import METADATA, Server
 
 UNKNOWN = "0" * 32
-
-
-@pytest.fixture(scope="module")
-def closed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    """A server on which nobody plays without a token."""
-    data = tmp_path_factory.mktemp("data")
-    tiny.write(data)
-    server = Server(data, "127.0.0.1:0", "--steps", "8", "--no-anonymous", "--runs-at-once", "0")
-    yield server
-    assert server.stop() == 0
 
 
 @pytest.fixture(scope="module")
@@ -70,49 +61,13 @@ def test_run_belongs_to_the_tokens_participant(people: dict[str, Person]) -> Non
     )
 
 
-# Every method of this project's services: how it is called for a run, or None where it names none.
-CALLS: dict[str, Callable[[Person, str], object] | None] = {
-    "Evaluation.GetServerInfo": None,
-    "Evaluation.CreateRun": None,
-    "Evaluation.GetAccount": None,
-    "Evaluation.ListRuns": lambda who, run: who.stub.ListRuns(pb.ListRunsRequest(page_token=run), metadata=METADATA),
-    "Evaluation.GetRun": lambda who, run: who.stub.GetRun(pb.GetRunRequest(run_id=run), metadata=METADATA),
-    "Evaluation.CancelRun": lambda who, run: who.stub.CancelRun(pb.CancelRunRequest(run_id=run), metadata=METADATA),
-    "Evaluation.GetReport": lambda who, run: who.stub.GetReport(pb.GetReportRequest(run_id=run), metadata=METADATA),
-    "Evaluation.GetBreakdown": lambda who, run: who.stub.GetBreakdown(
-        pb.GetBreakdownRequest(run_id=run), metadata=METADATA
-    ),
-    "Evaluation.GetReceipt": lambda who, run: who.stub.GetReceipt(pb.GetReceiptRequest(run_id=run), metadata=METADATA),
-    "Evaluation.Play": lambda who, run: list(Player(who.stub, run).call),
-    "Leaderboard.Publish": lambda who, run: who.board.Publish(
-        leaderboard_pb2.PublishRequest(run_id=run), metadata=METADATA
-    ),
-    "Leaderboard.Withdraw": lambda who, run: who.board.Withdraw(
-        leaderboard_pb2.WithdrawRequest(run_id=run), metadata=METADATA
-    ),
-    "Leaderboard.List": None,
-    "Leaderboard.Export": None,
-    "Leaderboard.GetEntry": None,  # what is published is everybody's
-    "Leaderboard.Compare": None,  # of published runs alone
-    "Leaderboard.GetActions": None,  # the same, and only where no split is hidden
-    "Leaderboard.ListEpochs": None,
-    "Leaderboard.CompareEpochs": None,
-}
+BY_RUN = [name for name, case in CASES.items() if case.expected[1] == ABSENT and name != "Leaderboard.CompareEpochs"]
+"""Methods for a run that other participants do not see."""
 
 
-def test_access_cases_cover_every_rpc_method() -> None:
-    services = [
-        service for file in (pb.DESCRIPTOR, leaderboard_pb2.DESCRIPTOR) for service in file.services_by_name.values()
-    ]
-    assert sorted(CALLS) == sorted(
-        f"{service.name}.{method.name}" for service in services for method in service.methods
-    )
-
-
-@pytest.mark.parametrize("method", [name for name, call in CALLS.items() if call])
+@pytest.mark.parametrize("method", BY_RUN)
 def test_runs_of_other_participants_look_like_unknown_runs(people: dict[str, Person], method: str) -> None:
-    call = CALLS[method]
-    assert call is not None
+    call = CASES[method].call
     over, running = create(people["ann"].stub, episodes=1).run_id, create(people["ann"].stub).run_id
     people["ann"].stub.CancelRun(pb.CancelRunRequest(run_id=over), metadata=METADATA)
     for run_id in (over, running, UNKNOWN):
@@ -132,30 +87,24 @@ def test_participants_list_their_own_runs_and_hosts_list_all(people: dict[str, P
     assert people["chair"].stub.GetRun(pb.GetRunRequest(run_id=mine), metadata=METADATA).participant == "ann"
 
 
-@pytest.mark.parametrize("method", [name for name, call in CALLS.items() if call or name.startswith("Evaluation.")])
+@pytest.mark.parametrize("method", [name for name in CASES if name in BY_RUN or name.startswith("Evaluation.")])
 def test_calls_without_a_token_are_refused_except_public_ones(people: dict[str, Person], method: str) -> None:
-    nobody = people["nobody"]
+    nobody, call = people["nobody"], CASES[method].call
     if method == "Evaluation.GetServerInfo":
         assert not nobody.stub.GetServerInfo(pb.GetServerInfoRequest(), metadata=METADATA).anonymous
         return
     if method in ("Evaluation.GetBreakdown", "Evaluation.GetReceipt"):  # of published runs; others are as if unknown
-        mine, get = create(people["ann"].stub).run_id, CALLS[method]
-        assert get is not None
+        mine = create(people["ann"].stub).run_id
         for run_id in (mine, UNKNOWN):
-            told = refused(lambda run_id=run_id: get(nobody, run_id))
+            told = refused(lambda run_id=run_id: call(nobody, run_id))
             assert told == (grpc.StatusCode.NOT_FOUND, f"there is no run {run_id!r}")
         published = create(people["ann"].stub, episodes=1).run_id
         with Player(people["ann"].stub, published) as player:
             player.play(tiny.ACTIONS)
         people["ann"].board.Publish(leaderboard_pb2.PublishRequest(run_id=published), metadata=METADATA)
-        assert get(nobody, published) == get(people["bob"], published)
+        assert call(nobody, published) == call(people["bob"], published)
         return
-    without_run: dict[str, Callable[[], object]] = {
-        "Evaluation.CreateRun": lambda: create(nobody.stub),
-        "Evaluation.GetAccount": lambda: nobody.stub.GetAccount(pb.GetAccountRequest(), metadata=METADATA),
-    }
-    call = CALLS[method]
-    assert refused(without_run[method] if call is None else lambda: call(nobody, UNKNOWN)) == (
+    assert refused(lambda: call(nobody, UNKNOWN)) == (
         grpc.StatusCode.UNAUTHENTICATED,
         "authentication required: no token was sent; ask the server's host for one",
     )
@@ -163,8 +112,9 @@ def test_calls_without_a_token_are_refused_except_public_ones(people: dict[str, 
 
 def test_health_and_reflection_need_no_token(people: dict[str, Person]) -> None:
     channel = people["nobody"].channel
-    answer = health_pb2_grpc.HealthStub(channel).Check(health_pb2.HealthCheckRequest())
-    assert answer.status == health_pb2.HealthCheckResponse.SERVING
+    for service in ("", "arramon.v1.Evaluation"):
+        answer = health_pb2_grpc.HealthStub(channel).Check(health_pb2.HealthCheckRequest(service=service))
+        assert answer.status == health_pb2.HealthCheckResponse.SERVING
     assert "arramon.v1.Evaluation" in ProtoReflectionDescriptorDatabase(channel).get_services()
 
 

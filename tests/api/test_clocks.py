@@ -45,13 +45,16 @@ def test_runs_have_the_hosts_clocks_and_observations_the_time_left(stub: Evaluat
     run = create(stub, episodes=1)
     assert run.limits == limits
     assert run.bank_seconds_left == 86_400.0
-    with Player(stub, run.run_id) as player:
+    with Player(stub, run.run_id, player="one") as player:
         first = player.observation()
         player.act(first.episode_id, 0, tiny.F)
         second = player.observation()
     assert [(seen.step_seconds_left, seen.bank_seconds_left) for seen in (first, second)] == [(60, 86_400)] * 2
     told = observation_of(second, ImageDecoder())
     assert (told.step_seconds_left, told.bank_seconds_left) == (60.0, 86_400.0)
+    with Player(stub, run.run_id, player="one", history=True) as player:
+        past, now = player.observation(), player.observation()
+    assert [seen.HasField("step_seconds_left") for seen in (past, now)] == [False, True]
 
 
 def test_silent_client_runs_out_of_time_and_its_run_completes(hurry: EvaluationStub) -> None:

@@ -1,6 +1,6 @@
 """A leaderboard that closes over gRPC, and what its host says of itself."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -12,20 +12,13 @@ from arramon.v1 import leaderboard_pb2 as pb
 from arramon_server.runs.accounts.callers import Role
 from tests import tiny
 from tests.api.people import Person, token_of
-from tests.api.player import LEFT, Player, create
+from tests.api.player import LEFT, Player, create, played
 from tests.api.test_runs import refused
 from tests.serving import METADATA, Server
 
 HOST = ("--host-name", "Lab of streets", "--host-contact", "mail@example.org", "--host-rules", "One run a day.")
 
 FAR = "2100-01-01T00:00:00+00:00"
-
-
-def played(person: Person, split: str = "tiny", actions: Sequence[int] = tiny.ACTIONS) -> str:
-    run = create(person.stub, split=split)
-    with Player(person.stub, run.run_id, 3) as player:
-        player.play(actions)
-    return run.run_id
 
 
 @pytest.fixture
@@ -55,7 +48,7 @@ def test_server_information_has_the_host_and_when_splits_close(frozen: Server) -
 def test_scores_are_shown_to_their_participant_alone_until_it_closes(frozen: Server, data: Path) -> None:
     ann, bob = (token_of(data, name) for name in ("ann", "bob"))
     with Person(frozen.address, ann) as one, Person(frozen.address, bob) as other:
-        run_id = played(one)
+        run_id = played(one.stub).run_id
         entry = one.board.Publish(pb.PublishRequest(run_id=run_id), metadata=METADATA)
         assert (entry.frozen, len(entry.rows), dict(entry.run.causes), entry.run.steps) == (True, 0, {}, 0)
         listed = other.board.List(pb.ListRequest(split="tiny", language="en"), metadata=METADATA)
@@ -97,7 +90,7 @@ def test_published_anonymous_runs_are_shown_as_to_any_reader(data: Path) -> None
             with Player(stranger.stub, run_id, 1) as player:
                 return player.next().opened.run
 
-        hidden, frozen = played(stranger, "secret", [LEFT]), played(stranger)
+        hidden, frozen = played(stranger.stub, [LEFT], split="secret").run_id, played(stranger.stub).run_id
         exact = run(stranger, hidden).steps
         assert exact == report(stranger, hidden).run.steps > 100
         for run_id in (hidden, frozen):
@@ -126,7 +119,7 @@ def test_published_anonymous_runs_are_shown_as_to_any_reader(data: Path) -> None
 def test_no_runs_are_created_after_it_closed_and_those_that_were_begun_are_played(data: Path) -> None:
     server = Server(data, "127.0.0.1:0", "--steps", "8")
     with Person(server.address) as somebody:
-        run_id, begun = played(somebody), create(somebody.stub).run_id
+        run_id, begun = played(somebody.stub).run_id, create(somebody.stub).run_id
     server.stop()
     past = datetime.now(UTC) - timedelta(minutes=1)
     server = Server(data, "127.0.0.1:0", "--steps", "8", "--closes", f"tiny={past.isoformat()}")

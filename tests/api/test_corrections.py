@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from collections.abc import Sequence
 from pathlib import Path
 
 from arramon.v1 import evaluation_pb2 as evaluation
@@ -9,26 +10,24 @@ from arramon.v1 import leaderboard_pb2 as pb
 from arramon_server.cli import main
 from tests import tiny
 from tests.api.people import Person
-from tests.api.player import Player, create
+from tests.api.player import played
 from tests.serving import METADATA, Server
 
 WRONG = [tiny.P] * 4
 
 
-def played(person: Person, actions: object, agent: str) -> str:
-    run = create(person.stub, agent=agent)
-    with Player(person.stub, run.run_id, 3) as player:
-        player.play(actions)  # type: ignore[arg-type]
-    person.board.Publish(pb.PublishRequest(run_id=run.run_id), metadata=METADATA)
-    return run.run_id
+def published(person: Person, actions: Sequence[int], agent: str) -> str:
+    run_id = played(person.stub, actions, agent=agent).run_id
+    person.board.Publish(pb.PublishRequest(run_id=run_id), metadata=METADATA)
+    return run_id
 
 
 def test_a_void_episode_leaves_the_scores_of_a_server_that_runs(tmp_path: Path) -> None:
     tiny.write(tmp_path)
     server = Server(tmp_path, "127.0.0.1:0", "--steps", "8")
     with Person(server.address) as person:
-        run_id = played(person, tiny.ACTIONS, "good")
-        played(person, WRONG, "poor")
+        run_id = published(person, tiny.ACTIONS, "good")
+        published(person, WRONG, "poor")
         request = pb.ListRequest(split="tiny", language="en")
         before = person.board.List(request, metadata=METADATA)
         assert (len(before.standings), len(before.corrections)) == (2, 0)

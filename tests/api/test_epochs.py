@@ -1,7 +1,7 @@
 """Epochs, reproductions and actions over gRPC and by the client's commands, on a server that requires tokens."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, closing
 from pathlib import Path
 
@@ -17,7 +17,7 @@ from arramon_server.runs.storage.database import Database
 from arramon_server.runs.storage.epochs import EpochStore
 from tests import tiny
 from tests.api.people import Person, token_of
-from tests.api.player import Player, create
+from tests.api.player import Player, create, played
 from tests.api.test_runs import refused
 from tests.serving import METADATA, Server
 
@@ -58,12 +58,9 @@ class Season:
     def epochs(self) -> "_Opened":
         return _Opened(self._url)
 
-    def plays(self, who: Person, actions: object = tiny.ACTIONS, **fields: object) -> str:
+    def plays(self, who: Person, actions: Sequence[int] = tiny.ACTIONS, **fields: object) -> str:
         """A run that is over."""
-        run = create(who.stub, **{"split": NEWER, "code": CODE, **fields})
-        with Player(who.stub, run.run_id, 3) as player:
-            player.play(actions)  # type: ignore[arg-type]
-        return run.run_id
+        return played(who.stub, actions, **{"split": NEWER, "code": CODE, **fields}).run_id
 
     def publishes(self, who: Person, run_id: str, reproduces: str | None = None) -> pb.Entry:
         return who.board.Publish(pb.PublishRequest(run_id=run_id, reproduces=reproduces), metadata=METADATA)
@@ -124,21 +121,6 @@ def test_a_run_is_reproduced_by_another_participant(season: Season, capsys: pyte
     assert shown.count("-1.000..") == len(COLUMNS)  # no column is cut off
     season.bob.board.Withdraw(pb.WithdrawRequest(run_id=again), metadata=METADATA)
     assert (season.entry(original).reproduced_by, len(season.entry(original).reproductions)) == (0, 0)
-
-
-@pytest.mark.parametrize(
-    ("code", "said"),
-    [
-        (evaluation_pb2.Code(url="ftp://example.org"), "the code's address is 'ftp://example.org'"),
-        (evaluation_pb2.Code(url="https://example.org", commit="main"), "the code's commit is 'main'"),
-        (evaluation_pb2.Code(commit="c" * 40), "a commit but no address"),
-        (evaluation_pb2.Code(image="latest"), "the code's image is 'latest'"),
-    ],
-)
-def test_malformed_code_is_refused(season: Season, code: evaluation_pb2.Code, said: str) -> None:
-    status, details = refused(lambda: create(season.ann.stub, code=code))
-    assert status == grpc.StatusCode.INVALID_ARGUMENT
-    assert said in details
 
 
 def test_a_season_from_opening_to_rescoring(season: Season, capsys: pytest.CaptureFixture[str]) -> None:

@@ -59,6 +59,8 @@ def test_hidden_run_in_play_reveals_only_its_progress(stub: EvaluationStub) -> N
     report = stub.GetReport(request, metadata=METADATA)
     assert [row.name for row in report.rows] == ["turn 1", "turn 2", "total"]
     assert not report.episodes
+    scores = [score for row in report.rows for score in row.scores]  # three episodes are too few for an interval
+    assert {(score.low, score.high) for score in scores} == {(0.0, 1.0)}
     for message_ in (half, *rest):
         assert not [leaf for leaf in leaves(message_) if isinstance(leaf, str) and ("CTC" in leaf or "nDTW" in leaf)]
 

@@ -19,26 +19,12 @@ from arramon.v1.leaderboard_pb2_grpc import LeaderboardStub
 from arramon_server.runs.accounts.callers import Role
 from tests import tiny
 from tests.api.people import Person, token_of
-from tests.api.player import Player, create
+from tests.api.player import create, played
 from tests.api.test_runs import refused
 from tests.serving import METADATA, Server
 
 WRONG = [types_pb2.ACTION_INTERACT] * 4
 """Takes nothing, and puts it down at once."""
-
-
-@pytest.fixture
-def board(server: Server) -> Iterator[LeaderboardStub]:
-    with grpc.insecure_channel(server.address) as channel:
-        yield LeaderboardStub(channel)
-
-
-def played(stub: EvaluationStub, actions: object = tiny.ACTIONS, **fields: object) -> str:
-    """A run that is over."""
-    run = create(stub, **fields)
-    with Player(stub, run.run_id, 3) as player:
-        player.play(actions)  # type: ignore[arg-type]
-    return run.run_id
 
 
 def publish(board: LeaderboardStub, run_id: str, note: str = "") -> pb.Entry:
@@ -58,9 +44,9 @@ def listed(board: LeaderboardStub, language: str = "en", split: str = "tiny", **
 def published(stub: EvaluationStub, board: LeaderboardStub) -> Iterator[list[str]]:
     """Runs on the leaderboard: a perfect one, one that does everything wrong, and a part of one; off it at the end."""
     runs = [
-        played(stub, WRONG, agent="wrong", participant="b"),
-        played(stub, agent="perfect", participant="a"),
-        played(stub, agent="part", participant="a", episodes=2),
+        played(stub, WRONG, agent="wrong", participant="b").run_id,
+        played(stub, agent="perfect", participant="a").run_id,
+        played(stub, agent="part", participant="a", episodes=2).run_id,
     ]
     for run_id in runs:
         publish(board, run_id)
@@ -70,7 +56,7 @@ def published(stub: EvaluationStub, board: LeaderboardStub) -> Iterator[list[str
 
 
 def test_entry_holds_the_runs_report_and_receipt_digest(stub: EvaluationStub, board: LeaderboardStub) -> None:
-    run_id = played(stub, agent="perfect", participant="a", sensors=["rgb"])
+    run_id = played(stub, agent="perfect", participant="a", sensors=["rgb"]).run_id
     entry = publish(board, run_id, "with care")
     report = stub.GetReport(evaluation_pb2.GetReportRequest(run_id=run_id), metadata=METADATA)
     assert (entry.run.agent, entry.run.participant, list(entry.run.sensors)) == ("perfect", "a", ["rgb"])
@@ -98,7 +84,7 @@ def test_complete_runs_are_ranked_and_partial_runs_listed_unranked(
 
 
 def test_runs_of_chosen_episodes_are_marked_partial(stub: EvaluationStub, board: LeaderboardStub) -> None:
-    run_id = played(stub, agent="chosen", episode_ids=["4", "1"])
+    run_id = played(stub, agent="chosen", episode_ids=["4", "1"]).run_id
     entry = publish(board, run_id)
     assert list(entry.marks) == [pb.MARK_PARTIAL]
     assert entry.coverage == pytest.approx(1 / 3)
@@ -109,7 +95,7 @@ def test_runs_of_chosen_episodes_are_marked_partial(stub: EvaluationStub, board:
 def test_runs_with_equal_scores_share_a_rank(
     stub: EvaluationStub, board: LeaderboardStub, published: list[str]
 ) -> None:
-    again = played(stub, agent="again")
+    again = played(stub, agent="again").run_id
     publish(board, again)
     lines = [(line.agent, line.rank, line.tied) for line in listed(board).standings]
     # With a third run, six episodes no longer show that the wrong one is worse than both.
@@ -171,7 +157,7 @@ def test_invalid_list_requests_are_refused(
 
 
 def test_combined_standings_average_both_languages(stub: EvaluationStub, board: LeaderboardStub) -> None:
-    runs = [played(stub, agent="two"), played(stub, WRONG, agent="two", language="hi")]
+    runs = [played(stub, agent="two").run_id, played(stub, WRONG, agent="two", language="hi").run_id]
     for run_id in runs:
         publish(board, run_id)
     for language in ("both", ""):
@@ -189,7 +175,7 @@ def test_seeds_are_one_standing_and_costs_are_declared(stub: EvaluationStub, boa
     runs = []
     for seed, actions in (("1", tiny.ACTIONS), ("2", WRONG)):
         arguments = [evaluation_pb2.AgentArgument(name="seed", value=seed)]
-        runs.append(played(stub, actions, agent="seeded", agent_arguments=arguments))
+        runs.append(played(stub, actions, agent="seeded", agent_arguments=arguments).run_id)
         request = pb.PublishRequest(run_id=runs[-1], cost=pb.Cost(parameters=30_000_000, price=1.5))
         entry = board.Publish(request, metadata=METADATA)
         assert (entry.cost.parameters, entry.cost.price, entry.cost.HasField("tokens")) == (30_000_000, 1.5, False)
@@ -210,7 +196,7 @@ def test_seeds_are_one_standing_and_costs_are_declared(stub: EvaluationStub, boa
 
 
 def test_withdrawn_runs_disappear_and_can_be_republished(stub: EvaluationStub, board: LeaderboardStub) -> None:
-    run_id = played(stub, agent="shy")
+    run_id = played(stub, agent="shy").run_id
     publish(board, run_id)
     withdraw(board, run_id)
     assert not listed(board).standings
@@ -237,9 +223,9 @@ def test_invalid_publications_are_refused(stub: EvaluationStub, board: Leaderboa
 
 
 def test_hidden_split_entries_reveal_no_single_episodes(stub: EvaluationStub, board: LeaderboardStub) -> None:
-    run_id = played(stub, split="secret", agent="perfect")
+    run_id = played(stub, split="secret", agent="perfect").run_id
     entry = publish(board, run_id)
-    other = played(stub, WRONG, split="secret", agent="wrong")
+    other = played(stub, WRONG, split="secret", agent="wrong").run_id
     publish(board, other)
     answer = listed(board, split="secret")
     against = board.Compare(pb.CompareRequest(run_id=run_id), metadata=METADATA)
@@ -294,7 +280,7 @@ def test_standings_are_exported_as_csv_and_json(board: LeaderboardStub, publishe
 
 
 def test_runs_and_reports_show_whether_they_are_published(stub: EvaluationStub, board: LeaderboardStub) -> None:
-    run_id = played(stub)
+    run_id = played(stub).run_id
 
     def states() -> list[bool]:
         run = stub.GetRun(evaluation_pb2.GetRunRequest(run_id=run_id), metadata=METADATA)
@@ -309,23 +295,13 @@ def test_runs_and_reports_show_whether_they_are_published(stub: EvaluationStub, 
     assert states() == [False] * 3
 
 
-@pytest.fixture(scope="module")
-def closed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    """A server on which nobody plays without a token."""
-    data = tmp_path_factory.mktemp("data")
-    tiny.write(data)
-    server = Server(data, "127.0.0.1:0", "--steps", "8", "--no-anonymous")
-    yield server
-    assert server.stop() == 0
-
-
 def test_only_owner_and_host_publish_and_withdraw_with_accounts(closed: Server) -> None:
     tokens = {"ann": token_of(closed.data, "ann"), "bob": token_of(closed.data, "bob"), "nobody": ""}
     tokens["chair"] = token_of(closed.data, "chair", Role.HOST)
     with ExitStack() as stack:
         people = {name: stack.enter_context(Person(closed.address, token)) for name, token in tokens.items()}
         boards = {name: person.board for name, person in people.items()}
-        run_id = played(people["ann"].stub, agent="walker")
+        run_id = played(people["ann"].stub, agent="walker").run_id
 
         def answer(name: str, call: Callable[[LeaderboardStub, str], object]) -> str:
             try:
@@ -365,7 +341,7 @@ def test_anonymous_callers_cannot_publish_on_a_public_server(tmp_path: Path) -> 
     tiny.write(tmp_path)
     server = Server(tmp_path, "127.0.0.1:0", "--steps", "8", "--anonymous", "--trust-proxy")
     with grpc.insecure_channel(server.address) as channel:
-        run_id = played(EvaluationStub(channel))
+        run_id = played(EvaluationStub(channel)).run_id
         board = LeaderboardStub(channel)
         for call in (publish, withdraw):
             assert refused(lambda call=call: call(board, run_id)) == (
@@ -395,15 +371,15 @@ def test_other_clocks_mix_no_runs_and_a_local_board_ranks_those_that_share_their
     tiny.write(tmp_path)
     with served(tmp_path, 60) as channel:
         board = LeaderboardStub(channel)
-        publish(board, played(EvaluationStub(channel), agent="before"))
+        publish(board, played(EvaluationStub(channel), agent="before").run_id)
         assert standings(board) == [("before", 1, [], "")]
     with served(tmp_path, 0) as channel:
         board = LeaderboardStub(channel)
-        publish(board, played(EvaluationStub(channel), agent="after"))
+        publish(board, played(EvaluationStub(channel), agent="after").run_id)
         assert standings(board) == [("after", 1, [], ""), ("before", 0, [pb.MARK_OTHER_CLOCKS], "other-clocks")]
     with served(tmp_path, 60) as channel:
         board = LeaderboardStub(channel)
         assert standings(board) == [("after", 1, [], ""), ("before", 0, [pb.MARK_OTHER_CLOCKS], "other-clocks")]
-        publish(board, played(EvaluationStub(channel), WRONG, agent="again"))
+        publish(board, played(EvaluationStub(channel), WRONG, agent="again").run_id)
         other = ("after", 0, [pb.MARK_OTHER_CLOCKS], "other-clocks")
         assert standings(board) == [("before", 1, [], ""), ("again", 2, [], ""), other]

@@ -5,7 +5,6 @@ import stat
 import subprocess
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import grpc
 import pytest
@@ -17,7 +16,7 @@ from arramon.v1.evaluation_pb2_grpc import EvaluationStub
 from arramon_client.cli import main
 from arramon_server.runs.results.signing import SigningKey
 from tests import forked, tiny
-from tests.api.player import Player, create
+from tests.api.player import Player, create, played
 from tests.serving import METADATA, Server
 
 
@@ -29,18 +28,6 @@ def run(*arguments: object) -> "subprocess.CompletedProcess[str]":
 
 def receipt_of(stub: EvaluationStub, run_id: str) -> pb.Receipt:
     return stub.GetReceipt(pb.GetReceiptRequest(run_id=run_id), metadata=METADATA)
-
-
-def refused(call: Any) -> tuple[grpc.StatusCode, str]:
-    with pytest.raises(grpc.RpcError) as caught:
-        call()
-    return caught.value.code(), caught.value.details() or ""
-
-
-def played(stub: EvaluationStub, **fields: object) -> pb.Run:
-    made = create(stub, **fields)
-    with Player(stub, made.run_id, 3) as player:
-        return player.play(tiny.ACTIONS)[-1].run_ended.run
 
 
 def test_receipt_is_signed_by_the_host_and_matches_the_report(server: Server, stub: EvaluationStub) -> None:
@@ -68,14 +55,6 @@ def test_receipt_is_signed_by_the_host_and_matches_the_report(server: Server, st
 def test_hidden_split_receipts_hold_no_episode_scores(stub: EvaluationStub) -> None:
     content = json.loads(receipt_of(stub, played(stub, split="secret").run_id).payload)
     assert {name for episode in content["episodes"] for name in episode} == {"episode_id", "head", "ending"}
-
-
-def test_unfinished_and_unknown_runs_have_no_receipt(stub: EvaluationStub) -> None:
-    made = create(stub, episodes=2)
-    code, message = refused(lambda: receipt_of(stub, made.run_id))
-    assert code == grpc.StatusCode.FAILED_PRECONDITION
-    assert message == f"run '{made.run_id}' is still being played: 0 of 2 episodes have ended"
-    assert refused(lambda: receipt_of(stub, "x")) == (grpc.StatusCode.NOT_FOUND, "there is no run 'x'")
 
 
 def test_cancelled_run_has_a_receipt(stub: EvaluationStub) -> None:

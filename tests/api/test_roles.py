@@ -210,8 +210,3 @@ def test_a_host_plays_its_own_runs_alone_also_beside_anonymous_ones(callers: dic
     anonymous = create(callers["anonymous"].stub).run_id
     assert code_of(lambda: plays(callers["host"], anonymous)) == NO
     assert code_of(lambda: plays(callers["anonymous"], anonymous)) == OK
-
-
-def test_anonymous_callers_of_an_open_server_list_nothing(callers: dict[str, Person]) -> None:
-    create(callers["anonymous"].stub)
-    assert not callers["anonymous"].stub.ListRuns(pb.ListRunsRequest(), metadata=METADATA).runs

@@ -21,7 +21,6 @@ from arramon_server.api.encoding_choice import offered_encodings
 from arramon_server.api.shared_memory import SharedImages, SharedMemoryEncoder
 from tests import tiny
 from tests.api.player import Player, create
-from tests.api.test_runs import refused
 from tests.serving import METADATA, Server
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="shared memory is offered on Linux only")
@@ -154,13 +153,6 @@ def test_shared_memory_is_offered_on_unix_sockets_only(
     listen: str, encodings: tuple[types_pb2.Encoding.ValueType, ...]
 ) -> None:
     assert offered_encodings(listen) == encodings
-
-
-def test_shared_memory_is_refused_over_tcp(stub: EvaluationStub) -> None:
-    run = create(stub, episodes=1, sensors=["rgb"])
-    with Player(stub, run.run_id, encoding=SHARED) as player:
-        code, said = refused(player.next)
-    assert (code, said) == (grpc.StatusCode.INVALID_ARGUMENT, "encoding 4 is not offered; see ServerInfo.encodings")
 
 
 def test_shared_memory_and_messages_give_identical_images(near: EvaluationStub) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
+from functools import partialmethod
 from typing import Any
 
 import grpc
@@ -92,33 +93,6 @@ class Forwarder(EvaluationServicer):
         """Break this from now on, and nothing else."""
         self._fault, self._common, self._streams = fault, {}, 0
 
-    def GetServerInfo(self, request: Any, context: Any) -> Any:
-        return self._unary("GetServerInfo", request, context)
-
-    def GetAccount(self, request: Any, context: Any) -> Any:
-        return self._unary("GetAccount", request, context)
-
-    def CreateRun(self, request: Any, context: Any) -> Any:
-        return self._unary("CreateRun", request, context)
-
-    def GetRun(self, request: Any, context: Any) -> Any:
-        return self._unary("GetRun", request, context)
-
-    def ListRuns(self, request: Any, context: Any) -> Any:
-        return self._unary("ListRuns", request, context)
-
-    def CancelRun(self, request: Any, context: Any) -> Any:
-        return self._unary("CancelRun", request, context)
-
-    def GetReport(self, request: Any, context: Any) -> Any:
-        return self._unary("GetReport", request, context)
-
-    def GetReceipt(self, request: Any, context: Any) -> Any:
-        return self._unary("GetReceipt", request, context)
-
-    def GetBreakdown(self, request: Any, context: Any) -> Any:
-        return self._unary("GetBreakdown", request, context)
-
     def Play(self, request_iterator: Iterator[pb.PlayRequest], context: Any) -> Iterator[pb.PlayResponse]:
         fault = self._fault
         self._streams += 1
@@ -146,7 +120,7 @@ class Forwarder(EvaluationServicer):
             else:
                 yield pb.PlayResponse(events=fault.ends(stream))
 
-    def _unary(self, method: str, request: Any, context: Any) -> Any:
+    def unary(self, method: str, request: Any, context: Any) -> Any:
         fault, metadata = self._fault, _metadata(context)
         sent = fault.metadata(metadata)
         call = Unary(method, metadata, lambda message: getattr(self._stub, method)(message, metadata=sent))
@@ -156,6 +130,11 @@ class Forwarder(EvaluationServicer):
             context.abort(refusal.code, refusal.details)
         except grpc.RpcError as error:
             context.abort(*fault.refuses(error.code(), error.details() or ""))
+
+
+for name in pb.DESCRIPTOR.services_by_name["Evaluation"].methods_by_name:
+    if name != "Play":
+        setattr(Forwarder, name, partialmethod(Forwarder.unary, name))
 
 
 @contextmanager

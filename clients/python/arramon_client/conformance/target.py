@@ -122,6 +122,11 @@ class Target:
                 return [sensor]
         return []
 
+    def need_sensor(self, sensor: str) -> None:
+        """Raise Skipped unless the split offers the sensor."""
+        offers = f"the split {self.split.name!r} does not offer the sensor {sensor}"
+        need(sensor in self.split.sensors, f"{offers}; an open split would make it run")
+
     def smallest(self) -> int:
         """Return the side length of the smallest images offered, in pixels."""
         return min(self.info.image_sizes, default=0)
