@@ -11,7 +11,7 @@ from typing import Any
 
 from arramon_agents.perception.encoder import FOLDER
 from arramon_agents.requirements import PLAYING, require
-from arramon_agents.training.place import Place
+from arramon_agents.training.workspace import Workspace
 from arramon_client.errors import ArramonClientError
 
 PACKAGES = ("reading.reader", "vl", "vl_grounded", "vl_map", "reading", "perception.eyes")
@@ -65,15 +65,15 @@ def main(arguments: list[str] | None = None) -> int:
         parser.error(f"there is no recipe {unknown[0]!r}; there are {', '.join(known)}")
     try:
         require(NEEDED, "training", extra="training")
-        place = _place(given)
+        workspace = _workspace(given)
         recipes = {name: _recipe(name, known[name], given, _options(known)) for name in names}
         for name, recipe in recipes.items():
-            weights = known[name].module("train").train(recipe, place, _tell)
-            _tell(f"{name}: in {weights or place.output}")
+            weights = known[name].module("train").train(recipe, workspace, _report)
+            _report(f"{name}: in {weights or workspace.output}")
             if given.ship and weights:
                 _ship(name, known[name].package, weights)
     except (ArramonClientError, ValueError) as error:
-        _tell(f"error: {error}")
+        _report(f"error: {error}")
         return 1
     return 0
 
@@ -105,13 +105,13 @@ def _recipe(name: str, training: Training, given: argparse.Namespace, options: I
     return replace(recipe, **{option: value for option, value in chosen.items() if option in own})
 
 
-def _place(given: argparse.Namespace) -> Place:
+def _workspace(given: argparse.Namespace) -> Workspace:
     import torch
 
     device = given.device
     if device == "auto":
         device = "cuda" if torch.cuda.is_available() else "cpu"
-    return Place(given.data, given.cache, given.output, given.processes, given.checkpoint_steps, device)
+    return Workspace(given.data, given.cache, given.output, given.processes, given.checkpoint_steps, device)
 
 
 def _ship(name: str, package: str, weights: Path) -> None:
@@ -163,7 +163,7 @@ def _flag(name: str) -> str:
     return LANGUAGES.get(name, f"--{name.replace('_', '-')}")
 
 
-def _tell(line: str) -> None:
+def _report(line: str) -> None:
     print(line, file=sys.stderr, flush=True)
 
 

@@ -2,8 +2,8 @@
 
 import arramon_lang as lang
 from arramon_agents.follower.navigation import Navigator
-from arramon_agents.mapping.agent import MapAgent, Skills, Walk
-from arramon_agents.mapping.body import Body
+from arramon_agents.mapping.agent import MapAgent, NextAction, Skills
+from arramon_agents.mapping.body import AgentBody
 from arramon_agents.mapping.room_player import find_by_rules
 from arramon_agents.perception.percept import perceive_as_given
 from arramon_lang.meaning import Assembly, Navigation, Thing
@@ -21,7 +21,7 @@ class Agent(MapAgent):
         )
 
 
-def walk_by_rules(body: Body, meaning: Navigation, turn: int) -> Walk:  # noqa: ARG001 - both turns are alike
+def walk_by_rules(body: AgentBody, meaning: Navigation, turn: int) -> NextAction:  # noqa: ARG001 - both turns are alike
     """Return what plays a navigation phase."""
     navigator = Navigator(body, meaning)
     return lambda _: navigator.act()

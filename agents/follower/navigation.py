@@ -5,9 +5,9 @@ from dataclasses import replace
 
 from arramon_agents.follower.navigation_places import Openings, find_opening
 from arramon_agents.follower.navigation_reference import ORDINALS, Marks, Referents
-from arramon_agents.follower.navigation_walk import Walker
-from arramon_agents.mapping.body import Body, rotated
-from arramon_agents.mapping.landmarks import Landmark, landmarks_ahead
+from arramon_agents.follower.navigation_walk import MapWalker
+from arramon_agents.mapping.body import AgentBody, rotated
+from arramon_agents.mapping.landmarks import MappedLandmark, landmarks_ahead
 from arramon_agents.mapping.motion import TURN, turns
 from arramon_agents.mapping.target import REACH_TO, find_target, is_in_place, is_reached, knows_place
 from arramon_client.agent import Action
@@ -49,15 +49,15 @@ class Navigator:
         meaning: the meaning of the instruction.
     """
 
-    def __init__(self, body: Body, meaning: Navigation) -> None:
+    def __init__(self, body: AgentBody, meaning: Navigation) -> None:
         self._body = body
         self._meaning = meaning
         self._number = 0
         self._course = body.angle
-        self._walker = Walker(body)
+        self._walker = MapWalker(body)
         self._committed = False
         self._missed: set[tuple[float, float]] = set()
-        self._interacted: Landmark | None = None
+        self._interacted: MappedLandmark | None = None
         self._looks: list[Action] = []
         self._visited: list[tuple[float, float]] = []
         self._referents = Referents(body.landmarks)
@@ -108,7 +108,7 @@ class Navigator:
             (target.x, target.z), REACH_TO + 0.2, lambda x, z, heading: is_reached(body, target, x, z, heading)
         )
 
-    def _is_worth_going_for(self, target: Landmark) -> bool:
+    def _is_worth_going_for(self, target: MappedLandmark) -> bool:
         """Return whether what may be the target is the likeliest to be it, from what is known so far.
 
         Before the last step only one in its place is, near by. Afterwards one that is not is left for the end of the
@@ -275,7 +275,7 @@ class Navigator:
 
     def _resolve(self, things: tuple[Thing, ...]) -> tuple[float, float] | None:
         """Return the place of the things, the middle of several; None if one has not been seen yet."""
-        found: list[Landmark] = []
+        found: list[MappedLandmark] = []
         for thing in things:
             locked = self._locks.get(thing)
             if not locked or self._body.distance(locked[0].x, locked[0].z) > LOCK_DISTANCE:

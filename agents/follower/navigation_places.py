@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from arramon_agents.mapping.ground_map import Map
+from arramon_agents.mapping.ground_map import GroundMap
 from arramon_lang.street import DEEP, DEEPER, IN, SAME_OPENING
 
 OFFSETS = np.arange(-3.0, 14.0, 0.5)
@@ -17,7 +17,7 @@ WIDE = 3
 """Minimum number of consecutive places of an opening."""
 
 
-def find_opening(ground: Map, x: float, z: float, angle: float, side: int) -> tuple[float, float] | None:
+def find_opening(ground: GroundMap, x: float, z: float, angle: float, side: int) -> tuple[float, float] | None:
     """Return the place to turn into the next side street; None if none is known yet.
 
     Args:
@@ -47,7 +47,7 @@ class Openings:
         self._x, self._z, self._sin, self._cos = x, z, math.sin(angle), math.cos(angle)
         self._found: list[tuple[float, int, tuple[float, float]]] = []
 
-    def add(self, ground: Map, x: float, z: float, angle: float) -> None:
+    def add(self, ground: GroundMap, x: float, z: float, angle: float) -> None:
         """Add the openings that are known from a place on the walk."""
         for side in (-1, 1):
             runs, walls = ground.runs(x, z, angle, side, OFFSETS, DEEP)

@@ -3,13 +3,13 @@
 import math
 from collections.abc import Sequence
 
-from arramon_agents.mapping.landmarks import Landmark, Landmarks, landmarks_ahead
+from arramon_agents.mapping.landmarks import Landmarks, MappedLandmark, landmarks_ahead
 from arramon_lang.meaning import Thing
 from arramon_lang.street import COUNTED_ASIDE, GROUP
 
 ORDINALS = {"first": 0, "second": 1, "third": 2, "last": -1}
 
-Marks = tuple[Landmark, ...]
+Marks = tuple[MappedLandmark, ...]
 
 
 class Referents:
@@ -51,7 +51,7 @@ class Referents:
             return None if thing.number and len(group) < 2 else tuple(group[:2] if thing.number == "two" else group)
         return (first,)
 
-    def _distance_to_landmarks(self, thing: Thing, mark: Landmark) -> float:
+    def _distance_to_landmarks(self, thing: Thing, mark: MappedLandmark) -> float:
         """Return how far a landmark is from those that the thing is described by, in units."""
         total = 0.0
         for where in thing.where:
@@ -61,7 +61,7 @@ class Referents:
         return total
 
 
-def _counted(marks: Sequence[Landmark], which: str, x: float, z: float, angle: float) -> list[Landmark]:
+def _counted(marks: Sequence[MappedLandmark], which: str, x: float, z: float, angle: float) -> list[MappedLandmark]:
     """Return the landmark with an ordinal along the walk, alone, or nothing if not so many are known."""
     sin, cos = math.sin(angle), math.cos(angle)
     ahead = []

@@ -3,12 +3,12 @@
 import math
 from collections.abc import Callable
 
-from arramon_agents.mapping.body import Body
+from arramon_agents.mapping.body import AgentBody
 from arramon_agents.mapping.motion import can_step, find_path
 from arramon_client.agent import Action
 
 
-class Walker:
+class MapWalker:
     """Walks on the map, planning anew when a plan is old or blocked.
 
     Args:
@@ -18,7 +18,7 @@ class Walker:
         goal: (x, z) of the last plan's goal.
     """
 
-    def __init__(self, body: Body) -> None:
+    def __init__(self, body: AgentBody) -> None:
         self._body = body
         self._plan: list[Action] = []
         self._plan_age = 0

@@ -3,10 +3,10 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from arramon_agents.mapping.body import Body
+from arramon_agents.mapping.body import AgentBody
 from arramon_agents.mapping.landmarks import Landmarks
 from arramon_agents.mapping.room import RoomSight
-from arramon_agents.mapping.room_player import Find, RoomFollower
+from arramon_agents.mapping.room_player import FindCell, RoomFollower
 from arramon_agents.perception.percept import Perceive, Percept
 from arramon_client.agent import Action, Episode, Label, Observation
 from arramon_lang.meaning import Assembly, Navigation
@@ -14,7 +14,7 @@ from arramon_lang.meaning import Assembly, Navigation
 Read = Callable[[str, str, str], Navigation | Assembly]
 """Returns the meaning of an instruction by language, text and phase."""
 
-Walk = Callable[[int], Action]
+NextAction = Callable[[int], Action]
 """Returns the next action of a navigation phase, given the steps left; called after the body has perceived."""
 
 Labels = Sequence[Label]
@@ -36,8 +36,8 @@ class Skills:
 
     perceive: Perceive
     read: Read
-    make_walk: Callable[[Body, Navigation, int], Walk]
-    find_cell: Find
+    make_walk: Callable[[AgentBody, Navigation, int], NextAction]
+    find_cell: FindCell
     labels: Labels | None = None
     make_landmarks: Callable[[Labels], Landmarks] = Landmarks
     make_room: Callable[[Labels], RoomSight] = RoomSight
@@ -45,14 +45,14 @@ class Skills:
 
 
 @dataclass
-class _Memory:
+class _EpisodeState:
     """Memory of an episode: the player of its current phase is either a walk or a room follower."""
 
     language: str
     labels: Labels
-    body: Body
+    body: AgentBody
     phase: tuple[int, str] = (0, "")
-    walk: Walk | None = None
+    walk: NextAction | None = None
     room: RoomFollower | None = None
 
 
@@ -65,7 +65,7 @@ class MapAgent:
 
     def __init__(self, skills: Skills) -> None:
         self._skills = skills
-        self._episodes: dict[str, _Memory] = {}
+        self._episodes: dict[str, _EpisodeState] = {}
 
     def begin(self, episode: Episode) -> None:
         """Start a new episode.
@@ -76,8 +76,8 @@ class MapAgent:
         labels = self._skills.labels or episode.labels
         if not labels:
             raise ValueError("follower requires the sensor segmentation, which this run does not have")
-        body = Body(labels, self._skills.make_landmarks(labels))
-        self._episodes[episode.episode_id] = _Memory(episode.language, labels, body)
+        body = AgentBody(labels, self._skills.make_landmarks(labels))
+        self._episodes[episode.episode_id] = _EpisodeState(episode.language, labels, body)
 
     def end(self, episode_id: str) -> None:
         """Discard the memory of an episode: its map alone takes 1.6 MB."""
@@ -88,7 +88,7 @@ class MapAgent:
         percepts = self._skills.perceive(observations)
         return [self._act(percept, self._episodes[percept.observation.episode_id]) for percept in percepts]
 
-    def _act(self, percept: Percept, memory: _Memory) -> Action:
+    def _act(self, percept: Percept, memory: _EpisodeState) -> Action:
         observation = percept.observation
         if (observation.turn, observation.phase) != memory.phase:
             memory.phase = observation.turn, observation.phase
@@ -101,7 +101,7 @@ class MapAgent:
         assert memory.room is not None
         return Action(memory.room.act(observation, percept.things))
 
-    def _begin_phase(self, observation: Observation, memory: _Memory) -> None:
+    def _begin_phase(self, observation: Observation, memory: _EpisodeState) -> None:
         skills = self._skills
         memory.walk = memory.room = None
         memory.body.record_action(None)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from arramon_agents.mapping.ground_map import Map
+from arramon_agents.mapping.ground_map import GroundMap
 from arramon_agents.mapping.landmarks import Landmarks
 from arramon_agents.mapping.motion import STEPS, TURN, step_key
 from arramon_agents.perception.scan import Eye
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from arramon_agents.perception.eyes.names import NamedThing  # It needs PyTorch.
 
 
-class Body:
+class AgentBody:
     """Odometry, map and landmarks in the agent's own frame, in which it starts at (0, 0) with heading 0.
 
     A blocked step is detected by an unchanged depth image.
@@ -40,7 +40,7 @@ class Body:
         self.x = self.z = 0.0
         self.heading = 0
         self.travelled = 0
-        self.ground = Map()
+        self.ground = GroundMap()
         self.landmarks = landmarks or Landmarks(labels)
         self.closed_steps: frozenset[tuple[int, int, int]] = frozenset()
         self._eye = Eye(labels)

@@ -15,7 +15,7 @@ _OFFSETS = np.array([i * SIDE + j for i in (-1, 0, 1) for j in (-1, 0, 1)])
 """Offsets of the cells around a solid cell that the agent's disc of 0.25 units cannot occupy."""
 
 
-class Map:
+class GroundMap:
     """Map of free and solid ground, and of the places that the agent's disc cannot occupy.
 
     Attributes:

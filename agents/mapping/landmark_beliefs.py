@@ -8,7 +8,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from arramon_agents.mapping.landmarks import Landmark, Landmarks, fits
+from arramon_agents.mapping.landmarks import Landmarks, MappedLandmark, fits
 from arramon_agents.perception.eyes.names import NamedThing
 from arramon_agents.perception.eyes.sight import label_of
 from arramon_agents.perception.eyes.vocabulary import COLOURS, KINDS, LOOKS, NONE, SURFACES, codes_of, look_slices
@@ -17,15 +17,15 @@ from arramon_client.agent import Label
 from arramon_client.world import COLLECTIBLES
 from arramon_lang.meaning import Thing
 
-APART, LARGE_APART = 0.75, 2.0
+SAME_DISTANCE, LARGE_SAME_DISTANCE = 0.75, 2.0
 """Distances in units below which two views count as the same thing: for small things, and for LARGE ones."""
 
 LARGE = ("car", "kiosk", "awning", "dumpster", "tree", "shop_sign")
 
-SURE = 0.02
+PROBABILITY_FLOOR = 0.02
 """Added to each probability before its logarithm is taken, so that no single view rules anything out."""
 
-FULL, MOST = 150.0, 4.0
+FULL_WEIGHT_PIXELS, MAX_WEIGHT = 150.0, 4.0
 """Number of pixels at which a view has weight 1, and the largest weight of a view."""
 
 _NAMED = np.array([kind not in SURFACES for kind in KINDS])
@@ -49,7 +49,7 @@ class Belief(NamedTuple):
         looks: probabilities, indexed as `vocabulary.LOOKS`; they add up to 1 in each group.
     """
 
-    mark: Landmark
+    mark: MappedLandmark
     kinds: Floats
     colours: Floats
     looks: Floats
@@ -68,7 +68,7 @@ def certain(label: Label) -> tuple[Floats, Floats, Floats]:
     return rows[0], rows[1], rows[2]
 
 
-class _Place:
+class _LandmarkScores:
     """A thing at a place, with the summed log probabilities of its names.
 
     Args:
@@ -80,17 +80,17 @@ class _Place:
     """
 
     def __init__(self, x: float, z: float, *, sums: bool) -> None:
-        self.mark = Landmark(Label(""), x, z, math.inf)
+        self.mark = MappedLandmark(Label(""), x, z, math.inf)
         self._sums = np.zeros(_STARTS[-1])
         self._is_summed, self._largest = sums, 0.0
         self._belief: Belief | None = None
 
     def add(self, named: NamedThing, x: float, z: float, distance: float) -> None:
         """Add a view of the thing."""
-        weight = min(MOST, float(named.thing.mask.sum()) / FULL)  # Larger views count for more.
+        weight = min(MAX_WEIGHT, float(named.thing.mask.sum()) / FULL_WEIGHT_PIXELS)  # Larger views count for more.
         if self._is_summed or weight >= self._largest:
             chances = np.concatenate((named.kinds, named.colours, named.looks)).astype(np.float64)
-            own = weight * np.log(chances + SURE)
+            own = weight * np.log(chances + PROBABILITY_FLOOR)
             self._sums = self._sums + own if self._is_summed else own
             self._largest, self._belief = weight, None
             self.mark.label = label_of(*self._parts(self._sums))
@@ -124,7 +124,7 @@ class SeenLandmarks(Landmarks):
         super().__init__(labels)
         self._is_summed = sums
         self._flat = {number for number, label in enumerate(labels) if label.kind in ("building", "zebra_crossing")}
-        self._places: list[_Place] = []
+        self._places: list[_LandmarkScores] = []
 
     def add(self, sightings: Iterable[Sighting]) -> None:
         """Add a frame's buildings and crossings; things are added by `add_things`."""
@@ -145,7 +145,7 @@ class SeenLandmarks(Landmarks):
             right, ahead = named.thing.right, named.thing.ahead
             self._add(named, x + right * cos + ahead * sin, z - right * sin + ahead * cos, math.hypot(right, ahead))
 
-    def fitting(self, thing: Thing) -> list[Landmark]:
+    def fitting(self, thing: Thing) -> list[MappedLandmark]:
         """Return the landmarks whose most likely names match those attributes of a thing that are given."""
         return super().fitting(thing) + [place.mark for place in self._places if fits(thing, place.mark.label)]
 
@@ -167,12 +167,12 @@ class SeenLandmarks(Landmarks):
         kind = KINDS[int(named.kinds.argmax())]
         for place in self._places:
             mark = place.mark
-            apart = LARGE_APART if kind in LARGE and mark.label.kind == kind else APART
+            apart = LARGE_SAME_DISTANCE if kind in LARGE and mark.label.kind == kind else SAME_DISTANCE
             is_like = (kind in COLLECTIBLES) == (mark.label.kind in COLLECTIBLES)
             if is_like and math.hypot(mark.x - x, mark.z - z) < apart:
                 place.add(named, x, z, distance)
                 return
-        place = _Place(x, z, sums=self._is_summed)
+        place = _LandmarkScores(x, z, sums=self._is_summed)
         place.add(named, x, z, distance)
         self._places.append(place)
 

@@ -30,7 +30,7 @@ ASIDE, BESIDE = math.radians(65.0), 3.0
 
 
 @dataclass(slots=True)
-class Landmark:
+class MappedLandmark:
     """A landmark at a place in the agent's own frame; `nearest` is the smallest distance it was seen from, in units."""
 
     label: Label
@@ -48,7 +48,7 @@ class Landmarks:
 
     def __init__(self, labels: Sequence[Label]) -> None:
         self._labels = labels
-        self._by_label: dict[int, list[Landmark]] = {}
+        self._by_label: dict[int, list[MappedLandmark]] = {}
 
     def add(self, sightings: Iterable[Sighting]) -> None:
         """Add a frame's sightings."""
@@ -64,12 +64,12 @@ class Landmarks:
                         landmark.x, landmark.z, landmark.nearest = seen.x, seen.z, seen.distance
                     break
             else:
-                known.append(Landmark(label, seen.x, seen.z, seen.distance))
+                known.append(MappedLandmark(label, seen.x, seen.z, seen.distance))
 
     def add_things(self, things: Iterable["NamedThing"], pose: tuple[float, float, float]) -> None:
         """Ignore a frame's named things: all landmarks come by their labels."""
 
-    def fitting(self, thing: Thing) -> list[Landmark]:
+    def fitting(self, thing: Thing) -> list[MappedLandmark]:
         """Return the landmarks that match a thing's attributes, as far as they are given."""
         return [
             landmark
@@ -78,7 +78,7 @@ class Landmarks:
             for landmark in known
         ]
 
-    def marks(self) -> list[Landmark]:
+    def marks(self) -> list[MappedLandmark]:
         """Return the landmarks that are told by their labels."""
         return [landmark for known in self._by_label.values() for landmark in known]
 
@@ -102,7 +102,7 @@ def fits(thing: Thing, label: Label) -> bool:
     return thing.look in ("", label.look) and is_of_colour(thing.colour, label.kind, label.colour)
 
 
-def landmarks_ahead(landmarks: Iterable[Landmark], x: float, z: float, angle: float) -> list[Landmark]:
+def landmarks_ahead(landmarks: Iterable[MappedLandmark], x: float, z: float, angle: float) -> list[MappedLandmark]:
     """Return the landmarks ahead of (x, z) in the direction `angle` (radians), the most likely to be meant first."""
     sin, cos = math.sin(angle), math.cos(angle)
     scored = []

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 
-from arramon_agents.mapping.ground_map import CELL, SIDE, Map
+from arramon_agents.mapping.ground_map import CELL, SIDE, GroundMap
 from arramon_agents.mapping.search import a_star
 from arramon_client.agent import Action
 from arramon_client.world import HEADINGS
@@ -36,7 +36,7 @@ Pose = tuple[float, float, int]
 """(x, z) in the agent's own frame, and the heading in multiples of 30 degrees clockwise from its first heading."""
 
 
-def can_step(ground: Map, x: float, z: float, heading: int) -> bool:
+def can_step(ground: GroundMap, x: float, z: float, heading: int) -> bool:
     """Return whether a step from (x, z) is free as far as is known."""
     sin, cos = STEPS[heading]
     blocked = ground.blocked
@@ -52,10 +52,10 @@ def can_step(ground: Map, x: float, z: float, heading: int) -> bool:
 
 
 @dataclass(frozen=True)
-class _Motion:
+class _MapSearch:
     """Problem of walking to a goal on the agent's map; arguments as for `find_path`."""
 
-    ground: Map
+    ground: GroundMap
     start: Pose
     goal: tuple[float, float]
     radius: float
@@ -100,7 +100,7 @@ class _Motion:
 
 
 def find_path(
-    ground: Map,
+    ground: GroundMap,
     start: Pose,
     goal: tuple[float, float],
     radius: float,
@@ -117,7 +117,7 @@ def find_path(
         is_there: further condition on the last pose (x, z, heading).
         closed_steps: `step_key`s of steps that turned out to be blocked.
     """
-    motion = _Motion(ground, start, goal, radius, is_there, closed_steps)
+    motion = _MapSearch(ground, start, goal, radius, is_there, closed_steps)
     poses = a_star(motion, start, MAX_EXPANDED, margin=MARGIN * HEURISTIC_WEIGHT).states
     actions: list[Action] = []
     for before, after in pairwise(poses):

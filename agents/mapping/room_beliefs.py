@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from arramon_agents.mapping.landmark_beliefs import FULL, MOST, SURE
+from arramon_agents.mapping.landmark_beliefs import FULL_WEIGHT_PIXELS, MAX_WEIGHT, PROBABILITY_FLOOR
 from arramon_agents.mapping.room import RoomSight
 from arramon_agents.perception.eyes.names import NamedThing
 from arramon_agents.perception.eyes.sight import label_of
@@ -52,9 +52,10 @@ class SeenRoom(RoomSight):
                 continue
             # The lower end of a thing that is cut off at the frame's edge, or hidden, says nothing.
             level = 2 if named.thing.low > BASE and ((column, row), 1) in self._chances else 1
-            weight = min(MOST, float(named.thing.mask.sum()) / FULL)
+            weight = min(MAX_WEIGHT, float(named.thing.mask.sum()) / FULL_WEIGHT_PIXELS)
             logs = [
-                weight * np.log(part.astype(np.float64) + SURE) for part in (named.kinds, named.colours, named.looks)
+                weight * np.log(part.astype(np.float64) + PROBABILITY_FLOOR)
+                for part in (named.kinds, named.colours, named.looks)
             ]
             known = self._chances.setdefault(((column, row), level), [np.zeros_like(log) for log in logs])
             for total, log in zip(known, logs, strict=True):

@@ -26,7 +26,7 @@ RESERVE = 26
 OUTLOOK: Cell = (2, 3)
 """Cell that the agent faces, from the one before it, for a second look around if a named object was not found."""
 
-Find = Callable[[Assembly, Room], Cell]
+FindCell = Callable[[Assembly, Room], Cell]
 """Returns the cell for the object by the meaning of an instruction and the contents of the room."""
 
 
@@ -44,7 +44,7 @@ class RoomFollower:
         find: returns the cell for the object in a room; None for the rules of `arramon_lang.room`.
     """
 
-    def __init__(self, meaning: Assembly, sight: RoomSight, find: Find | None = None) -> None:
+    def __init__(self, meaning: Assembly, sight: RoomSight, find: FindCell | None = None) -> None:
         self._meaning, self._find = meaning, find or find_by_rules
         self._sight = sight
         self._cell: Cell = START

@@ -7,7 +7,7 @@ from typing import Generic, NamedTuple, Protocol, TypeVar
 State = TypeVar("State")
 
 
-class Problem(Protocol[State]):
+class SearchProblem(Protocol[State]):
     """What is searched: states, the moves between them, and the goal."""
 
     def key(self, state: State) -> Hashable:
@@ -23,7 +23,7 @@ class Problem(Protocol[State]):
         """Return whether a state is a goal."""
 
 
-class Path(NamedTuple, Generic[State]):
+class SearchResult(NamedTuple, Generic[State]):
     """Result of a search.
 
     Attributes:
@@ -35,7 +35,9 @@ class Path(NamedTuple, Generic[State]):
     reached: bool
 
 
-def a_star(problem: Problem[State], start: State, max_expanded: int, *, margin: float = 0.0) -> Path[State]:
+def a_star(
+    problem: SearchProblem[State], start: State, max_expanded: int, *, margin: float = 0.0
+) -> SearchResult[State]:
     """Return the path with the lowest cost, as far as the estimates are not too high.
 
     Args:
@@ -56,7 +58,7 @@ def a_star(problem: Problem[State], start: State, max_expanded: int, *, margin: 
             continue
         closed.add(key)
         if problem.is_goal(state):
-            return Path(_trace(states, before, number), reached=True)
+            return SearchResult(_trace(states, before, number), reached=True)
         left = problem.remaining(state)
         if left < nearest_left - margin:
             nearest, nearest_left = number, left
@@ -67,7 +69,7 @@ def a_star(problem: Problem[State], start: State, max_expanded: int, *, margin: 
                 before.append(number)
                 costs.append(queued)
                 heappush(queue, (queued + problem.remaining(new), len(states) - 1))
-    return Path(_trace(states, before, nearest), reached=False)
+    return SearchResult(_trace(states, before, nearest), reached=False)
 
 
 def _trace(states: list[State], before: list[int], number: int) -> list[State]:

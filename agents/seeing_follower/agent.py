@@ -9,7 +9,7 @@ from arramon_agents.mapping.room_beliefs import SeenRoom
 from arramon_agents.mapping.room_player import find_by_rules
 from arramon_agents.perception.eyes.encoder import Eyes
 from arramon_agents.perception.eyes.encoder import load as load_eyes
-from arramon_agents.perception.eyes.perceiving import EyesPerception
+from arramon_agents.perception.eyes.perception import EyesPerception
 from arramon_agents.perception.eyes.sight import LABELS
 from arramon_agents.reading.reader.reader import LearnedReader
 from arramon_agents.reading.reader.reader import load as load_reader

@@ -29,7 +29,7 @@ Clearance = npt.NDArray[np.float32]
 
 
 @dataclass(frozen=True, slots=True)
-class Rectangle:
+class SolidRectangle:
     """A solid rectangle: its centre, half extents along its own axes, and the sine and cosine of its heading."""
 
     x: float
@@ -61,7 +61,7 @@ class Rectangle:
         return any(distance_to_segment(cx, cz, ax, az, bx, bz) < distance for cx in (-w, w) for cz in (-h, h))
 
 
-class Ground:
+class ClearanceMap:
     """Free ground of a section.
 
     Args:
@@ -85,7 +85,7 @@ class Ground:
         columns = math.ceil((max(xs, default=0.0) + border - self._left) / CELL)
         rows = math.ceil((max(zs, default=0.0) + border - self._bottom) / CELL)
         self.clearance = self._rasterise(columns, rows)
-        self._near: defaultdict[tuple[int, int], list[Rectangle]] = defaultdict(list)
+        self._near: defaultdict[tuple[int, int], list[SolidRectangle]] = defaultdict(list)
         for rectangle in self._rectangles:
             self._enter(rectangle)
 
@@ -145,7 +145,7 @@ class Ground:
             np.minimum(clearance[window], distance, out=clearance[window], casting="same_kind")
         return clearance
 
-    def _enter(self, rectangle: Rectangle) -> None:
+    def _enter(self, rectangle: SolidRectangle) -> None:
         reach = math.hypot(rectangle.half_width, rectangle.half_length) + FAR
         for column in range(math.floor((rectangle.x - reach) / BUCKET), math.floor((rectangle.x + reach) / BUCKET) + 1):
             for row in range(
@@ -154,9 +154,9 @@ class Ground:
                 self._near[column, row].append(rectangle)
 
 
-def _rectangle(obstacle: Obstacle) -> Rectangle:
+def _rectangle(obstacle: Obstacle) -> SolidRectangle:
     angle = math.radians(obstacle.heading)
-    return Rectangle(
+    return SolidRectangle(
         obstacle.x, obstacle.z, obstacle.half_width, obstacle.half_length, math.sin(angle), math.cos(angle)
     )
 

@@ -6,8 +6,8 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from arramon_agents.mapping.search import a_star
-from arramon_agents.shortest_path.ground import Ground, Place
-from arramon_agents.shortest_path.route import Route, Router
+from arramon_agents.shortest_path.ground import ClearanceMap, Place
+from arramon_agents.shortest_path.route import GuideRoute, Router
 from arramon_client.agent import Action
 from arramon_client.world import HEADINGS, REACH_SIDE, TURN
 
@@ -27,7 +27,7 @@ MAX_EXPANDED = 200_000
 """Number of poses expanded before the search gives up."""
 
 
-class Walk(NamedTuple):
+class CityPose(NamedTuple):
     """A pose in the city: x and z in units, heading in degrees clockwise from +z."""
 
     x: float
@@ -43,17 +43,17 @@ class _Node(NamedTuple):
     turned: int
 
 
-class _Motion:
+class _RouteSearch:
     """Problem of walking along a route until the target is in reach; arguments as for `plan`."""
 
     def __init__(
         self,
-        ground: Ground,
+        ground: ClearanceMap,
         router: Router,
-        route: Route,
-        start: Walk,
+        route: GuideRoute,
+        start: CityPose,
         target: Place,
-        is_open: Callable[[Walk, Walk], bool],
+        is_open: Callable[[CityPose, CityPose], bool],
     ) -> None:
         self._ground, self._router, self._route, self._target, self._is_open = ground, router, route, target, is_open
         self._first_heading = start.heading
@@ -84,12 +84,17 @@ class _Motion:
         x, z = node.x + sin, node.z + cos
         heading = (self._first_heading + TURN * node.turned) % 360.0
         free = self._ground.is_free((node.x, node.z), (x, z))
-        if free and self._is_open(Walk(node.x, node.z, heading), Walk(x, z, heading)):
+        if free and self._is_open(CityPose(node.x, node.z, heading), CityPose(x, z, heading)):
             yield _Node(x, z, node.turned), 1.0 + STRAYING_COST * self._route.distance(x, z) ** 2
 
 
 def plan(
-    ground: Ground, router: Router, route: Route, start: Walk, target: Place, is_open: Callable[[Walk, Walk], bool]
+    ground: ClearanceMap,
+    router: Router,
+    route: GuideRoute,
+    start: CityPose,
+    target: Place,
+    is_open: Callable[[CityPose, CityPose], bool],
 ) -> list[Action] | None:
     """Return the actions to a pose with the target in reach, without INTERACT; None if none are found.
 
@@ -101,7 +106,7 @@ def plan(
         target: (x, z) of the target.
         is_open: returns whether a free step from one pose to another is allowed.
     """
-    motion = _Motion(ground, router, route, start, target, is_open)
+    motion = _RouteSearch(ground, router, route, start, target, is_open)
     nodes, reached = a_star(motion, _Node(start.x, start.z, 0), MAX_EXPANDED)
     return [_action(before, after) for before, after in pairwise(nodes)] if reached else None
 

@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from arramon_agents.reading.reader.slots import FACE, ROTATE, SLOTS, TARGET, TYPES, WHERE, Row
 from arramon_agents.simulated.courses import Course
-from arramon_agents.vl_map.features import Named, named
+from arramon_agents.vl_map.features import NamedAttributes, named_attributes
 from arramon_dataset.layout.solids import to_rectangle
 from arramon_lang.street import DEGREES
 
@@ -60,7 +60,7 @@ def _costs(course: Course, row: Row) -> Costs:
     """Return the cost of each point of the path for a row, 0 to about 1."""
     path, type_ = course.path, TYPES[row[0]]
     found = []
-    thing = named(row, 0)
+    thing = named_attributes(row, 0)
     away = _distances(course, thing) if thing is not None else None
     if type_ == ROTATE:
         turn = SLOTS["direction"][row[_NAMES.index("direction")]]
@@ -70,7 +70,7 @@ def _costs(course: Course, row: Row) -> Costs:
     return np.mean(found, 0) if found else np.full(len(path), UNKNOWN)
 
 
-def _distances(course: Course, thing: Named) -> Costs | None:
+def _distances(course: Course, thing: NamedAttributes) -> Costs | None:
     """Return the distances of points from the things that match a name, (points, things); None if there is none."""
     path, things = course.path, course.things
     fitting = [

@@ -6,16 +6,16 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from arramon_agents.mapping.body import Body
+from arramon_agents.mapping.body import AgentBody
 from arramon_agents.mapping.ground_map import CELL
 from arramon_agents.mapping.landmark_beliefs import SeenLandmarks
 from arramon_agents.mapping.motion import STEPS
 from arramon_agents.perception.eyes.names import NamedThing
-from arramon_agents.perception.eyes.objects import FARTHEST, FEWEST_PIXELS, Thing
+from arramon_agents.perception.eyes.objects import FARTHEST, FEWEST_PIXELS, FrameThing
 from arramon_agents.perception.eyes.sight import LABELS
 from arramon_agents.perception.eyes.vocabulary import COLOURS, KINDS, LOOKS, NONE, look_slices
 from arramon_agents.perception.scan import BEAM, CLUSTER, MAX_DISTANCE, Scan, Sighting
-from arramon_agents.simulated.world import FOCAL, Things, World
+from arramon_agents.simulated.world import FOCAL, StreetWorld, Things
 from arramon_agents.vl_map.features import relative_to
 from arramon_client.agent import Action
 from arramon_client.world import COLLECTIBLE_COLOURS, COLLECTIBLES, FURNITURE
@@ -42,7 +42,7 @@ _LIKE = {
 
 
 @dataclass(frozen=True, slots=True)
-class Faults:
+class PerceptionFaults:
     """Error rates of the visual encoder, 0 for a perfect one; the defaults were measured on frames of `train`.
 
     Attributes:
@@ -66,12 +66,12 @@ class Faults:
     displaced: float = 0.04
     crossing: float = 0.3
 
-    def scaled(self, share: float) -> "Faults":
+    def scaled(self, share: float) -> "PerceptionFaults":
         """Return these error rates times a factor."""
-        return Faults(*(min(0.9, share * getattr(self, name)) for name in self.__slots__))
+        return PerceptionFaults(*(min(0.9, share * getattr(self, name)) for name in self.__slots__))
 
 
-class SimulatedBody(Body):
+class SimulatedBody(AgentBody):
     """Odometry, map and landmarks of an agent that walks in a world.
 
     Args:
@@ -84,10 +84,10 @@ class SimulatedBody(Body):
 
     def __init__(
         self,
-        world: World,
+        world: StreetWorld,
         things: Things,
         pose: tuple[float, float, float],
-        faults: Faults,
+        faults: PerceptionFaults,
         random: np.random.Generator,
     ) -> None:
         super().__init__(LABELS, SeenLandmarks(LABELS))
@@ -212,7 +212,7 @@ class SimulatedBody(Body):
             if random.random() < self._faults.displaced:
                 error += random.normal(0.0, 0.5, 2)
             near = far - min(0.3, 0.3 * width)
-            box = Thing(
+            box = FrameThing(
                 slice(0, 1), slice(0, 1), np.ones(min(pixels, 700), np.bool_),
                 float(right[number] * near / far + error[0]), float(near + error[1]),
                 width, float(things.low[number]), float(things.low[number] + height),

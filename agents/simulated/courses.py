@@ -11,7 +11,7 @@ import numpy.typing as npt
 import arramon_lang as lang
 from arramon_agents.reading.reader.reader import LearnedReader
 from arramon_agents.reading.reader.slots import Row, rows_of
-from arramon_agents.simulated.world import Things, World
+from arramon_agents.simulated.world import StreetWorld, Things
 from arramon_client.world import Action
 from arramon_lang.meaning import Navigation
 from arramon_server.episodes.episode import Episode
@@ -37,7 +37,7 @@ class Course:
         readings: rows of the instruction: the true meaning, and the reader's result in each language.
     """
 
-    world: World
+    world: StreetWorld
     things: Things
     start: tuple[float, float, float]
     path: npt.NDArray[np.float64]
@@ -69,15 +69,15 @@ def courses_of(
         reader: of instructions.
         meant: whether the first reading is the true meaning, read by the first language's grammar.
     """
-    worlds: dict[str, World] = {}
+    worlds: dict[str, StreetWorld] = {}
     for episode in episodes:
         section = furnished(split.sections[episode.section], episode.furniture)
         if episode.furniture.is_empty:
             if episode.section not in worlds:
-                worlds[episode.section] = World(section)
+                worlds[episode.section] = StreetWorld(section)
             world = worlds[episode.section]
         else:
-            world = World(section)
+            world = StreetWorld(section)
         heading = episode.start.heading
         for number, turn in enumerate(episode.turns, start=1):
             texts = {language: episode.instruction(language, number, "navigation") for language in languages}

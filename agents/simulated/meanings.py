@@ -34,7 +34,7 @@ _LOOKS = {group.name: group.looks for group in LOOK_GROUPS}
 
 
 @dataclass(frozen=True, slots=True)
-class Sample:
+class TextSample:
     """A text and what it means.
 
     Attributes:
@@ -48,7 +48,7 @@ class Sample:
     meaning: Meaning
 
 
-def read_samples(data: Path, split: str) -> list[Sample]:
+def read_samples(data: Path, split: str) -> list[TextSample]:
     """Return all instructions of a split as they are, with their meanings, read by the languages' grammars.
 
     Args:
@@ -63,11 +63,11 @@ def read_samples(data: Path, split: str) -> list[Sample]:
         for language, turns in episode.instructions.items():
             for turn in turns:
                 for phase, text in (("navigation", turn.navigation), ("assembly", turn.assembly)):
-                    samples.append(Sample(text, language, lang.load(language).read(text, phase)))
+                    samples.append(TextSample(text, language, lang.load(language).read(text, phase)))
     return samples
 
 
-def draw_samples(plans: Sequence[Meaning], languages: Sequence[str], count: int, seed: int) -> Iterator[Sample]:
+def draw_samples(plans: Sequence[Meaning], languages: Sequence[str], count: int, seed: int) -> Iterator[TextSample]:
     """Yield new texts: each in one language, with its meaning.
 
     Args:
@@ -84,7 +84,7 @@ def draw_samples(plans: Sequence[Meaning], languages: Sequence[str], count: int,
         in_street = not rooms or (walks and random.random() < NAVIGATION)
         meaning: Meaning = random.choice(walks) if in_street else random.choice(rooms)
         if isinstance(meaning, Navigation) and random.random() < MIXED:
-            meaning = _mixed(meaning, random.choice(walks), random)
+            meaning = _splice(meaning, random.choice(walks), random)
         if random.random() < EXCHANGED:
             meaning = exchange(meaning, random)
         language = languages[made % len(languages)]
@@ -93,10 +93,10 @@ def draw_samples(plans: Sequence[Meaning], languages: Sequence[str], count: int,
         except ValueError:  # The language has no words for it.
             continue
         made += 1
-        yield Sample(text, language, meaning)
+        yield TextSample(text, language, meaning)
 
 
-def write_plans(plans: Sequence[Meaning], languages: Sequence[str], seed: int) -> Iterator[Sample]:
+def write_plans(plans: Sequence[Meaning], languages: Sequence[str], seed: int) -> Iterator[TextSample]:
     """Yield each plan as it is, written in each language that can express it.
 
     Args:
@@ -108,7 +108,7 @@ def write_plans(plans: Sequence[Meaning], languages: Sequence[str], seed: int) -
         for language in languages:
             random = Random(f"{seed}/{number}/{language}")  # noqa: S311 - nothing here is a secret
             try:
-                yield Sample(lang.load(language).write(meaning, random), language, meaning)
+                yield TextSample(lang.load(language).write(meaning, random), language, meaning)
             except ValueError:
                 continue
 
@@ -151,9 +151,9 @@ def exchange(meaning: Meaning, random: Random) -> Meaning:
     return Assembly(meaning.turns, other(meaning.thing), wheres)
 
 
-def _mixed(meaning: Navigation, second: Navigation, random: Random) -> Navigation:
+def _splice(meaning: Navigation, second: Navigation, random: Random) -> Navigation:
     """Return the first steps of one plan and the last of another."""
-    renamed = _renamed(second)
+    renamed = _with_new_identities(second)
     steps = (
         *meaning.steps[: random.randint(0, len(meaning.steps))],
         *renamed.steps[random.randint(0, len(renamed.steps)) :],
@@ -161,7 +161,7 @@ def _mixed(meaning: Navigation, second: Navigation, random: Random) -> Navigatio
     return Navigation(steps or meaning.steps, renamed.target)
 
 
-def _renamed(meaning: Navigation) -> Navigation:
+def _with_new_identities(meaning: Navigation) -> Navigation:
     """Return a plan with other identities, so that its things are none of another plan's."""
 
     def renamed(thing: Thing) -> Thing:

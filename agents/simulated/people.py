@@ -5,7 +5,7 @@ from pathlib import Path
 
 import arramon_lang as lang
 from arramon_agents.reading.reader.slots import rows_of
-from arramon_agents.simulated.meanings import Sample
+from arramon_agents.simulated.meanings import TextSample
 from arramon_server.episodes.episode import Episode
 from arramon_server.episodes.splits import Split, folder_of, read_split
 
@@ -16,7 +16,7 @@ def halves(split: Split, language: str) -> tuple[list[Episode], list[Episode]]:
     return episodes[1::2], episodes[::2]
 
 
-def read_people(episodes: Sequence[Episode], language: str) -> list[Sample]:
+def read_people(episodes: Sequence[Episode], language: str) -> list[TextSample]:
     """Return the texts of episodes that the language's grammar can read and rows can express."""
     speech = lang.load(language)
     samples = []
@@ -24,7 +24,7 @@ def read_people(episodes: Sequence[Episode], language: str) -> list[Sample]:
         for turn in episode.instructions[language]:
             for phase, text in (("navigation", turn.navigation), ("assembly", turn.assembly)):
                 try:
-                    sample = Sample(text, language, speech.read(text, phase))
+                    sample = TextSample(text, language, speech.read(text, phase))
                     rows_of(sample.meaning)
                 except (lang.CannotRead, ValueError):
                     continue
@@ -32,7 +32,7 @@ def read_people(episodes: Sequence[Episode], language: str) -> list[Sample]:
     return samples
 
 
-def read_half(data: Path, split: str, language: str) -> list[Sample]:
+def read_half(data: Path, split: str, language: str) -> list[TextSample]:
     """Return the training half of a split, with the meanings that the grammar reads.
 
     Raises:

@@ -20,7 +20,7 @@ MISNAMED = 0.05
 
 
 @dataclass(frozen=True)
-class Task:
+class RoomExample:
     """One placement task.
 
     Attributes:
@@ -34,7 +34,7 @@ class Task:
     cell: Cell
 
 
-def tasks_of(episodes: Sequence[Episode], languages: Sequence[str], reader: LearnedReader) -> Iterator[Task]:
+def tasks_of(episodes: Sequence[Episode], languages: Sequence[str], reader: LearnedReader) -> Iterator[RoomExample]:
     """Yield both placement tasks of each episode.
 
     Args:
@@ -53,7 +53,7 @@ def tasks_of(episodes: Sequence[Episode], languages: Sequence[str], reader: Lear
             meanings = [lang.load(languages[0]).read(texts[0], "assembly")]
             meanings += [reader.read(text, "assembly") for text in texts]
             cell = turn.target_cell
-            yield Task(Room(tuple(things), WALLS), [rows_of(each) for each in meanings], (cell.column, cell.row))
+            yield RoomExample(Room(tuple(things), WALLS), [rows_of(each) for each in meanings], (cell.column, cell.row))
             target = turn.target.type
             things.append(Standing(target.kind, target.colour, target.pattern, cell.column, cell.row, cell.level))
 

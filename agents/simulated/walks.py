@@ -11,9 +11,9 @@ import numpy.typing as npt
 from arramon_agents.mapping.landmark_beliefs import Belief
 from arramon_agents.reading.reader.slots import Row
 from arramon_agents.simulated.alignment import current_row, places_of
-from arramon_agents.simulated.body import Faults, SimulatedBody
+from arramon_agents.simulated.body import PerceptionFaults, SimulatedBody
 from arramon_agents.simulated.courses import Course
-from arramon_agents.vl_map.features import DIRECTIONS, Sample
+from arramon_agents.vl_map.features import DIRECTIONS, PolicyInput
 from arramon_agents.vl_map.navigator import Choose, MapNavigator
 from arramon_agents.vl_map.options import DISTANCES, OPTIONS, WAYPOINTS
 from arramon_client.agent import Action
@@ -35,7 +35,7 @@ SAME = 1.2
 """Largest distance between a landmark and the target for it to be the target, in units."""
 
 
-class Label(NamedTuple):
+class DecisionLabel(NamedTuple):
     """The right decision: a place, in units to the right and ahead, or the index of a landmark, else -1.
 
     Attributes:
@@ -48,7 +48,7 @@ class Label(NamedTuple):
     row: int
 
 
-class Guide:
+class CourseGuide:
     """Gives the right decision anywhere near a course.
 
     Args:
@@ -63,7 +63,7 @@ class Guide:
         self._at = 0
         self._way: list[tuple[float, float]] = []
 
-    def label(self, beliefs: Sequence[Belief]) -> Label | None:
+    def label(self, beliefs: Sequence[Belief]) -> DecisionLabel | None:
         """Return the right decision: on along the path, or back to it the way the agent left it; None if neither.
 
         Args:
@@ -79,7 +79,7 @@ class Guide:
         near = [place for place in seen if 0.7 < math.hypot(place[0] - x, place[1] - z) <= IN_SIGHT]
         return self._to(near[0], -1) if near else None
 
-    def _onward(self, beliefs: Sequence[Belief]) -> Label | None:
+    def _onward(self, beliefs: Sequence[Belief]) -> DecisionLabel | None:
         course, body = self._course, self._body
         x, z, _ = body.world_pose
         path, arcs = course.path, course.arcs
@@ -102,7 +102,7 @@ class Guide:
                 return self._to(tuple(path[number].tolist()), -1)
         return None
 
-    def back(self) -> Label:
+    def back(self) -> DecisionLabel:
         """Return the way back to the nearest point of the path."""
         return self._to(tuple(self._course.path[self._at].tolist()), -1)
 
@@ -116,20 +116,20 @@ class Guide:
                 near.append((far, number))
         return min(near)[1] if near else None
 
-    def _to(self, place: tuple[float, ...], thing: int) -> Label:
+    def _to(self, place: tuple[float, ...], thing: int) -> DecisionLabel:
         right, ahead = self._body.local(*self._body.to_own(place[0], place[1]))
-        return Label(right, ahead, thing, current_row(self._rows, self._places, self._at))
+        return DecisionLabel(right, ahead, thing, current_row(self._rows, self._places, self._at))
 
 
-class Decided(NamedTuple):
+class LabelledDecision(NamedTuple):
     """A decision of the policy: its input, and the label."""
 
-    sample: Sample
-    label: Label
+    sample: PolicyInput
+    label: DecisionLabel
 
 
 @dataclass(frozen=True)
-class Walked:
+class WalkResult:
     """A finished walk.
 
     Attributes:
@@ -141,19 +141,19 @@ class Walked:
 
     path: npt.NDArray[np.float64]
     picked: int | None
-    decisions: Sequence[Decided]
+    decisions: Sequence[LabelledDecision]
     body: SimulatedBody
 
 
 def walk(
     course: Course,
     rows: Sequence[Row],
-    faults: Faults,
+    faults: PerceptionFaults,
     random: np.random.Generator,
     choose: Choose | None = None,
     astray: float = 0.3,
     body: SimulatedBody | None = None,
-) -> Walked:
+) -> WalkResult:
     """Walk a course, and return the walk with its decisions.
 
     Args:
@@ -169,13 +169,13 @@ def walk(
         body = SimulatedBody(course.world, course.things, course.start, faults, random)
     else:
         body.begin_turn(course.things)
-    guide = Guide(course, rows, body)
-    decisions: list[Decided] = []
+    guide = CourseGuide(course, rows, body)
+    decisions: list[LabelledDecision] = []
 
-    def decide(sample: Sample, beliefs: Sequence[Belief]) -> Choices:
+    def decide(sample: PolicyInput, beliefs: Sequence[Belief]) -> Choices:
         label = guide.label(beliefs)
         if label is not None:
-            decisions.append(Decided(sample, label))
+            decisions.append(LabelledDecision(sample, label))
         if choose is not None and random.random() >= astray:
             return choose(sample, beliefs)
         followed = label or guide.back()
@@ -199,7 +199,7 @@ def walk(
         here = body.to_world(body.x, body.z)
         if math.dist(here, path[-1]) > 1e-6:
             path.append(here)
-    return Walked(np.array(path), picked, decisions, body)
+    return WalkResult(np.array(path), picked, decisions, body)
 
 
 def _reached(course: Course, body: SimulatedBody) -> int | None:
@@ -212,7 +212,7 @@ def _reached(course: Course, body: SimulatedBody) -> int | None:
     return min(found)[1] if found else None
 
 
-def _exactly(label: Label) -> Choices:
+def _exactly(label: DecisionLabel) -> Choices:
     """Return option values that follow a label."""
     values = np.full(OPTIONS, -50.0, np.float32)
     if label.thing >= 0:
@@ -226,7 +226,7 @@ def _exactly(label: Label) -> Choices:
     return values
 
 
-def _near(label: Label, random: np.random.Generator) -> Choices:
+def _near(label: DecisionLabel, random: np.random.Generator) -> Choices:
     """Return option values that follow a label roughly, and now and then not at all."""
     angle = random.normal(0.0, 0.5) if random.random() < 0.75 else random.uniform(-math.pi, math.pi)
     sin, cos = math.sin(angle), math.cos(angle)
@@ -235,7 +235,9 @@ def _near(label: Label, random: np.random.Generator) -> Choices:
     return _exactly(label._replace(right=far * right, ahead=far * ahead, thing=-1))
 
 
-def score(courses: Sequence[Course], choose: Choose, reading: int, faults: Faults, seed: int = 0) -> dict[str, float]:
+def score(
+    courses: Sequence[Course], choose: Choose, reading: int, faults: PerceptionFaults, seed: int = 0
+) -> dict[str, float]:
     """Return a policy's scores: mean nDTW, shares of turns that pick up the target, and that end within 3 units of it.
 
     Args:

@@ -72,7 +72,7 @@ class Things:
         self.is_collectible = np.array([False] * len(props) + [True] * len(items))
 
 
-class World:
+class StreetWorld:
     """A section's ground as rasters.
 
     Args:

@@ -7,7 +7,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from arramon_agents.training.demonstrations import Demonstration
+from arramon_agents.training.demonstrations import PhaseDemonstration
 
 NO_ACTION = -1
 """Target action after the end of a demonstration, ignored by the loss."""
@@ -16,7 +16,7 @@ POOL = 16
 """Number of batches whose demonstrations are sorted by length together, so that little is padding."""
 
 
-def epoch_batches(demonstrations: Sequence[Demonstration], phase: str, size: int, seed: str) -> list[list[int]]:
+def epoch_batches(demonstrations: Sequence[PhaseDemonstration], phase: str, size: int, seed: str) -> list[list[int]]:
     """Return which demonstrations of a phase make each batch of an epoch, as indices; they follow from the seed."""
     chance = random.Random(f"{seed}/{phase}")  # noqa: S311 - not for secrets
     order = [number for number, each in enumerate(demonstrations) if each.phase == phase]
@@ -29,7 +29,7 @@ def epoch_batches(demonstrations: Sequence[Demonstration], phase: str, size: int
     return batches
 
 
-class Epochs:
+class EpochBatches:
     """The batches of a phase's demonstrations, epoch after epoch, each epoch in another order.
 
     Args:
@@ -42,7 +42,7 @@ class Epochs:
         count: number of batches in an epoch.
     """
 
-    def __init__(self, demonstrations: Sequence[Demonstration], phase: str, size: int, seed: int) -> None:
+    def __init__(self, demonstrations: Sequence[PhaseDemonstration], phase: str, size: int, seed: int) -> None:
         self._demonstrations, self._phase, self._size, self._seed = demonstrations, phase, size, seed
         self._epoch, self._batches = 0, self._draw(0)
         self.count = len(self._batches)

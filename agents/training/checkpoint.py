@@ -38,7 +38,7 @@ class Identity:
 
 
 @dataclass
-class Checkpoint:
+class TrainingCheckpoint:
     """State of a training after an update.
 
     Attributes:
@@ -60,7 +60,7 @@ def checkpoint_path(folder: Path, name: str) -> Path:
     return folder / f"{name}.checkpoint{SUFFIX}"
 
 
-def write_checkpoint(path: Path, checkpoint: Checkpoint, identity: Identity) -> None:
+def write_checkpoint(path: Path, checkpoint: TrainingCheckpoint, identity: Identity) -> None:
     """Write a checkpoint to a file, atomically."""
     tensors = {
         f"{group}.{name}": value.detach().cpu().contiguous()
@@ -91,7 +91,7 @@ def find_checkpoint(folder: Path, name: str) -> Path | None:
     return path if path.exists() else None
 
 
-def read_checkpoint(path: Path, identity: Identity) -> Checkpoint:
+def read_checkpoint(path: Path, identity: Identity) -> TrainingCheckpoint:
     """Return the checkpoint of a file.
 
     Raises:
@@ -109,7 +109,7 @@ def read_checkpoint(path: Path, identity: Identity) -> Checkpoint:
     for name, value in tensors.items():
         group, _, rest = name.partition(".")
         by_group[group][rest] = value
-    return Checkpoint(header["step"], header["cpu_seconds"], header["scores"], by_group)
+    return TrainingCheckpoint(header["step"], header["cpu_seconds"], header["scores"], by_group)
 
 
 def _difference(there: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:

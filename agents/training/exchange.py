@@ -112,7 +112,7 @@ class Exchange:
 
 
 @dataclass(frozen=True)
-class Version:
+class InstructionVersion:
     """An instruction as it is, or with things exchanged.
 
     Attributes:
@@ -124,7 +124,9 @@ class Version:
     exchange: Exchange | None = None
 
 
-def versions(texts: Mapping[str, str], phase: str, languages: Sequence[str], count: int, seed: str) -> list[Version]:
+def versions(
+    texts: Mapping[str, str], phase: str, languages: Sequence[str], count: int, seed: str
+) -> list[InstructionVersion]:
     """Return an instruction, and others that say the same of other things, in every language.
 
     Args:
@@ -134,13 +136,15 @@ def versions(texts: Mapping[str, str], phase: str, languages: Sequence[str], cou
         count: of the others.
         seed: of all choices.
     """
-    found = [Version(texts)]
+    found = [InstructionVersion(texts)]
     if count:
         meaning, random = read_meaning(texts, phase), Random(seed)  # noqa: S311 - not for secrets
         for _ in range(count):
             exchange = Exchange.draw(random)
             other = exchange.meaning(meaning)
-            found.append(Version({each: lang.load(each).write(other, random) for each in languages}, exchange))
+            found.append(
+                InstructionVersion({each: lang.load(each).write(other, random) for each in languages}, exchange)
+            )
     return found
 
 

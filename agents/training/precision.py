@@ -23,15 +23,15 @@ def has_bfloat16(device: str) -> bool:
     return mkldnn and bool(torch.ops.mkldnn._is_mkldnn_bf16_supported())
 
 
-def usable(precision: str, device: str, tell: Callable[[str], None]) -> str:
+def usable_precision(precision: str, device: str, report: Callable[[str], None]) -> str:
     """Return a precision that a device has: "float32" in place of "bfloat16" where it does not have that.
 
     Args:
         precision: "float32" or "bfloat16".
         device: of torch.
-        tell: receives a line if another precision than the wanted one is taken.
+        report: receives a line if another precision than the wanted one is taken.
     """
     if precision != BFLOAT16 or has_bfloat16(device):
         return precision
-    tell("this processor has no bfloat16: training in float32, which takes longer")
+    report("this processor has no bfloat16: training in float32, which takes longer")
     return FLOAT32

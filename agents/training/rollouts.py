@@ -15,7 +15,7 @@ PARALLEL = 16
 
 
 @dataclass(frozen=True)
-class Plan:
+class RolloutPlan:
     """Which episodes and phases to play.
 
     Attributes:
@@ -37,7 +37,7 @@ class Plan:
     chosen: tuple[str, ...] = ()
 
 
-def play(agent: Agent, plan: Plan) -> dict[str, Mapping[str, float]]:
+def play(agent: Agent, plan: RolloutPlan) -> dict[str, Mapping[str, float]]:
     """Return the scores of each episode by id, averaged over both turns, in playing order.
 
     Raises:

@@ -10,13 +10,13 @@ from arramon_agents.simulated.courses import training_splits
 from arramon_agents.training.demonstrations import (
     ROOM_PREFIX,
     ROOMS,
-    Demonstration,
-    Source,
+    DemonstrationSource,
+    PhaseDemonstration,
     collect,
 )
-from arramon_agents.training.place import Place, Tell
+from arramon_agents.training.workspace import Report, Workspace
 
-TELL_SECONDS = 20.0
+REPORT_SECONDS = 20.0
 """Least time between two lines of progress."""
 
 
@@ -25,7 +25,7 @@ def splits_of(split: str, data: Path) -> list[str]:
     return training_splits(data) if split == "train" else [split]
 
 
-def sources_of(source: Source, rooms: int) -> list[Source]:
+def sources_of(source: DemonstrationSource, rooms: int) -> list[DemonstrationSource]:
     """Return what is learned from: the source's split, with `train` also `train_extra`, then drawn rooms.
 
     `train_extra` is learned from if the data folder has it, with as many episodes at most.
@@ -36,11 +36,13 @@ def sources_of(source: Source, rooms: int) -> list[Source]:
     """
     sources = [replace(source, split=split) for split in splits_of(source.split, source.data)]
     if rooms:
-        sources.append(Source(source.data, ROOMS, source.languages, source.encoder, rooms))
+        sources.append(DemonstrationSource(source.data, ROOMS, source.languages, source.encoder, rooms))
     return sources
 
 
-def draw_demonstrations(sources: Sequence[Source], place: Place, tell: Tell) -> Iterator[Demonstration]:
+def load_demonstrations(
+    sources: Sequence[DemonstrationSource], workspace: Workspace, report: Report
+) -> Iterator[PhaseDemonstration]:
     """Yield the demonstrations of sources, rendering those that are not in the cache, which all agents share.
 
     Raises:
@@ -49,28 +51,30 @@ def draw_demonstrations(sources: Sequence[Source], place: Place, tell: Tell) -> 
     for source in sources:
         began = told = time.monotonic()
         count = 0
-        for part in collect(source, place.cache, place.processes):
+        for part in collect(source, workspace.cache, workspace.processes):
             yield from part
             count += len(part)
-            if time.monotonic() - told > TELL_SECONDS:
+            if time.monotonic() - told > REPORT_SECONDS:
                 told = time.monotonic()
-                tell(f"{source.split}: {count} demonstrations after {told - began:.0f} seconds")
+                report(f"{source.split}: {count} demonstrations after {told - began:.0f} seconds")
 
 
-def data_of(demonstrations: Sequence[Demonstration], splits: Sequence[str]) -> str:
+def describe_data(demonstrations: Sequence[PhaseDemonstration], splits: Sequence[str]) -> str:
     """Return how many episodes, rooms and steps there are, in words."""
     rooms = {each.episode_id for each in demonstrations if each.episode_id.startswith(ROOM_PREFIX)}
     episodes = {each.episode_id for each in demonstrations} - rooms
     steps = sum(len(each.actions) for each in demonstrations)
-    return f"{len(episodes)} episodes of {named(splits)} and {len(rooms)} drawn rooms, {steps:,} steps of the expert"
+    return (
+        f"{len(episodes)} episodes of {split_names(splits)} and {len(rooms)} drawn rooms, {steps:,} steps of the expert"
+    )
 
 
-def named(splits: Sequence[str]) -> str:
+def split_names(splits: Sequence[str]) -> str:
     """Return the splits' names as a model card has them."""
     return " and ".join(f"`{split}`" for split in splits)
 
 
-def digest_of(demonstrations: Sequence[Demonstration]) -> str:
+def digest_of(demonstrations: Sequence[PhaseDemonstration]) -> str:
     """Return a digest of the demonstrations: episodes, texts and actions, without images."""
     digest = hashlib.sha256()
     for each in demonstrations:

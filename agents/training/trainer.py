@@ -14,21 +14,21 @@ from tensorboardX import SummaryWriter
 from torch import Tensor, nn
 
 from arramon_agents.training.checkpoint import (
-    Checkpoint,
     Identity,
+    TrainingCheckpoint,
     checkpoint_path,
     find_checkpoint,
     read_checkpoint,
     write_checkpoint,
 )
-from arramon_agents.training.place import Tell
 from arramon_agents.training.schedule import Schedule
+from arramon_agents.training.workspace import Report
 
 Scores = Mapping[str, float]
 """Scores of a validation by metric."""
 
-RISE = 10.0
-"""Averaged weights follow faster at first, as weights begin at random: step n keeps at most n / (n + RISE) of them."""
+AVERAGE_WARM_UP = 10.0
+"""Averaged weights follow faster at first, as weights begin at random: step n keeps at most n / (n + AVERAGE_WARM_UP) of them."""
 
 
 class Loss(NamedTuple):
@@ -43,7 +43,7 @@ class Loss(NamedTuple):
     parts: Mapping[str, Tensor] = MappingProxyType({})
 
 
-class Task(Protocol):
+class TrainingTask(Protocol):
     """What differs between trainings: a network, and its loss on a batch of data."""
 
     @property
@@ -57,7 +57,7 @@ class Task(Protocol):
 
 
 @dataclass(frozen=True)
-class Settings:
+class TrainerSettings:
     """Settings of a training loop.
 
     Attributes:
@@ -95,7 +95,7 @@ class Trainer:
         task: network, data and loss.
         settings: of the loop.
         output: folder of checkpoint and log; None for neither.
-        tell: receives lines of progress.
+        report: receives lines of progress.
         validate: returns scores of the task's network, which is in evaluation mode and has the averaged weights; None
             for no validation.
         keep: called after each validation, for example to write the best weights.
@@ -109,14 +109,14 @@ class Trainer:
 
     def __init__(
         self,
-        task: Task,
-        settings: Settings,
+        task: TrainingTask,
+        settings: TrainerSettings,
         output: Path | None = None,
-        tell: Tell = lambda _: None,
+        report: Report = lambda _: None,
         validate: Callable[[], Scores] | None = None,
         keep: Callable[[], object] = lambda: None,
     ) -> None:
-        self.task, self.settings, self._output, self._tell = task, settings, output, tell
+        self.task, self.settings, self._output, self._report = task, settings, output, report
         self._validate, self._keep = validate, keep
         self.network = task.network
         self._optimizer = torch.optim.AdamW(self.network.parameters(), weight_decay=settings.decay)
@@ -149,7 +149,7 @@ class Trainer:
                 if self.step % self.settings.checkpoint_steps == 0 or self.step == end:
                     self.save()
                     left = (time.monotonic() - began) / (self.step - first) * (self.settings.steps - self.step)
-                    self._report(left)
+                    self._report_progress(left)
 
     def update(self, rate: float | None = None) -> dict[str, float]:
         """Do one update, and return its losses by name, "total" among them.
@@ -209,7 +209,7 @@ class Trainer:
             "best": self._best,
             "history": {"losses": torch.tensor(self.losses, dtype=torch.float64)},
         }
-        checkpoint = Checkpoint(self.step, self.cpu_seconds, self.scores, tensors)
+        checkpoint = TrainingCheckpoint(self.step, self.cpu_seconds, self.scores, tensors)
         write_checkpoint(checkpoint_path(self._output, self.settings.name), checkpoint, self.settings.identity)
 
     def resume(self) -> None:
@@ -234,7 +234,7 @@ class Trainer:
             self._optimizer.state[parameters[parameter]][key] = value.to(device)
         self.step, self.cpu_seconds, self.scores = checkpoint.step, checkpoint.cpu_seconds, checkpoint.scores
         self.losses, self._best = tensors["history"]["losses"].tolist(), tensors["best"]
-        self._tell(f"{self.settings.name}: resumes at step {self.step} of {self.settings.steps}")
+        self._report(f"{self.settings.name}: resumes at step {self.step} of {self.settings.steps}")
 
     def _advance(self) -> dict[str, float]:
         """Do one update, validate if it is time, and return scalars for the log."""
@@ -246,7 +246,7 @@ class Trainer:
         return scalars
 
     def _update_average(self) -> None:
-        kept = min(self.settings.average, self.step / (self.step + RISE))
+        kept = min(self.settings.average, self.step / (self.step + AVERAGE_WARM_UP))
         weights = self.network.state_dict() if self._average else {}
         for name, value in weights.items():
             if value.is_floating_point():
@@ -269,9 +269,9 @@ class Trainer:
             return SummaryWriter(write_to_disk=False)
         return SummaryWriter(str(self._output / "log" / self.settings.name), purge_step=self.step)
 
-    def _report(self, seconds_left: float) -> None:
+    def _report_progress(self, seconds_left: float) -> None:
         recent = self.losses[-self.settings.checkpoint_steps :]
-        self._tell(
+        self._report(
             f"{self.settings.name}: step {self.step} of {self.settings.steps}, loss {sum(recent) / len(recent):.3f}, "
             f"{seconds_left / 60:.0f} minutes left"
         )

@@ -11,7 +11,7 @@ import numpy as np
 
 import arramon_lang as lang
 from arramon_agents.perception.eyes.grid import CHANNEL_NAMES
-from arramon_agents.training.demonstrations import Demonstration
+from arramon_agents.training.demonstrations import PhaseDemonstration
 from arramon_agents.training.exchange import Exchange, read_meaning
 from arramon_client.agent import Action
 from arramon_client.world import NAVIGATION
@@ -47,7 +47,7 @@ class Variants:
 
     def __init__(
         self,
-        demonstrations: Sequence[Demonstration],
+        demonstrations: Sequence[PhaseDemonstration],
         languages: Sequence[str],
         count: int,
         channel_names: Sequence[str] | None,
@@ -59,12 +59,12 @@ class Variants:
         self._changes: dict[tuple[int, int], _Change] = {}
         self._meanings: dict[int, Meaning] = {}
 
-    def draw(self, row: int, chance: Random) -> Demonstration:
+    def draw(self, row: int, chance: Random) -> PhaseDemonstration:
         """Return a demonstration by its number, as it is or in one of its variants, chosen uniformly."""
         number = chance.randrange(self._count + 1) if self._count else 0
         return self.variant(row, number)
 
-    def variant(self, row: int, number: int) -> Demonstration:
+    def variant(self, row: int, number: int) -> PhaseDemonstration:
         """Return a variant of a demonstration; number 0 is the demonstration as it is."""
         shown = self._demonstrations[row]
         if number == 0:

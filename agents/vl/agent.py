@@ -9,20 +9,20 @@ import numpy.typing as npt
 import torch
 from torch import Tensor
 
-from arramon_agents.perception.encoder import GRID, FrameMemory
-from arramon_agents.vl.model import ACTIONS, START, State, Text, as_input
-from arramon_agents.vl.policy import Policy
+from arramon_agents.perception.encoder import GRID, FeatureCache
+from arramon_agents.vl.model import ACTIONS, START_ACTION, State, Text, as_input
+from arramon_agents.vl.policy import VlPolicy
 from arramon_client.agent import Episode, Observation
 
 
 @dataclass
-class _Memory:
+class _PhaseState:
     """State of an episode's current phase: its name, its encoded instruction, and the model's recurrent state."""
 
     phase: tuple[int, str]
     words: Tensor  # (T, H)
     state: State | None = None
-    before: int = START
+    before: int = START_ACTION
 
 
 class LearnedAgent:
@@ -36,12 +36,12 @@ class LearnedAgent:
             hashes of seed, episode and step, so that a resumed run samples the same actions.
     """
 
-    def __init__(self, policy: Policy, name: str, seed: int = 0, temperature: float = 0.0) -> None:
+    def __init__(self, policy: VlPolicy, name: str, seed: int = 0, temperature: float = 0.0) -> None:
         self.name = name
         self.sensors = () if policy.encoder is None else ("rgb", "depth")
         self._policy, self._seed, self._temperature = policy, seed, temperature
-        self._frames = None if policy.encoder is None else FrameMemory(policy.encoder)
-        self._memories: dict[str, _Memory] = {}
+        self._frames = None if policy.encoder is None else FeatureCache(policy.encoder)
+        self._memories: dict[str, _PhaseState] = {}
 
     def begin(self, episode: Episode) -> None:
         """Start a new episode."""
@@ -68,27 +68,27 @@ class LearnedAgent:
         """Return the features of the images, (B, 7, 7, C)."""
         if self._frames is None:
             return torch.zeros(len(observations), GRID, GRID, 0)
-        rgb = np.stack([_sensed(observation, "rgb") for observation in observations])
-        depth = np.stack([_sensed(observation, "depth") for observation in observations])
+        rgb = np.stack([_image_of(observation, "rgb") for observation in observations])
+        depth = np.stack([_image_of(observation, "depth") for observation in observations])
         return as_input(self._frames.features(rgb, depth))
 
     def _ask(self, phase: str, observations: Sequence[Observation], features: Tensor) -> Tensor:
         """Return the logits of all actions in one phase, (B, 4), and keep the model's states."""
         memories = [self._remember(observation) for observation in observations]
         module = self._policy.model.of(phase)
-        text = _together([memory.words for memory in memories])
+        text = _pad_texts([memory.words for memory in memories])
         before = torch.tensor([[memory.before] for memory in memories])
-        values, state = module.act(text, features[:, None], before, _joined(memories, module.config.hidden))
+        values, state = module.act(text, features[:, None], before, _stack_states(memories, module.config.hidden))
         for number, memory in enumerate(memories):
             memory.state = state[0][:, number], state[1][:, number]
         return values[:, 0, :ACTIONS]
 
-    def _remember(self, observation: Observation) -> _Memory:
+    def _remember(self, observation: Observation) -> _PhaseState:
         memory = self._memories.get(observation.episode_id)
         phase = observation.turn, observation.phase
         if memory is None or memory.phase != phase:
             tokens = torch.tensor([self._policy.tokenizer.encode(observation.instruction)])
-            memory = _Memory(phase, self._policy.model.of(observation.phase).read(tokens).words[0])
+            memory = _PhaseState(phase, self._policy.model.of(observation.phase).read(tokens).words[0])
             self._memories[observation.episode_id] = memory
         return memory
 
@@ -101,21 +101,21 @@ class LearnedAgent:
         return min(int((shares < threshold).sum()), ACTIONS - 1)
 
 
-def _sensed(observation: Observation, sensor: str) -> npt.NDArray[np.generic]:
+def _image_of(observation: Observation, sensor: str) -> npt.NDArray[np.generic]:
     image = getattr(observation, sensor)
     if image is None:
         raise ValueError(f"the observation has no {sensor}, which the agent needs: run it with --sensors rgb,depth")
     return np.asarray(image)
 
 
-def _together(texts: Sequence[Tensor]) -> Text:
+def _pad_texts(texts: Sequence[Tensor]) -> Text:
     """Return texts of different lengths as one padded batch."""
     padded = torch.nn.utils.rnn.pad_sequence(list(texts), batch_first=True)
     lengths = torch.tensor([len(text) for text in texts])
     return Text(padded, torch.arange(padded.shape[1]) >= lengths[:, None])
 
 
-def _joined(memories: Sequence[_Memory], hidden: int) -> State:
+def _stack_states(memories: Sequence[_PhaseState], hidden: int) -> State:
     """Return the states of several episodes as one batch; before the first step a state is 0."""
     blank = torch.zeros(1, hidden), torch.zeros(1, hidden)
     states = [memory.state or blank for memory in memories]

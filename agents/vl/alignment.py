@@ -7,7 +7,7 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
-from arramon_agents.training.demonstrations import Demonstration
+from arramon_agents.training.demonstrations import PhaseDemonstration
 from arramon_agents.vl.model import Text
 
 TEMPERATURE = 0.1
@@ -15,7 +15,7 @@ TEMPERATURE = 0.1
 
 
 def other_texts(
-    demonstrations: Sequence[Demonstration], texts: Sequence[str], languages: Sequence[str], chance: random.Random
+    demonstrations: Sequence[PhaseDemonstration], texts: Sequence[str], languages: Sequence[str], chance: random.Random
 ) -> tuple[list[int], list[str]]:
     """Return a second text for each demonstration that has one.
 

@@ -9,16 +9,16 @@ import numpy.typing as npt
 import torch
 from torch import Tensor
 
-from arramon_agents.reading.tokenizers import Tokenizer
+from arramon_agents.reading.tokenizers import TextTokenizer
 from arramon_agents.training.batches import NO_ACTION, padded
-from arramon_agents.training.demonstrations import Demonstration
-from arramon_agents.vl.model import START, as_input
+from arramon_agents.training.demonstrations import PhaseDemonstration
+from arramon_agents.vl.model import START_ACTION, as_input
 from arramon_client.agent import Action
 from arramon_client.world import NAVIGATION
 
 
 @dataclass(frozen=True)
-class Batch:
+class ImitationBatch:
     """Demonstrations of one phase as tensors, with the steps that the loss uses.
 
     B demonstrations, the longest with S steps and T tokens; the loss uses at most L steps of each.
@@ -39,19 +39,19 @@ class Batch:
     cells: Tensor
     actions: Tensor
 
-    def to(self, device: str) -> "Batch":
+    def to(self, device: str) -> "ImitationBatch":
         """Return the batch on a device."""
         tensors = (self.tokens, self.before, self.at, self.cells, self.actions)
-        return Batch(self.phase, *(tensor.to(device) for tensor in tensors))
+        return ImitationBatch(self.phase, *(tensor.to(device) for tensor in tensors))
 
 
 def make_batch(
-    demonstrations: Sequence[Demonstration],
+    demonstrations: Sequence[PhaseDemonstration],
     texts: Sequence[str],
-    tokenizer: Tokenizer,
+    tokenizer: TextTokenizer,
     share: float = 1.0,
     seed: int | str = 0,
-) -> Batch:
+) -> ImitationBatch:
     """Return demonstrations of one phase as tensors.
 
     Args:
@@ -62,11 +62,11 @@ def make_batch(
         seed: for the choice of these steps.
     """
     count, steps = len(demonstrations), max(len(each.actions) for each in demonstrations)
-    before = np.full((count, steps), START, np.int64)
+    before = np.full((count, steps), START_ACTION, np.int64)
     for row, each in enumerate(demonstrations):
         before[row, 1 : len(each.actions)] = each.actions[:-1]
     chance = random.Random(seed)  # noqa: S311 - not for secrets
-    learned = [learned_steps(each.actions, share, chance) for each in demonstrations]
+    learned = [loss_steps(each.actions, share, chance) for each in demonstrations]
     most = max(map(len, learned))
     at = np.zeros((count, most), np.int64)
     cells = np.zeros((count, most, *demonstrations[0].features.shape[1:]), np.uint8)
@@ -75,7 +75,7 @@ def make_batch(
         at[row, : len(chosen)] = chosen
         cells[row, : len(chosen)] = each.features[chosen]
         actions[row, : len(chosen)] = each.actions[chosen]
-    return Batch(
+    return ImitationBatch(
         demonstrations[0].phase,
         as_tokens(texts, tokenizer),
         torch.from_numpy(before),
@@ -85,12 +85,12 @@ def make_batch(
     )
 
 
-def as_tokens(texts: Sequence[str], tokenizer: Tokenizer) -> Tensor:
+def as_tokens(texts: Sequence[str], tokenizer: TextTokenizer) -> Tensor:
     """Return texts as token ids, (B, T), 0 after the end of each."""
     return padded([tokenizer.encode(text) for text in texts])
 
 
-def learned_steps(actions: Sequence[int] | npt.NDArray[np.uint8], share: float, chance: random.Random) -> list[int]:
+def loss_steps(actions: Sequence[int] | npt.NDArray[np.uint8], share: float, chance: random.Random) -> list[int]:
     """Return the indices of the steps in the loss: those where the action changes, and a share of the others."""
     return [
         step
@@ -99,7 +99,7 @@ def learned_steps(actions: Sequence[int] | npt.NDArray[np.uint8], share: float, 
     ]
 
 
-def loss_of(values: Tensor, batch: Batch, pick_up: float = 1.0) -> Tensor:
+def action_loss(values: Tensor, batch: ImitationBatch, pick_up: float = 1.0) -> Tensor:
     """Return the mean cross entropy of the target actions.
 
     Args:
@@ -115,6 +115,6 @@ def loss_of(values: Tensor, batch: Batch, pick_up: float = 1.0) -> Tensor:
     )
 
 
-def draw_text(demonstration: Demonstration, languages: Sequence[str], chance: random.Random) -> str:
+def draw_text(demonstration: PhaseDemonstration, languages: Sequence[str], chance: random.Random) -> str:
     """Return the instruction in one of its languages, chosen uniformly."""
     return chance.choice(demonstration.read_in(languages))

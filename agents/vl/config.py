@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
-class Config:
+class ModelConfig:
     """Sizes of a model; the defaults are the original's.
 
     Attributes:

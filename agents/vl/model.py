@@ -18,12 +18,12 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from arramon_agents.perception.encoder import GRID
-from arramon_agents.reading.text_encoders import make_reader
-from arramon_agents.vl.config import Config
+from arramon_agents.reading.text_encoders import make_text_encoder
+from arramon_agents.vl.config import ModelConfig
 from arramon_client.world import PHASES
 
 ACTIONS = 4
-START = 4
+START_ACTION = 4
 """Stands for the action before the first; a fifth output that is never right belongs to it in the original."""
 
 
@@ -42,17 +42,17 @@ State = tuple[Tensor, Tensor]
 """Of the LSTM over past actions: twice (1, B, H)."""
 
 
-class Module(nn.Module):
+class PhaseModel(nn.Module):
     """Model of one phase."""
 
-    def __init__(self, config: Config) -> None:
+    def __init__(self, config: ModelConfig) -> None:
         super().__init__()
         self.config = c = config
         self.act_embedding = nn.Embedding(ACTIONS + 1, c.action_size)
         self.history = nn.LSTM(c.action_size, c.hidden, batch_first=True, bias=True)
         self.dropout = nn.Dropout(c.dropout)
         if c.reads:
-            self.reader = make_reader(c.reader, c.vocabulary, c.word_size, c.hidden)
+            self.reader = make_text_encoder(c.reader, c.vocabulary, c.word_size, c.hidden)
         if c.sees:
             self.look = nn.Linear(c.channels + (2 * GRID if c.positions else 0), c.hidden)
         if c.sees and c.reads:
@@ -75,7 +75,7 @@ class Module(nn.Module):
         Args:
             text: the instructions.
             cells: features of the images, (B, S, 7, 7, C), in [0, 1].
-            before: the action before each step, (B, S); START at the first.
+            before: the action before each step, (B, S); START_ACTION at the first.
             state: after the step before these; None at the beginning.
             at: numbers of the steps at which alone values are returned and images given, so that these have fewer
                 steps than `before`, (B, fewer).
@@ -89,7 +89,7 @@ class Module(nn.Module):
             if self.config.reads:
                 parts += self._seen_and_read(past, seen, text)  # twice (B, S, H)
             else:
-                parts.append(_attended(past, (seen,)))  # (B, S, H)
+                parts.append(_attend(past, (seen,)))  # (B, S, H)
         elif self.config.reads:
             parts.append(self._read(past, text))  # (B, S, H)
         return self.output(self.dropout(torch.cat(parts, -1))), state
@@ -107,7 +107,7 @@ class Module(nn.Module):
     def _read(self, past: Tensor, text: Text) -> Tensor:
         """Return the words to which the past attends, (B, S, H)."""
         scores = torch.einsum("bsh,bth->bst", past, text.words)
-        return _softmax(scores, text.padding[:, None]) @ text.words
+        return _masked_softmax(scores, text.padding[:, None]) @ text.words
 
     def _seen_and_read(self, past: Tensor, seen: Tensor, text: Text) -> list[Tensor]:
         """Return cells and words, each in the light of the other, to which the past attends: twice (B, S, H).
@@ -118,27 +118,29 @@ class Module(nn.Module):
         """
         words, padding = text.words, text.padding[:, None]  # (B, T, H), (B, 1, T)
         alike = torch.einsum("bskh,bth->bskt", seen, words * self.similarity.weight[0]) + self.similarity.bias
-        read_in = torch.einsum("bskt,bth->bskh", _softmax(alike, padding[:, None]), words)  # by each cell, (B, S, K, H)
+        read_in = torch.einsum(
+            "bskt,bth->bskh", _masked_softmax(alike, padding[:, None]), words
+        )  # by each cell, (B, S, K, H)
         seen_in = alike.softmax(2).transpose(2, 3) @ seen  # by each word, (B, S, T, H)
         words = words[:, None].expand_as(seen_in)  # (B, S, T, H)
         return [
-            self.fuse_cells(_attended(past @ self.fuse_cells.weight, (seen, read_in, seen * read_in))),
-            self.fuse_words(_attended(past @ self.fuse_words.weight, (words, seen_in, words * seen_in), padding)),
+            self.fuse_cells(_attend(past @ self.fuse_cells.weight, (seen, read_in, seen * read_in))),
+            self.fuse_words(_attend(past @ self.fuse_words.weight, (words, seen_in, words * seen_in), padding)),
         ]
 
 
 class Model(nn.Module):
     """Both modules."""
 
-    def __init__(self, config: Config) -> None:
+    def __init__(self, config: ModelConfig) -> None:
         super().__init__()
         self.config = config
-        self.modules_by_phase = nn.ModuleDict({phase: Module(config) for phase in PHASES})
+        self.modules_by_phase = nn.ModuleDict({phase: PhaseModel(config) for phase in PHASES})
 
-    def of(self, phase: str) -> Module:
+    def of(self, phase: str) -> PhaseModel:
         """Return the module of a phase, "navigation" or "assembly"."""
         module = self.modules_by_phase[phase]
-        assert isinstance(module, Module)
+        assert isinstance(module, PhaseModel)
         return module
 
 
@@ -147,12 +149,12 @@ def as_input(features: npt.NDArray[np.uint8]) -> Tensor:
     return torch.from_numpy(features).float() / 255.0
 
 
-def _softmax(scores: Tensor, padding: Tensor) -> Tensor:
+def _masked_softmax(scores: Tensor, padding: Tensor) -> Tensor:
     """Return weights over the last dimension that are 0 at padding."""
     return functional.softmax(scores.masked_fill(padding, -1e9), -1)
 
 
-def _attended(past: Tensor, parts: Sequence[Tensor], padding: Tensor | None = None) -> Tensor:
+def _attend(past: Tensor, parts: Sequence[Tensor], padding: Tensor | None = None) -> Tensor:
     """Return those of N things to which the past attends.
 
     Args:
@@ -165,5 +167,5 @@ def _attended(past: Tensor, parts: Sequence[Tensor], padding: Tensor | None = No
     """
     by_part = past.chunk(len(parts), -1)
     scores = torch.stack([(part @ each[..., None])[..., 0] for part, each in zip(parts, by_part, strict=True)]).sum(0)
-    weights = (scores.softmax(-1) if padding is None else _softmax(scores, padding))[:, :, None]  # (B, S, 1, N)
+    weights = (scores.softmax(-1) if padding is None else _masked_softmax(scores, padding))[:, :, None]  # (B, S, 1, N)
     return torch.cat([(weights @ part)[:, :, 0] for part in parts], -1)

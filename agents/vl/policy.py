@@ -8,8 +8,8 @@ import torch
 
 from arramon_agents.perception.encoder import VisualEncoder
 from arramon_agents.perception.registry import open_encoder
-from arramon_agents.reading.tokenizers import Tokenizer, restore_tokenizer
-from arramon_agents.vl.config import Config
+from arramon_agents.reading.tokenizers import TextTokenizer, restore_tokenizer
+from arramon_agents.vl.config import ModelConfig
 from arramon_agents.vl.model import Model
 from arramon_agents.weights import BadWeights, read_weights_file, write_weights_file
 
@@ -17,7 +17,7 @@ FORMAT = 1
 
 
 @dataclass
-class Policy:
+class VlPolicy:
     """A trained model with its tokenizer and visual encoder.
 
     Attributes:
@@ -28,12 +28,12 @@ class Policy:
     """
 
     model: Model
-    tokenizer: Tokenizer
+    tokenizer: TextTokenizer
     encoder: VisualEncoder | None
     about: dict[str, Any] = field(default_factory=dict)
 
 
-def save_policy(policy: Policy, path: Path) -> None:
+def save_policy(policy: VlPolicy, path: Path) -> None:
     """Write a policy to a file, atomically."""
     header = {
         "format": FORMAT,
@@ -46,7 +46,7 @@ def save_policy(policy: Policy, path: Path) -> None:
     write_weights_file(path, networks, header, blobs, torch.float32)
 
 
-def load_policy(path: Path) -> Policy:
+def load_policy(path: Path) -> VlPolicy:
     """Return the policy of a file, in evaluation mode, on the CPU.
 
     Raises:
@@ -54,7 +54,7 @@ def load_policy(path: Path) -> Policy:
         ValueError: if its tokenizer or encoder is not available.
     """
     file = read_weights_file(path, "the paper's model", FORMAT)
-    config = file.sizes("config", Config)
+    config = file.sizes("config", ModelConfig)
     model = file.build(lambda: Model(config))
     file.fill(model, "model.")
     tokenizer = restore_tokenizer(file.value("tokenizer", str), file.blob("tokenizer"))
@@ -66,4 +66,4 @@ def load_policy(path: Path) -> Policy:
             raise BadWeights(
                 f"{path} was trained on the visual encoder {name} {fingerprint}, but {encoder.fingerprint} is installed"
             )
-    return Policy(model, tokenizer, encoder, file.value("about", dict))
+    return VlPolicy(model, tokenizer, encoder, file.value("about", dict))

@@ -6,14 +6,14 @@ from collections.abc import Sequence
 import torch
 from torch import Tensor
 
-from arramon_agents.training.batches import Epochs
-from arramon_agents.training.demonstrations import Demonstration
+from arramon_agents.training.batches import EpochBatches
+from arramon_agents.training.demonstrations import PhaseDemonstration
 from arramon_agents.training.trainer import Loss
 from arramon_agents.training.variants import Variants
 from arramon_agents.vl.alignment import alignment_loss, other_texts
-from arramon_agents.vl.batches import as_tokens, draw_text, loss_of, make_batch
+from arramon_agents.vl.batches import action_loss, as_tokens, draw_text, make_batch
 from arramon_agents.vl.model import Model
-from arramon_agents.vl.policy import Policy
+from arramon_agents.vl.policy import VlPolicy
 from arramon_agents.vl.recipe import Recipe
 from arramon_client.world import PHASES
 
@@ -33,7 +33,9 @@ class ImitationTask:
             assembly if there are no others.
     """
 
-    def __init__(self, recipe: Recipe, policy: Policy, demonstrations: Sequence[Demonstration], device: str) -> None:
+    def __init__(
+        self, recipe: Recipe, policy: VlPolicy, demonstrations: Sequence[PhaseDemonstration], device: str
+    ) -> None:
         self.network: Model = policy.model
         self._recipe, self._tokenizer, self._device = recipe, policy.tokenizer, device
         self._variants = Variants(
@@ -44,7 +46,7 @@ class ImitationTask:
             recipe.seed,
         )
         sizes = dict(zip(PHASES, (recipe.batch, recipe.room_batch), strict=True))
-        epochs = {phase: Epochs(demonstrations, phase, size, recipe.seed) for phase, size in sizes.items()}
+        epochs = {phase: EpochBatches(demonstrations, phase, size, recipe.seed) for phase, size in sizes.items()}
         self._epochs = {phase: each for phase, each in epochs.items() if each.count}
         self.steps = recipe.passes * (next(iter(self._epochs.values())).count if self._epochs else 0)
 
@@ -81,4 +83,4 @@ class ImitationTask:
                 paired, others = other_texts(chosen, texts, recipe.aligned, chance)
                 tokens = as_tokens(others, self._tokenizer).to(self._device)
                 aligned = alignment_loss(text.of(paired), module.read(tokens))
-        return loss_of(values.float(), batch, recipe.pick_up), aligned
+        return action_loss(values.float(), batch, recipe.pick_up), aligned

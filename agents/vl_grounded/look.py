@@ -9,7 +9,7 @@ import torch
 
 from arramon_agents.mapping.room import RoomSight
 from arramon_agents.perception.eyes.vocabulary import COLOURS
-from arramon_agents.vl_grounded.naming import KINDS, LOOKS, Named
+from arramon_agents.vl_grounded.attributes import KINDS, LOOKS, Attributes
 from arramon_agents.vl_grounded.room import CELLS, LEVELS
 from arramon_client.agent import Action
 from arramon_client.world import COLLECTIBLES, COLUMNS, TURN
@@ -17,11 +17,11 @@ from arramon_lang.room import Standing
 
 DEGREES = round(TURN)
 
-WAY = (*[Action.LEFT] * 3, *[Action.RIGHT] * 6)
+TURNS = (*[Action.LEFT] * 3, *[Action.RIGHT] * 6)
 """Turns that show everything that is not behind the start tile, where there is only a wall."""
 
 
-class Look:
+class LookAround:
     """A look around.
 
     Args:
@@ -34,7 +34,7 @@ class Look:
     def __init__(self, room: RoomSight) -> None:
         self.room = room
         self.heading = 0
-        self._turns = list(WAY)
+        self._turns = list(TURNS)
         self._headings: set[int] = set()
 
     def is_new(self) -> bool:
@@ -56,7 +56,7 @@ class Look:
         return self.room.room().things
 
 
-def as_named(rooms: Sequence[Sequence[Standing]]) -> Named:
+def attributes_in_rooms(rooms: Sequence[Sequence[Standing]]) -> Attributes:
     """Return the things in rooms as a batch, (B, CELLS LEVELS, ...): cells row by row, each with its levels."""
     parts = [
         np.zeros((len(rooms), CELLS * LEVELS, size), np.float32) for size in (len(KINDS), len(COLOURS), len(LOOKS))
@@ -66,7 +66,7 @@ def as_named(rooms: Sequence[Sequence[Standing]]) -> Named:
             place = (thing.row * COLUMNS + thing.column) * LEVELS + min(thing.level, LEVELS) - 1
             for part, row in zip(parts, _rows(thing.kind, thing.colour, thing.look), strict=True):
                 part[number, place] = row
-    return Named(*map(torch.from_numpy, parts))
+    return Attributes(*map(torch.from_numpy, parts))
 
 
 @lru_cache

@@ -7,10 +7,10 @@ from typing import Any
 
 from torch import nn
 
-from arramon_agents.reading.tokenizers import Tokenizer, restore_tokenizer
-from arramon_agents.vl_grounded.reading import Reading
-from arramon_agents.vl_grounded.room import RoomReader
-from arramon_agents.vl_grounded.street import Street
+from arramon_agents.reading.tokenizers import TextTokenizer, restore_tokenizer
+from arramon_agents.vl_grounded.instruction_encoder import InstructionEncoder
+from arramon_agents.vl_grounded.room import RoomNetwork
+from arramon_agents.vl_grounded.street import StreetNetwork
 from arramon_agents.weights import LARGEST, read_weights_file, write_weights_file
 
 FORMAT = "vl_grounded 1"
@@ -26,13 +26,13 @@ class Grounded(nn.Module):
     def __init__(self, vocabulary: int) -> None:
         super().__init__()
         self.vocabulary = vocabulary
-        self.reading = Reading(vocabulary)
-        self.street = Street()
-        self.room = RoomReader()
+        self.reading = InstructionEncoder(vocabulary)
+        self.street = StreetNetwork()
+        self.room = RoomNetwork()
 
 
 @dataclass(frozen=True)
-class Weights:
+class GroundedWeights:
     """Content of a weight file.
 
     Attributes:
@@ -43,12 +43,12 @@ class Weights:
     """
 
     network: Grounded
-    tokenizer: Tokenizer
+    tokenizer: TextTokenizer
     eyes: str
     about: Mapping[str, Any]
 
 
-def write_weights(path: Path, weights: Weights) -> None:
+def write_weights(path: Path, weights: GroundedWeights) -> None:
     """Write weights to a file, atomically."""
     header = {
         "format": FORMAT,
@@ -60,7 +60,7 @@ def write_weights(path: Path, weights: Weights) -> None:
     write_weights_file(path, {"": weights.network}, header, {"tokenizer": weights.tokenizer.dump()})
 
 
-def read_weights(path: Path) -> Weights:
+def read_weights(path: Path) -> GroundedWeights:
     """Return the weights of a file, in evaluation mode.
 
     Raises:
@@ -74,4 +74,4 @@ def read_weights(path: Path) -> Weights:
     network = file.build(lambda: Grounded(vocabulary))
     file.fill(network)
     network.requires_grad_(requires_grad=False)
-    return Weights(network, tokenizer, file.value("eyes", str), file.value("about", dict))
+    return GroundedWeights(network, tokenizer, file.value("eyes", str), file.value("about", dict))

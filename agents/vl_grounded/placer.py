@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from arramon_agents.mapping.room_path import RoomPose, plan, quarter_of
-from arramon_agents.vl_grounded.look import Look, as_named
+from arramon_agents.vl_grounded.look import LookAround, attributes_in_rooms
 from arramon_agents.vl_grounded.network import Grounded
 from arramon_client.agent import Action
 from arramon_client.world import COLUMNS
@@ -16,7 +16,7 @@ RESERVE = 26
 """Largest number of steps to any cell and to place there; with no more left, the look around stops."""
 
 
-class Placer:
+class AssemblyPlayer:
     """Plays one assembly phase.
 
     Args:
@@ -25,7 +25,7 @@ class Placer:
         look: the look around.
     """
 
-    def __init__(self, network: Grounded, tokens: Tensor, look: Look) -> None:
+    def __init__(self, network: Grounded, tokens: Tensor, look: LookAround) -> None:
         self._network, self._tokens = network, tokens
         self.look = look
         self._way: deque[int] = deque()
@@ -50,5 +50,5 @@ class Placer:
     def _cell(self) -> int:
         """Return the number of the best cell."""
         words = self._network.reading(self._tokens)
-        there = as_named([self.look.things()])
+        there = attributes_in_rooms([self.look.things()])
         return int(self._network.room(self._network.reading, words, self._tokens, there)[0].argmax())

@@ -9,8 +9,8 @@ In the comments B is the batch, T words, H = 192 numbers of a word, N = 20 cells
 import torch
 from torch import Tensor, nn
 
-from arramon_agents.vl_grounded.naming import Named
-from arramon_agents.vl_grounded.reading import DROPOUT, WORD, Attention, Reading, match
+from arramon_agents.vl_grounded.attributes import Attributes
+from arramon_agents.vl_grounded.instruction_encoder import DROPOUT, HIDDEN, Attention, InstructionEncoder, match
 from arramon_client.world import COLUMNS, ROWS
 
 CELLS, LEVELS, STEPS, STATE = COLUMNS * ROWS, 2, 5, 128
@@ -20,20 +20,20 @@ OFFSETS = (2 * COLUMNS - 1) * (2 * ROWS - 1)
 """Differences of columns and rows."""
 
 
-class RoomReader(nn.Module):
+class RoomNetwork(nn.Module):
     """Finds the target cell."""
 
     def __init__(self) -> None:
         super().__init__()
         self.attention = Attention(STATE, 2)
-        self.memory = nn.LSTMCell(2 * WORD + 2 * LEVELS + 2, STATE)
-        self.offsets = nn.Linear(STATE + WORD, OFFSETS * LEVELS)
+        self.memory = nn.LSTMCell(2 * HIDDEN + 2 * LEVELS + 2, STATE)
+        self.offsets = nn.Linear(STATE + HIDDEN, OFFSETS * LEVELS)
         self.anywhere = nn.Linear(STATE, CELLS)
         self.filled = nn.Linear(STATE, LEVELS)
         self.dropout = nn.Dropout(DROPOUT)
         self.register_buffer("between", _differences(), persistent=False)
 
-    def forward(self, reading: Reading, words: Tensor, tokens: Tensor, there: Named) -> Tensor:
+    def forward(self, reading: InstructionEncoder, words: Tensor, tokens: Tensor, there: Attributes) -> Tensor:
         """Return the logits of all cells, (B, N), row by row.
 
         Args:

@@ -11,8 +11,8 @@ from arramon_agents.mapping.room_path import RoomPose
 from arramon_agents.perception.eyes.encoder import Eyes
 from arramon_agents.perception.eyes.encoder import load as load_eyes
 from arramon_agents.perception.eyes.sight import LABELS
-from arramon_agents.training.demonstrations import Source, backend_of, episodes_of, settings_of
-from arramon_agents.vl_grounded.look import DEGREES, Look
+from arramon_agents.training.demonstrations import DemonstrationSource, backend_of, episodes_of, settings_of
+from arramon_agents.vl_grounded.look import DEGREES, LookAround
 from arramon_client.agent import Action, Observation
 from arramon_client.environments.backend import Player
 from arramon_client.world import ASSEMBLY, COLUMNS, ROWS
@@ -42,7 +42,7 @@ class RoomView:
     target: Cell
 
 
-def collect_views(source: Source, cache: Path) -> Iterator[list[RoomView]]:
+def collect_views(source: DemonstrationSource, cache: Path) -> Iterator[list[RoomView]]:
     """Yield the views of a source's rooms, some episodes at a time, rendering those that are not cached.
 
     Args:
@@ -96,7 +96,7 @@ def _seen(player: Player, eyes: Eyes | None, episode_id: str, language: str) -> 
     observation: Observation | None = player.begin(episode_id, 0)
     while observation is not None:
         seen = SeenRoom(LABELS)
-        turn, text, look = observation.turn, observation.instruction, Look(seen)
+        turn, text, look = observation.turn, observation.instruction, LookAround(seen)
         while eyes is not None and observation is not None:
             if look.is_new():
                 assert observation.rgb is not None

@@ -8,12 +8,12 @@ import numpy.typing as npt
 
 from arramon_agents.mapping.room import RoomSight
 from arramon_agents.mapping.room_beliefs import SeenRoom
-from arramon_agents.perception.encoder import GRID, FrameMemory, quantise, resize
+from arramon_agents.perception.encoder import GRID, FeatureCache, quantise, resize
 from arramon_agents.perception.eyes.encoder import Eyes
 from arramon_agents.perception.eyes.grid import CHANNEL_NAMES
 from arramon_agents.perception.eyes.scores import LEAST_PIXELS, cells_showing, channels_of
 from arramon_agents.perception.eyes.sight import LABELS
-from arramon_agents.vl_grounded.look import Look
+from arramon_agents.vl_grounded.look import LookAround
 from arramon_client.agent import Episode, Label, Observation
 from arramon_client.world import COLLECTIBLES
 from arramon_lang.room import START
@@ -24,7 +24,7 @@ SIZE = 224
 """Side length to which segmentations are resized, in pixels."""
 
 
-class Sight(Protocol):
+class Perception(Protocol):
     """Interface: turns observations into features of cells and named things.
 
     Attributes:
@@ -46,10 +46,10 @@ class Sight(Protocol):
             ValueError: if an observation lacks a sensor.
         """
 
-    def make_look(self, episode_id: str) -> Look:
+    def make_look(self, episode_id: str) -> LookAround:
         """Return a look around in an episode's room."""
 
-    def add(self, look: Look, observation: Observation) -> None:
+    def add(self, look: LookAround, observation: Observation) -> None:
         """Add what is seen in a frame of the room to a look around.
 
         Raises:
@@ -57,7 +57,7 @@ class Sight(Protocol):
         """
 
 
-class EncodedSight:
+class EncoderPerception:
     """Sees by the visual encoder, from RGB and depth alone.
 
     Args:
@@ -67,7 +67,7 @@ class EncodedSight:
     sensors: tuple[str, ...] = ("rgb", "depth")
 
     def __init__(self, eyes: Eyes) -> None:
-        self._eyes, self._frames = eyes, FrameMemory(eyes)
+        self._eyes, self._frames = eyes, FeatureCache(eyes)
 
     def begin(self, episode: Episode) -> None:
         """Do nothing: no state is kept by episode."""
@@ -77,23 +77,23 @@ class EncodedSight:
 
     def features(self, observations: Sequence[Observation]) -> Features:
         """Return the features of the cells of each frame, (B, 7, 7, C)."""
-        rgb = np.stack([_sensed(observation, "rgb", self.sensors) for observation in observations])
-        depth = np.stack([_sensed(observation, "depth", self.sensors) for observation in observations])
+        rgb = np.stack([_image_of(observation, "rgb", self.sensors) for observation in observations])
+        depth = np.stack([_image_of(observation, "depth", self.sensors) for observation in observations])
         return self._frames.features(rgb, depth)
 
-    def make_look(self, episode_id: str) -> Look:  # noqa: ARG002 - the same for all
+    def make_look(self, episode_id: str) -> LookAround:  # noqa: ARG002 - the same for all
         """Return a look around in a room."""
-        return Look(SeenRoom(LABELS))
+        return LookAround(SeenRoom(LABELS))
 
-    def add(self, look: Look, observation: Observation) -> None:
+    def add(self, look: LookAround, observation: Observation) -> None:
         """Add what is seen in a frame of the room to a look around."""
         assert isinstance(look.room, SeenRoom)
-        rgb, depth = (_sensed(observation, name, self.sensors)[None] for name in self.sensors)
+        rgb, depth = (_image_of(observation, name, self.sensors)[None] for name in self.sensors)
         things = self._eyes.things(*resize(rgb, depth, self._eyes.image_size))[0]
         look.room.add_things(things, START, look.heading)
 
 
-class LabelledSight:
+class SegmentationPerception:
     """Sees by depth and segmentation, without errors."""
 
     sensors: tuple[str, ...] = ("depth", "segmentation")
@@ -113,17 +113,17 @@ class LabelledSight:
         """Return the features of the cells of each frame, (B, 7, 7, C)."""
         found = []
         for observation in observations:
-            depth, segmentation = (_sensed(observation, name, self.sensors) for name in self.sensors)
+            depth, segmentation = (_image_of(observation, name, self.sensors) for name in self.sensors)
             found.append(true_features(depth, segmentation, self._labels[observation.episode_id]))
         return quantise(np.stack(found))
 
-    def make_look(self, episode_id: str) -> Look:
+    def make_look(self, episode_id: str) -> LookAround:
         """Return a look around in an episode's room."""
-        return Look(RoomSight(self._labels[episode_id]))
+        return LookAround(RoomSight(self._labels[episode_id]))
 
-    def add(self, look: Look, observation: Observation) -> None:
+    def add(self, look: LookAround, observation: Observation) -> None:
         """Add what is seen in a frame of the room to a look around."""
-        depth, segmentation = (_sensed(observation, name, self.sensors) for name in self.sensors)
+        depth, segmentation = (_image_of(observation, name, self.sensors) for name in self.sensors)
         look.room.add(depth, segmentation, START, look.heading)
 
 
@@ -154,7 +154,7 @@ def true_features(
     return found
 
 
-def _sensed(observation: Observation, sensor: str, wanted: Sequence[str]) -> npt.NDArray[Any]:
+def _image_of(observation: Observation, sensor: str, wanted: Sequence[str]) -> npt.NDArray[Any]:
     image = getattr(observation, sensor)
     if image is None:
         raise ValueError(f"vl_grounded requires the sensors {' and '.join(wanted)}; this run does not have {sensor}")

@@ -12,15 +12,15 @@ from torch import Tensor, nn
 from arramon_agents.perception.encoder import GRID
 from arramon_agents.perception.eyes.grid import CHANNEL_NAMES
 from arramon_agents.vl.model import ACTIONS
-from arramon_agents.vl_grounded.naming import Named, named
+from arramon_agents.vl_grounded.attributes import Attributes, attributes_of
+from arramon_agents.vl_grounded.instruction_encoder import DROPOUT, HIDDEN, Attention, InstructionEncoder, match
 from arramon_agents.vl_grounded.odometry import NUMBERS
-from arramon_agents.vl_grounded.reading import DROPOUT, WORD, Attention, Reading, match
 
 CELLS, CELL, BRIEF, SCENE, ACT, STATE, READS = GRID * GRID, 64, 8, 96, 16, 192, 3
 """N; sizes of a cell, of a cell within the scene, of the scene, of an action, of the state; R."""
 
 
-class Seen(NamedTuple):
+class StepInput(NamedTuple):
     """Input of a step besides the words.
 
     Attributes:
@@ -33,12 +33,12 @@ class Seen(NamedTuple):
 
     cells: Tensor
     scene: Tensor
-    there: Named
+    there: Attributes
     target: Tensor
     walked: Tensor
 
 
-class Mind(NamedTuple):
+class RecurrentState(NamedTuple):
     """Recurrent state: the LSTM's two states, (B, STATE) each, and the attention, (B, 2 R, T)."""
 
     hidden: Tensor
@@ -46,7 +46,7 @@ class Mind(NamedTuple):
     looks: Tensor
 
 
-class Street(nn.Module):
+class StreetNetwork(nn.Module):
     """Chooses an action at each step of a navigation phase."""
 
     def __init__(self) -> None:
@@ -57,9 +57,9 @@ class Street(nn.Module):
         self.scene = nn.Sequential(nn.ReLU(), nn.Linear(CELLS * BRIEF, SCENE), nn.ReLU())
         self.act = nn.Embedding(ACTIONS + 1, ACT)
         self.attention = Attention(STATE, READS)
-        self.seek = nn.Linear(WORD, CELL)
-        self.mix = nn.Linear(READS * (WORD // 2 + CELLS + CELL) + CELLS + SCENE + ACT + NUMBERS, STATE)
-        self.shorten = nn.Linear(WORD, WORD // 2)
+        self.seek = nn.Linear(HIDDEN, CELL)
+        self.mix = nn.Linear(READS * (HIDDEN // 2 + CELLS + CELL) + CELLS + SCENE + ACT + NUMBERS, STATE)
+        self.shorten = nn.Linear(HIDDEN, HIDDEN // 2)
         self.memory = nn.LSTMCell(STATE, STATE)
         self.output = nn.Sequential(nn.Linear(2 * STATE, STATE // 2), nn.ReLU(), nn.Linear(STATE // 2, ACTIONS))
         self.dropout = nn.Dropout(DROPOUT)
@@ -70,7 +70,9 @@ class Street(nn.Module):
         read: Tensor = self.of_target(ask, words, tokens == 0, self.of_target.first(tokens))[0]
         return read[:, 0]
 
-    def see(self, reading: Reading, target: Tensor, cells: Tensor, before: Tensor, odometry: Tensor) -> list[Seen]:
+    def see(
+        self, reading: InstructionEncoder, target: Tensor, cells: Tensor, before: Tensor, odometry: Tensor
+    ) -> list[StepInput]:
         """Return the inputs of S consecutive steps.
 
         Args:
@@ -81,26 +83,28 @@ class Street(nn.Module):
             odometry: (B, S, NUMBERS).
         """
         cells = cells.flatten(2, 3)  # (B, S, N, channels)
-        there = named(cells)
+        there = attributes_of(cells)
         place = torch.eye(GRID, device=cells.device)
         places = torch.cat([place.repeat_interleave(GRID, 0), place.repeat(GRID, 1)], 1)  # (N, 14)
         seen = self.cell(torch.cat([cells, places.expand(*cells.shape[:2], -1, -1)], -1))  # (B, S, N, CELL)
         scene = self.scene(self.brief(seen).flatten(2))
-        flat = Named(*(part.flatten(1, 2) for part in there))  # (B, S N, ...)
+        flat = Attributes(*(part.flatten(1, 2) for part in there))  # (B, S N, ...)
         is_target = match(reading.meant(target[:, None]), flat)[:, 0].view(seen.shape[:3])
         walked = torch.cat([self.act(before), odometry], -1)
         steps = [part.unbind(1) for part in (seen, scene, *there, is_target, walked)]
         return [
-            Seen(cells, scene, Named(*there), target, walked)
+            StepInput(cells, scene, Attributes(*there), target, walked)
             for cells, scene, *there, target, walked in zip(*steps, strict=True)
         ]
 
-    def first(self, tokens: Tensor) -> Mind:
+    def first(self, tokens: Tensor) -> RecurrentState:
         """Return the recurrent state before the first step."""
         zero = torch.zeros(len(tokens), STATE, device=tokens.device)
-        return Mind(zero, zero, self.attention.first(tokens))
+        return RecurrentState(zero, zero, self.attention.first(tokens))
 
-    def step(self, reading: Reading, words: Tensor, tokens: Tensor, seen: Seen, mind: Mind) -> tuple[Tensor, Mind]:
+    def step(
+        self, reading: InstructionEncoder, words: Tensor, tokens: Tensor, seen: StepInput, mind: RecurrentState
+    ) -> tuple[Tensor, RecurrentState]:
         """Return the features from which a step's action is chosen, (B, 2 STATE), and the next recurrent state."""
         read, looks = self.attention(mind.hidden, words, tokens == 0, mind.looks)  # (B, R, H)
         maps = match(reading.meant(read), seen.there)  # (B, R, N)
@@ -109,9 +113,9 @@ class Street(nn.Module):
         of_words = torch.cat([self.shorten(read), maps, found], 2).flatten(1)
         mixed = nn.functional.relu(self.mix(torch.cat([of_words, seen.target, seen.scene, seen.walked], 1)))
         hidden, cell = self.memory(self.dropout(mixed), (mind.hidden, mind.cell))
-        return torch.cat([hidden, mixed], 1), Mind(hidden, cell, looks)
+        return torch.cat([hidden, mixed], 1), RecurrentState(hidden, cell, looks)
 
-    def forward(self, reading: Reading, words: Tensor, tokens: Tensor, seen: Sequence[Seen]) -> Tensor:
+    def forward(self, reading: InstructionEncoder, words: Tensor, tokens: Tensor, seen: Sequence[StepInput]) -> Tensor:
         """Return the logits of all actions at all steps, (B, S, ACTIONS)."""
         mind, found = self.first(tokens), []
         for each in seen:

@@ -14,14 +14,14 @@ from torch.nn import functional
 from arramon_agents.perception.encoder import GRID
 from arramon_agents.perception.eyes.grid import CHANNEL_NAMES
 from arramon_agents.perception.eyes.vocabulary import COLOURS, LOOK_GROUPS
-from arramon_agents.reading.tokenizers import Tokenizer
-from arramon_agents.training.batches import NO_ACTION, Epochs, padded
-from arramon_agents.training.demonstrations import Demonstration
-from arramon_agents.training.exchange import Version
+from arramon_agents.reading.tokenizers import TextTokenizer
+from arramon_agents.training.batches import NO_ACTION, EpochBatches, padded
+from arramon_agents.training.demonstrations import PhaseDemonstration
+from arramon_agents.training.exchange import InstructionVersion
 from arramon_agents.training.trainer import Loss
-from arramon_agents.vl.model import START, as_input
-from arramon_agents.vl_grounded.look import as_named
-from arramon_agents.vl_grounded.naming import KINDS, LOOKS
+from arramon_agents.vl.model import START_ACTION, as_input
+from arramon_agents.vl_grounded.attributes import KINDS, LOOKS
+from arramon_agents.vl_grounded.look import attributes_in_rooms
 from arramon_agents.vl_grounded.network import Grounded
 from arramon_agents.vl_grounded.odometry import odometry
 from arramon_agents.vl_grounded.room_views import RoomView
@@ -35,7 +35,7 @@ MIDDLE = slice(2, 5)
 """Columns of cells straight ahead, which show the object when it is picked up."""
 
 
-class Names(NamedTuple):
+class AttributeIndices(NamedTuple):
     """Indices in KINDS, COLOURS and LOOKS; -1 for unknown."""
 
     kind: int
@@ -44,7 +44,7 @@ class Names(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Walk:
+class DemonstratedWalk:
     """A navigation phase of the expert, with derived inputs.
 
     Attributes:
@@ -53,30 +53,30 @@ class Walk:
         versions: of its instruction.
     """
 
-    demonstration: Demonstration
+    demonstration: PhaseDemonstration
     odometry: npt.NDArray[np.float32]
-    versions: Sequence[Version]
+    versions: Sequence[InstructionVersion]
 
     @classmethod
-    def of(cls, demonstration: Demonstration, versions: Sequence[Version] = ()) -> "Walk":
+    def of(cls, demonstration: PhaseDemonstration, versions: Sequence[InstructionVersion] = ()) -> "DemonstratedWalk":
         """Return a demonstration with its odometry; without versions its instruction is used unchanged."""
         places = odometry(demonstration.actions.tolist()[:-1])
-        return cls(demonstration, places, versions or (Version(demonstration.texts),))
+        return cls(demonstration, places, versions or (InstructionVersion(demonstration.texts),))
 
-    def features(self, version: Version) -> npt.NDArray[np.uint8]:
+    def features(self, version: InstructionVersion) -> npt.NDArray[np.uint8]:
         """Return the features, with things exchanged as in a version."""
         seen = self.demonstration.features
         return seen if version.exchange is None else seen[..., version.exchange.channels]
 
 
 @dataclass(frozen=True, eq=False)
-class Placing:
+class DemonstratedPlacement:
     """A room as seen, with the versions of its instruction."""
 
     view: RoomView
-    versions: Sequence[Version]
+    versions: Sequence[InstructionVersion]
 
-    def things(self, version: Version) -> Sequence[Standing]:
+    def things(self, version: InstructionVersion) -> Sequence[Standing]:
         """Return the things in the room, exchanged as in a version."""
         return self.view.things if version.exchange is None else version.exchange.standing(self.view.things)
 
@@ -101,10 +101,10 @@ class GroundedTask:
     def __init__(
         self,
         network: Grounded,
-        tokenizer: Tokenizer,
+        tokenizer: TextTokenizer,
         languages: Sequence[str],
-        walks: Sequence[Walk],
-        placings: Sequence[Placing],
+        walks: Sequence[DemonstratedWalk],
+        placings: Sequence[DemonstratedPlacement],
         batch: int,
         inflection: float,
         seed: int,
@@ -113,7 +113,7 @@ class GroundedTask:
         self._tokenizer, self._languages, self._inflection, self._seed = tokenizer, tuple(languages), inflection, seed
         self._walks, self._placings, self._batch = walks, placings, batch
         self._numbers: dict[str, list[int]] = {}
-        self._epochs = Epochs([walk.demonstration for walk in walks], NAVIGATION, batch, seed)
+        self._epochs = EpochBatches([walk.demonstration for walk in walks], NAVIGATION, batch, seed)
         self.epoch_steps = self._epochs.count
 
     def loss(self, step: int) -> Loss:
@@ -126,12 +126,12 @@ class GroundedTask:
             total = total + PLACING * self._loss_of_rooms(placings, chance)
         return Loss(total)
 
-    def _loss_of_walks(self, walks: Sequence[Walk], chance: random.Random) -> Tensor:
+    def _loss_of_walks(self, walks: Sequence[DemonstratedWalk], chance: random.Random) -> Tensor:
         network, steps = self.network, max(len(walk.demonstration.actions) for walk in walks)
         versions = [chance.choice(walk.versions) for walk in walks]
         tokens = self._read(versions, chance)
         cells = np.zeros((len(walks), steps, *walks[0].demonstration.features.shape[1:]), np.uint8)
-        before = np.full((len(walks), steps), START, np.int64)
+        before = np.full((len(walks), steps), START_ACTION, np.int64)
         actions = np.full((len(walks), steps), NO_ACTION, np.int64)
         places = np.zeros((len(walks), steps, walks[0].odometry.shape[1]), np.float32)
         named = []
@@ -139,7 +139,7 @@ class GroundedTask:
             count, seen = len(walk.demonstration.actions), walk.features(version)
             cells[row, :count], places[row, :count] = seen, walk.odometry
             before[row, 1:count], actions[row, :count] = walk.demonstration.actions[:-1], walk.demonstration.actions
-            named.append(names_ahead(seen[-1]))
+            named.append(attributes_ahead(seen[-1]))
         words = network.reading(tokens)
         target = network.street.read_target(words, tokens)
         given = network.street.see(
@@ -159,16 +159,18 @@ class GroundedTask:
         )
         return (losses * weights).sum() / weights.sum() + NAMING * naming / len(walks)
 
-    def _loss_of_rooms(self, placings: Sequence[Placing], chance: random.Random) -> Tensor:
+    def _loss_of_rooms(self, placings: Sequence[DemonstratedPlacement], chance: random.Random) -> Tensor:
         network = self.network
         versions = [chance.choice(placing.versions) for placing in placings]
         tokens = self._read(versions, chance)
-        there = as_named([placing.things(version) for placing, version in zip(placings, versions, strict=True)])
+        there = attributes_in_rooms(
+            [placing.things(version) for placing, version in zip(placings, versions, strict=True)]
+        )
         values = network.room(network.reading, network.reading(tokens), tokens, there)
         right = torch.tensor([placing.view.target[1] * COLUMNS + placing.view.target[0] for placing in placings])
         return functional.cross_entropy(values, right)
 
-    def _read(self, versions: Sequence[Version], chance: random.Random) -> Tensor:
+    def _read(self, versions: Sequence[InstructionVersion], chance: random.Random) -> Tensor:
         """Return the token ids of texts, each in one of its languages, chosen uniformly, (B, T)."""
         there = [[language for language in self._languages if language in version.texts] for version in versions]
         return self._tokens([version.texts[chance.choice(each)] for version, each in zip(versions, there, strict=True)])
@@ -189,7 +191,7 @@ _KIND, _COLOUR, _LOOK = (
 )  # fmt: skip
 
 
-def names_ahead(features: npt.NDArray[np.uint8]) -> Names:
+def attributes_ahead(features: npt.NDArray[np.uint8]) -> AttributeIndices:
     """Return the names of the nearest collectible ahead in a frame.
 
     Args:
@@ -199,9 +201,9 @@ def names_ahead(features: npt.NDArray[np.uint8]) -> Names:
     nearest = ahead[..., _NEAR].argmax()
     cell = ahead.reshape(GRID * ahead.shape[1], -1)[nearest]
     if not cell[_NEAR]:
-        return Names(-1, -1, -1)
+        return AttributeIndices(-1, -1, -1)
     kind, colour, look = (int(cell[places].argmax()) for places in (_KIND, _COLOUR, _LOOK))
-    return Names(
+    return AttributeIndices(
         KINDS.index(COLLECTIBLES[kind]),
         COLOURS.index(COLLECTIBLE_COLOURS[colour]),
         LOOKS.index(("pattern", LOOK_GROUPS[0].looks[look])),

@@ -7,13 +7,13 @@ from torch import Tensor
 
 from arramon_agents.perception.encoder import GRID
 from arramon_agents.perception.eyes.grid import CHANNEL_NAMES
-from arramon_agents.vl.model import ACTIONS, START, as_input
+from arramon_agents.vl.model import ACTIONS, START_ACTION, as_input
+from arramon_agents.vl_grounded.instruction_encoder import best_match
 from arramon_agents.vl_grounded.network import Grounded
 from arramon_agents.vl_grounded.odometry import odometry
-from arramon_agents.vl_grounded.reading import best_match
 from arramon_client.agent import Action
 
-FITS = 0.4
+MIN_MATCH = 0.4
 """Least match with the described object for a pick-up, as a share of the best possible match."""
 
 NEAR = 1.0 / (1.0 + 3.6)
@@ -30,7 +30,7 @@ MOST_TURNS = 6
 """Largest number of turns in a row, half a circle: the expert makes no more, and never turns back at once."""
 
 
-class Walker:
+class NavigationPlayer:
     """Plays one navigation phase.
 
     An action without effect, such as a blocked step or an empty pick-up, is taken back: the network chooses again, from
@@ -65,7 +65,7 @@ class Walker:
             depth: the frame's.
         """
         self._judge_last(depth)
-        before = self._actions[-1] if self._actions else START
+        before = self._actions[-1] if self._actions else START_ACTION
         street = self._network.street
         (seen,) = street.see(
             self._network.reading,
@@ -116,4 +116,4 @@ def is_in_reach(fits: Tensor, features: npt.NDArray[np.uint8]) -> bool:
         features: (7, 7, C).
     """
     near = features.reshape(GRID * GRID, -1)[_MIDDLE, _NEARNESS] >= NEAR * 255
-    return bool(((fits[_MIDDLE] >= FITS).numpy() & near).any())
+    return bool(((fits[_MIDDLE] >= MIN_MATCH).numpy() & near).any())

@@ -7,9 +7,9 @@ from torch import Tensor
 
 from arramon_agents.reading.reader.network import ReaderNetwork
 from arramon_agents.reading.reader.words import Vocabulary
-from arramon_agents.reading.tokenizers import SPECIAL, UNKNOWN, Words
-from arramon_agents.vl_grounded.network import Grounded, Weights
-from arramon_agents.vl_grounded.reading import Reading
+from arramon_agents.reading.tokenizers import SPECIAL, UNKNOWN, WordTokenizer
+from arramon_agents.vl_grounded.instruction_encoder import InstructionEncoder
+from arramon_agents.vl_grounded.network import Grounded, GroundedWeights
 
 EMBEDDING = "reading.words.weight"
 """Name of the words' vectors in a network's state."""
@@ -18,12 +18,12 @@ SHARED = ("phrases", "encoder")
 """Modules that are initialised from the reader's network."""
 
 
-def known_words(texts: Iterable[str], reader: Vocabulary) -> Words:
+def tokenizer_with_reader(texts: Iterable[str], reader: Vocabulary) -> WordTokenizer:
     """Return a tokenizer with the words that occur at least twice in texts, and those of a reader."""
-    return Words(sorted({*Words.train(texts).vocabulary, *reader.words}))
+    return WordTokenizer(sorted({*WordTokenizer.train(texts).vocabulary, *reader.words}))
 
 
-def widened(known: Weights, texts: Iterable[str]) -> tuple[Words, Grounded]:
+def extended_weights(known: GroundedWeights, texts: Iterable[str]) -> tuple[WordTokenizer, Grounded]:
     """Return the words of weights and those that texts have at least twice, and the network for them.
 
     Words that are added begin as unknown ones.
@@ -31,7 +31,7 @@ def widened(known: Weights, texts: Iterable[str]) -> tuple[Words, Grounded]:
     Raises:
         ValueError: if the weights have another tokenizer.
     """
-    if not isinstance(known.tokenizer, Words):
+    if not isinstance(known.tokenizer, WordTokenizer):
         raise ValueError(f"weights to begin with have the tokenizer {known.tokenizer.name!r}, expected 'word'")
     words = known.tokenizer.widened(texts)
     network, values = Grounded(words.size), known.network.state_dict()
@@ -41,7 +41,9 @@ def widened(known: Weights, texts: Iterable[str]) -> tuple[Words, Grounded]:
     return words, network
 
 
-def begin(reading: Reading, words: Words, network: ReaderNetwork, vocabulary: Vocabulary) -> None:
+def initialise_from_reader(
+    reading: InstructionEncoder, words: WordTokenizer, network: ReaderNetwork, vocabulary: Vocabulary
+) -> None:
     """Initialise a network's word encoder from a reader; words that the reader does not know stay as they are.
 
     Args:

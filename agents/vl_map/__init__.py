@@ -39,8 +39,8 @@ def make_agent(
     from arramon_agents.process_settings import prepare_process
     from arramon_agents.reading.reader.reader import load as load_reader
     from arramon_agents.vl_map.agent import SeeingAgent, SegmentationAgent
-    from arramon_agents.vl_map.policy import Policy, read_policy
-    from arramon_agents.vl_map.room import Placement
+    from arramon_agents.vl_map.policy import MapPolicy, read_policy
+    from arramon_agents.vl_map.room import CellFinder
     from arramon_agents.weights import find_weights
 
     prepare_process()
@@ -49,7 +49,7 @@ def make_agent(
         reads = load_reader(Path(reader) if reader else None)
     except ValueError as error:
         raise AgentLoadError(f"agents.vl_map: {error}") from error
-    parts = Policy(networks.policy, mirrored=mirror), Placement(networks.placer)
+    parts = MapPolicy(networks.policy, mirrored=mirror), CellFinder(networks.placer)
     if sensor == "rgb":
         return SeeingAgent(*parts, reader=reads, looks=looks, sums=sums)
     return SegmentationAgent(*parts, reads, looks=looks)

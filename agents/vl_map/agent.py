@@ -2,21 +2,21 @@
 
 from functools import partial
 
-from arramon_agents.mapping.agent import MapAgent, Skills, Walk
-from arramon_agents.mapping.body import Body
+from arramon_agents.mapping.agent import MapAgent, NextAction, Skills
+from arramon_agents.mapping.body import AgentBody
 from arramon_agents.mapping.landmark_beliefs import SeenLandmarks
 from arramon_agents.mapping.room_beliefs import SeenRoom
 from arramon_agents.perception.eyes.encoder import Eyes
 from arramon_agents.perception.eyes.encoder import load as load_eyes
-from arramon_agents.perception.eyes.perceiving import EyesPerception
+from arramon_agents.perception.eyes.perception import EyesPerception
 from arramon_agents.perception.eyes.sight import LABELS
 from arramon_agents.perception.percept import perceive_as_given
 from arramon_agents.reading.reader.reader import LearnedReader
 from arramon_agents.reading.reader.reader import load as load_reader
 from arramon_agents.reading.reader.slots import rows_of
 from arramon_agents.vl_map.navigator import MapNavigator
-from arramon_agents.vl_map.policy import Policy
-from arramon_agents.vl_map.room import Placement
+from arramon_agents.vl_map.policy import MapPolicy
+from arramon_agents.vl_map.room import CellFinder
 from arramon_lang.meaning import Navigation
 
 NAME = "vl_map"
@@ -39,8 +39,8 @@ class SeeingAgent(MapAgent):
 
     def __init__(
         self,
-        policy: Policy,
-        placement: Placement,
+        policy: MapPolicy,
+        placement: CellFinder,
         eyes: Eyes | None = None,
         reader: LearnedReader | None = None,
         *,
@@ -52,7 +52,7 @@ class SeeingAgent(MapAgent):
             Skills(
                 perceive=EyesPerception(eyes or load_eyes()),
                 read=lambda _, text, phase: reads.read(text, phase),
-                make_walk=partial(walk_by, policy, looks=looks),
+                make_walk=partial(follow_policy, policy, looks=looks),
                 find_cell=placement.find,
                 labels=LABELS,
                 make_landmarks=partial(SeenLandmarks, sums=sums),
@@ -75,18 +75,20 @@ class SegmentationAgent(MapAgent):
     name = NAME
     sensors = ("depth", "segmentation")
 
-    def __init__(self, policy: Policy, placement: Placement, reader: LearnedReader, *, looks: bool = True) -> None:
+    def __init__(self, policy: MapPolicy, placement: CellFinder, reader: LearnedReader, *, looks: bool = True) -> None:
         super().__init__(
             Skills(
                 perceive=perceive_as_given,
                 read=lambda _, text, phase: reader.read(text, phase),
-                make_walk=partial(walk_by, policy, looks=looks),
+                make_walk=partial(follow_policy, policy, looks=looks),
                 find_cell=placement.find,
                 keeps_landmarks=True,
             )
         )
 
 
-def walk_by(policy: Policy, body: Body, meaning: Navigation, turn: int, *, looks: bool = True) -> Walk:
+def follow_policy(
+    policy: MapPolicy, body: AgentBody, meaning: Navigation, turn: int, *, looks: bool = True
+) -> NextAction:
     """Return what plays a navigation phase, by a policy."""
     return MapNavigator(body, rows_of(meaning), policy.choose, turn, looks=looks).act

@@ -11,19 +11,19 @@ import numpy as np
 import torch
 
 from arramon_agents.reading.reader.reader import load as load_reader
-from arramon_agents.simulated.body import Faults
+from arramon_agents.simulated.body import PerceptionFaults
 from arramon_agents.simulated.courses import Course, training_courses
-from arramon_agents.simulated.walks import Decided, walk
+from arramon_agents.simulated.walks import LabelledDecision, walk
 from arramon_agents.training.checkpoint import Identity
-from arramon_agents.training.place import Place, Tell
-from arramon_agents.training.precision import usable
+from arramon_agents.training.precision import usable_precision
 from arramon_agents.training.recipe import identity_of
 from arramon_agents.training.schedule import warm_up_cosine
-from arramon_agents.training.trainer import Settings, Trainer
-from arramon_agents.vl_map.network import PolicyNetwork, Sizes
-from arramon_agents.vl_map.policy import Policy
+from arramon_agents.training.trainer import Trainer, TrainerSettings
+from arramon_agents.training.workspace import Report, Workspace
+from arramon_agents.vl_map.network import PolicyNetwork, PolicySizes
+from arramon_agents.vl_map.policy import MapPolicy
 from arramon_agents.vl_map.recipe import MapRecipe
-from arramon_agents.vl_map.task import Arrays, ChoosingTask, arrays_of, load_arrays, save_arrays
+from arramon_agents.vl_map.task import Arrays, DecisionTask, arrays_of, load_arrays, save_arrays
 from arramon_agents.weights import SUFFIX
 
 NAME = "vl_map"
@@ -54,34 +54,34 @@ class TrainedPolicy:
     data_hash: str
 
 
-def train_policy(recipe: MapRecipe, place: Place, tell: Tell) -> TrainedPolicy:
+def train_policy(recipe: MapRecipe, workspace: Workspace, report: Report) -> TrainedPolicy:
     """Train the policy, resuming from walks and checkpoints in the output folder.
 
     Raises:
         ArraMonError: if the data folder does not have what is needed.
         ValueError: if walks or checkpoints are of another recipe or other data.
     """
-    recipe = replace(recipe, precision=usable(recipe.precision, "cpu", tell))
-    walks = SimulatedWalks(recipe, place, tell)
+    recipe = replace(recipe, precision=usable_precision(recipe.precision, "cpu", report))
+    walks = SimulatedWalks(recipe, workspace, report)
     first = walks.along_paths()
     count = len(first["label"])
     torch.manual_seed(recipe.seed)
-    network = PolicyNetwork(Sizes())
-    task = ChoosingTask(network, recipe.batch, recipe.seed, recipe.precision)
+    network = PolicyNetwork(PolicySizes())
+    task = DecisionTask(network, recipe.batch, recipe.seed, recipe.precision)
     task.add(first)
 
     def trainer(name: str, samples: int, rate: float) -> Trainer:
         steps = samples // recipe.batch
-        settings = Settings(
+        settings = TrainerSettings(
             name,
             steps,
             warm_up_cosine(rate, steps),
             recipe.seed,
             decay=DECAY,
-            checkpoint_steps=place.checkpoint_steps,
+            checkpoint_steps=workspace.checkpoint_steps,
             identity=walks.identity,
         )
-        return Trainer(task, settings, place.output, tell)
+        return Trainer(task, settings, workspace.output, report)
 
     trainers = [trainer(NAME, recipe.passes * count, recipe.learning_rate)]
     steps = trainers[0].settings.steps
@@ -109,8 +109,8 @@ class SimulatedWalks:
 
     Args:
         recipe: all settings.
-        place: with the data folder and the output folder.
-        tell: receives lines of progress.
+        workspace: with the data folder and the output folder.
+        report: receives lines of progress.
 
     Attributes:
         data_hash: of the training split.
@@ -118,10 +118,10 @@ class SimulatedWalks:
         cpu_seconds: processor time that the walks took.
     """
 
-    def __init__(self, recipe: MapRecipe, place: Place, tell: Tell) -> None:
-        self._recipe, self._output, self._tell = recipe, place.output, tell
+    def __init__(self, recipe: MapRecipe, workspace: Workspace, report: Report) -> None:
+        self._recipe, self._output, self._report = recipe, workspace.output, report
         self.cpu_seconds = 0.0
-        courses, self.data_hash = training_courses(place.data, recipe.languages, recipe.episodes, load_reader())
+        courses, self.data_hash = training_courses(workspace.data, recipe.languages, recipe.episodes, load_reader())
         self._pairs = list(zip(courses[::2], courses[1::2], strict=True))  # The two turns of each episode.
         sections = len({course.world.section.id for course in courses})
         self.description = f"{len(courses)} turns in {sections} sections"
@@ -141,7 +141,7 @@ class SimulatedWalks:
         """
         return self._part(number, partial(self._walk_by_itself, number, network))
 
-    def _part(self, number: int, make: Callable[[], list[Decided]]) -> Arrays:
+    def _part(self, number: int, make: Callable[[], list[LabelledDecision]]) -> Arrays:
         """Return decisions from the file of this number, or make them."""
         path = self._output / f"{NAME}.walks-{number}{SUFFIX}"
         if not path.exists():
@@ -150,23 +150,23 @@ class SimulatedWalks:
             save_arrays(path, arrays, self._about, time.process_time() - began)
         arrays, seconds = load_arrays(path, self._about)
         self.cpu_seconds += seconds
-        self._tell(f"{NAME}: {len(arrays['label'])} decisions in walks {number}, {self.cpu_seconds:.0f} s")
+        self._report(f"{NAME}: {len(arrays['label'])} decisions in walks {number}, {self.cpu_seconds:.0f} s")
         return arrays
 
-    def _walk_along_paths(self) -> list[Decided]:
-        decided: list[Decided] = []
+    def _walk_along_paths(self) -> list[LabelledDecision]:
+        decided: list[LabelledDecision] = []
         pairs, seed = self._pairs, self._recipe.seed
         for number in range(self._recipe.walks * len(pairs)):
             decided += walk_turns(pairs[number % len(pairs)], number // len(pairs), (seed, 0, number))[0]
             if number % 100 == 99:
-                self._tell(f"{NAME}: walks of {number + 1} episodes, {len(decided)} decisions")
+                self._report(f"{NAME}: walks of {number + 1} episodes, {len(decided)} decisions")
         return decided
 
-    def _walk_by_itself(self, number: int, network: PolicyNetwork) -> list[Decided]:
+    def _walk_by_itself(self, number: int, network: PolicyNetwork) -> list[LabelledDecision]:
         seed = self._recipe.seed
         chance = random.Random(f"{seed}/{number}")  # noqa: S311 - nothing here is a secret
-        policy = Policy(network.eval())
-        decided: list[Decided] = []
+        policy = MapPolicy(network.eval())
+        decided: list[LabelledDecision] = []
         picked = 0
         count = max(1, round(self._recipe.round_walks * len(self._pairs)))
         for place in range(count):
@@ -175,13 +175,13 @@ class SimulatedWalks:
             walked, hits = walk_turns(pair, reading, (seed, number, place), policy)
             decided += walked
             picked += hits
-        self._tell(f"{NAME}: round {number}: {picked / count / 2:.2f} of its walks end at the target")
+        self._report(f"{NAME}: round {number}: {picked / count / 2:.2f} of its walks end at the target")
         return decided
 
 
 def walk_turns(
-    pair: tuple[Course, Course], reading: int, seed: Sequence[int], policy: Policy | None = None
-) -> tuple[list[Decided], int]:
+    pair: tuple[Course, Course], reading: int, seed: Sequence[int], policy: MapPolicy | None = None
+) -> tuple[list[LabelledDecision], int]:
     """Walk both turns of an episode, the second from where the first ended.
 
     Args:
@@ -194,8 +194,8 @@ def walk_turns(
         The decisions, and the number of targets that were picked up.
     """
     draws = np.random.default_rng(tuple(seed))
-    faults = Faults().scaled(0.0 if draws.random() < PERFECT else draws.uniform(0.5, 1.5))
-    decided: list[Decided] = []
+    faults = PerceptionFaults().scaled(0.0 if draws.random() < PERFECT else draws.uniform(0.5, 1.5))
+    decided: list[LabelledDecision] = []
     picked, body = 0, None
     for course in pair:
         # Each turn with another reading, the first not always with what was meant.

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from arramon_agents.mapping.ground_map import CELL, SIDE, Map
+from arramon_agents.mapping.ground_map import CELL, SIDE, GroundMap
 from arramon_agents.mapping.landmark_beliefs import Belief
 from arramon_agents.perception.eyes.vocabulary import COLOURED, COLOURS, KINDS, LOOK_GROUPS, LOOKS, look_slices
 from arramon_agents.reading.reader.slots import EMPTY, SLOTS, Row
@@ -27,10 +27,10 @@ GROUND_CHANNELS = 3
 
 THING_VALUES, TRACE_VALUES, STATE_VALUES = 13, 6, 6
 
-EVERY = 2
+TRACE_STRIDE = 2
 """Stride of the past positions in the input, the latest first; the walk's first position is always included."""
 
-BESIDE, SURE = 10.0, 0.4
+REFERENCE_FAR, MIN_MATCH = 10.0, 0.4
 """Distance from the target's reference thing that counts as far, in units; least match of a landmark to be it."""
 
 FAR = 30.0
@@ -40,7 +40,7 @@ Floats = npt.NDArray[np.float32]
 Bytes = npt.NDArray[np.uint8]
 
 
-class Sample(NamedTuple):
+class PolicyInput(NamedTuple):
     """Input of one decision. Right and ahead are relative to the agent's pose, in units.
 
     Attributes:
@@ -49,7 +49,7 @@ class Sample(NamedTuple):
         things: (THINGS, THING_VALUES) float32: whether there is one; right, ahead; then of where the agent was nearest
             to it: right and ahead of it as it walked there, moves since; whether it is a collectible, a building, a
             crossing, or else furniture; how well it matches the target, and how well the best of any named thing; how
-            far it is from what tells the target's place, from 0 to 1 for BESIDE units and more.
+            far it is from what tells the target's place, from 0 to 1 for REFERENCE_FAR units and more.
         match: (2, ROWS, THINGS) float32, how well each matches the first and the second thing that a row names.
         trace: (TRACE, TRACE_VALUES) float32: whether there is one; right, ahead, sine and cosine of the heading there,
             moves since. The last is where the walk began.
@@ -66,7 +66,7 @@ class Sample(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Moment:
+class AgentKnowledge:
     """The agent's knowledge at a decision.
 
     Attributes:
@@ -77,7 +77,7 @@ class Moment:
         turn: 1 or 2.
     """
 
-    ground: Map
+    ground: GroundMap
     trace: Sequence[tuple[float, float, float]]
     beliefs: Sequence[Belief]
     steps_left: int
@@ -130,7 +130,7 @@ def without_names(rows: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
     return rows
 
 
-class Named(NamedTuple):
+class NamedAttributes(NamedTuple):
     """The named attributes of a thing, as indices of kinds, colour and look; empty for none."""
 
     kinds: tuple[int, ...]
@@ -147,7 +147,7 @@ class Named(NamedTuple):
         return self.kinds == (_BUILDING,) and (self.look is None or LOOKS[self.look] == ("facade", look))
 
 
-def named(row: Row, number: int) -> Named | None:
+def named_attributes(row: Row, number: int) -> NamedAttributes | None:
     """Return the first or second thing that a row names; None if it cannot be a landmark.
 
     Args:
@@ -162,7 +162,7 @@ def named(row: Row, number: int) -> Named | None:
     place = None
     if look and group is not None and look in group.looks:
         place = _LOOK_PLACES[group.name].start + group.looks.index(look)
-    return Named(kinds, COLOURS.index(colour) if colour else None, place)
+    return NamedAttributes(kinds, COLOURS.index(colour) if colour else None, place)
 
 
 def match_of(rows: Sequence[Row], beliefs: Sequence[Belief]) -> Floats:
@@ -175,7 +175,7 @@ def match_of(rows: Sequence[Row], beliefs: Sequence[Belief]) -> Floats:
     looks = np.stack([belief.looks for belief in beliefs])
     for number in range(2):
         for place, row in enumerate(rows):
-            thing = named(row, number)
+            thing = named_attributes(row, number)
             if thing is None:
                 continue
             match = kinds[:, list(thing.kinds)].sum(1)
@@ -187,7 +187,7 @@ def match_of(rows: Sequence[Row], beliefs: Sequence[Belief]) -> Floats:
     return found
 
 
-def sample_of(rows: Sequence[Row], moment: Moment) -> tuple[Sample, list[Belief]]:
+def policy_input(rows: Sequence[Row], moment: AgentKnowledge) -> tuple[PolicyInput, list[Belief]]:
     """Return the input of the policy, and its landmarks in order.
 
     Args:
@@ -221,10 +221,10 @@ def sample_of(rows: Sequence[Row], moment: Moment) -> tuple[Sample, list[Belief]
         np.float32,
     )
     numbers = without_names(np.array([*rows, *[EMPTY] * (ROWS - len(rows))], np.int64))
-    return Sample(numbers, _ground(moment), things, padded, _trace(moment), state), beliefs
+    return PolicyInput(numbers, _ground(moment), things, padded, _trace(moment), state), beliefs
 
 
-def _choose(match: Floats, moment: Moment) -> list[int]:
+def _choose(match: Floats, moment: AgentKnowledge) -> list[int]:
     """Return the indices of the landmarks for the input: those that match named things first, then the nearest."""
     x, z, _ = moment.pose
     best = match.max((0, 1), initial=0.0)
@@ -236,7 +236,9 @@ def _choose(match: Floats, moment: Moment) -> list[int]:
     return [place for _, place in sorted(ranked)[:THINGS]]
 
 
-def _things(beliefs: Sequence[Belief], moment: Moment, to_target: Floats, best: Floats, tells_place: Floats) -> Floats:
+def _things(
+    beliefs: Sequence[Belief], moment: AgentKnowledge, to_target: Floats, best: Floats, tells_place: Floats
+) -> Floats:
     places = np.array([(belief.mark.x, belief.mark.z) for belief in beliefs])
     right, ahead = relative_to(places, moment.pose)
     trace = np.array(moment.trace)
@@ -259,17 +261,17 @@ def _things(beliefs: Sequence[Belief], moment: Moment, to_target: Floats, best: 
         1.0 - collectible - building - crossing,
         to_target,
         best,
-        _distance_to(places, places[tells_place > SURE]),
+        _distance_to(places, places[tells_place > MIN_MATCH]),
     ]
     return np.stack(values, 1).astype(np.float32)
 
 
 def _distance_to(places: npt.NDArray[np.float64], others: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Return the distance of each place from the nearest of the others, from 0 to 1 for BESIDE units and more."""
+    """Return the distance of each place from the nearest of the others, from 0 to 1 for REFERENCE_FAR units and more."""
     if not len(others):
         return np.ones(len(places))
     away = np.hypot(places[:, 0, None] - others[:, 0], places[:, 1, None] - others[:, 1])
-    nearest: npt.NDArray[np.float64] = np.minimum(away.min(1) / BESIDE, 1.0)
+    nearest: npt.NDArray[np.float64] = np.minimum(away.min(1) / REFERENCE_FAR, 1.0)
     return nearest
 
 
@@ -282,9 +284,9 @@ def relative_to(
     return dx * cos - dz * sin, dx * sin + dz * cos
 
 
-def _trace(moment: Moment) -> Floats:
+def _trace(moment: AgentKnowledge) -> Floats:
     last = len(moment.trace) - 1
-    numbers = [*range(last - EVERY, 0, -EVERY)][: TRACE - 1]
+    numbers = [*range(last - TRACE_STRIDE, 0, -TRACE_STRIDE)][: TRACE - 1]
     found = np.zeros((TRACE, TRACE_VALUES), np.float32)
     for place, number in [*enumerate(numbers), (TRACE - 1, 0)]:
         x, z, heading = moment.trace[number]
@@ -301,7 +303,7 @@ _FINE = np.arange(1, len(RADII) * _PARTS + 1) * (float(RADII[0]) / _PARTS)
 """Distances at which the map is read: three for each of RADII, up to it."""
 
 
-def _ground(moment: Moment) -> Bytes:
+def _ground(moment: AgentKnowledge) -> Bytes:
     """Return the ground in each direction, (DIRECTIONS, radii, GROUND_CHANNELS), each with what is around it."""
     x, z, heading = moment.pose
     angles = (heading + _ANGLES)[:, None, None] + _BETWEEN[None, :, None]
@@ -320,7 +322,7 @@ _MIRRORED_SLOTS = {
 }
 
 
-def mirror(sample: Sample) -> Sample:
+def mirror(sample: PolicyInput) -> PolicyInput:
     """Return the input in a mirrored world, with left and right exchanged in the instruction.
 
     Args:

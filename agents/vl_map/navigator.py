@@ -7,13 +7,13 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from arramon_agents.mapping.body import Body
+from arramon_agents.mapping.body import AgentBody
 from arramon_agents.mapping.landmark_beliefs import Belief, SeenLandmarks, certain_beliefs
-from arramon_agents.mapping.landmarks import Landmark
+from arramon_agents.mapping.landmarks import MappedLandmark
 from arramon_agents.mapping.motion import can_step, find_path
 from arramon_agents.mapping.target import REACH_TO, is_reached
 from arramon_agents.reading.reader.slots import Row
-from arramon_agents.vl_map.features import DIRECTIONS, Moment, Sample, sample_of
+from arramon_agents.vl_map.features import DIRECTIONS, AgentKnowledge, PolicyInput, policy_input
 from arramon_agents.vl_map.options import DISTANCES, WAYPOINTS
 from arramon_client.agent import Action
 from arramon_client.world import HEADINGS
@@ -33,7 +33,7 @@ LOOK = (Action.LEFT, Action.RIGHT, Action.RIGHT, Action.LEFT)
 RESERVE = 70
 """Steps reserved for walking: with fewer left, the agent no longer looks around."""
 
-Choose = Callable[[Sample, Sequence[Belief]], npt.NDArray[np.float32]]
+Choose = Callable[[PolicyInput, Sequence[Belief]], npt.NDArray[np.float32]]
 """Returns the value of each option for an input; the highest is taken."""
 
 
@@ -46,7 +46,7 @@ class Decision(NamedTuple):
         option: the chosen option.
     """
 
-    sample: Sample
+    sample: PolicyInput
     beliefs: Sequence[Belief]
     option: int
 
@@ -65,15 +65,15 @@ class MapNavigator:
         decision: the latest; None before the first.
     """
 
-    def __init__(self, body: Body, rows: Sequence[Row], choose: Choose, turn: int, *, looks: bool = True) -> None:
+    def __init__(self, body: AgentBody, rows: Sequence[Row], choose: Choose, turn: int, *, looks: bool = True) -> None:
         self._body, self._rows, self._choose, self._turn, self._looks = body, rows, choose, turn, looks
         self._trace = [(body.x, body.z, body.angle)]
         self._plan: list[Action] = [Action.RIGHT] * HEADINGS if looks else []
         self._walked = 0
         self._has_looked = True
         self._missed: list[tuple[float, float]] = []
-        self._wanted: Landmark | None = None
-        self._taking: Landmark | None = None
+        self._wanted: MappedLandmark | None = None
+        self._taking: MappedLandmark | None = None
         self.decision: Decision | None = None
 
     def act(self, steps_left: int) -> Action:
@@ -117,8 +117,8 @@ class MapNavigator:
 
     def _decide(self, steps_left: int) -> list[Action]:
         """Return the actions of the best option for which there is a plan."""
-        moment = Moment(self._body.ground, self._trace, self._beliefs(), steps_left, self._turn)
-        sample, beliefs = sample_of(self._rows, moment)
+        moment = AgentKnowledge(self._body.ground, self._trace, self._beliefs(), steps_left, self._turn)
+        sample, beliefs = policy_input(self._rows, moment)
         values = self._choose(sample, beliefs)
         self._wanted = None
         for option in np.argsort(-values)[:TRIED].tolist():
@@ -150,7 +150,7 @@ class MapNavigator:
         plan = find_path(body.ground, body.pose, goal, ARRIVED, None, body.closed_steps)
         return plan if Action.FORWARD in plan else []
 
-    def _take(self, mark: Landmark) -> list[Action]:
+    def _take(self, mark: MappedLandmark) -> list[Action]:
         body = self._body
         if is_reached(body, mark, *body.pose):
             self._taking = mark

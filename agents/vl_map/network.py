@@ -19,7 +19,7 @@ from arramon_agents.vl_map.features import (
     THING_VALUES,
     THINGS,
     TRACE,
-    Sample,
+    PolicyInput,
 )
 from arramon_agents.vl_map.options import DISTANCES
 
@@ -31,12 +31,12 @@ AGES = (0.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)
 
 _WHERE = SLOTS["type"].index("where")
 
-NEVER = -30.0
+MASKED_LOGIT = -30.0
 """Value of an absent option."""
 
 
 @dataclass(frozen=True, slots=True)
-class Sizes:
+class PolicySizes:
     """Sizes of the network.
 
     Attributes:
@@ -54,7 +54,7 @@ class Sizes:
     dropout: float = 0.0
 
 
-class Batch(NamedTuple):
+class PolicyBatch(NamedTuple):
     """A batch of samples: the arrays of `features.Sample` with one more axis in front, as tensors."""
 
     rows: Tensor
@@ -65,25 +65,25 @@ class Batch(NamedTuple):
     state: Tensor
 
 
-def batch_of(samples: list[Sample]) -> Batch:
+def batch_of(samples: list[PolicyInput]) -> PolicyBatch:
     """Return samples as a batch."""
-    return tensors_of(Sample(*(np.stack(part) for part in zip(*samples, strict=True))))
+    return tensors_of(PolicyInput(*(np.stack(part) for part in zip(*samples, strict=True))))
 
 
-def tensors_of(sample: Sample) -> Batch:
+def tensors_of(sample: PolicyInput) -> PolicyBatch:
     """Return the arrays of samples, with one more axis in front, as tensors."""
     rows, *others = (torch.from_numpy(part) for part in sample)
-    return Batch(rows.long(), *(other.float() for other in others))
+    return PolicyBatch(rows.long(), *(other.float() for other in others))
 
 
-def directions_of(right: Tensor, ahead: Tensor) -> Tensor:
+def direction_bins(right: Tensor, ahead: Tensor) -> Tensor:
     """Return directions as soft bins: shares of the two nearest of DIRECTIONS, (..., DIRECTIONS)."""
     place = torch.atan2(right, ahead) * (DIRECTIONS / (2.0 * math.pi))
     apart = torch.remainder(place[..., None] - torch.arange(DIRECTIONS) + DIRECTIONS / 2, DIRECTIONS) - DIRECTIONS / 2
     return (1.0 - apart.abs()).clamp(min=0.0)
 
 
-def shares_of(values: Tensor, middles: tuple[float, ...]) -> Tensor:
+def soft_bins(values: Tensor, middles: tuple[float, ...]) -> Tensor:
     """Return values as soft bins: shares of the two nearest centres, (..., centres)."""
     known = torch.tensor(middles)
     inside = values.clamp(middles[0], middles[-1]).contiguous()
@@ -97,7 +97,7 @@ def shares_of(values: Tensor, middles: tuple[float, ...]) -> Tensor:
 class _Layer(nn.Module):
     """Transformer layer whose attention has a bias where a step names a landmark."""
 
-    def __init__(self, sizes: Sizes) -> None:
+    def __init__(self, sizes: PolicySizes) -> None:
         super().__init__()
         width = sizes.width
         self.heads = sizes.heads
@@ -114,7 +114,7 @@ class _Layer(nn.Module):
 
         Args:
             tokens: (B, tokens, width), rows first, then landmarks.
-            mask: (B, 1, 1, tokens), 0, or NEVER for absent tokens.
+            mask: (B, 1, 1, tokens), 0, or MASKED_LOGIT for absent tokens.
             match: (B, 2, ROWS, THINGS).
         """
         batch, count, width = tokens.shape
@@ -137,7 +137,7 @@ class PolicyNetwork(nn.Module):
         sizes: of the network.
     """
 
-    def __init__(self, sizes: Sizes) -> None:
+    def __init__(self, sizes: PolicySizes) -> None:
         super().__init__()
         self.sizes = sizes
         width = sizes.width
@@ -161,12 +161,12 @@ class PolicyNetwork(nn.Module):
         self.take = nn.Linear(width, 1)
         self.gate = nn.Parameter(torch.tensor([1.0, 0.0]))
 
-    def forward(self, batch: Batch) -> Tensor:
+    def forward(self, batch: PolicyBatch) -> Tensor:
         """Return the values of all options, (B, OPTIONS): a waypoint is direction * len(DISTANCES) + distance."""
         values, _ = self.predict(batch)
         return values
 
-    def predict(self, batch: Batch) -> tuple[Tensor, Tensor]:
+    def predict(self, batch: PolicyBatch) -> tuple[Tensor, Tensor]:
         """Return the values of all options, and the logits of which row is being carried out, (B, ROWS)."""
         rows = sum(slot(batch.rows[:, :, number]) for number, slot in enumerate(self.slots)) + self.order
         tokens = torch.cat(
@@ -183,11 +183,11 @@ class PolicyNetwork(nn.Module):
             ],
             1,
         )
-        mask = torch.where(there, 0.0, NEVER)[:, None, None]
+        mask = torch.where(there, 0.0, MASKED_LOGIT)[:, None, None]
         for layer in self.layers[:-1]:
             tokens = layer(tokens, mask, batch.match)
         progress = self.progress(tokens[:, :ROWS])[:, :, 0]
-        progress = progress.masked_fill((batch.rows[:, :, 0] == 0) | (batch.rows[:, :, 0] == _WHERE), NEVER)
+        progress = progress.masked_fill((batch.rows[:, :, 0] == 0) | (batch.rows[:, :, 0] == _WHERE), MASKED_LOGIT)
         tokens = self.layers[-1](self._at(tokens, progress.softmax(1), batch.match), mask, batch.match)
         return self._options(self.last(tokens), batch), progress
 
@@ -201,27 +201,27 @@ class PolicyNetwork(nn.Module):
         known: Tensor = tokens + added + meant
         return known
 
-    def _options(self, tokens: Tensor, batch: Batch) -> Tensor:
+    def _options(self, tokens: Tensor, batch: PolicyBatch) -> Tensor:
         first = ROWS + THINGS + TRACE
         waypoints = self.go(tokens[:, first : first + DIRECTIONS]).flatten(1)
         # What is picked up has to be a collectible, and to match what is asked for.
         collectible, match = batch.things[:, :, 6], batch.things[:, :, 10]
         gate = self.gate[0] * torch.log(match + 0.01) + self.gate[1]
         takes = self.take(tokens[:, ROWS : ROWS + THINGS])[:, :, 0] + gate
-        takes = torch.where((collectible > 0.5) & (batch.things[:, :, 0] > 0.0), takes, NEVER)
+        takes = torch.where((collectible > 0.5) & (batch.things[:, :, 0] > 0.0), takes, MASKED_LOGIT)
         return torch.cat([waypoints, takes], 1)
 
     def _things(self, things: Tensor) -> Tensor:
         right, ahead, right_then, ahead_then, since = things[:, :, 1:6].unbind(2)
         then = torch.hypot(right_then, ahead_then)
         side = torch.stack([right_then, ahead_then], 2) / then.clamp(min=0.3)[:, :, None]
-        described = torch.cat([things[:, :, 6:], side, shares_of(then, NEARNESS), shares_of(since, AGES)], 2)
+        described = torch.cat([things[:, :, 6:], side, soft_bins(then, NEARNESS), soft_bins(since, AGES)], 2)
         tokens: Tensor = self.thing(described) + self._where(right, ahead)
         return tokens
 
     def _trace(self, trace: Tensor) -> Tensor:
         right, ahead, sine, cosine, since = trace[:, :, 1:].unbind(2)
-        tokens = self._where(right, ahead) + shares_of(since, AGES) @ self.age
+        tokens = self._where(right, ahead) + soft_bins(since, AGES) @ self.age
         tokens = tokens + self.past(torch.stack([sine, cosine], 2))
         began = torch.zeros_like(tokens)
         began[:, -1] = self.began
@@ -235,6 +235,6 @@ class PolicyNetwork(nn.Module):
         distance = torch.hypot(right, ahead)
         clear = (distance / 0.5).clamp(max=1.0)[..., None]  # Of what is underfoot, the direction means nothing.
         where: Tensor = (
-            clear * directions_of(right, ahead) @ self.bearing + shares_of(distance, NEARNESS) @ self.nearness
+            clear * direction_bins(right, ahead) @ self.bearing + soft_bins(distance, NEARNESS) @ self.nearness
         )
         return where

@@ -10,10 +10,10 @@ import numpy.typing as npt
 import torch
 
 from arramon_agents.mapping.landmark_beliefs import Belief
-from arramon_agents.vl_map.features import DIRECTIONS, Sample, mirror
-from arramon_agents.vl_map.network import PolicyNetwork, Sizes, batch_of
+from arramon_agents.vl_map.features import DIRECTIONS, PolicyInput, mirror
+from arramon_agents.vl_map.network import PolicyNetwork, PolicySizes, batch_of
 from arramon_agents.vl_map.options import WAYPOINTS
-from arramon_agents.vl_map.room import Placer
+from arramon_agents.vl_map.room import PlacementNetwork
 from arramon_agents.weights import read_weights_file, write_weights_file
 
 FORMAT = "vl_map 2"
@@ -21,7 +21,7 @@ FORMAT = "vl_map 2"
 _MIRRORED = -np.arange(DIRECTIONS) % DIRECTIONS
 
 
-class Policy:
+class MapPolicy:
     """Values options by a network, from a sample and from its mirror image.
 
     Args:
@@ -33,7 +33,7 @@ class Policy:
         self._network, self._mirrored = network, mirrored
 
     @torch.inference_mode()
-    def choose(self, sample: Sample, beliefs: Sequence[Belief]) -> npt.NDArray[np.float32]:  # noqa: ARG002
+    def choose(self, sample: PolicyInput, beliefs: Sequence[Belief]) -> npt.NDArray[np.float32]:  # noqa: ARG002
         """Return the values of all options, (OPTIONS,): log-probabilities, the mean of both."""
         if not self._mirrored:
             alone: npt.NDArray[np.float32] = self._network(batch_of([sample])).log_softmax(1)[0].numpy()
@@ -53,7 +53,7 @@ class Networks(NamedTuple):
     """
 
     policy: PolicyNetwork
-    placer: Placer
+    placer: PlacementNetwork
 
 
 def write_policy(path: Path, networks: Networks, about: Mapping[str, Any]) -> None:
@@ -69,8 +69,8 @@ def read_policy(path: Path) -> tuple[Networks, dict[str, Any]]:
         BadWeights: if the file is not readable.
     """
     file = read_weights_file(path, "agents.vl_map", FORMAT)
-    sizes = file.sizes("sizes", Sizes)
-    networks = Networks(file.build(lambda: PolicyNetwork(sizes)), Placer())
+    sizes = file.sizes("sizes", PolicySizes)
+    networks = Networks(file.build(lambda: PolicyNetwork(sizes)), PlacementNetwork())
     for name, network in networks._asdict().items():
         file.fill(network, f"{name}.")
         network.requires_grad_(requires_grad=False)

@@ -14,14 +14,13 @@ from safetensors.numpy import save_file
 from torch import Tensor
 from torch.nn import functional
 
-from arramon_agents.simulated.rooms import Task as PlacementTask
-from arramon_agents.simulated.rooms import misnamed
-from arramon_agents.simulated.walks import Decided
+from arramon_agents.simulated.rooms import RoomExample, misnamed
+from arramon_agents.simulated.walks import LabelledDecision
 from arramon_agents.training.trainer import Loss
-from arramon_agents.vl_map.features import Sample, mirror
-from arramon_agents.vl_map.network import PolicyNetwork, directions_of, shares_of, tensors_of
+from arramon_agents.vl_map.features import PolicyInput, mirror
+from arramon_agents.vl_map.network import PolicyNetwork, direction_bins, soft_bins, tensors_of
 from arramon_agents.vl_map.options import DISTANCES, OPTIONS, WAYPOINTS
-from arramon_agents.vl_map.room import CELLS, Placer, given_of, several
+from arramon_agents.vl_map.room import CELLS, PlacementNetwork, placement_input, stack_inputs
 
 PROGRESS = 0.3
 """Weight of the auxiliary loss for the row that is being carried out."""
@@ -32,11 +31,11 @@ KEPT = {"rows": np.uint8, "match": np.float16}
 Arrays = dict[str, npt.NDArray[np.generic]]
 
 
-def arrays_of(decided: Sequence[Decided]) -> Arrays:
+def arrays_of(decided: Sequence[LabelledDecision]) -> Arrays:
     """Return decisions as arrays, with the labels as (n, 4)."""
     arrays: Arrays = {
         name: np.stack(part).astype(KEPT.get(name, part[0].dtype))
-        for name, part in zip(Sample._fields, zip(*(each.sample for each in decided), strict=True), strict=True)
+        for name, part in zip(PolicyInput._fields, zip(*(each.sample for each in decided), strict=True), strict=True)
     }
     arrays["label"] = np.array([each.label for each in decided], np.float32)
     return arrays
@@ -72,7 +71,7 @@ def load_arrays(path: Path, about: str) -> tuple[Arrays, float]:
     return arrays, float(told["seconds"])
 
 
-class ChoosingTask:
+class DecisionTask:
     """Training task: choose as the labels do.
 
     Args:
@@ -103,21 +102,21 @@ class ChoosingTask:
         chosen = random.integers(self.count, size=self._batch)
         half = self._batch // 2  # Half of the batch, which is in no order, is mirrored.
         parts: Any = mirror(self._samples(chosen[:half])), self._samples(chosen[half:])
-        sample = Sample(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+        sample = PolicyInput(*(np.concatenate(part) for part in zip(*parts, strict=True)))
         labels = torch.tensor(self._arrays["label"][chosen])
         labels[:half, 0] *= -1.0
         with torch.autocast("cpu", self._type, enabled=self._type is not torch.float32):
             values, progress = self.network.predict(tensors_of(sample))
-        choice = loss_of(values.float(), labels)
+        choice = option_loss(values.float(), labels)
         return Loss(choice + PROGRESS * functional.cross_entropy(progress.float(), labels[:, 3].long()))
 
-    def _samples(self, chosen: npt.NDArray[np.int64]) -> Sample:
+    def _samples(self, chosen: npt.NDArray[np.int64]) -> PolicyInput:
         """Return decisions by their numbers, with one more axis in front."""
         arrays: Any = self._arrays
-        return Sample(*(arrays[name][chosen] for name in Sample._fields))
+        return PolicyInput(*(arrays[name][chosen] for name in PolicyInput._fields))
 
 
-def targets_of(labels: Tensor) -> Tensor:
+def option_targets(labels: Tensor) -> Tensor:
     """Return target probabilities of the options, (B, OPTIONS): those of waypoints spread around the right place.
 
     Args:
@@ -125,19 +124,19 @@ def targets_of(labels: Tensor) -> Tensor:
     """
     right, ahead, thing, _ = labels.float().unbind(1)
     distance = torch.hypot(right, ahead).clamp(min=DISTANCES[0]).log()
-    far = shares_of(distance, tuple(math.log(each) for each in DISTANCES))
-    waypoints = (directions_of(right, ahead)[:, :, None] * far[:, None]).flatten(1)
+    far = soft_bins(distance, tuple(math.log(each) for each in DISTANCES))
+    waypoints = (direction_bins(right, ahead)[:, :, None] * far[:, None]).flatten(1)
     is_thing = (thing >= 0.0)[:, None]
     things = functional.one_hot(thing.long().clamp(min=0), OPTIONS - WAYPOINTS)
     return torch.cat([waypoints * ~is_thing, things * is_thing], 1)
 
 
-def loss_of(values: Tensor, labels: Tensor) -> Tensor:
+def option_loss(values: Tensor, labels: Tensor) -> Tensor:
     """Return the mean cross-entropy of options' values, (B, OPTIONS), for labels, (B, 4)."""
-    return -(targets_of(labels) * values.log_softmax(1)).sum(1).mean()
+    return -(option_targets(labels) * values.log_softmax(1)).sum(1).mean()
 
 
-class RoomTask:
+class PlacementTask:
     """Training task: find the cell of the room. Batches are drawn one after the other, from step 0 on.
 
     Args:
@@ -147,7 +146,7 @@ class RoomTask:
         seed: of the order, the choice of readings, and misnamed things.
     """
 
-    def __init__(self, network: Placer, tasks: Sequence[PlacementTask], batch: int, seed: int) -> None:
+    def __init__(self, network: PlacementNetwork, tasks: Sequence[RoomExample], batch: int, seed: int) -> None:
         self.network, self._tasks, self._batch = network, tasks, batch
         self._random, self._order = Random(seed), np.random.default_rng(seed)  # noqa: S311 - nothing here is a secret
 
@@ -155,7 +154,8 @@ class RoomTask:
         """Return the cross-entropy of the cells of the next batch."""
         chosen = [self._tasks[number] for number in self._order.integers(len(self._tasks), size=self._batch)]
         given = [
-            given_of(list(self._random.choice(task.readings)), misnamed(task.room, self._random)) for task in chosen
+            placement_input(list(self._random.choice(task.readings)), misnamed(task.room, self._random))
+            for task in chosen
         ]
         right = torch.tensor([CELLS.index(task.cell) for task in chosen])
-        return Loss(functional.cross_entropy(self.network(several(given)), right))
+        return Loss(functional.cross_entropy(self.network(stack_inputs(given)), right))

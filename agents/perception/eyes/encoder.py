@@ -11,8 +11,15 @@ from torch import nn
 
 from arramon_agents.perception.eyes.grid import CHANNEL_NAMES, add_things, grid_of_blocks
 from arramon_agents.perception.eyes.names import NamedThing, name_things
-from arramon_agents.perception.eyes.naming import NamingNetwork
-from arramon_agents.perception.eyes.network import EyesNetwork, Probabilities, Sizes, folded, prepare, probabilities
+from arramon_agents.perception.eyes.naming_network import NamingNetwork
+from arramon_agents.perception.eyes.network import (
+    EyesNetwork,
+    EyesSizes,
+    Probabilities,
+    fold_normalisation,
+    prepare,
+    probabilities,
+)
 from arramon_agents.weights import read_weights_file, write_weights_file
 
 WEIGHTS = Path(__file__).with_name("weights.safetensors")
@@ -100,12 +107,12 @@ def load(source: Path | None = None) -> Eyes:
     """
     path = source or WEIGHTS
     file = read_weights_file(path, "the visual encoder", FORMAT, None)
-    sizes = file.sizes("sizes", Sizes)
+    sizes = file.sizes("sizes", EyesSizes)
     blocks, naming = file.build(lambda: EyesNetwork(sizes)), NamingNetwork()
     networks: tuple[tuple[str, nn.Module], ...] = (("blocks.", blocks), ("naming.", naming))
     for prefix, network in networks:
         file.fill(network, prefix)
         network.requires_grad_(requires_grad=False)
-        folded(network)
+        fold_normalisation(network)
         network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
     return Eyes(blocks, naming, f"eyes-{VERSION}-{hashlib.sha256(path.read_bytes()).hexdigest()[:12]}")

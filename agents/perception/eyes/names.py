@@ -6,9 +6,9 @@ import numpy as np
 import numpy.typing as npt
 import torch
 
-from arramon_agents.perception.eyes.naming import NamingNetwork, to_network
+from arramon_agents.perception.eyes.naming_network import NamingNetwork, to_network
 from arramon_agents.perception.eyes.network import Predictions, probabilities
-from arramon_agents.perception.eyes.objects import Thing, crop, find_things
+from arramon_agents.perception.eyes.objects import FrameThing, crop, find_things
 
 Floats = npt.NDArray[np.float32]
 
@@ -24,7 +24,7 @@ class NamedThing:
         looks: probabilities, indexed as `vocabulary.LOOKS`, adding up to 1 in each group; ignore walls and facades.
     """
 
-    thing: Thing
+    thing: FrameThing
     kinds: Floats
     colours: Floats
     looks: Floats

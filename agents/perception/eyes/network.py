@@ -25,7 +25,7 @@ CHANNELS = 6
 
 
 @dataclass(frozen=True, slots=True)
-class Sizes:
+class EyesSizes:
     """Sizes of the network.
 
     Attributes:
@@ -68,9 +68,9 @@ class EyesNetwork(nn.Module):
         sizes: of the network.
     """
 
-    def __init__(self, sizes: Sizes | None = None) -> None:
+    def __init__(self, sizes: EyesSizes | None = None) -> None:
         super().__init__()
-        self.sizes = sizes or Sizes()
+        self.sizes = sizes or EyesSizes()
         a, b, c = self.sizes.fine, self.sizes.middle, self.sizes.coarse
         self.stem = _convolution(CHANNELS * patch_of(self.sizes.image) ** 2, a, size=1)
         self.to_middle = nn.Sequential(_convolution(a, b, stride=2), _Bottleneck(b))
@@ -125,7 +125,7 @@ class _Bottleneck(nn.Module):
         return functional.relu(x + self.third(self.second(self.first(x))))
 
 
-def folded(network: nn.Module) -> None:
+def fold_normalisation(network: nn.Module) -> None:
     """Fold the normalisation of each convolution of a trained network, in evaluation mode, into its weights."""
     for child in network.modules():
         if isinstance(child, nn.Sequential):

@@ -40,13 +40,13 @@ CROP_CHANNELS = 6
 distance behind the thing's middle."""
 
 MEASURES = 5
-"""Number of measures that describe a thing beside its crop; see `Thing.measures`."""
+"""Number of measures that describe a thing beside its crop; see `FrameThing.measures`."""
 
 Floats = npt.NDArray[np.float32]
 
 
 @dataclass(frozen=True, eq=False)
-class Thing:
+class FrameThing:
     """A thing in a frame.
 
     Attributes:
@@ -72,7 +72,7 @@ class Thing:
         return 1.0 / (1.0 + self.ahead), min(self.width, 2.0), self.low, self.high, pixels
 
 
-def find_things(depth: Floats) -> list[Thing]:
+def find_things(depth: Floats) -> list[FrameThing]:
     """Return the things in a frame, the nearest first.
 
     Args:
@@ -95,11 +95,11 @@ def find_things(depth: Floats) -> list[Thing]:
         mask = numbers[rows, columns] == part + 1
         ahead = float(depth[rows, columns][mask].mean())
         width, lowest, highest = float(widths[part]), float(low[part]), float(high[part])
-        things.append(Thing(rows, columns, mask, float(middles[part]), ahead, width, lowest, highest))
+        things.append(FrameThing(rows, columns, mask, float(middles[part]), ahead, width, lowest, highest))
     return sorted(things, key=lambda thing: thing.ahead)
 
 
-def crop(rgb: npt.NDArray[np.uint8], depth: Floats, thing: Thing) -> Floats:
+def crop(rgb: npt.NDArray[np.uint8], depth: Floats, thing: FrameThing) -> Floats:
     """Return a thing with a margin, scaled to 32x32 pixels, (32, 32, 6), values about 0 to 1.
 
     Args:

@@ -51,7 +51,7 @@ CLEAR = 0.6
 
 
 @dataclass(frozen=True, eq=False)
-class Sight:
+class FramePercept:
     """What was seen in a frame.
 
     Attributes:
@@ -63,7 +63,7 @@ class Sight:
     things: list[NamedThing]
 
 
-def see(eyes: Eyes, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> list[Sight]:
+def see(eyes: Eyes, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> list[FramePercept]:
     """Return the labels and named things that an encoder sees in each frame of a batch.
 
     Args:
@@ -77,7 +77,7 @@ def see(eyes: Eyes, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) 
         kinds, _, looks = (part.numpy() for part in eyes.blocks(*some))
         for number, things in enumerate(eyes.things(*some)):
             frame = some[0][number], some[1][number]
-            sights.append(Sight(_labels(kinds[number], looks[number], *frame, things), things))
+            sights.append(FramePercept(_labels(kinds[number], looks[number], *frame, things), things))
     return sights
 
 

@@ -8,15 +8,15 @@ import numpy.typing as npt
 import torch
 from torch.nn import functional
 
-from arramon_agents.perception.eyes.naming import NamingNetwork, to_network
-from arramon_agents.perception.eyes.network import EyesNetwork, Sizes, prepare
-from arramon_agents.perception.eyes.objects import Thing, crop, find_things
+from arramon_agents.perception.eyes.naming_network import NamingNetwork, to_network
+from arramon_agents.perception.eyes.network import EyesNetwork, EyesSizes, prepare
+from arramon_agents.perception.eyes.objects import FrameThing, crop, find_things
 from arramon_agents.perception.eyes.targets import LabelTable, among, loss_of
 from arramon_agents.perception.eyes.vocabulary import KINDS, NONE, look_slices
 from arramon_agents.training.trainer import Loss
 from arramon_client.world import COLLECTIBLES
 
-PUREST = 0.6
+MIN_PURITY = 0.6
 """Least share of a thing's pixels with the same label for the thing to be trained on."""
 
 NAMED_LOOKS = {"pattern": 0.7, "shape": 0.5, "shop": 0.3}
@@ -26,7 +26,7 @@ _FIRST_COLLECTIBLE = len(KINDS) - len(COLLECTIBLES)
 _WEIGHTS = torch.tensor([0.3 if kind in ("building", "wall") else 1.0 for kind in KINDS])
 
 
-class Frame(Protocol):
+class FrameWithLabels(Protocol):
     """A frame with the label of each pixel: rgb (size, size, 3), depth (size, size) in units, labels (size, size)."""
 
     @property
@@ -45,7 +45,7 @@ class Frame(Protocol):
         ...
 
 
-FrameOf = Callable[[int], Frame]
+FrameOf = Callable[[int], FrameWithLabels]
 """Returns the frame with a number; deterministic."""
 
 
@@ -59,7 +59,7 @@ class BlocksTask:
         batch: number of frames in a batch.
     """
 
-    def __init__(self, sizes: Sizes, frame_of: FrameOf, table: LabelTable, batch: int) -> None:
+    def __init__(self, sizes: EyesSizes, frame_of: FrameOf, table: LabelTable, batch: int) -> None:
         self.network = EyesNetwork(sizes)
         self._frame_of, self._table, self._batch = frame_of, table, batch
 
@@ -91,7 +91,7 @@ class NamingTask:
             frame = self._frame_of(number)
             for thing in find_things(frame.depth):
                 label, share = label_of(frame, thing)
-                if share >= PUREST:
+                if share >= MIN_PURITY:
                     crops.append(crop(frame.rgb, frame.depth, thing))
                     measures.append(thing.measures)
                     codes.append(self._table.codes[label])
@@ -113,7 +113,7 @@ def numbers_of(step: int, batch: int) -> range:
     return range(step * batch, (step + 1) * batch)
 
 
-def label_of(frame: Frame, thing: Thing) -> tuple[int, float]:
+def label_of(frame: FrameWithLabels, thing: FrameThing) -> tuple[int, float]:
     """Return the most frequent label of a thing's pixels, and its share."""
     numbers, counts = np.unique(frame.labels[thing.rows, thing.columns][thing.mask], return_counts=True)
     most = int(counts.argmax())

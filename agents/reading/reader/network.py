@@ -19,7 +19,7 @@ State = tuple[Tensor, Tensor, Tensor, Tensor]
 
 
 @dataclass(frozen=True, slots=True)
-class Sizes:
+class ReaderSizes:
     """Sizes of the network.
 
     Attributes:
@@ -47,7 +47,7 @@ class ReaderNetwork(nn.Module):
         sizes: of the network.
     """
 
-    def __init__(self, sizes: Sizes) -> None:
+    def __init__(self, sizes: ReaderSizes) -> None:
         super().__init__()
         self.sizes = sizes
         embedding, both, state = sizes.embedding, 2 * sizes.encoder, sizes.decoder

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import torch
 
-from arramon_agents.reading.reader.network import ReaderNetwork, Sizes
+from arramon_agents.reading.reader.network import ReaderNetwork, ReaderSizes
 from arramon_agents.reading.reader.slots import END, SLOTS, TYPES, Row, meaning_of
 from arramon_agents.reading.reader.words import Vocabulary
 from arramon_agents.weights import read_weights_file, write_weights_file
@@ -64,7 +64,7 @@ def read_reader(path: Path) -> tuple[ReaderNetwork, Vocabulary]:
     words = file.value("words", list)
     if not all(isinstance(word, str) for word in words):
         raise file.wrong("its header has 'words' that are no texts")
-    sizes = file.sizes("sizes", Sizes)
+    sizes = file.sizes("sizes", ReaderSizes)
     network = file.build(lambda: ReaderNetwork(sizes))
     file.fill(network)
     network.requires_grad_(requires_grad=False)

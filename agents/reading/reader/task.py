@@ -21,7 +21,7 @@ UNKNOWN_SHARE = 0.02
 POOL = 50
 """Number of batches whose examples are sorted by length together, so that little of a batch is padding."""
 
-TESTED = 256
+SCORE_BATCH = 256
 """Batch size of reading."""
 
 
@@ -130,8 +130,8 @@ def score(network: ReaderNetwork, examples: Examples) -> Mapping[str, ReadingSco
     """Return the scores of examples by language."""
     network.eval()
     right: dict[str, list[tuple[int, int, bool]]] = {}
-    for first in range(0, len(examples.texts), TESTED):
-        some = slice(first, first + TESTED)
+    for first in range(0, len(examples.texts), SCORE_BATCH):
+        some = slice(first, first + SCORE_BATCH)
         texts = examples.texts[some]
         found = network.read(texts)
         for row, truth, length, language in zip(

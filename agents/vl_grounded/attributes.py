@@ -19,7 +19,7 @@ LOOKS = tuple((group.name, look) for group in LOOK_GROUPS[:3] for look in group.
 """Patterns of collectibles, shapes of banners, names of shops."""
 
 
-class Named(NamedTuple):
+class Attributes(NamedTuple):
     """What is in each of N places: kinds (..., N, K), colours (..., N, C) and looks (..., N, L), in [0, 1]."""
 
     kinds: Tensor
@@ -27,7 +27,7 @@ class Named(NamedTuple):
     looks: Tensor
 
 
-def named(cells: Tensor) -> Named:
+def attributes_of(cells: Tensor) -> Attributes:
     """Return the names that the visual encoder "eyes" gives to each cell.
 
     Args:
@@ -36,7 +36,7 @@ def named(cells: Tensor) -> Named:
     building = cells[..., _FACADES].amax(-1, keepdim=True)
     cells = torch.cat([cells, building, torch.zeros_like(building)], -1)
     colours = [cells.index_select(-1, each.to(cells.device)) for each in _COLOURS]
-    return Named(
+    return Attributes(
         cells.index_select(-1, _KINDS.to(cells.device)),
         torch.stack(colours).amax(0),
         cells.index_select(-1, _LOOKS.to(cells.device)),

@@ -9,12 +9,12 @@ import torch
 from torch import Tensor, nn
 
 from arramon_agents.perception.eyes.vocabulary import COLOURS
-from arramon_agents.vl_grounded.naming import KINDS, LOOKS, Named
+from arramon_agents.vl_grounded.attributes import KINDS, LOOKS, Attributes
 
-EMBEDDING, HALF = 64, 96
+EMBEDDING, LSTM_HIDDEN = 64, 96
 """Size of a word's embedding, and of its context in each direction, as in the learned reader."""
 
-WORD = 2 * HALF
+HIDDEN = 2 * LSTM_HIDDEN
 """H: size of a word in context."""
 
 PHRASE, MOVE = 5, 15
@@ -23,13 +23,13 @@ PHRASE, MOVE = 5, 15
 UNKNOWN = 1
 """Id of unknown words."""
 
-UNREAD = 0.04
+WORD_DROPOUT = 0.04
 """Share of words that are replaced by the unknown word in training."""
 
 DROPOUT = 0.2
 
 
-class Meant(NamedTuple):
+class AttributeProbabilities(NamedTuple):
     """Meaning of a read: probabilities of kinds (..., K + 1), colours (..., C + 1), looks (..., L + 1); last: none."""
 
     kinds: Tensor
@@ -37,7 +37,7 @@ class Meant(NamedTuple):
     looks: Tensor
 
 
-class Reading(nn.Module):
+class InstructionEncoder(nn.Module):
     """Encodes words in context, and predicts which kinds, colours and looks they name.
 
     Args:
@@ -48,15 +48,17 @@ class Reading(nn.Module):
         super().__init__()
         self.words = nn.Embedding(vocabulary, EMBEDDING, padding_idx=0)
         self.phrases = nn.Conv1d(EMBEDDING, EMBEDDING, PHRASE, padding=PHRASE // 2)
-        self.encoder = nn.LSTM(EMBEDDING, HALF, batch_first=True, bidirectional=True)
-        self.names = nn.Linear(WORD, len(KINDS) + len(COLOURS) + len(LOOKS) + 3)
+        self.encoder = nn.LSTM(EMBEDDING, LSTM_HIDDEN, batch_first=True, bidirectional=True)
+        self.names = nn.Linear(HIDDEN, len(KINDS) + len(COLOURS) + len(LOOKS) + 3)
         self.dropout = nn.Dropout(DROPOUT)
 
     def forward(self, tokens: Tensor) -> Tensor:
         """Return the encoded words of texts, (B, T, H), from word ids (B, T); 0 after a text's end."""
         is_word = tokens != 0
         if self.training:
-            tokens = tokens.masked_fill(is_word & (torch.rand(tokens.shape, device=tokens.device) < UNREAD), UNKNOWN)
+            tokens = tokens.masked_fill(
+                is_word & (torch.rand(tokens.shape, device=tokens.device) < WORD_DROPOUT), UNKNOWN
+            )
         words = self.dropout(self.words(tokens))  # (B, T, E)
         phrases = nn.functional.relu(self.phrases(words.transpose(1, 2))).transpose(1, 2)
         words = words + phrases * is_word[:, :, None]
@@ -66,16 +68,16 @@ class Reading(nn.Module):
         return dropped
 
     def logits(self, read: Tensor) -> tuple[Tensor, ...]:
-        """Return the logits of `Meant` for a read, (..., H)."""
+        """Return the logits of `AttributeProbabilities` for a read, (..., H)."""
         sizes = [len(KINDS) + 1, len(COLOURS) + 1, len(LOOKS) + 1]
         return torch.split(self.names(read), sizes, -1)
 
-    def meant(self, read: Tensor) -> Meant:
+    def meant(self, read: Tensor) -> AttributeProbabilities:
         """Return the meaning of a read, (..., H)."""
-        return Meant(*(logits.softmax(-1) for logits in self.logits(read)))
+        return AttributeProbabilities(*(logits.softmax(-1) for logits in self.logits(read)))
 
 
-def match(meant: Meant, there: Named) -> Tensor:
+def match(meant: AttributeProbabilities, there: Attributes) -> Tensor:
     """Return how well the things in each place match each read, (B, R, N) in [0, 1]: kind, colour and look.
 
     Args:
@@ -88,7 +90,7 @@ def match(meant: Meant, there: Named) -> Tensor:
     return kinds * colours * looks
 
 
-def best_match(meant: Meant) -> Tensor:
+def best_match(meant: AttributeProbabilities) -> Tensor:
     """Return the match of the most likely meaning, (B, R): below 1 where the meaning is uncertain."""
     kinds = meant.kinds[..., :-1].amax(-1)
     colours = meant.colours[..., :-1].amax(-1) + meant.colours[..., -1]
@@ -109,7 +111,7 @@ class Attention(nn.Module):
     def __init__(self, state: int, reads: int) -> None:
         super().__init__()
         self.reads = reads
-        self.queries = nn.Linear(state, reads * WORD)
+        self.queries = nn.Linear(state, reads * HIDDEN)
         self.moves = nn.Conv1d(2 * reads, reads, MOVE, padding=MOVE // 2)
 
     def first(self, tokens: Tensor) -> Tensor:
@@ -127,8 +129,8 @@ class Attention(nn.Module):
             padding: which are none, (B, T).
             looks: the previous attention, (B, 2 R, T).
         """
-        queries = self.queries(state).view(len(state), self.reads, WORD)
-        scores = queries @ words.transpose(1, 2) / WORD**0.5 + self.moves(looks)  # (B, R, T)
+        queries = self.queries(state).view(len(state), self.reads, HIDDEN)
+        scores = queries @ words.transpose(1, 2) / HIDDEN**0.5 + self.moves(looks)  # (B, R, T)
         weights = scores.masked_fill(padding[:, None], -1e9).softmax(2)
         so_far = torch.clamp(looks[:, self.reads :] + weights, max=1.0)
         return weights @ words, torch.cat([weights, so_far], 1)

@@ -4,12 +4,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-Tell = Callable[[str], None]
+Report = Callable[[str], None]
 """Receives lines of progress."""
 
 
 @dataclass(frozen=True)
-class Place:
+class Workspace:
     """Where training reads and writes; nothing of it changes the outcome.
 
     Attributes:
