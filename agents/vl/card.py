@@ -1,4 +1,4 @@
-"""Model card of the paper's models: data, command and scores of a file of weights."""
+"""Model card of a trained model of the paper: training data, command and validation scores."""
 
 from collections.abc import Mapping
 from typing import Any

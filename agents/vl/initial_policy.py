@@ -1,4 +1,4 @@
-"""The policy with which training begins: new, or that of other weights, which are then fine-tuned."""
+"""Initial policy of a training: new random weights, or existing weights to fine-tune."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -21,16 +21,16 @@ from arramon_client.world import PHASES
 
 
 def initial_policy(recipe: Recipe, texts: Sequence[str], workspace: Workspace, report: Report) -> VlPolicy:
-    """Return the policy of a recipe before its first update, on the device of the training.
+    """Return the policy of a recipe before the first update, on the training device.
 
     Args:
-        recipe: how the policy is made, or from which weights it comes.
-        texts: that it will learn from.
-        workspace: with the device, and the cache of a frozen encoder's states.
+        recipe: training settings; `init` names weights to fine-tune.
+        texts: training texts.
+        workspace: has the device, and the cache folder for states of a frozen text encoder.
         report: receives lines of progress.
 
     Raises:
-        ValueError: if the weights to begin with are of another model, or cannot be read.
+        ValueError: if the initial weights are of another model, or cannot be read.
     """
     encoder = open_encoder(recipe.encoder) if recipe.sees else None
     policy = extended_policy(recipe, encoder, texts) if recipe.init else _new(recipe, encoder, texts)
@@ -46,9 +46,9 @@ def initial_policy(recipe: Recipe, texts: Sequence[str], workspace: Workspace, r
 
 
 def extended_policy(recipe: Recipe, encoder: VisualEncoder | None, texts: Sequence[str]) -> VlPolicy:
-    """Return the policy of a recipe's initial weights, with the words of texts added; they begin as unknown ones.
+    """Return the policy of a recipe's initial weights, with new words of the texts added to its vocabulary.
 
-    Tokenizers of other kinds than words stay as they are.
+    A new word gets the embedding of the unknown word. Tokenizers other than "word" stay as they are.
 
     Raises:
         ValueError: if the weights are of another model, or cannot be read.

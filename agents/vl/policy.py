@@ -1,4 +1,4 @@
-"""The trained policy of `vl` and its configurations: model, tokenizer and visual encoder, and their file."""
+"""Policy of the paper's models: model, tokenizer and visual encoder; saving and loading it."""
 
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -21,10 +21,10 @@ class VlPolicy:
     """A trained model with its tokenizer and visual encoder.
 
     Attributes:
-        model: in evaluation or training mode.
-        tokenizer: of instructions.
-        encoder: of images; None for a model that uses none.
-        about: metadata: data, seeds, scores; JSON values.
+        model: the network, in evaluation or training mode.
+        tokenizer: tokenizer of instructions.
+        encoder: visual encoder; None for a model that does not see.
+        about: metadata as JSON values: data, seeds, scores.
     """
 
     model: Model
@@ -47,10 +47,10 @@ def save_policy(policy: VlPolicy, path: Path) -> None:
 
 
 def load_policy(path: Path) -> VlPolicy:
-    """Return the policy of a file, in evaluation mode, on the CPU.
+    """Load a policy from a file, in evaluation mode, on the CPU.
 
     Raises:
-        BadWeights: if the file is not readable, or was trained on another version of its visual encoder.
+        BadWeights: if the file cannot be read, or was trained with another version of its visual encoder.
         ValueError: if its tokenizer or encoder is not available.
     """
     file = read_weights_file(path, "the paper's model", FORMAT)

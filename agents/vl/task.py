@@ -1,4 +1,4 @@
-"""Training task of the paper's models: choose the expert's actions in both phases, by teacher forcing."""
+"""Training task of the paper's models: imitate the expert's actions in both phases, by teacher forcing."""
 
 import random
 from collections.abc import Sequence
@@ -22,15 +22,15 @@ class ImitationTask:
     """Batches of demonstrations of both phases, and the loss of the expert's actions.
 
     Args:
-        recipe: all settings.
-        policy: whose model is trained.
-        demonstrations: of the expert.
-        device: of the model.
+        recipe: all training settings.
+        policy: policy with the model to train.
+        demonstrations: demonstrations of the expert.
+        device: device of the model.
 
     Attributes:
         network: the model.
-        steps: number of steps of the training: passes through the navigation demonstrations, or through those of
-            assembly if there are no others.
+        steps: number of updates: `recipe.passes` epochs of the navigation demonstrations, or of the assembly
+            demonstrations if there are no others.
     """
 
     def __init__(
@@ -51,7 +51,7 @@ class ImitationTask:
         self.steps = recipe.passes * (next(iter(self._epochs.values())).count if self._epochs else 0)
 
     def loss(self, step: int) -> Loss:
-        """Return the mean loss of a batch of each phase, with the weighted loss of the alignment of languages."""
+        """Return the mean loss of a batch of each phase, plus the weighted alignment loss."""
         phases, alignments = dict[str, Tensor](), dict[str, Tensor]()
         for phase, epochs in self._epochs.items():
             phases[phase], aligned = self._phase_loss(phase, epochs.batch(step), step)
@@ -63,24 +63,24 @@ class ImitationTask:
         return Loss(total, phases | alignments)
 
     def _phase_loss(self, phase: str, rows: Sequence[int], step: int) -> tuple[Tensor, Tensor | None]:
-        """Return the losses of a batch of one phase: of its actions, and of the alignment if the recipe has it.
+        """Return the action loss of a batch of one phase, and its alignment loss if the recipe has one.
 
         Args:
-            phase: of the demonstrations.
+            phase: phase of the demonstrations.
             rows: indices of the demonstrations.
-            step: number of the training step, from which texts and variants follow.
+            step: number of the update; it seeds the choice of texts and variants.
         """
-        recipe, module = self._recipe, self.network.of(phase)
+        recipe, model = self._recipe, self.network.of(phase)
         chance = random.Random(f"{recipe.seed}/{phase}/{step}")  # noqa: S311 - not for secrets
         chosen = [self._variants.draw(row, chance) for row in rows]
         texts = [draw_text(each, recipe.languages, chance) for each in chosen]
         batch = make_batch(chosen, texts, self._tokenizer, recipe.share, f"{recipe.seed}/{step}").to(self._device)
         aligned = None
         with torch.autocast(self._device, torch.bfloat16, enabled=recipe.precision == "bfloat16"):
-            text = module.read(batch.tokens)
-            values, _ = module.act(text, batch.cells, batch.before, at=batch.at)
+            text = model.read(batch.tokens)
+            logits, _ = model.act(text, batch.cells, batch.previous_actions, selected_steps=batch.loss_steps)
             if recipe.align and recipe.reads:
                 paired, others = other_texts(chosen, texts, recipe.aligned, chance)
                 tokens = as_tokens(others, self._tokenizer).to(self._device)
-                aligned = alignment_loss(text.of(paired), module.read(tokens))
-        return action_loss(values.float(), batch, recipe.pick_up), aligned
+                aligned = alignment_loss(text.of(paired), model.read(tokens))
+        return action_loss(logits.float(), batch, recipe.pick_up), aligned

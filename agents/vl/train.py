@@ -32,7 +32,7 @@ from arramon_agents.vl.task import ImitationTask
 from arramon_agents.weights import SUFFIX
 
 CHOSEN_BY = {"navigation": "nDTW", "assembly": "PTC"}
-"""Metric of each phase for choosing the best weights; the ground truth plays the other phase in validation."""
+"""Metric of each phase by which the best weights are chosen; in validation, the ground truth plays the other phase."""
 
 PART = "modules_by_phase.{phase}."
 """Prefix of the tensor names of a phase's module."""
@@ -41,7 +41,7 @@ PART = "modules_by_phase.{phase}."
 def train(recipe: Recipe, workspace: Workspace, report: Report) -> Path:
     """Train an agent, resuming from a checkpoint if there is one; return the path of the weights.
 
-    The model card is beside them.
+    The model card is written to the same folder.
 
     Raises:
         UsageError: if the data folder does not have what the recipe names.
@@ -60,7 +60,7 @@ def train(recipe: Recipe, workspace: Workspace, report: Report) -> Path:
 
 
 def demonstrations_of(recipe: Recipe, workspace: Workspace, report: Report) -> list[PhaseDemonstration]:
-    """Return the demonstrations of a recipe, without features for a model that sees nothing.
+    """Return the demonstrations of a recipe, without image features if the model does not see.
 
     Raises:
         UsageError: if the data folder does not have what the recipe names.
@@ -125,10 +125,10 @@ class Imitation:
         return {phase: self.trainer.scores[name] for phase, name in CHOSEN_BY.items() if name in self.trainer.scores}
 
     def run(self) -> VlPolicy:
-        """Train to the end, resuming from a checkpoint if there is one; return the best weights, which are written.
+        """Train to the end, resuming from a checkpoint if there is one; write and return the best weights.
 
         Raises:
-            OtherTraining: if the checkpoint is of another recipe, or of other demonstrations.
+            OtherTraining: if the checkpoint belongs to another recipe or other demonstrations.
             BadWeights: if it cannot be read.
         """
         self.trainer.run()
@@ -142,7 +142,7 @@ class Imitation:
         return policy
 
     def _validate(self) -> Scores:
-        """Play the validation episodes, each phase while the ground truth plays the other, and return the scores."""
+        """Play the validation episodes, once per phase with the ground truth in the other phase; return the scores."""
         recipe = self.recipe
         if not recipe.validate_episodes:
             return {}
@@ -154,8 +154,8 @@ class Imitation:
                 self._policy_with(self.policy.model.state_dict()), recipe.agent, temperature=recipe.temperature
             )
             scores[metric] = mean(play(agent, replace(plan, phases=(phase,))), metric)
-        told = ", ".join(f"{metric} {value:.3f}" for metric, value in scores.items())
-        self._report(f"{recipe.agent}: validation after {self.trainer.step} updates: {told}")
+        summary = ", ".join(f"{metric} {value:.3f}" for metric, value in scores.items())
+        self._report(f"{recipe.agent}: validation after {self.trainer.step} updates: {summary}")
         return scores
 
     def _write(self) -> VlPolicy:
@@ -166,7 +166,7 @@ class Imitation:
         return policy
 
     def _policy_with(self, weights: Mapping[str, Tensor]) -> VlPolicy:
-        """Return the policy with other weights, on the processor, in evaluation mode."""
+        """Return the policy with these weights, on the CPU, in evaluation mode."""
         model = Model(self.policy.model.config)
         model.load_state_dict(weights)
         return replace(self.policy, model=model.eval())

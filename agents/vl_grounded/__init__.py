@@ -1,4 +1,4 @@
-"""Agent that reads along as it walks and grounds each word in what it sees. It needs the extra `torch`."""
+"""Agent that attends to the words at each step and matches them with what it sees (extra `torch`)."""
 
 from arramon_agents.requirements import PLAYING, require
 from arramon_client.agent import Agent
@@ -14,7 +14,7 @@ def make_agent(weights: str | None = None, sensor: str = SENSORS[0]) -> Agent:
 
     Args:
         weights: a file written by `arramon-train --agent vl_grounded`.
-        sensor: "rgb" to see by RGB and depth alone, "segmentation" to see without errors.
+        sensor: "rgb" to perceive by the visual encoder, from RGB and depth; "segmentation" for perfect perception.
 
     Raises:
         AgentLoadError: if the extra is not installed, there is no such sensor, or the weights cannot be read.

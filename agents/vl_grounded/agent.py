@@ -1,4 +1,4 @@
-"""The agent `vl_grounded`: one policy for many episodes at a time."""
+"""The agent `vl_grounded`: plays many episodes at a time with one set of networks."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -26,11 +26,11 @@ class _PhaseState:
 
 
 class GroundedAgent:
-    """Agent that grounds what it reads in what it sees, step by step.
+    """Agent that matches the words it attends to with what it sees, at each step.
 
     Args:
-        weights: of its networks.
-        sight: how it sees.
+        weights: weights and tokenizer.
+        sight: perception of observations.
     """
 
     name = NAME

@@ -1,4 +1,4 @@
-"""A look around the room from its start tile: the turns to take, and the named things seen."""
+"""Look around the assembly room from its start tile: the turns to make, and the objects seen."""
 
 from collections.abc import Sequence
 from functools import lru_cache
@@ -18,11 +18,11 @@ from arramon_lang.room import Standing
 DEGREES = round(TURN)
 
 TURNS = (*[Action.LEFT] * 3, *[Action.RIGHT] * 6)
-"""Turns that show everything that is not behind the start tile, where there is only a wall."""
+"""Turns that show the whole room, without the wall behind the start tile."""
 
 
 class LookAround:
-    """A look around.
+    """One look around the room.
 
     Args:
         room: accumulates what is seen.
@@ -52,12 +52,12 @@ class LookAround:
         return action
 
     def things(self) -> tuple[Standing, ...]:
-        """Return the things seen so far."""
+        """Return the objects seen so far."""
         return self.room.room().things
 
 
 def attributes_in_rooms(rooms: Sequence[Sequence[Standing]]) -> Attributes:
-    """Return the things in rooms as a batch, (B, CELLS LEVELS, ...): cells row by row, each with its levels."""
+    """Return the objects in rooms as a batch of attributes, (B, CELLS LEVELS, ...): cells row by row, with levels."""
     parts = [
         np.zeros((len(rooms), CELLS * LEVELS, size), np.float32) for size in (len(KINDS), len(COLOURS), len(LOOKS))
     ]
@@ -71,7 +71,7 @@ def attributes_in_rooms(rooms: Sequence[Sequence[Standing]]) -> Attributes:
 
 @lru_cache
 def _rows(kind: str, colour: str, look: str) -> tuple[npt.NDArray[np.float32], ...]:
-    """Return kinds, colours and looks of a collectible."""
+    """Return one-hot kinds, colours and looks of a collectible."""
     kinds, colours, looks = (np.zeros(size, np.float32) for size in (len(KINDS), len(COLOURS), len(LOOKS)))
     kinds[[KINDS.index("collectible"), KINDS.index(kind, 1, 1 + len(COLLECTIBLES))]] = 1.0
     colours[COLOURS.index(colour)] = 1.0

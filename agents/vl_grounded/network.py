@@ -1,4 +1,4 @@
-"""The networks of `vl_grounded` in one module (shared text encoder, walking, placing), and their file."""
+"""Network of `vl_grounded` (shared text encoder, navigation and placement networks); saving and loading its weights."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -17,10 +17,10 @@ FORMAT = "vl_grounded 1"
 
 
 class Grounded(nn.Module):
-    """Both policies, with a shared text encoder.
+    """Navigation and placement networks with a shared text encoder. Attribute names are tensor names in weights.
 
     Args:
-        vocabulary: size of the tokenizer's vocabulary.
+        vocabulary: vocabulary size of the tokenizer.
     """
 
     def __init__(self, vocabulary: int) -> None:
@@ -33,13 +33,13 @@ class Grounded(nn.Module):
 
 @dataclass(frozen=True)
 class GroundedWeights:
-    """Content of a weight file.
+    """Content of a file of weights.
 
     Attributes:
-        network: the networks.
-        tokenizer: of instructions.
+        network: the network.
+        tokenizer: tokenizer of instructions.
         eyes: fingerprint of the visual encoder used in training.
-        about: metadata, as JSON values.
+        about: metadata as JSON values.
     """
 
     network: Grounded
@@ -64,7 +64,7 @@ def read_weights(path: Path) -> GroundedWeights:
     """Return the weights of a file, in evaluation mode.
 
     Raises:
-        BadWeights: if the file is not readable.
+        BadWeights: if the file cannot be read.
     """
     file = read_weights_file(path, "agents.vl_grounded", FORMAT)
     tokenizer = restore_tokenizer(file.value("tokenizer", str), file.blob("tokenizer"))

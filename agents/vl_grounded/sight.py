@@ -1,4 +1,4 @@
-"""How the agent sees: by the visual encoder from RGB and depth, or by the sensor segmentation without errors."""
+"""Perception of `vl_grounded`: by the visual encoder from RGB and depth, or without errors from segmentation."""
 
 from collections.abc import Sequence
 from typing import Any, Protocol
@@ -25,7 +25,7 @@ SIZE = 224
 
 
 class Perception(Protocol):
-    """Interface: turns observations into features of cells and named things.
+    """Interface of perception: from observations to cell features, and to named objects in the room.
 
     Attributes:
         sensors: required sensors.
@@ -47,10 +47,10 @@ class Perception(Protocol):
         """
 
     def make_look(self, episode_id: str) -> LookAround:
-        """Return a look around in an episode's room."""
+        """Start a look around in an episode's room."""
 
     def add(self, look: LookAround, observation: Observation) -> None:
-        """Add what is seen in a frame of the room to a look around.
+        """Add a frame of the room to a look around.
 
         Raises:
             ValueError: if the observation lacks a sensor.
@@ -58,10 +58,10 @@ class Perception(Protocol):
 
 
 class EncoderPerception:
-    """Sees by the visual encoder, from RGB and depth alone.
+    """Perceives by the visual encoder, from RGB and depth alone.
 
     Args:
-        eyes: the encoder.
+        eyes: the visual encoder.
     """
 
     sensors: tuple[str, ...] = ("rgb", "depth")
@@ -94,7 +94,7 @@ class EncoderPerception:
 
 
 class SegmentationPerception:
-    """Sees by depth and segmentation, without errors."""
+    """Perceives without errors, from depth and segmentation."""
 
     sensors: tuple[str, ...] = ("depth", "segmentation")
 
@@ -130,12 +130,12 @@ class SegmentationPerception:
 def true_features(
     depth: npt.NDArray[np.float32], segmentation: npt.NDArray[np.uint16], labels: Sequence[Label]
 ) -> npt.NDArray[np.float32]:
-    """Return the features that a perfect encoder would give for a frame, (7, 7, C) in [0, 1].
+    """Return the features of a frame that a perfect visual encoder would give, (7, 7, C) in [0, 1].
 
     Args:
         depth: (size, size) units, 0 where there is nothing.
-        segmentation: (size, size), indices of labels.
-        labels: their meaning.
+        segmentation: (size, size), index of each pixel's label.
+        labels: the labels.
     """
     nearest = (np.arange(SIZE) * 2 + 1) * len(depth) // (2 * SIZE)
     segmentation, depth = segmentation[nearest][:, nearest], depth[nearest][:, nearest]

@@ -1,4 +1,4 @@
-"""Training task of `vl_grounded`: the expert's walks as the visual encoder sees them, and rooms with the right cell."""
+"""Training task of `vl_grounded`: imitate the expert's walks, and predict target cells of rooms."""
 
 import random
 from collections.abc import Sequence
@@ -29,14 +29,14 @@ from arramon_client.world import COLLECTIBLE_COLOURS, COLLECTIBLES, COLUMNS, NAV
 from arramon_lang.room import Standing
 
 NAMING, PLACING = 0.3, 1.0
-"""Weights in the loss: of naming the object to pick up, and of the room; the walk has weight 1."""
+"""Loss weights: of the auxiliary loss (attributes of the target object) and of placement; navigation has weight 1."""
 
 MIDDLE = slice(2, 5)
-"""Columns of cells straight ahead, which show the object when it is picked up."""
+"""Columns of image cells straight ahead, which show the target object when it is picked up."""
 
 
 class AttributeIndices(NamedTuple):
-    """Indices in KINDS, COLOURS and LOOKS; -1 for unknown."""
+    """Attributes of a thing as indices in KINDS, COLOURS and LOOKS; -1 for unknown."""
 
     kind: int
     colour: int
@@ -45,12 +45,12 @@ class AttributeIndices(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class DemonstratedWalk:
-    """A navigation phase of the expert, with derived inputs.
+    """A navigation phase played by the expert.
 
     Attributes:
-        demonstration: the phase.
-        odometry: before each action, (S, NUMBERS).
-        versions: of its instruction.
+        demonstration: features and actions.
+        odometry: odometry features before each action, (S, NUMBERS).
+        versions: augmented versions of its instruction.
     """
 
     demonstration: PhaseDemonstration
@@ -59,43 +59,43 @@ class DemonstratedWalk:
 
     @classmethod
     def of(cls, demonstration: PhaseDemonstration, versions: Sequence[InstructionVersion] = ()) -> "DemonstratedWalk":
-        """Return a demonstration with its odometry; without versions its instruction is used unchanged."""
+        """Add odometry to a demonstration; without versions its instruction is used unchanged."""
         places = odometry(demonstration.actions.tolist()[:-1])
         return cls(demonstration, places, versions or (InstructionVersion(demonstration.texts),))
 
     def features(self, version: InstructionVersion) -> npt.NDArray[np.uint8]:
-        """Return the features, with things exchanged as in a version."""
+        """Return the visual features, with the things of a version of the instruction."""
         seen = self.demonstration.features
         return seen if version.exchange is None else seen[..., version.exchange.channels]
 
 
 @dataclass(frozen=True, eq=False)
 class DemonstratedPlacement:
-    """A room as seen, with the versions of its instruction."""
+    """An assembly room as seen, with augmented versions of its instruction."""
 
     view: RoomView
     versions: Sequence[InstructionVersion]
 
     def things(self, version: InstructionVersion) -> Sequence[Standing]:
-        """Return the things in the room, exchanged as in a version."""
+        """Return the objects in the room, exchanged as in a version of the instruction."""
         return self.view.things if version.exchange is None else version.exchange.standing(self.view.things)
 
 
 class GroundedTask:
-    """Training task: choose the expert's actions, and find the cell in which it places the object.
+    """Training task: imitate the expert's actions, and predict the cell in which it places the object.
 
     Args:
-        network: to be trained.
-        tokenizer: of the instructions.
-        languages: of the instructions.
-        walks: of the expert.
-        placings: rooms.
-        batch: number of walks in a step; twice as many rooms.
-        inflection: weight of the steps at which the expert's action changes; the others have 1.
-        seed: of order, languages and versions.
+        network: network to train.
+        tokenizer: tokenizer of the instructions.
+        languages: languages of the instructions.
+        walks: walks of the expert.
+        placings: rooms with target cells.
+        batch: number of walks in a batch; it has twice as many rooms.
+        inflection: loss weight of the steps at which the expert's action changes; the others have weight 1.
+        seed: seed of order, languages and versions.
 
     Attributes:
-        epoch_steps: number of steps of an epoch of the walks.
+        epoch_steps: number of updates in an epoch of the walks.
     """
 
     def __init__(
@@ -129,31 +129,33 @@ class GroundedTask:
     def _loss_of_walks(self, walks: Sequence[DemonstratedWalk], chance: random.Random) -> Tensor:
         network, steps = self.network, max(len(walk.demonstration.actions) for walk in walks)
         versions = [chance.choice(walk.versions) for walk in walks]
-        tokens = self._read(versions, chance)
+        tokens = self._draw_tokens(versions, chance)
         cells = np.zeros((len(walks), steps, *walks[0].demonstration.features.shape[1:]), np.uint8)
-        before = np.full((len(walks), steps), START_ACTION, np.int64)
+        previous_actions = np.full((len(walks), steps), START_ACTION, np.int64)
         actions = np.full((len(walks), steps), NO_ACTION, np.int64)
         places = np.zeros((len(walks), steps, walks[0].odometry.shape[1]), np.float32)
         named = []
         for row, (walk, version) in enumerate(zip(walks, versions, strict=True)):
             count, seen = len(walk.demonstration.actions), walk.features(version)
             cells[row, :count], places[row, :count] = seen, walk.odometry
-            before[row, 1:count], actions[row, :count] = walk.demonstration.actions[:-1], walk.demonstration.actions
+            previous_actions[row, 1:count] = walk.demonstration.actions[:-1]
+            actions[row, :count] = walk.demonstration.actions
             named.append(attributes_ahead(seen[-1]))
         words = network.reading(tokens)
         target = network.street.read_target(words, tokens)
-        given = network.street.see(
-            network.reading, target, as_input(cells), torch.from_numpy(before), torch.from_numpy(places)
+        previous = torch.from_numpy(previous_actions)
+        inputs = network.street.step_inputs(
+            network.reading, target, as_input(cells), previous, torch.from_numpy(places)
         )
-        values = network.street(network.reading, words, tokens, given)
-        right = torch.from_numpy(actions)
-        is_step = right != NO_ACTION
-        weights = torch.where(right == torch.from_numpy(before), 1.0, self._inflection)[is_step]
-        losses = functional.cross_entropy(values[is_step], right[is_step], reduction="none")
+        logits = network.street(network.reading, words, tokens, inputs)
+        targets = torch.from_numpy(actions)
+        is_step = targets != NO_ACTION
+        weights = torch.where(targets == previous, 1.0, self._inflection)[is_step]
+        losses = functional.cross_entropy(logits[is_step], targets[is_step], reduction="none")
         naming = sum(
             (
-                functional.cross_entropy(logits, names, ignore_index=-1, reduction="sum")
-                for logits, names in zip(network.reading.logits(target), torch.tensor(named).unbind(1), strict=True)
+                functional.cross_entropy(part, names, ignore_index=-1, reduction="sum")
+                for part, names in zip(network.reading.logits(target), torch.tensor(named).unbind(1), strict=True)
             ),
             start=torch.zeros(()),
         )
@@ -192,7 +194,7 @@ _KIND, _COLOUR, _LOOK = (
 
 
 def attributes_ahead(features: npt.NDArray[np.uint8]) -> AttributeIndices:
-    """Return the names of the nearest collectible ahead in a frame.
+    """Return the attributes of the nearest collectible ahead in a frame, as the visual encoder sees them.
 
     Args:
         features: (7, 7, C).

@@ -1,4 +1,4 @@
-"""Training of `vl_grounded`: demonstrations, both networks, validation by rollouts, weights and model card."""
+"""Training of `vl_grounded`: demonstrations, training loop, validation by rollouts, weights and model card."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -27,7 +27,7 @@ from arramon_agents.training.exchange import InstructionVersion, versions
 from arramon_agents.training.recipe import as_json, identity_of
 from arramon_agents.training.rollouts import RolloutPlan, mean, play
 from arramon_agents.training.schedule import warm_up_cosine
-from arramon_agents.training.sources import digest_of, load_demonstrations, sources_of, splits_of
+from arramon_agents.training.sources import digest_of, load_demonstrations, sources_of, split_names, splits_of
 from arramon_agents.training.trainer import Trainer, TrainerSettings
 from arramon_agents.training.workspace import Report, Workspace
 from arramon_agents.vl_grounded.agent import NAME, GroundedAgent
@@ -51,7 +51,7 @@ LIMITS = """\
 
 
 def train(recipe: GroundedRecipe, workspace: Workspace, report: Report) -> Path:
-    """Train, resuming from a checkpoint if there is one; return the path of the weights (the card is beside it).
+    """Train, resuming from a checkpoint if there is one; write weights and model card; return the path of the weights.
 
     Raises:
         UsageError: if the data folder does not have what the recipe names.
@@ -102,7 +102,7 @@ def train(recipe: GroundedRecipe, workspace: Workspace, report: Report) -> Path:
 def _initial_network(
     recipe: GroundedRecipe, walks: Sequence[DemonstratedWalk], placings: Sequence[DemonstratedPlacement], report: Report
 ) -> tuple[WordTokenizer, Grounded]:
-    """Return the words and the network before the first update: from the reader, or from weights to fine-tune."""
+    """Return tokenizer and network before the first update: initialised from the reader, or weights to fine-tune."""
     said = [*(walk.versions for walk in walks), *(placing.versions for placing in placings)]
     written = [version.texts for each in said for version in each]
     texts = [text for each in written for text in each.values()]
@@ -121,7 +121,7 @@ def _initial_network(
 def _versions(
     recipe: GroundedRecipe, demonstrations: Sequence[PhaseDemonstration], views: Sequence[RoomView]
 ) -> tuple[list[DemonstratedWalk], list[DemonstratedPlacement]]:
-    """Return walks and rooms with the versions of their instructions."""
+    """Return walks and rooms with the augmented versions of their instructions."""
 
     def written(each: PhaseDemonstration | RoomView, phase: str, count: int) -> list[InstructionVersion]:
         seed = f"{recipe.seed}/{phase}/{each.episode_id}/{each.turn}"
@@ -145,7 +145,7 @@ def _settings(recipe: GroundedRecipe, workspace: Workspace, epoch_steps: int, da
 
 
 def _data_of(splits: Sequence[str], demonstrations: Sequence[PhaseDemonstration], views: Sequence[RoomView]) -> str:
-    """Return a description of the number of episodes, steps and rooms."""
+    """Describe the training data: numbers of episodes, steps and rooms."""
     episodes = len({each.episode_id for each in demonstrations})
     steps = sum(len(each.actions) for each in demonstrations)
     drawn = sum(view.episode_id.startswith(ROOM_PREFIX) for view in views)

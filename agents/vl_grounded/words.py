@@ -1,4 +1,4 @@
-"""Initial words of `vl_grounded`: the learned reader's vocabulary and word encoder."""
+"""Initial vocabulary and word embeddings of `vl_grounded`, from the learned reader or from weights to fine-tune."""
 
 from collections.abc import Iterable, Mapping
 
@@ -12,21 +12,21 @@ from arramon_agents.vl_grounded.instruction_encoder import InstructionEncoder
 from arramon_agents.vl_grounded.network import Grounded, GroundedWeights
 
 EMBEDDING = "reading.words.weight"
-"""Name of the words' vectors in a network's state."""
+"""Tensor name of the word embeddings."""
 
 SHARED = ("phrases", "encoder")
-"""Modules that are initialised from the reader's network."""
+"""Names of the modules that are initialised from the reader's network."""
 
 
 def tokenizer_with_reader(texts: Iterable[str], reader: Vocabulary) -> WordTokenizer:
-    """Return a tokenizer with the words that occur at least twice in texts, and those of a reader."""
+    """Return a tokenizer with the words that occur at least twice in the texts, and the words of a reader."""
     return WordTokenizer(sorted({*WordTokenizer.train(texts).vocabulary, *reader.words}))
 
 
 def extended_weights(known: GroundedWeights, texts: Iterable[str]) -> tuple[WordTokenizer, Grounded]:
-    """Return the words of weights and those that texts have at least twice, and the network for them.
+    """Extend weights to fine-tune by the words that occur at least twice in the texts; return tokenizer and network.
 
-    Words that are added begin as unknown ones.
+    A new word gets the embedding of the unknown word.
 
     Raises:
         ValueError: if the weights have another tokenizer.
@@ -44,15 +44,15 @@ def extended_weights(known: GroundedWeights, texts: Iterable[str]) -> tuple[Word
 def initialise_from_reader(
     reading: InstructionEncoder, words: WordTokenizer, network: ReaderNetwork, vocabulary: Vocabulary
 ) -> None:
-    """Initialise a network's word encoder from a reader; words that the reader does not know stay as they are.
+    """Initialise a text encoder from the reader's network; words that the reader does not know keep their embeddings.
 
     Args:
-        reading: changed.
-        words: numbers of its words.
-        network, vocabulary: of the reader.
+        reading: the text encoder, changed in place.
+        words: tokenizer of the text encoder.
+        network, vocabulary: network and vocabulary of the reader.
 
     Raises:
-        ValueError: if the reader has other sizes.
+        ValueError: if the reader has another embedding size.
     """
     given: Mapping[str, Tensor] = network.state_dict()
     own = reading.state_dict()

@@ -10,7 +10,7 @@ import torch
 from arramon_agents.reading.tokenizers import WordTokenizer
 from arramon_agents.training.batches import NO_ACTION
 from arramon_agents.training.demonstrations import PhaseDemonstration
-from arramon_agents.vl.batches import action_loss, loss_steps, make_batch
+from arramon_agents.vl.batches import action_loss, make_batch, select_loss_steps
 from arramon_agents.vl.model import START_ACTION
 
 WALK = [0, 0, 0, 1, 1, 0, 0, 0, 0, 3]
@@ -25,12 +25,12 @@ def demonstration(actions: list[int]) -> PhaseDemonstration:
 
 @pytest.mark.parametrize(("share", "expected"), [(0.0, [0, 3, 5, 9]), (1.0, list(range(10)))])
 def test_changes_of_action_are_learned_from_and_a_share_of_the_rest(share: float, expected: list[int]) -> None:
-    assert loss_steps(WALK, share, random.Random(1)) == expected
+    assert select_loss_steps(WALK, share, random.Random(1)) == expected
 
 
 def test_the_share_is_that_of_the_repeated_actions() -> None:
     chance = random.Random(1)
-    counts = [len(loss_steps([0] * 101, 0.3, chance)) - 1 for _ in range(50)]
+    counts = [len(select_loss_steps([0] * 101, 0.3, chance)) - 1 for _ in range(50)]
     assert 28 < sum(counts) / 50 < 32
     assert len(set(counts)) > 3  # Drawn anew each time.
 
@@ -38,10 +38,10 @@ def test_the_share_is_that_of_the_repeated_actions() -> None:
 def test_tensors_hold_the_steps_that_are_learned_from() -> None:
     walks = [demonstration(WALK), demonstration([2, 2, 3])]
     batch = make_batch(walks, ["go left", "go"], WordTokenizer.train(["go left"], least=1), share=0.0)
-    assert batch.at.tolist() == [[0, 3, 5, 9], [0, 2, 0, 0]]
+    assert batch.loss_steps.tolist() == [[0, 3, 5, 9], [0, 2, 0, 0]]
     assert batch.actions.tolist() == [[0, 1, 0, 3], [2, 3, NO_ACTION, NO_ACTION]]
     assert (batch.cells[:, :, 3, 3, 0] * 255).round().tolist() == [[0, 3, 5, 9], [0, 2, 0, 0]]
-    assert batch.before.tolist() == [[START_ACTION, *WALK[:-1]], [START_ACTION, 2, 2, *[START_ACTION] * 7]]
+    assert batch.previous_actions.tolist() == [[START_ACTION, *WALK[:-1]], [START_ACTION, 2, 2, *[START_ACTION] * 7]]
     assert (batch.tokens != 0).sum(1).tolist() == [2, 1]
 
 

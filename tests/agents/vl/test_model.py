@@ -55,7 +55,7 @@ def test_values_at_some_steps_are_those_of_all(sees: bool, reads: bool) -> None:
     text = made.read(tokens)
     at = torch.tensor([[0, 2, 4], [1, 3, 4]])
     rows = torch.arange(2)[:, None]
-    some, _ = made.act(text, cells[rows, at], before, at=at)
+    some, _ = made.act(text, cells[rows, at], before, selected_steps=at)
     torch.testing.assert_close(some, made.act(text, cells, before)[0][rows, at])
 
 

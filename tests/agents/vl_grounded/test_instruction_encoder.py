@@ -104,8 +104,8 @@ def test_texts_of_a_batch_do_not_affect_each_other() -> None:
     texts = torch.tensor([[2, 3, 4, 5, 6], [7, 8, 0, 0, 0]])
     state = torch.randn(2, 4)
     words = reading(texts)
-    found, looks = attention(state, words, texts == 0, attention.first(texts))
+    found, looks = attention(state, words, texts == 0, attention.initial(texts))
     assert looks[1, :2, 2:].abs().max() == 0  # Nothing looks beyond a text's end.
     alone = texts[1:, :2]
-    read, _ = attention(state[1:], reading(alone), alone == 0, attention.first(alone))
+    read, _ = attention(state[1:], reading(alone), alone == 0, attention.initial(alone))
     torch.testing.assert_close(found[1:], read)

@@ -60,7 +60,7 @@ def test_a_walk_is_the_same_step_by_step_as_at_once(network: Grounded) -> None:
     before = torch.tensor([[START_ACTION, *actions[:-1]]])
     cells = torch.from_numpy(features)[None].float() / 255
     places = torch.from_numpy(odometry(actions[:-1]))[None]
-    seen = street.see(network.reading, street.read_target(words, TOKENS), cells, before, places)
+    seen = street.step_inputs(network.reading, street.read_target(words, TOKENS), cells, before, places)
     values = street(network.reading, words, TOKENS, seen)[0]
     assert values[:, :INTERACT].argmax(1).tolist() == actions  # Nothing is near: a pick-up is ruled out.
 
@@ -108,5 +108,5 @@ def test_a_step_without_effect_is_as_if_it_had_not_been_taken(network: Grounded)
     assert free.act(frame(), start) == LEFT
     for walker in (blocked, free):
         walker.act(frame(0.3), later)
-    for one, other in zip(blocked.mind, free.mind, strict=True):
+    for one, other in zip(blocked.state, free.state, strict=True):
         torch.testing.assert_close(one, other)
