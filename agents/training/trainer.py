@@ -28,7 +28,7 @@ Scores = Mapping[str, float]
 """Scores of a validation by metric."""
 
 AVERAGE_WARM_UP = 10.0
-"""Averaged weights follow faster at first, as weights begin at random: step n keeps at most n / (n + AVERAGE_WARM_UP) of them."""
+"""The running average of the weights starts fast: update n keeps at most n / (n + AVERAGE_WARM_UP) of it."""
 
 
 class Loss(NamedTuple):

@@ -76,7 +76,7 @@ def collect_views(source: DemonstrationSource, cache: Path) -> Iterator[list[Roo
 
 
 def _draw(players: dict[str, Player], eyes: Eyes, episode_id: str) -> list[RoomView]:
-    """Return the views of an episode's rooms, with the texts in all languages whose tasks have the same target cells."""
+    """Return the views of an episode's rooms, with texts in all languages that have the same target cells."""
     first, *others = players
     views = _seen(players[first], eyes, episode_id, first)
     for language in others:

@@ -17,8 +17,7 @@ from arramon_agents.vl_grounded.instruction_encoder import DROPOUT, HIDDEN, Atte
 from arramon_agents.vl_grounded.odometry import NUMBERS
 
 CELLS, CELL, BRIEF, SCENE, ACT, STATE, HEADS = GRID * GRID, 64, 8, 96, 16, 192, 3
-"""N; sizes of a cell embedding, of a cell in the scene summary, of the summary, of an action embedding, of the recurrent
-state; R."""
+"""N; sizes of cell embedding, of a cell in the scene summary, of the summary, action embedding, recurrent state; R."""
 
 
 class StepInput(NamedTuple):

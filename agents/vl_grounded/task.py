@@ -164,16 +164,14 @@ class GroundedTask:
     def _loss_of_rooms(self, placings: Sequence[DemonstratedPlacement], chance: random.Random) -> Tensor:
         network = self.network
         versions = [chance.choice(placing.versions) for placing in placings]
-        tokens = self._read(versions, chance)
-        there = attributes_in_rooms(
-            [placing.things(version) for placing, version in zip(placings, versions, strict=True)]
-        )
-        values = network.room(network.reading, network.reading(tokens), tokens, there)
-        right = torch.tensor([placing.view.target[1] * COLUMNS + placing.view.target[0] for placing in placings])
-        return functional.cross_entropy(values, right)
+        tokens = self._draw_tokens(versions, chance)
+        rooms = [placing.things(version) for placing, version in zip(placings, versions, strict=True)]
+        logits = network.room(network.reading, network.reading(tokens), tokens, attributes_in_rooms(rooms))
+        targets = torch.tensor([placing.view.target[1] * COLUMNS + placing.view.target[0] for placing in placings])
+        return functional.cross_entropy(logits, targets)
 
-    def _read(self, versions: Sequence[InstructionVersion], chance: random.Random) -> Tensor:
-        """Return the token ids of texts, each in one of its languages, chosen uniformly, (B, T)."""
+    def _draw_tokens(self, versions: Sequence[InstructionVersion], chance: random.Random) -> Tensor:
+        """Return the token ids of each instruction in one of its languages, chosen uniformly, (B, T)."""
         there = [[language for language in self._languages if language in version.texts] for version in versions]
         return self._tokens([version.texts[chance.choice(each)] for version, each in zip(versions, there, strict=True)])
 
