@@ -1,5 +1,7 @@
-"""Agent that remembers landmarks and free ground, and chooses waypoints on what it remembers by a learned policy: all
-that it sees and reads is learned as well. It needs the extra `torch`."""
+"""Agent that keeps a map of landmarks and free ground, and chooses waypoints on it by a learned policy (extra `torch`).
+
+Perception and reading of instructions are learned as well.
+"""
 
 from arramon_agents.requirements import PLAYING, require
 from arramon_client.agent import Agent
@@ -18,15 +20,16 @@ def make_agent(
     looks: bool = True,
     sums: bool = True,
 ) -> Agent:
-    """Return the agent with the shipped weights, or with others.
+    """Return the agent, with the shipped weights or others.
 
     Args:
-        weights: a file written by `arramon-train --agent vl_map`.
-        sensor: "rgb" to see by RGB and depth alone, "segmentation" to see without errors.
+        weights: a file written by `arramon-train --agent vl_map`; None for the shipped one.
+        sensor: "rgb" to perceive by the visual encoder, from RGB and depth; "segmentation" for perfect perception.
         reader: a file written by `arramon-train --agent reader` or `reader_tuning`; None for the shipped reader.
-        mirror: whether the policy is asked about the mirror image too.
-        looks: whether it turns around at first, and looks to either side before a decision.
-        sums: whether what each view says of a thing is summed; if not, the largest view names it. With RGB alone.
+        mirror: whether to average the policy over the input and its mirror image.
+        looks: whether to turn around at the start, and to look to both sides before a decision.
+        sums: whether to sum log probabilities over all views of a thing; otherwise its largest view names it. Only
+            with the sensor "rgb".
 
     Raises:
         AgentLoadError: if the extra is not installed, there is no such sensor, or the weights cannot be read.

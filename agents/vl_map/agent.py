@@ -1,4 +1,4 @@
-"""The agent `vl_map` in two versions: with the visual encoder, or with the sensor segmentation."""
+"""The agent `vl_map`: a version with the visual encoder, and one with the sensor segmentation."""
 
 from functools import partial
 
@@ -23,15 +23,15 @@ NAME = "vl_map"
 
 
 class SeeingAgent(MapAgent):
-    """Agent with learned perception, reading and navigation, from RGB and depth alone.
+    """Agent with learned perception, reading, navigation and placement, from RGB and depth alone.
 
     Args:
         policy: chooses waypoints.
-        placement: finds cells of the room.
+        placement: finds the target cell of the room.
         eyes: visual encoder; None for the shipped one.
-        reader: of instructions; None for the shipped one.
-        looks: whether it looks around in the streets.
-        sums: whether what each view says of a thing is summed.
+        reader: reader of instructions; None for the shipped one.
+        looks: whether to look around while navigating.
+        sums: whether to sum log probabilities over all views of a thing.
     """
 
     name = NAME
@@ -63,13 +63,13 @@ class SeeingAgent(MapAgent):
 
 
 class SegmentationAgent(MapAgent):
-    """The same agent with the sensor segmentation in place of the visual encoder.
+    """`SeeingAgent` with the sensor segmentation in place of the visual encoder.
 
     Args:
         policy: chooses waypoints.
-        placement: finds cells of the room.
-        reader: of instructions.
-        looks: whether it looks around in the streets.
+        placement: finds the target cell of the room.
+        reader: reader of instructions.
+        looks: whether to look around while navigating.
     """
 
     name = NAME
@@ -90,5 +90,5 @@ class SegmentationAgent(MapAgent):
 def follow_policy(
     policy: MapPolicy, body: AgentBody, meaning: Navigation, turn: int, *, looks: bool = True
 ) -> NextAction:
-    """Return what plays a navigation phase, by a policy."""
+    """Return a function that plays a navigation phase by a policy."""
     return MapNavigator(body, rows_of(meaning), policy.choose, turn, looks=looks).act

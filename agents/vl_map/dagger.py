@@ -1,4 +1,4 @@
-"""Training of the policy of `vl_map`: imitation on simulated walks, then on walks of its own (DAgger)."""
+"""Training of the policy of `vl_map`: imitation on simulated walks along paths, then DAgger."""
 
 import json
 import random
@@ -32,7 +32,7 @@ DECAY = 0.01
 """Weight decay."""
 
 PERFECT = 0.25
-"""Share of walks without errors of seeing; the other walks have half to one and a half times the usual error rates."""
+"""Share of walks without perception errors; the others have 0.5 to 1.5 times the measured error rates."""
 
 
 @dataclass(frozen=True)
@@ -40,11 +40,11 @@ class TrainedPolicy:
     """Result of a training.
 
     Attributes:
-        network: in evaluation mode.
-        updates: number of training steps.
-        cpu_seconds: processor time of walks and training.
-        description: of the training data.
-        data_hash: of the training split.
+        network: the trained network, in evaluation mode.
+        updates: number of updates.
+        cpu_seconds: processor time of walks and updates.
+        description: description of the training data.
+        data_hash: hash of the training split.
     """
 
     network: PolicyNetwork
@@ -58,8 +58,8 @@ def train_policy(recipe: MapRecipe, workspace: Workspace, report: Report) -> Tra
     """Train the policy, resuming from walks and checkpoints in the output folder.
 
     Raises:
-        ArraMonError: if the data folder does not have what is needed.
-        ValueError: if walks or checkpoints are of another recipe or other data.
+        ArraMonError: if the data folder lacks a split or a language.
+        ValueError: if walks or checkpoints belong to another recipe or other data.
     """
     recipe = replace(recipe, precision=usable_precision(recipe.precision, "cpu", report))
     walks = SimulatedWalks(recipe, workspace, report)
@@ -105,17 +105,17 @@ def train_policy(recipe: MapRecipe, workspace: Workspace, report: Report) -> Tra
 
 
 class SimulatedWalks:
-    """Labelled decisions of simulated walks, made once and kept in files of the output folder.
+    """Labelled decisions of simulated walks, cached in files of the output folder.
 
     Args:
-        recipe: all settings.
-        workspace: with the data folder and the output folder.
+        recipe: all training settings.
+        workspace: has the data folder and the output folder.
         report: receives lines of progress.
 
     Attributes:
-        data_hash: of the training split.
-        identity: of the recipe and the data from which walks follow.
-        cpu_seconds: processor time that the walks took.
+        data_hash: hash of the training split.
+        identity: recipe and data that determine the walks.
+        cpu_seconds: processor time spent on the walks.
     """
 
     def __init__(self, recipe: MapRecipe, workspace: Workspace, report: Report) -> None:
@@ -133,16 +133,16 @@ class SimulatedWalks:
         return self._part(0, self._walk_along_paths)
 
     def by_itself(self, number: int, network: PolicyNetwork) -> Arrays:
-        """Return the decisions of a round of walks of the policy by itself.
+        """Return the decisions of a DAgger round, in which the policy walks.
 
         Args:
-            number: of the round, from 1 on.
-            network: of the policy.
+            number: number of the round, from 1 on.
+            network: network of the policy.
         """
         return self._part(number, partial(self._walk_by_itself, number, network))
 
     def _part(self, number: int, make: Callable[[], list[LabelledDecision]]) -> Arrays:
-        """Return decisions from the file of this number, or make them."""
+        """Return the decisions of a round from its file; if there is none, make them and write the file."""
         path = self._output / f"{NAME}.walks-{number}{SUFFIX}"
         if not path.exists():
             began = time.process_time()
@@ -182,13 +182,13 @@ class SimulatedWalks:
 def walk_turns(
     pair: tuple[Course, Course], reading: int, seed: Sequence[int], policy: MapPolicy | None = None
 ) -> tuple[list[LabelledDecision], int]:
-    """Walk both turns of an episode, the second from where the first ended.
+    """Walk both turns of an episode; the second starts where the first ended.
 
     Args:
-        pair: courses of the turns.
-        reading: number of the first turn's reading; the second has the next one.
-        seed: of the faults of seeing, and of wrong turns.
-        policy: that walks; None for walks along the paths.
+        pair: courses of the two turns.
+        reading: index of the first turn's reading; the second turn uses the next one.
+        seed: seed of perception errors and of random detours.
+        policy: policy that walks; None for walks along the paths.
 
     Returns:
         The decisions, and the number of targets that were picked up.
@@ -198,7 +198,7 @@ def walk_turns(
     decided: list[LabelledDecision] = []
     picked, body = 0, None
     for course in pair:
-        # Each turn with another reading, the first not always with what was meant.
+        # The two turns use different readings.
         rows = course.readings[(reading + course.turn) % len(course.readings)]
         if policy is None:
             walked = walk(course, rows, faults, draws, body=body)

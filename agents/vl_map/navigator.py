@@ -1,4 +1,4 @@
-"""Player of one navigation phase by a policy: look around, choose a waypoint, walk there on the agent's map."""
+"""Player of one navigation phase by a policy: look around, choose a waypoint or landmark, plan a path to it, repeat."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -19,30 +19,30 @@ from arramon_client.agent import Action
 from arramon_client.world import HEADINGS
 
 MOVES = 3
-"""Largest number of moves between two decisions."""
+"""Maximum number of moves between two decisions."""
 
 ARRIVED = 0.75
-"""Distance to a waypoint that counts as reached, in units."""
+"""Distance to a waypoint at which it counts as reached, in units."""
 
 TRIED = 8
-"""Number of options to try, the best first, before turning on the spot."""
+"""Number of options to try, best first, before turning on the spot."""
 
 LOOK = (Action.LEFT, Action.RIGHT, Action.RIGHT, Action.LEFT)
-"""Actions of a look to either side."""
+"""Actions that look to both sides."""
 
 RESERVE = 70
 """Steps reserved for walking: with fewer left, the agent no longer looks around."""
 
 Choose = Callable[[PolicyInput, Sequence[Belief]], npt.NDArray[np.float32]]
-"""Returns the value of each option for an input; the highest is taken."""
+"""Policy: returns a score for each option; the highest is taken."""
 
 
 class Decision(NamedTuple):
-    """A decision that was taken.
+    """A decision that was made.
 
     Attributes:
-        sample: the policy's input.
-        beliefs: its landmarks.
+        sample: input of the policy.
+        beliefs: landmarks in the input.
         option: the chosen option.
     """
 
@@ -56,13 +56,13 @@ class MapNavigator:
 
     Args:
         body: the agent's pose, map and landmarks.
-        rows: of the instruction, as read.
+        rows: rows of the parsed instruction.
         choose: the policy.
         turn: 1 or 2.
-        looks: whether it turns around at first, and looks to either side before a decision.
+        looks: whether to turn around at the start, and to look to both sides before a decision.
 
     Attributes:
-        decision: the latest; None before the first.
+        decision: the latest decision; None before the first.
     """
 
     def __init__(self, body: AgentBody, rows: Sequence[Row], choose: Choose, turn: int, *, looks: bool = True) -> None:
@@ -100,7 +100,7 @@ class MapNavigator:
         return self._plan.pop(0)
 
     def _follow(self) -> None:
-        """Add a move to the trace; a failed pick-up is not tried again."""
+        """Extend the trace if the agent moved, and remember a failed pick-up, which is not tried again."""
         body = self._body
         x, z, _ = self._trace[-1]
         if math.hypot(body.x - x, body.z - z) > 0.1:
@@ -116,7 +116,7 @@ class MapNavigator:
         return can_step(self._body.ground, *self._body.pose)
 
     def _decide(self, steps_left: int) -> list[Action]:
-        """Return the actions of the best option for which there is a plan."""
+        """Return the actions of the best option that has a plan."""
         moment = AgentKnowledge(self._body.ground, self._trace, self._beliefs(), steps_left, self._turn)
         sample, beliefs = policy_input(self._rows, moment)
         values = self._choose(sample, beliefs)
@@ -135,7 +135,7 @@ class MapNavigator:
         return [belief for belief in beliefs if (belief.mark.x, belief.mark.z) not in self._missed]
 
     def _plan_for(self, option: int, beliefs: Sequence[Belief]) -> list[Action]:
-        """Return the actions of an option; empty if there is no plan."""
+        """Return the actions that carry out an option; empty if there is no plan."""
         if option < WAYPOINTS:
             direction, distance = divmod(option, len(DISTANCES))
             angle = self._body.angle + direction * (2.0 * math.pi / DIRECTIONS)

@@ -1,4 +1,4 @@
-"""The trained policy: the value of each option for an input; the file of its network and of the placer's."""
+"""Trained policy of `vl_map`: log probabilities of the options; saving and loading the agent's networks."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
@@ -22,11 +22,11 @@ _MIRRORED = -np.arange(DIRECTIONS) % DIRECTIONS
 
 
 class MapPolicy:
-    """Values options by a network, from a sample and from its mirror image.
+    """Policy that averages a network over an input and its mirror image.
 
     Args:
-        network: trained, in evaluation mode.
-        mirrored: whether the mirror image is used.
+        network: trained network, in evaluation mode.
+        mirrored: whether to use the mirror image too.
     """
 
     def __init__(self, network: PolicyNetwork, *, mirrored: bool = True) -> None:
@@ -34,7 +34,7 @@ class MapPolicy:
 
     @torch.inference_mode()
     def choose(self, sample: PolicyInput, beliefs: Sequence[Belief]) -> npt.NDArray[np.float32]:  # noqa: ARG002
-        """Return the values of all options, (OPTIONS,): log-probabilities, the mean of both."""
+        """Return the log probabilities of all options, (OPTIONS,), averaged over the input and its mirror image."""
         if not self._mirrored:
             alone: npt.NDArray[np.float32] = self._network(batch_of([sample])).log_softmax(1)[0].numpy()
             return alone
@@ -45,11 +45,11 @@ class MapPolicy:
 
 
 class Networks(NamedTuple):
-    """The agent's own trained networks.
+    """The agent's own trained networks; field names are prefixes of tensor names.
 
     Attributes:
-        policy: chooses waypoints in the street.
-        placer: finds the target cell of the room.
+        policy: chooses options while navigating.
+        placer: predicts the target cell of the room.
     """
 
     policy: PolicyNetwork
@@ -66,7 +66,7 @@ def read_policy(path: Path) -> tuple[Networks, dict[str, Any]]:
     """Return the networks of a file, in evaluation mode, and their metadata.
 
     Raises:
-        BadWeights: if the file is not readable.
+        BadWeights: if the file cannot be read.
     """
     file = read_weights_file(path, "agents.vl_map", FORMAT)
     sizes = file.sizes("sizes", PolicySizes)

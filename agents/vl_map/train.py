@@ -1,4 +1,4 @@
-"""Training of `vl_map`: its policy and its network for rooms, validation by rollouts, weights and model card."""
+"""Training of `vl_map`: policy and placement network, validation by rollouts, weights and model card."""
 
 import json
 import math
@@ -41,17 +41,17 @@ LIMITS = """\
 
 
 ROOM_PASSES, ROOM_BATCH, ROOM_RATE, ROOM_DECAY = 30, 64, 0.03, 1e-4
-"""Of the room's network: epochs, batch size, first learning rate, weight decay."""
+"""Training of the placement network: epochs, batch size, initial learning rate, weight decay."""
 
 
 def train(recipe: MapRecipe, workspace: Workspace, report: Report) -> Path:
     """Train, resuming from walks and checkpoints if there are any; return the path of the weights.
 
-    The model card is beside them.
+    The model card is written to the same folder.
 
     Raises:
-        ArraMonError: if the data folder does not have what is needed.
-        ValueError: if the output folder holds walks or a checkpoint of another recipe or other data.
+        ArraMonError: if the data folder lacks a split or a language.
+        ValueError: if the output folder has walks or a checkpoint of another recipe or other data.
     """
     prepare_process()
     workspace.output.mkdir(parents=True, exist_ok=True)
@@ -82,15 +82,15 @@ def train(recipe: MapRecipe, workspace: Workspace, report: Report) -> Path:
 
 
 def train_rooms(tasks: Sequence[RoomExample], seed: int, passes: int = ROOM_PASSES) -> tuple[PlacementNetwork, float]:
-    """Train the network that finds the cell of the room; this takes less than a minute, and has no checkpoints.
+    """Train the placement network. This takes less than a minute, so there are no checkpoints.
 
     Args:
-        tasks: training tasks.
-        seed: of weights, order, the choice of readings, and misnamed things.
+        tasks: training examples.
+        seed: seed of initial weights, order, choice of readings, and misnamed objects.
         passes: number of epochs.
 
     Returns:
-        The network, in evaluation mode, and the seconds of processor time that it took.
+        The network, in evaluation mode, and the processor time in seconds.
     """
     torch.manual_seed(seed)
     network = PlacementNetwork()
