@@ -1,8 +1,8 @@
 """Placement network of `vl_grounded`: predicts the target cell of the assembly room.
 
-An LSTM attends to the instruction in STEPS steps. Each step matches the objects in the room with words that name one, and
-predicts the offset of the target cell from it: a logit for each difference of columns and rows. The sums over steps are
-the logits of the cells.
+An LSTM attends to the instruction in STEPS steps. Each step matches the objects in the room with words that name one,
+and predicts the offset of the target cell from it: a logit for each difference of columns and rows. Summed over steps,
+they are the logits of the cells.
 
 Shapes in comments: B batch size, T tokens, H hidden size of a word (192), N = 20 cells.
 """

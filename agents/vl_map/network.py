@@ -113,7 +113,7 @@ class _Layer(nn.Module):
         self.told = nn.Linear(width, width)
         self.inner = nn.Sequential(nn.Linear(width, sizes.inner), nn.GELU(), nn.Linear(sizes.inner, width))
         self.dropout = nn.Dropout(sizes.dropout)
-        # For each head: scale of the bias from rows to landmarks, and from landmarks to rows, by first and second thing.
+        # Bias scale by head: of rows for landmarks, and of landmarks for rows, by first and second thing.
         self.bias = nn.Parameter(torch.linspace(0.0, 3.0, sizes.heads)[:, None].repeat(1, 4))
 
     def forward(self, tokens: Tensor, mask: Tensor, match: Tensor) -> Tensor:

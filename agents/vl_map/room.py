@@ -26,7 +26,7 @@ MASKED_LOGIT = -30.0
 
 CELLS: tuple[Cell, ...] = tuple((column, row) for column in range(COLUMNS) for row in range(ROWS))
 ACROSS, MIDDLES = 2 * (COLUMNS - 1) + 1, 4 * (COLUMNS - 1) + 1
-"""Number of different offsets along an axis: between two cells, and between a cell and a midpoint of two (half cells)."""
+"""Number of different offsets along an axis: between two cells, and from a midpoint of two (half cells)."""
 
 THING, WALL, YOU = range(3)
 _RELATIONS = len(SLOTS["relation"])
@@ -122,11 +122,9 @@ class PlacementNetwork(nn.Module):
         logits = self.anywhere[_offset_index(own)].expand(len(turns), -1, -1)  # (B, Q, C)
         relation, exactly, kind = relations.unbind(2)
         is_on_top = (relation == _ON_TOP).any(1).long()
-        values = values + self.filled[is_on_top[:, None], heights.clamp(max=3)][:, None]
-        meant = (
-            -(differs * self.against.abs()).sum(4) + torch.where(marks[:, :, 2] > 0, 0.0, MASKED_LOGIT)[:, None, None]
-        )
-        meant = meant.log_softmax(3)  # (B, R, 2, N)
+        logits = logits + self.filled[is_on_top[:, None], heights.clamp(max=3)][:, None]
+        padding = torch.where(marks[:, :, 2] > 0, 0.0, MASKED_LOGIT)[:, None, None]
+        reference = (-(differs * self.against.abs()).sum(4) + padding).log_softmax(3)  # (B, R, 2, N)
         for number in range(MAX_RELATIONS):
             which = relation[:, number], exactly[:, number]
             by_thing = _gather(self.of_thing[which], _offset_index(offsets))  # (B, Q, N, C)

@@ -229,7 +229,7 @@ def test_walks_of_another_recipe_are_refused(data: Path, tmp_path: Path, capsys:
     ]
     assert train.main(command) == 0
     assert train.main([*command, "--seed", "2"]) == 1
-    assert "follows from another recipe or other data" in capsys.readouterr().err
+    assert "was made with another recipe or other data" in capsys.readouterr().err
 
 
 @pytest.mark.usefixtures("package")
