@@ -1,7 +1,7 @@
-"""Demonstrations of the expert, as image features and actions, rendered once and cached on disk.
+"""Demonstrations of the expert, as visual features and actions, rendered once and cached on disk.
 
-Images are not kept: rendering a frame is faster than reading a JPEG. The cache has one file for each episode, and a
-killed collection resumes where it stopped.
+Images are not stored: rendering a frame is faster than reading a JPEG. The cache has one file per episode, so an
+interrupted collection resumes where it stopped.
 """
 
 import hashlib
@@ -27,12 +27,13 @@ from arramon_client.environments.players import open_backend
 from arramon_client.world import ASSEMBLY, NAVIGATION, PHASES
 
 ROOMS = "drawn_rooms"
-"""Name of the split of generated tasks in the room alone."""
+"""Name of the split of generated tasks in the assembly room only."""
 
 ROOM_PREFIX = "room-"
-"""Prefix of the ids of its episodes."""
+"""Prefix of episode ids of the split ROOMS."""
 
 EXPERT = "reference"
+"""Name of the expert that is imitated."""
 
 
 @dataclass(frozen=True)
@@ -40,10 +41,10 @@ class PhaseDemonstration:
     """One phase played by the expert.
 
     Attributes:
-        episode_id, turn, phase: which it is.
-        texts: its instruction by language.
-        actions: the expert's, (S,) uint8.
-        features: of the images before them, (S, 7, 7, C) uint8; quantised.
+        episode_id, turn, phase: episode, turn and name of the phase.
+        texts: instruction by language.
+        actions: actions of the expert, (S,) uint8.
+        features: quantised visual features before each action, (S, 7, 7, C) uint8.
     """
 
     episode_id: str
@@ -53,24 +54,24 @@ class PhaseDemonstration:
     actions: npt.NDArray[np.uint8]
     features: npt.NDArray[np.uint8]
 
-    def read_in(self, languages: Sequence[str]) -> list[str]:
-        """Return its instructions in some languages, as far as it has them."""
+    def texts_in(self, languages: Sequence[str]) -> list[str]:
+        """Return the instructions in those of the languages that it has."""
         return [self.texts[language] for language in languages if language in self.texts]
 
 
 @dataclass(frozen=True)
 class DemonstrationSource:
-    """The episodes to demonstrate, and with which visual encoder.
+    """Episodes to demonstrate, and the visual encoder of their features.
 
     Attributes:
-        data: the data folder.
+        data: data folder.
         split: name of the split, or ROOMS.
-        languages: of the instructions; each episode has the first, and the others as far as there are texts.
+        languages: languages of the instructions. Every episode must have the first; the others are optional.
         encoder: name of the visual encoder; empty for no images, with C = 0.
-        episodes: number of episodes, in playing order; 0 for all. Of ROOMS, number of seeds from `first` on.
-        first: the first seed of ROOMS.
-        every: 2 for every second episode in playing order, the second, fourth and so on; 1 for all. `episodes` counts
-            those that are left. No effect on ROOMS.
+        episodes: number of episodes, in playing order; 0 for all. For ROOMS, number of seeds from `first` on.
+        first: first seed of ROOMS.
+        every: take every n-th episode in playing order, from the n-th on; 1 for all. `episodes` counts the remaining
+            ones. No effect on ROOMS.
     """
 
     data: Path
@@ -128,7 +129,7 @@ def read_demonstrations(path: Path) -> list[PhaseDemonstration]:
 
 
 def without_features(demonstration: PhaseDemonstration) -> PhaseDemonstration:
-    """Return a demonstration without features, (S, 7, 7, 0)."""
+    """Return a demonstration with 0 feature channels, (S, 7, 7, 0)."""
     return replace(demonstration, features=np.zeros((len(demonstration.actions), GRID, GRID, 0), np.uint8))
 
 
@@ -190,7 +191,7 @@ def backend_of(source: DemonstrationSource) -> Backend:
 def settings_of(
     source: DemonstrationSource, language: str, size: int = 0, phases: tuple[str, ...] = PHASES
 ) -> Settings:
-    """Return the player's settings for a source, with images of a size, or without images if it is 0."""
+    """Return the player's settings for a source; `size` is the side length of images, 0 for no images."""
     if source.split == ROOMS:
         phases = (ASSEMBLY,)
     return Settings(
@@ -206,7 +207,7 @@ def settings_of(
 
 @dataclass(frozen=True)
 class _Renderer:
-    """State of one rendering process: the encoder, a player with images, and one without for each other language."""
+    """State of a rendering process: visual encoder, a player with images, a player without for each other language."""
 
     encoder: VisualEncoder | None
     player: Player
@@ -254,16 +255,16 @@ def _play_expert(
     return found
 
 
-def _add_texts(played: Sequence[PhaseDemonstration], reader: Player, language: str) -> None:
-    """Add the instructions of another language, if they describe the same task: the same actions in every phase."""
+def _add_texts(played: Sequence[PhaseDemonstration], player: Player, language: str) -> None:
+    """Add the instructions in another language if they describe the same task: the same actions in every phase."""
     texts: dict[tuple[int, str], str] = {}
     actions: dict[tuple[int, str], list[int]] = {}
-    observation: Observation | None = reader.begin(played[0].episode_id, 0)
+    observation: Observation | None = player.begin(played[0].episode_id, 0)
     while observation is not None:
         phase = observation.turn, observation.phase
         texts[phase] = observation.instruction
-        actions.setdefault(phase, []).append(action := reader.expert_action())
-        observation = reader.step(action).observation
+        actions.setdefault(phase, []).append(action := player.expert_action())
+        observation = player.step(action).observation
     if all(actions.get((each.turn, each.phase)) == each.actions.tolist() for each in played):
         for each in played:
             each.texts[language] = texts[each.turn, each.phase]

@@ -1,4 +1,4 @@
-"""The training loop: updates, learning-rate schedule, averaged weights, validation, checkpoints, log."""
+"""Training loop shared by all networks: updates, averaged weights, validation, checkpoints, TensorBoard log."""
 
 import math
 import time
@@ -35,8 +35,8 @@ class Loss(NamedTuple):
     """Loss of one step.
 
     Attributes:
-        total: the scalar that is minimised.
-        parts: scalars for the log, by name.
+        total: scalar to minimise.
+        parts: further scalars for the log, by name.
     """
 
     total: Tensor
@@ -44,15 +44,15 @@ class Loss(NamedTuple):
 
 
 class TrainingTask(Protocol):
-    """What differs between trainings: a network, and its loss on a batch of data."""
+    """Interface of a training task: a network, and its loss on a batch of data."""
 
     @property
     def network(self) -> nn.Module:
-        """The network to be trained."""
+        """Network to train."""
         ...
 
     def loss(self, step: int) -> Loss:
-        """Return the loss on the batch of a step, which follows from the step's number alone."""
+        """Return the loss on the batch of a step; the step's number determines the batch."""
         ...
 
 
@@ -61,18 +61,18 @@ class TrainerSettings:
     """Settings of a training loop.
 
     Attributes:
-        name: of checkpoint and log.
+        name: name of checkpoint and log.
         steps: total number of updates.
         rate: learning-rate schedule.
-        seed: of dropout. Tasks have seeds of their own.
+        seed: seed of dropout; tasks have seeds of their own.
         decay: weight decay of AdamW.
-        clip: largest norm of the gradient.
-        average: share of the averaged weights that an update keeps; 0 for no average. It changes no update.
+        clip: maximum gradient norm.
+        average: decay of the running average of the weights; 0 for no average. It does not affect updates.
         validate_steps: updates between two validations.
         checkpoint_steps: updates between two checkpoints.
-        chosen_by: metric by which the weights of a part of the network are chosen, by the prefix of the part's tensor
-            names. All others are those of the last update.
-        identity: what must match to resume from a checkpoint.
+        chosen_by: metric that selects the best weights of a part of the network, by the prefix of its tensor names.
+            The weights of other parts are those of the last update.
+        identity: recipe and data, which must match to resume from a checkpoint.
     """
 
     name: str
@@ -93,17 +93,17 @@ class Trainer:
 
     Args:
         task: network, data and loss.
-        settings: of the loop.
-        output: folder of checkpoint and log; None for neither.
+        settings: settings of the loop.
+        output: folder of checkpoint and log; None to write neither.
         report: receives lines of progress.
-        validate: returns scores of the task's network, which is in evaluation mode and has the averaged weights; None
-            for no validation.
+        validate: returns scores of the network, which is in evaluation mode with the averaged weights; None for no
+            validation.
         keep: called after each validation, for example to write the best weights.
 
     Attributes:
         step: number of updates so far.
-        losses: of every update so far.
-        cpu_seconds: processor time that updates and validations took.
+        losses: loss of every update so far.
+        cpu_seconds: processor time of updates and validations.
         scores: best score so far of each metric by which weights are chosen.
     """
 
@@ -127,13 +127,13 @@ class Trainer:
         self._best: dict[str, Tensor] = {}
 
     def run(self, until: int | None = None) -> None:
-        """Train up to a step, at first resuming from a checkpoint if there is one.
+        """Train up to a step, resuming from a checkpoint if there is one.
 
         Args:
-            until: number of the step; None for the last one.
+            until: number of updates to stop at; None for all.
 
         Raises:
-            OtherTraining: if the checkpoint is of another recipe, of other data, or of another version.
+            OtherTraining: if the checkpoint belongs to another recipe, other data, or another version.
             BadWeights: if it cannot be read.
         """
         end = self.settings.steps if until is None else until
@@ -152,13 +152,13 @@ class Trainer:
                     self._report_progress(left)
 
     def update(self, rate: float | None = None) -> dict[str, float]:
-        """Do one update, and return its losses by name, "total" among them.
+        """Do one update, and return its losses by name, including "total".
 
         Args:
-            rate: learning rate; None for that of the schedule.
+            rate: learning rate; None to use the schedule.
         """
         settings, network = self.settings, self.network.train()
-        torch.manual_seed(settings.seed * 1_000_003 + self.step)  # Of dropout: the same after resuming.
+        torch.manual_seed(settings.seed * 1_000_003 + self.step)  # The same dropout after resuming.
         for group in self._optimizer.param_groups:
             group["lr"] = settings.rate(self.step) if rate is None else rate
         loss = self.task.loss(self.step)
@@ -186,9 +186,10 @@ class Trainer:
         return scores
 
     def weights(self) -> dict[str, Tensor]:
-        """Return the result so far, on the CPU: the best weights of parts that are chosen, the averaged ones of others.
+        """Return the resulting weights so far, on the CPU.
 
-        Without an average these are the weights of the last update.
+        They are the best weights of parts that a metric selects, and the averaged weights (the last ones if there is no
+        average) of all others.
         """
         last = self._average or self.network.state_dict()
         return {name: value.detach().cpu() for name, value in last.items()} | self._best
@@ -216,7 +217,7 @@ class Trainer:
         """Resume from the checkpoint, if there is one.
 
         Raises:
-            OtherTraining: if it is of another recipe, of other data, or of another version.
+            OtherTraining: if it belongs to another recipe, other data, or another version.
             BadWeights: if it cannot be read.
         """
         path = None if self._output is None else find_checkpoint(self._output, self.settings.name)
@@ -237,7 +238,7 @@ class Trainer:
         self._report(f"{self.settings.name}: resumes at step {self.step} of {self.settings.steps}")
 
     def _advance(self) -> dict[str, float]:
-        """Do one update, validate if it is time, and return scalars for the log."""
+        """Do one update, validate if it is due, and return scalars for the log."""
         began = time.process_time()
         scalars = {f"loss/{name}": value for name, value in self.update().items()}
         if self.step % self.settings.validate_steps == 0 or self.step == self.settings.steps:
@@ -256,7 +257,7 @@ class Trainer:
 
     @contextmanager
     def _averaged_network(self) -> Iterator[nn.Module]:
-        """The network in evaluation mode, with the averaged weights in place of the last ones."""
+        """Yield the network in evaluation mode with the averaged weights, then restore its weights."""
         own = {name: value.clone() for name, value in self.network.state_dict().items()}
         self.network.load_state_dict(self._average or own)
         try:

@@ -1,4 +1,4 @@
-"""Where a training reads and writes."""
+"""Folders, processes and device of a training: settings that do not change its result."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -10,15 +10,15 @@ Report = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Workspace:
-    """Where training reads and writes; nothing of it changes the outcome.
+    """Folders, processes and device of a training; none of them changes its result.
 
     Attributes:
-        data: the data folder.
-        cache: folder of the drawn demonstrations.
+        data: data folder.
+        cache: cache folder of rendered demonstrations.
         output: folder of checkpoints, logs and weights.
-        processes: number of processes that draw demonstrations.
+        processes: number of processes that render demonstrations.
         checkpoint_steps: updates between two checkpoints.
-        device: of torch, for agents that are trained on another one than the processor.
+        device: torch device; only some trainings can use another one than the CPU.
     """
 
     data: Path

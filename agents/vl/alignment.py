@@ -30,7 +30,7 @@ def other_texts(
     """
     rows, others = [], []
     for row, (each, text) in enumerate(zip(demonstrations, texts, strict=True)):
-        there = [other for other in each.read_in(languages) if other != text]
+        there = [other for other in each.texts_in(languages) if other != text]
         if there:
             rows.append(row)
             others.append(chance.choice(there))

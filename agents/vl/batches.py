@@ -117,4 +117,4 @@ def action_loss(logits: Tensor, batch: ImitationBatch, pick_up: float = 1.0) -> 
 
 def draw_text(demonstration: PhaseDemonstration, languages: Sequence[str], chance: random.Random) -> str:
     """Return the instruction in one of the languages, chosen uniformly."""
-    return chance.choice(demonstration.read_in(languages))
+    return chance.choice(demonstration.texts_in(languages))

@@ -97,7 +97,7 @@ class Imitation:
         torch.manual_seed(recipe.seed)
         recipe = replace(recipe, precision=usable_precision(recipe.precision, workspace.device, report))
         self.recipe, self._workspace, self._report, self._demonstrations = recipe, workspace, report, demonstrations
-        texts = [text for each in demonstrations for text in each.read_in(recipe.texts)]
+        texts = [text for each in demonstrations for text in each.texts_in(recipe.texts)]
         self.policy = initial_policy(recipe, texts, workspace, report)
         task = ImitationTask(recipe, self.policy, demonstrations, workspace.device)
         settings = TrainerSettings(
