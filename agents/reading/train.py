@@ -1,4 +1,4 @@
-"""Training of the shipped SentencePiece model: one unigram model for all languages, on a split's instructions."""
+"""Training of the shipped SentencePiece model, one for all languages, on the instructions of a split."""
 
 from pathlib import Path
 

@@ -45,8 +45,8 @@ class TrainingCheckpoint:
         step: number of updates so far.
         cpu_seconds: processor time of updates and validations.
         scores: best score so far of each metric by which weights are chosen.
-        tensors: by group (GROUPS) and name: the network's weights, the optimizer's state, averaged weights, weights with
-            the best scores, and the loss of every update, (step,) float64.
+        tensors: by group (GROUPS) and name: the network's weights, optimizer state, averaged weights, weights with the
+            best scores, and the loss of every update, (step,) float64.
     """
 
     step: int

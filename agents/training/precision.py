@@ -24,12 +24,12 @@ def has_bfloat16(device: str) -> bool:
 
 
 def usable_precision(precision: str, device: str, report: Callable[[str], None]) -> str:
-    """Return a precision that a device has: "float32" in place of "bfloat16" where it does not have that.
+    """Return the precision, or "float32" if the device does not support "bfloat16".
 
     Args:
         precision: "float32" or "bfloat16".
-        device: of torch.
-        report: receives a line if another precision than the wanted one is taken.
+        device: name of a torch device.
+        report: receives a line if the precision is replaced.
     """
     if precision != BFLOAT16 or has_bfloat16(device):
         return precision

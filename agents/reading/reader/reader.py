@@ -1,4 +1,4 @@
-"""Reads instructions by a trained network, as meanings; the network's file."""
+"""The learned reader at play: from instructions to meanings; saving and loading its network."""
 
 from dataclasses import asdict
 from functools import lru_cache
@@ -21,11 +21,11 @@ CACHED = 512
 
 
 class LearnedReader:
-    """Reads instructions as meanings, in any language of its training, without being given the language.
+    """Parses instructions to meanings, in any language of its training; the language need not be given.
 
     Args:
-        network: trained, in evaluation mode.
-        vocabulary: the one of its training.
+        network: trained network, in evaluation mode.
+        vocabulary: vocabulary of the network.
     """
 
     def __init__(self, network: ReaderNetwork, vocabulary: Vocabulary) -> None:
@@ -33,7 +33,7 @@ class LearnedReader:
         self._rows = lru_cache(CACHED)(self._read)
 
     def read(self, text: str, phase: str) -> Meaning:
-        """Return the meaning of an instruction, as far as it was understood.
+        """Return the meaning of an instruction, without inconsistent parts.
 
         Args:
             text: the instruction.

@@ -1,4 +1,4 @@
-"""Training of the learned reader: on generated texts in every language, and fine-tuned on people's."""
+"""Training of the learned reader on generated texts in every language, and fine-tuning on people's texts."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
@@ -27,7 +27,7 @@ NAME, TUNING = "reader", "reader_tuning"
 """Names of checkpoint and log."""
 
 HELD_OUT = 10
-"""Of so many episodes of the split one is held out for validation."""
+"""One in HELD_OUT episodes of the split is held out for validation."""
 
 DECAY = 0.0001
 """Weight decay."""
@@ -65,7 +65,7 @@ def train(recipe: ReaderRecipe | TuningRecipe, workspace: Workspace, report: Rep
 
 
 def _examples(recipe: ReaderRecipe, data: Path) -> tuple[Examples, Examples, Vocabulary]:
-    """Return the examples to learn from, those for validation, from other episodes, and the words of the former."""
+    """Return training examples, validation examples from other episodes, and the vocabulary of the training texts."""
     given = read_samples(data, recipe.split)
     each = 4 * len(lang.available())  # Texts of an episode.
     parts = [number // each % HELD_OUT == 0 for number in range(len(given))]
@@ -80,7 +80,7 @@ def _examples(recipe: ReaderRecipe, data: Path) -> tuple[Examples, Examples, Voc
 
 
 def examples_of(samples: Sequence[TextSample], vocabulary: Vocabulary) -> Examples:
-    """Return samples as numbers; those with more rows than a reader can say are left out."""
+    """Encode samples as ids; those with too many rows for the reader are left out."""
     texts, rows, languages = [], [], []
     for sample in samples:
         try:
@@ -102,14 +102,14 @@ def tune(
 ) -> Path:
     """Fine-tune a reader on people's texts, and return the path of the weights.
 
-    As many texts written anew from the same plans are learned besides, so that the reader does not forget them. Words
-    that it did not know are added.
+    The training data has as many generated texts with the same meanings, to prevent forgetting. New words are added to
+    the vocabulary.
 
     Args:
-        recipe: with the weights to begin with.
-        samples: people's texts, with their meanings.
-        languages: in which texts are written anew.
-        workspace: with the folder for the weights.
+        recipe: training settings; `init` names the weights to fine-tune.
+        samples: people's texts with their meanings.
+        languages: languages of the generated texts.
+        workspace: has the folder for the weights.
         report: receives lines of progress.
     """
     known_network, known = read_reader(find_initial(recipe.init, NAME) if recipe.init else WEIGHTS)
@@ -124,7 +124,7 @@ def tune(
 
 
 def extend_vocabulary(network: ReaderNetwork, known: Vocabulary, vocabulary: Vocabulary) -> ReaderNetwork:
-    """Return a network with the same weights for a vocabulary with words added; they begin as unknown ones."""
+    """Return the network for a larger vocabulary; new words get the embedding of the unknown word."""
     sizes = network.sizes
     wider = ReaderNetwork(
         ReaderSizes(len(vocabulary), sizes.embedding, sizes.encoder, sizes.decoder, dropout=sizes.dropout)
