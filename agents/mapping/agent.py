@@ -1,4 +1,4 @@
-"""An agent that keeps a map, made of skills: how it perceives, reads, walks, and finds the room's cell."""
+"""Agent that keeps a map, composed of skills: perception, reading, navigation, and choice of the target cell."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -12,26 +12,26 @@ from arramon_client.agent import Action, Episode, Label, Observation
 from arramon_lang.meaning import Assembly, Navigation
 
 Read = Callable[[str, str, str], Navigation | Assembly]
-"""Returns the meaning of an instruction by language, text and phase."""
+"""Returns the meaning of an instruction, given language, text and phase."""
 
 NextAction = Callable[[int], Action]
-"""Returns the next action of a navigation phase, given the steps left; called after the body has perceived."""
+"""Returns the next action of a navigation phase, given the steps left; called after `AgentBody.perceive`."""
 
 Labels = Sequence[Label]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Skills:
-    """What an agent that keeps a map is made of.
+    """Components of an agent that keeps a map.
 
     Attributes:
-        perceive: observations.
-        read: instructions.
-        make_walk: returns what plays a navigation phase of turn 1 or 2, given the body and the meaning.
-        find_cell: returns the room's cell for the object.
-        labels: of the pixels that it perceives; None for those of the run's segmentation.
-        make_landmarks, make_room: return an empty memory of the streets, and of the room, given the labels.
-        keeps_landmarks: whether turn 2 knows the landmarks of turn 1, without its collectibles.
+        perceive: perceives observations.
+        read: parses instructions.
+        make_walk: returns the player of a navigation phase, given the body, the meaning, and the turn (1 or 2).
+        find_cell: chooses the target cell of the room.
+        labels: labels of the perceived segmentation; None for the labels of the run's sensor.
+        make_landmarks, make_room: return an empty memory of landmarks, and of the room, given the labels.
+        keeps_landmarks: whether turn 2 keeps the landmarks of turn 1, except collectibles.
     """
 
     perceive: Perceive
@@ -46,7 +46,7 @@ class Skills:
 
 @dataclass
 class _EpisodeState:
-    """Memory of an episode: the player of its current phase is either a walk or a room follower."""
+    """State of an episode: map, and the player of the current phase, `walk` or `room`."""
 
     language: str
     labels: Labels
@@ -57,10 +57,10 @@ class _EpisodeState:
 
 
 class MapAgent:
-    """Agent that uses neither pose nor a given map nor ground truth; it plays many episodes at a time.
+    """Agent that keeps its own map, without pose or ground truth; it plays many episodes at a time.
 
     Args:
-        skills: what it is made of.
+        skills: components of the agent.
     """
 
     def __init__(self, skills: Skills) -> None:
@@ -71,7 +71,7 @@ class MapAgent:
         """Start a new episode.
 
         Raises:
-            ValueError: if the episode has no labels for its segmentation, which is needed.
+            ValueError: if the agent needs the labels of the segmentation, and the episode has none.
         """
         labels = self._skills.labels or episode.labels
         if not labels:
@@ -80,7 +80,7 @@ class MapAgent:
         self._episodes[episode.episode_id] = _EpisodeState(episode.language, labels, body)
 
     def end(self, episode_id: str) -> None:
-        """Discard the memory of an episode: its map alone takes 1.6 MB."""
+        """Discard the state of an episode: its map takes 1.6 MB."""
         del self._episodes[episode_id]
 
     def act(self, observations: Sequence[Observation]) -> list[Action]:

@@ -1,4 +1,4 @@
-"""The agent's odometry, map and landmarks, from its actions and frames alone."""
+"""The agent's estimate of its pose and surroundings, from its own actions and frames."""
 
 import math
 from collections.abc import Sequence
@@ -19,13 +19,13 @@ if TYPE_CHECKING:
 
 
 class AgentBody:
-    """Odometry, map and landmarks in the agent's own frame, in which it starts at (0, 0) with heading 0.
+    """Odometry, ground map and landmarks in the agent's own frame, where it starts at (0, 0) with heading 0.
 
-    A blocked step is detected by an unchanged depth image.
+    A step was blocked if the depth image did not change.
 
     Args:
-        labels: meaning of a segmentation's values, by index.
-        landmarks: memory of landmarks; None for one of labels alone.
+        labels: labels of the segmentation, by index.
+        landmarks: memory of landmarks; None for one without attribute probabilities.
 
     Attributes:
         x, z: the agent's position in units.
@@ -58,7 +58,7 @@ class AgentBody:
         return self.x, self.z, self.heading
 
     def perceive(self, observation: Observation, things: Sequence["NamedThing"] = ()) -> None:
-        """Update pose, map and landmarks with the frame after the last action, and the things named in it.
+        """Update pose, map and landmarks by the frame after the last action, and the named things in it.
 
         Raises:
             ValueError: if the observation has no depth or no segmentation.
@@ -75,7 +75,7 @@ class AgentBody:
         self.landmarks.add_things(things, pose)
 
     def record_action(self, action: Action | None) -> None:
-        """Record the action that the agent takes now; None when it leaves the street."""
+        """Record the action that the agent takes now; None at the end of a navigation phase."""
         self._last = action
 
     def local(self, x: float, z: float) -> tuple[float, float]:

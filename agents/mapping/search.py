@@ -1,4 +1,4 @@
-"""A* over states of any kind, shared by the agents that plan their motion."""
+"""A* search over any kind of states, for all agents that plan paths."""
 
 from collections.abc import Hashable, Iterable
 from heapq import heappop, heappush
@@ -8,16 +8,16 @@ State = TypeVar("State")
 
 
 class SearchProblem(Protocol[State]):
-    """What is searched: states, the moves between them, and the goal."""
+    """Interface of a search problem: states, moves between them, and the goal."""
 
     def key(self, state: State) -> Hashable:
-        """Return what identifies a state; states with the same key count as one."""
+        """Return the key of a state; states with equal keys are the same state."""
 
     def successors(self, state: State) -> Iterable[tuple[State, float]]:
-        """Return the states that one move leads to, with the cost of that move, at least 0."""
+        """Return the states that are one move away, with the cost of the move, at least 0."""
 
     def remaining(self, state: State) -> float:
-        """Return an estimate of the cost from a state to the goal."""
+        """Return the estimated cost from a state to the goal (the heuristic)."""
 
     def is_goal(self, state: State) -> bool:
         """Return whether a state is a goal."""
@@ -27,8 +27,8 @@ class SearchResult(NamedTuple, Generic[State]):
     """Result of a search.
 
     Attributes:
-        states: from the start to the last state, both included.
-        reached: whether the last state is a goal; if not, it is the one with the lowest estimate that was found.
+        states: path from the start to the last state, both included.
+        reached: whether the last state is a goal; otherwise it is the state with the lowest heuristic found.
     """
 
     states: list[State]
@@ -38,13 +38,13 @@ class SearchResult(NamedTuple, Generic[State]):
 def a_star(
     problem: SearchProblem[State], start: State, max_expanded: int, *, margin: float = 0.0
 ) -> SearchResult[State]:
-    """Return the path with the lowest cost, as far as the estimates are not too high.
+    """Search for a path with the lowest cost; it is optimal if the heuristic never overestimates.
 
     Args:
-        problem: what is searched.
-        start: the first state.
-        max_expanded: number of states expanded before the search ends without a goal.
-        margin: how much lower an estimate must be to replace the nearest state found so far.
+        problem: the search problem.
+        start: the initial state.
+        max_expanded: number of states to expand before giving up.
+        margin: minimum decrease of the heuristic to replace the nearest state found so far.
     """
     states, before, costs = [start], [-1], [0.0]
     nearest, nearest_left = 0, problem.remaining(start)
