@@ -53,7 +53,7 @@ class GroundMap:
             self._blocked[np.clip(around, 0, SIDE * SIDE - 1)] = 1
 
     def reach(self, x: float, z: float, angle: float, farthest: float) -> float:
-        """Return the distance that is known to be unblocked from (x, z) straight ahead, in units; `angle` in radians."""
+        """Return the distance from (x, z) to the first known obstacle straight ahead, in units; `angle` in radians."""
         sin, cos = math.sin(angle) * CELL, math.cos(angle) * CELL
         blocked = self.blocked
         for i in range(2, int(farthest / CELL) + 1):

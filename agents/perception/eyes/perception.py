@@ -1,4 +1,4 @@
-"""Perception by the visual encoder in place of the run's segmentation."""
+"""Perception by the visual encoder instead of the run's segmentation."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -15,11 +15,11 @@ from arramon_agents.perception.percept import Percept
 from arramon_client.agent import Observation
 
 REMEMBERED = 512
-"""Frames, of all episodes, whose sights are kept, 0.1 MB each: a third of all frames were seen before."""
+"""Number of cached frames over all episodes, 0.1 MB each; a third of all frames are repetitions."""
 
 
 class EyesPerception:
-    """Perceives observations by RGB and depth; the labels of pixels are `sight.LABELS`.
+    """Perceives observations by RGB and depth; the labels of the predicted segmentation are `sight.LABELS`.
 
     Args:
         eyes: the visual encoder.
@@ -30,7 +30,7 @@ class EyesPerception:
         self._frames = FrameCache(partial(see, eyes), REMEMBERED)
 
     def __call__(self, observations: Sequence[Observation]) -> list[Percept]:
-        """Return what is perceived in each observation; frames are seen together, which takes less time.
+        """Perceive observations; new frames are encoded as one batch.
 
         Raises:
             ValueError: if an observation lacks RGB or depth.

@@ -1,4 +1,4 @@
-"""Training of the visual encoder's two networks on frames with labels."""
+"""Training of the visual encoder's two networks on labelled frames."""
 
 import json
 from collections.abc import Callable, Sequence
@@ -28,7 +28,7 @@ BATCHES = {"blocks": 8, "naming": 24}
 """Number of frames in a batch of each network."""
 
 RATES = {"blocks": 0.002, "naming": 0.003}
-"""Highest learning rate of each network."""
+"""Peak learning rate of each network."""
 
 DECAY = 0.0001
 """Weight decay."""
@@ -38,7 +38,7 @@ def train(recipe: EyesRecipe, workspace: Workspace, report: Report) -> Path | No
     """Train the networks of a recipe, resuming from checkpoints if there are any.
 
     Returns:
-        Path of the weights, which are written when both networks are trained; None before.
+        Path of the weights, which are written once both networks are trained; None before that.
 
     Raises:
         ValueError: if the output folder holds a checkpoint of another recipe.

@@ -47,7 +47,7 @@ def test_tensors_hold_the_steps_that_are_learned_from() -> None:
 
 def test_the_draw_follows_from_the_seed() -> None:
     tokenizer = WordTokenizer.train(["go left"], least=1)
-    drawn = [make_batch([demonstration([0] * 40)], ["go"], tokenizer, 0.5, seed).at.tolist() for seed in "112"]
+    drawn = [make_batch([demonstration([0] * 40)], ["go"], tokenizer, 0.5, seed).loss_steps.tolist() for seed in "112"]
     assert drawn[0] == drawn[1] != drawn[2]
 
 

@@ -88,7 +88,7 @@ def test_attention_is_as_if_everything_were_fused_first() -> None:
     text = made.read(tokens[:1])
     random = torch.Generator().manual_seed(4)
     past, seen = torch.randn(1, 2, 16, generator=random), torch.randn(1, 2, 49, 16, generator=random)
-    torch.testing.assert_close(made._seen_and_read(past, seen, text), fused_first(made, past, seen, text))
+    torch.testing.assert_close(made._attend_to_both(past, seen, text), fused_first(made, past, seen, text))
 
 
 def test_places_of_cells_matter_only_with_positions() -> None:
