@@ -1,4 +1,4 @@
-"""Walking on the agent's own map: along a planned path to a goal, or along the street."""
+"""Walking on the agent's own map, along a planned path to a goal, or along the street."""
 
 import math
 from collections.abc import Callable
@@ -9,7 +9,7 @@ from arramon_client.agent import Action
 
 
 class MapWalker:
-    """Walks on the map, planning anew when a plan is old or blocked.
+    """Walks on the map, replanning when a plan is old or blocked.
 
     Args:
         body: the agent's pose and map.
@@ -36,7 +36,7 @@ class MapWalker:
     def go(
         self, goal: tuple[float, float], radius: float, is_there: Callable[[float, float, int], bool] | None = None
     ) -> Action | None:
-        """Return the next action towards a goal; None when the agent is there or cannot get nearer."""
+        """Return the next action towards a goal; None if the agent is there or cannot get nearer."""
         body = self._body
         moved = math.hypot(goal[0] - self.goal[0], goal[1] - self.goal[1])
         stale = not self._plan or self._plan_age > 10 or moved > 0.8

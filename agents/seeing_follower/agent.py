@@ -1,4 +1,4 @@
-"""The follower with a visual encoder in place of segmentation, and the learned reader in place of the grammar."""
+"""The agent `seeing_follower`: rule-based navigation and placement, with learned perception and reading."""
 
 from pathlib import Path
 
@@ -20,7 +20,7 @@ class Agent(MapAgent):
 
     Args:
         eyes: visual encoder; None for the shipped one.
-        reader: of instructions, or a file of one; None for the shipped one.
+        reader: reader of instructions, or its file; None for the shipped one.
     """
 
     name = "seeing_follower"

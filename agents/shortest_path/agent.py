@@ -1,4 +1,4 @@
-"""The shortest-path agent: plans at the start of a phase, follows the plan, and replans after an unexpected pose."""
+"""The shortest-path agent: plans at the start of each phase, and replans after an unexpected pose."""
 
 import math
 from collections.abc import Sequence
@@ -16,14 +16,14 @@ TOLERANCE = 0.01
 """Maximum deviation of a pose from the expected one, in units and in degrees."""
 
 MAX_CACHED_GROUNDS = 16
-"""Maximum number of sections whose ground is cached."""
+"""Maximum number of sections whose clearance map is cached."""
 
 Pose = tuple[float, float, float]
 
 
 @dataclass
 class _EpisodeState:
-    """Memory of an episode: its oracle, the current plan, and the steps and cells that turned out to be blocked."""
+    """State of an episode: ground truth, current plan, and steps and cells found to be blocked."""
 
     oracle: Oracle
     phase: tuple[int, str] = (0, "")
@@ -34,9 +34,9 @@ class _EpisodeState:
 
 
 class Agent:
-    """Agent that walks to each target on the shortest path its motion allows, and places it in its goal cell.
+    """Agent that walks to each target on the shortest path that its motion allows, and places it in its target cell.
 
-    It needs the ground truth, so it cannot play hidden splits. (The paper's S/P baseline, table 2.)
+    It needs the ground truth, so it cannot play hidden splits. (S/P in the paper's table 2.)
     """
 
     name = "shortest_path"
@@ -83,7 +83,7 @@ class Agent:
         return action
 
     def _plan(self, pose: Pose, memory: _EpisodeState) -> None:
-        """Make a new plan. If there was one, its last step was blocked, and is not tried again."""
+        """Make a new plan. If there was a plan, its last step was blocked: exclude it."""
         turn, phase = memory.phase
         target = memory.oracle.targets[turn - 1]
         if phase == "assembly":
@@ -106,7 +106,7 @@ class Agent:
         return actions if actions is not None else []
 
     def _ground(self, oracle: Oracle, pose: Pose, target: Target) -> tuple[ClearanceMap, Router]:
-        """Return the ground and the router of the oracle's section, cached for its episodes."""
+        """Return the clearance map and the router of the oracle's section, cached between episodes."""
         key = b"".join(obstacle.SerializeToString(deterministic=True) for obstacle in oracle.obstacles)
         places = (pose[:2], (target.position.x, target.position.z))
         kept = self._grounds.get(key)
@@ -119,7 +119,7 @@ class Agent:
 
 
 def _room_plan(pose: Pose, target: Target, found_blocked: set[tuple[int, int]]) -> list[Action]:
-    """Plan a path around the objects in the room if possible, else across them, as some of the release's paths do."""
+    """Plan a path around the objects in the room if possible, else through them, like some paths of the release."""
     occupied = {(cell.column, cell.row) for cell in target.occupied}
     quarter, turns = room.quarter_of(pose[2])
     start = room.RoomPose(round(pose[0]), round(pose[1]), quarter)
@@ -131,7 +131,7 @@ def _room_plan(pose: Pose, target: Target, found_blocked: set[tuple[int, int]]) 
 
 
 def _after(pose: Pose, action: Action, *, in_room: bool) -> Pose:
-    """Return the pose after an action if nothing blocks it."""
+    """Return the pose after an unblocked action."""
     x, z, heading = pose
     if action == Action.LEFT:
         return x, z, (heading - TURN) % 360.0

@@ -1,4 +1,4 @@
-"""Free ground of a section: straight-line collision tests for the agent's disc, and a raster of clearances."""
+"""Free ground of a section: a raster of clearances, and collision tests for straight moves of the agent's disc."""
 
 import math
 from collections import defaultdict
@@ -20,7 +20,7 @@ BUCKET = 4.0
 """Side of the squares of the spatial index of obstacles, in units."""
 
 MARGIN = 0.01
-"""Distance to obstacles required beyond the disc's radius, in units, so that rounding cannot block a planned path."""
+"""Required distance from obstacles beyond the disc's radius, in units, so that rounding cannot block a planned path."""
 
 Place = tuple[float, float]
 """(x, z), in units."""
@@ -30,7 +30,7 @@ Clearance = npt.NDArray[np.float32]
 
 @dataclass(frozen=True, slots=True)
 class SolidRectangle:
-    """A solid rectangle: its centre, half extents along its own axes, and the sine and cosine of its heading."""
+    """A solid rectangle: centre, half extents along its own axes, sine and cosine of its heading."""
 
     x: float
     z: float
@@ -45,7 +45,7 @@ class SolidRectangle:
         return dx * self.cos - dz * self.sin, dx * self.sin + dz * self.cos
 
     def is_nearer(self, start: Place, end: Place, distance: float) -> bool:
-        """Return whether the segment from start to end comes nearer than `distance`."""
+        """Return whether the segment from start to end comes nearer to it than `distance`."""
         ax, az = self.local(*start)
         bx, bz = self.local(*end)
         w, h = self.half_width, self.half_length
@@ -62,12 +62,12 @@ class SolidRectangle:
 
 
 class ClearanceMap:
-    """Free ground of a section.
+    """Raster of clearances of a section, with exact collision tests.
 
     Args:
         obstacles: all solid rectangles.
         radius: radius of the agent's disc, in units.
-        include: points (x, z) that the raster must cover besides the obstacles.
+        include: points (x, z) that the raster must cover, besides the obstacles.
 
     Attributes:
         radius: radius of the agent's disc.
@@ -113,7 +113,7 @@ class ClearanceMap:
         )
 
     def _is_piece_free(self, start: Place, end: Place) -> bool:
-        """Return the same as `is_free`, for a segment of at most one unit."""
+        """Return the result of `is_free` for a segment of at most one unit."""
         distance = self.radius + MARGIN
         middle = _between(start, end, 0.5)
         if not self.covers(*middle):

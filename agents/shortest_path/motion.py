@@ -1,4 +1,4 @@
-"""A* over the agent's motion, unit steps and turns of 30 degrees, from a pose to one with the target in reach."""
+"""Motion planning (A*) with unit steps and turns of 30 degrees, to a pose with the target in reach."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -15,16 +15,16 @@ TURN_COST = 0.1
 """Cost of a turn; a step costs 1. Of two equally long paths, the one with fewer turns is preferred."""
 
 STRAYING_COST = 1.0
-"""Additional cost of a step for each squared unit between its end and the route."""
+"""Additional cost of a step, times the squared distance of its end from the route."""
 
 RESOLUTION = 0.25
-"""Side of the search's squares, in units: poses in one square with the same heading count as one."""
+"""Side of the squares in which the search merges poses with the same heading, in units."""
 
 REACH_FROM, REACH_TO = 0.9, 2.0
-"""Range of the target ahead at the goal, in units; the release's paths end within 2 units of it."""
+"""Range of distances of the target ahead at the goal, in units; the release's paths end within 2 units of it."""
 
 MAX_EXPANDED = 200_000
-"""Number of poses expanded before the search gives up."""
+"""Maximum number of expanded poses."""
 
 
 class CityPose(NamedTuple):
@@ -44,7 +44,7 @@ class _Node(NamedTuple):
 
 
 class _RouteSearch:
-    """Problem of walking along a route until the target is in reach; arguments as for `plan`."""
+    """Search problem: walk along a route until the target is in reach; arguments as for `plan`."""
 
     def __init__(
         self,
@@ -65,7 +65,7 @@ class _RouteSearch:
         return round(node.x / RESOLUTION), round(node.z / RESOLUTION), node.turned
 
     def remaining(self, node: _Node) -> float:
-        """Return the remaining cost of the route."""
+        """Return the remaining cost of the route, as heuristic."""
         return self._router.left(self._route, node.x, node.z)
 
     def is_goal(self, node: _Node) -> bool:
@@ -99,12 +99,12 @@ def plan(
     """Return the actions to a pose with the target in reach, without INTERACT; None if none are found.
 
     Args:
-        ground: the free ground.
-        router: router over the ground.
+        ground: clearance map of the section.
+        router: router on the clearance map.
         route: route to the target, which the actions follow as closely as the motion allows.
         start: the agent's pose.
         target: (x, z) of the target.
-        is_open: returns whether a free step from one pose to another is allowed.
+        is_open: returns whether a step from one pose to another is allowed.
     """
     motion = _RouteSearch(ground, router, route, start, target, is_open)
     nodes, reached = a_star(motion, _Node(start.x, start.z, 0), MAX_EXPANDED)

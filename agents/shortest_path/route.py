@@ -1,4 +1,4 @@
-"""Shortest routes over the free ground, ignoring the agent's motion, as guidance for the motion planner."""
+"""Shortest routes on the clearance map (Dijkstra), which ignore the agent's motion and guide the motion planner."""
 
 import math
 from collections.abc import Sequence
@@ -47,10 +47,10 @@ class GuideRoute:
 
 
 class Router:
-    """Search for routes over a section's free ground (Dijkstra).
+    """Finds routes on the clearance map of a section by Dijkstra's algorithm.
 
     Args:
-        ground: the free ground.
+        ground: the clearance map.
     """
 
     def __init__(self, ground: ClearanceMap) -> None:

@@ -1,4 +1,4 @@
-"""People's texts of an imported split: the half for training, and the meanings that the grammars read in it."""
+"""People's texts of an imported split: halves for training and testing, and meanings parsed by the grammars."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -17,7 +17,7 @@ def halves(split: Split, language: str) -> tuple[list[Episode], list[Episode]]:
 
 
 def read_people(episodes: Sequence[Episode], language: str) -> list[TextSample]:
-    """Return the texts of episodes that the language's grammar can read and rows can express."""
+    """Return the texts of episodes that the language's grammar can parse and that rows can express."""
     speech = lang.load(language)
     samples = []
     for episode in episodes:
@@ -33,7 +33,7 @@ def read_people(episodes: Sequence[Episode], language: str) -> list[TextSample]:
 
 
 def read_half(data: Path, split: str, language: str) -> list[TextSample]:
-    """Return the training half of a split, with the meanings that the grammar reads.
+    """Return the texts of the training half of a split, with meanings parsed by the grammar.
 
     Raises:
         NotFound: if there is no such split.

@@ -1,4 +1,4 @@
-"""Placement tasks of episodes: the room before the placement, the instruction as read, and the right cell."""
+"""Training examples of placement: contents of the room, parsed instructions, and the target cell."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -16,17 +16,17 @@ WALLS = {"brick": 0, "wood": 1, "striped": 2, "spotted": 3}
 """Direction of each wall of the room, by its look."""
 
 MISNAMED = 0.05
-"""Share of things in the room that get a wrong name, like the visual encoder's errors."""
+"""Share of wrong kinds, colours and patterns in a room, to simulate errors of the visual encoder."""
 
 
 @dataclass(frozen=True)
 class RoomExample:
-    """One placement task.
+    """One assembly phase as a training example.
 
     Attributes:
-        room: before the object is placed.
-        readings: rows of the instruction: the true meaning, and the reader's result in each language.
-        cell: in which the object belongs.
+        room: contents of the room before the object is placed.
+        readings: the instruction as rows, alternatives: the true meaning, and the reader's output for each language.
+        cell: target cell.
     """
 
     room: Room
@@ -35,12 +35,12 @@ class RoomExample:
 
 
 def tasks_of(episodes: Sequence[Episode], languages: Sequence[str], reader: LearnedReader) -> Iterator[RoomExample]:
-    """Yield both placement tasks of each episode.
+    """Yield the examples of both turns of each episode.
 
     Args:
-        episodes: whose rooms.
-        languages: in which instructions are read.
-        reader: of instructions.
+        episodes: the episodes.
+        languages: languages of the instructions.
+        reader: reader of instructions.
     """
     for episode in episodes:
         things = [
@@ -59,7 +59,7 @@ def tasks_of(episodes: Sequence[Episode], languages: Sequence[str], reader: Lear
 
 
 def misnamed(room: Room, random: Random) -> Room:
-    """Return a room in which some things have another kind, colour or pattern."""
+    """Return a room with random errors in kinds, colours and patterns."""
     things = []
     for thing in room.things:
         kind, colour, look = thing.kind, thing.colour, thing.look

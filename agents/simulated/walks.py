@@ -1,4 +1,4 @@
-"""Simulated walks along episodes' paths, without images: the policy's decisions with labels, and scores of walks."""
+"""Simulated walks without images: labelled decisions for training the policy, and scores of walks."""
 
 import math
 from collections.abc import Sequence
@@ -23,22 +23,24 @@ from arramon_server.scoring.metrics import ndtw
 Choices = npt.NDArray[np.float32]
 
 IN_SIGHT, LONGER, SPARE = 10.0, 1.3, 2.0
-"""Largest distance of a label, in units; largest detour on the path to it, as a factor and in units besides."""
+"""Maximum distance of a label, in units; maximum length of the path to it: a factor of its distance, plus units."""
 
 WINDOW, BACK = 20, 0.15
-"""Number of path points ahead among which the nearest to the agent is searched; penalty of a later point, in units."""
+"""Number of path points ahead among which to search the nearest to the agent; penalty per later point, in units."""
 
 TAKING = 7.0
-"""Length of the remaining path, in units, below which a remembered target is the label."""
+"""Length of the remaining path below which the label is the target, if the agent has seen it, in units."""
 
 SAME = 1.2
-"""Largest distance between a landmark and the target for it to be the target, in units."""
+"""Maximum distance between a landmark and the target for it to be the target, in units."""
 
 
 class DecisionLabel(NamedTuple):
-    """The right decision: a place, in units to the right and ahead, or the index of a landmark, else -1.
+    """Label of a decision.
 
     Attributes:
+        right, ahead: place to go to, relative to the agent, in units.
+        thing: index of the landmark to pick up; -1 for none.
         row: index of the row that is being carried out.
     """
 
@@ -49,12 +51,12 @@ class DecisionLabel(NamedTuple):
 
 
 class CourseGuide:
-    """Gives the right decision anywhere near a course.
+    """Labels decisions of an agent that walks a course.
 
     Args:
         course: the course.
-        rows: of the instruction.
-        body: of the agent that walks it.
+        rows: rows of the instruction.
+        body: body of the agent.
     """
 
     def __init__(self, course: Course, rows: Sequence[Row], body: SimulatedBody) -> None:
@@ -64,10 +66,12 @@ class CourseGuide:
         self._way: list[tuple[float, float]] = []
 
     def label(self, beliefs: Sequence[Belief]) -> DecisionLabel | None:
-        """Return the right decision: on along the path, or back to it the way the agent left it; None if neither.
+        """Return the label at the current pose; None if there is none.
+
+        It is farther along the path if possible, otherwise back along the way by which the agent left the path.
 
         Args:
-            beliefs: the landmarks of the sample.
+            beliefs: landmarks in the input of the policy.
         """
         onward = self._onward(beliefs)
         x, z, _ = self._body.world_pose
@@ -103,7 +107,7 @@ class CourseGuide:
         return None
 
     def back(self) -> DecisionLabel:
-        """Return the way back to the nearest point of the path."""
+        """Return the label that leads back to the nearest point of the path."""
         return self._to(tuple(self._course.path[self._at].tolist()), -1)
 
     def _target(self, beliefs: Sequence[Belief]) -> int | None:
@@ -122,7 +126,7 @@ class CourseGuide:
 
 
 class LabelledDecision(NamedTuple):
-    """A decision of the policy: its input, and the label."""
+    """A training example of the policy: input and label of a decision."""
 
     sample: PolicyInput
     label: DecisionLabel
@@ -134,9 +138,9 @@ class WalkResult:
 
     Attributes:
         path: (n, 2) of distinct positions (x, z) in the world.
-        picked: index of the collectible that was picked up; None if none was.
-        decisions: those with a label.
-        body: of the agent, at the end.
+        picked: index of the collectible that was picked up; None if there was no pick-up.
+        decisions: decisions that have a label.
+        body: body of the agent at the end.
     """
 
     path: npt.NDArray[np.float64]
@@ -154,16 +158,16 @@ def walk(
     astray: float = 0.3,
     body: SimulatedBody | None = None,
 ) -> WalkResult:
-    """Walk a course, and return the walk with its decisions.
+    """Simulate a walk of a course.
 
     Args:
         course: the course.
-        rows: of the instruction.
-        faults: error rates of what is seen.
-        random: source of errors and wrong turns.
+        rows: rows of the instruction.
+        faults: error rates of perception.
+        random: random generator of errors and detours.
         choose: the policy; None to follow the labels.
-        astray: share of labels that are not followed exactly.
-        body: of the previous turn, to continue from its place; None to begin at the course's start.
+        astray: share of decisions that deviate: from the label, or from the policy to the label.
+        body: body of the previous turn, to continue from its pose; None to begin at the course's start.
     """
     if body is None:
         body = SimulatedBody(course.world, course.things, course.start, faults, random)
@@ -203,7 +207,7 @@ def walk(
 
 
 def _reached(course: Course, body: SimulatedBody) -> int | None:
-    """Return the index of the nearest collectible in the pick-up box before the agent."""
+    """Return the index of the nearest collectible in the pick-up box; None if there is none."""
     found = []
     for number, item in enumerate(course.items):
         right, ahead = body.local(*body.to_own(item.position.x, item.position.z))
@@ -213,7 +217,7 @@ def _reached(course: Course, body: SimulatedBody) -> int | None:
 
 
 def _exactly(label: DecisionLabel) -> Choices:
-    """Return option values that follow a label."""
+    """Return option scores that follow a label exactly."""
     values = np.full(OPTIONS, -50.0, np.float32)
     if label.thing >= 0:
         values[WAYPOINTS + label.thing] = 50.0
@@ -227,7 +231,7 @@ def _exactly(label: DecisionLabel) -> Choices:
 
 
 def _near(label: DecisionLabel, random: np.random.Generator) -> Choices:
-    """Return option values that follow a label roughly, and now and then not at all."""
+    """Return option scores that follow a label with a random deviation, sometimes in any direction."""
     angle = random.normal(0.0, 0.5) if random.random() < 0.75 else random.uniform(-math.pi, math.pi)
     sin, cos = math.sin(angle), math.cos(angle)
     far = random.uniform(0.3, 1.2)
@@ -238,14 +242,14 @@ def _near(label: DecisionLabel, random: np.random.Generator) -> Choices:
 def score(
     courses: Sequence[Course], choose: Choose, reading: int, faults: PerceptionFaults, seed: int = 0
 ) -> dict[str, float]:
-    """Return a policy's scores: mean nDTW, shares of turns that pick up the target, and that end within 3 units of it.
+    """Return mean scores of a policy: nDTW, success of the pick-up, CTC-3 (the walk ends within 3 units of the target).
 
     Args:
-        courses: of episodes' turns, in order; a second turn begins where the first one ended.
+        courses: courses of the turns of episodes, in order; a second turn begins where the first one ended.
         choose: the policy.
         reading: index of the reading to follow.
-        faults: error rates of what is seen.
-        seed: of the faults.
+        faults: error rates of perception.
+        seed: seed of the errors.
     """
     rows: list[tuple[float, float, float]] = []
     body = None

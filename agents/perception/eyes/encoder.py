@@ -1,4 +1,4 @@
-"""The visual encoder "eyes" at play: two networks that predict what is in each block of a frame and name cut-out things."""
+"""The visual encoder "eyes": one network predicts what each block of a frame shows, another names cut-out things."""
 
 import hashlib
 from dataclasses import asdict

@@ -21,8 +21,8 @@ class NamedThing:
         thing: the thing in the frame.
         kinds: probabilities, indexed as `vocabulary.KINDS`.
         colours: probabilities, indexed as `vocabulary.COLOURS`, given that it has a colour.
-        looks: probabilities, indexed as `vocabulary.LOOKS`, which sum to 1 within each group; those of walls and facades
-            are meaningless.
+        looks: probabilities, indexed as `vocabulary.LOOKS`, which sum to 1 within each group; those of walls and
+            facades are meaningless.
     """
 
     thing: FrameThing

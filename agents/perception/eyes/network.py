@@ -1,4 +1,4 @@
-"""Block network of the encoder: a small U-Net from RGB and depth to kinds, colours and looks of each block of pixels."""
+"""Block network of the encoder: a small U-Net from RGB and depth to kind, colour and look of each block of pixels."""
 
 from dataclasses import dataclass
 
