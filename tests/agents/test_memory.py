@@ -1,4 +1,4 @@
-"""Memory over up to 1,000 episodes: neither the agents nor the client keep the state of one that has ended."""
+"""Memory use over up to 1,000 episodes: agents and client discard the state of ended episodes."""
 
 import gc
 import sys

@@ -1,4 +1,4 @@
-"""The command that trains: a smoke test for each trained agent, from episodes to a run with its weights."""
+"""`arramon-train`: a smoke test for each trained agent, from episodes to playing with its weights."""
 
 from dataclasses import replace
 from pathlib import Path

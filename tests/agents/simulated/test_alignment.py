@@ -1,4 +1,4 @@
-"""Where along a path rows are carried out: at what they name, and where the path turns as they tell."""
+"""Alignment of instruction rows with a path, by named things and turns."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Walks without images: what a body sees of a small street, the right decisions, and walks that follow them."""
+"""Simulated walks: what the body perceives in a small street, labels of decisions, and walks that follow them."""
 
 import math
 from pathlib import Path

@@ -3,7 +3,7 @@
 from collections import Counter
 
 from arramon_agents.training.batches import EpochBatches, epoch_batches, padded
-from tests.agents.made import demonstrations
+from tests.agents.training_fixtures import demonstrations
 
 
 def test_an_epoch_has_each_demonstration_of_a_phase_once() -> None:

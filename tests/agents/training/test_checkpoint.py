@@ -1,4 +1,4 @@
-"""Checkpoints that cannot be resumed are refused with what is wrong."""
+"""Checkpoints that cannot be resumed are rejected with the reason."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Demonstrations: what the expert does, in both languages, drawn once."""
+"""Demonstrations of the expert in both languages, rendered once."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""What a recipe learns from."""
+"""Training data of a recipe."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -6,7 +6,7 @@ from pathlib import Path
 from arramon_agents.training.demonstrations import ROOMS, DemonstrationSource
 from arramon_agents.training.sources import load_demonstrations, sources_of, splits_of
 from tests import tiny
-from tests.agents.made import place
+from tests.agents.training_fixtures import place
 
 
 def test_streets_drawn_for_training_are_learned_from_if_they_are_there(tmp_path: Path) -> None:

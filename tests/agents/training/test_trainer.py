@@ -1,4 +1,4 @@
-"""The training loop: resumed as if it had not been interrupted, averaged weights, the best weights by validation."""
+"""Training loop: exact resuming, averaged weights, selection of the best weights by validation."""
 
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Variants of demonstrations: what is seen, said and done changes alike."""
+"""Variants of demonstrations: features, instructions and actions change consistently."""
 
 from dataclasses import replace
 from random import Random

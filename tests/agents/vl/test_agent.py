@@ -1,4 +1,4 @@
-"""The agent that plays with weights: alone or together, and what it says where something is missing."""
+"""The agent with trained weights: batched play equals single play, and errors name what is missing."""
 
 from pathlib import Path
 

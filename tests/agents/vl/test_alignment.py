@@ -1,4 +1,4 @@
-"""Alignment: texts of one path find each other, whatever their padding, and reading them alike is not enough."""
+"""Alignment loss: independent of padding, and not minimised by collapsed encodings."""
 
 import random
 from dataclasses import replace
@@ -10,7 +10,7 @@ from arramon_agents.vl.alignment import alignment_loss, other_texts
 from arramon_agents.vl.batches import as_tokens
 from arramon_agents.vl.model import START_ACTION, Text
 from arramon_agents.vl.train import Imitation
-from tests.agents.made import demonstrations, place, recipe
+from tests.agents.training_fixtures import demonstrations, place, recipe
 
 
 def text(*rows: list[list[float]]) -> Text:

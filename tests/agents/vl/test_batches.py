@@ -1,4 +1,4 @@
-"""Batches: which steps are learned from, and what stands in the tensors for each."""
+"""Batches: steps in the loss, and content of the tensors."""
 
 import random
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""The policy with which training begins: fine-tuning keeps what was known, adds words, and refuses other models."""
+"""Initial policy of a training: fine-tuning keeps weights, adds words, and rejects other models."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -11,7 +11,7 @@ from arramon_agents.vl.initial_policy import initial_policy
 from arramon_agents.vl.policy import load_policy, save_policy
 from arramon_agents.vl.train import Imitation
 from arramon_client.world import PHASES
-from tests.agents.made import demonstrations, place, recipe
+from tests.agents.training_fixtures import demonstrations, place, recipe
 
 NEW = ["veer left", "veer right", "once"]
 """Texts with one word that is new and occurs twice; "once" is not added."""

@@ -1,4 +1,4 @@
-"""The paper's models: sizes, and that they compute what the paper says."""
+"""The paper's models: parameter counts, and agreement with the paper's formulas."""
 
 import pytest
 import torch

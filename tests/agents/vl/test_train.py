@@ -1,4 +1,4 @@
-"""Imitation: it learns, goes on after a kill as if undisturbed, and keeps the best weights of each phase."""
+"""Imitation learning: it learns, resumes exactly after a kill, and keeps the best weights of each phase."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -16,7 +16,7 @@ from arramon_agents.vl.agent import LearnedAgent
 from arramon_agents.vl.policy import load_policy
 from arramon_agents.vl.train import Imitation, demonstrations_of
 from tests import tiny
-from tests.agents.made import demonstrations, place, recipe
+from tests.agents.training_fixtures import demonstrations, place, recipe
 
 
 @pytest.mark.parametrize(("sees", "reads"), [(True, True), (True, False), (False, True)])

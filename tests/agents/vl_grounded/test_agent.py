@@ -1,4 +1,4 @@
-"""The agent: arguments, weights, what perfect eyes see, and an episode by RGB and depth or by the segmentation."""
+"""The agent: arguments, weights, perfect perception, and an episode with each kind of perception."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Reading: what fits what is meant, and that texts of a batch do not affect each other."""
+"""Text encoder: matches of named and seen attributes, and independence of texts in a batch."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""The room: looking around, things as the network is given them, and the way to the cell that it finds."""
+"""Assembly phase: look around, network inputs, and the path to the target cell."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""The walk: steps one at a time as in training, the guard on the pick-up, and what follows a step without effect."""
+"""Navigation phase: single steps agree with training, guard of the pick-up, and steps without effect."""
 
 import numpy as np
 import numpy.typing as npt

@@ -1,4 +1,4 @@
-"""What `vl_grounded` learns from: things exchanged alike in images and words, names, rooms, and known words."""
+"""Training data of `vl_grounded`: consistent exchange of things, attributes, rooms, vocabulary."""
 
 from pathlib import Path
 from random import Random

@@ -1,4 +1,4 @@
-"""The agent: arguments, weights, and a played episode by RGB and depth, or by the true segmentation."""
+"""The agent: arguments, weights, and an episode with each kind of perception."""
 
 from pathlib import Path
 

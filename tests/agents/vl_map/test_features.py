@@ -1,4 +1,4 @@
-"""What the policy is given: shapes, places as the agent faces them, matches with what was read, mirror images."""
+"""Input features of the policy: shapes, egocentric positions, matches with the instruction, mirror images."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""How decisions are carried out: looks, walks on the map, the pick-up, and what is not tried twice."""
+"""Execution of decisions: looking, walking on the map, pick-up, and options that are not repeated."""
 
 import math
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""The policy's network: its size, its options, and that samples of a batch do not affect each other."""
+"""Policy network: parameter count, options, and independence of inputs in a batch."""
 
 import math
 

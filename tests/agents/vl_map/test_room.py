@@ -1,4 +1,4 @@
-"""The network that finds the cell of the room: what it is given, and that it learns relations from rooms."""
+"""Placement network: inputs, and learning of relations from rooms."""
 
 from collections.abc import Sequence
 from random import Random

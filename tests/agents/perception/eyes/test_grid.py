@@ -1,4 +1,4 @@
-"""The grid of cells, from named things and from blocks."""
+"""The encoder's grid of cells, from named things and from blocks."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The label image of a frame, from the encoder's blocks."""
+"""The segmentation that the encoder predicts from its blocks."""
 
 from functools import partial
 from typing import cast

@@ -1,4 +1,4 @@
-"""Targets of blocks, and the loss."""
+"""Training targets and loss of the block network."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Learning to read a few texts by heart, and the scores of reading."""
+"""Training task of the reader: overfitting a few texts, and scores."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Fine-tuning of the reader on texts that people could have written: halves, words added, what is learned."""
+"""Fine-tuning of the reader on people's texts: halves, added words, progress."""
 
 from pathlib import Path
 
@@ -13,7 +13,7 @@ from arramon_agents.reading.reader.train import extend_vocabulary, tune
 from arramon_agents.reading.reader.words import Vocabulary
 from arramon_agents.simulated.people import halves, read_half, read_people
 from tests import tiny
-from tests.agents.made import place
+from tests.agents.training_fixtures import place
 
 
 def test_the_halves_share_no_episode(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Demonstrations and recipes of a few seconds."""
+"""Small recipes, workspaces and random demonstrations for tests of training."""
 
 from pathlib import Path
 
