@@ -1,1 +1,1 @@
-"""The project's agents, one folder each. They import only `arramon_client` and `lang`."""
+"""The project's agents, one folder each. They depend only on `arramon_client` and `arramon_lang`."""

@@ -1,4 +1,4 @@
-"""Settings of a process that runs small networks on a processor."""
+"""Process settings for running small networks on the CPU: number of threads, memory allocation."""
 
 import ctypes
 
@@ -8,18 +8,18 @@ TRIM_THRESHOLD, MMAP_THRESHOLD = -1, -3
 """Parameters of glibc's `mallopt`, by their numbers in malloc.h."""
 
 KEPT = 1 << 30
-"""Bytes of freed memory at the end of the heap that stay with the process."""
+"""Bytes of free memory at the end of the heap that the process keeps."""
 
 MAPPED = 1 << 25
-"""Least size in bytes of a block that is mapped on its own, the largest that glibc allows; such a block goes back to
-the system when it is freed."""
+"""Minimum size in bytes of blocks that are mapped individually and returned to the system when freed; glibc allows no
+larger one."""
 
 
 def prepare_process() -> None:
     """Use one thread, and keep freed memory for the next step.
 
-    A step is small: threads that wait for each other cost more than they do. The C library hands memory of several
-    megabytes back to the system as soon as it is free; each step would then pay for new pages, which is a fifth of the
+    Steps are so small that the synchronisation of threads costs more than they save. By default the C library returns
+    blocks of several megabytes to the system when they are freed; page faults on new ones would take a fifth of the
     visual encoder's time.
     """
     torch.set_num_threads(1)

@@ -6,10 +6,10 @@ from importlib.util import find_spec
 from arramon_client.errors import AgentLoadError
 
 PLAYING = ("torch", "safetensors")
-"""Modules that every trained agent imports at play."""
+"""Modules that all trained agents need at play."""
 
 COMMAND = "scripts/setup"
-"""Installs the extras in a clone of the repository."""
+"""Command that installs the extras in a clone of the repository."""
 
 
 def require(modules: Sequence[str], who: str, extra: str = "torch") -> None:
@@ -17,11 +17,11 @@ def require(modules: Sequence[str], who: str, extra: str = "torch") -> None:
 
     Args:
         modules: names of modules.
-        who: what needs them, for the message.
-        extra: of arramon-agents, which brings them.
+        who: name of the component that needs them, for the message.
+        extra: extra of arramon-agents that installs them.
 
     Raises:
-        AgentLoadError: if one is missing; the message names the command that installs it.
+        AgentLoadError: if a module is missing; the message names the command that installs it.
     """
     missing = [name for name in modules if find_spec(name) is None]
     if missing:

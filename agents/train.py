@@ -11,38 +11,38 @@ from typing import Any
 
 from arramon_agents.perception.encoder import FOLDER
 from arramon_agents.requirements import PLAYING, require
-from arramon_agents.training.place import Place
+from arramon_agents.training.workspace import Workspace
 from arramon_client.errors import ArramonClientError
 
 PACKAGES = ("reading.reader", "vl", "vl_grounded", "vl_map", "reading", "perception.eyes")
-"""Packages with a training, which each have a `recipe` with `RECIPES` and `smoke`, and a `train` with `train`."""
+"""Packages with a training; each has a module `recipe` (`RECIPES`, `smoke`) and a module `train` (`train`)."""
 
 ON_REQUEST = ("reader_tuning", "sentencepiece", "eyes")
-"""Trainings that `--all` leaves out: agents are trained on what the shipped ones have made."""
+"""Trainings that `--all` skips: the agents are trained with the shipped results of these."""
 
 LANGUAGES = {"languages": "--lang", "aligned": "--align-lang"}
-"""Options with languages, separated by commas, by the recipe's field."""
+"""Options with comma-separated languages, by recipe field."""
 
 FIXED = ("agent", "sees", "reads")
-"""Fields of recipes that no option changes."""
+"""Recipe fields without an option."""
 
 NEEDED = (*PLAYING, "sentencepiece", "tensorboardX", "gymnasium")
 
 
 @dataclass(frozen=True)
 class Training:
-    """What trains one agent.
+    """Training of one agent.
 
     Attributes:
-        package: with the modules `recipe` and `train`.
-        recipe: the agent's own, a dataclass of settings.
+        package: package with the modules `recipe` and `train`.
+        recipe: recipe of the agent, a dataclass of settings.
     """
 
     package: str
     recipe: Any
 
     def module(self, name: str) -> Any:
-        """Return a module of the package. Those of recipes import no torch."""
+        """Import a module of the package; modules `recipe` do not import torch."""
         return import_module(f"arramon_agents.{self.package}.{name}")
 
 
@@ -65,30 +65,30 @@ def main(arguments: list[str] | None = None) -> int:
         parser.error(f"there is no recipe {unknown[0]!r}; there are {', '.join(known)}")
     try:
         require(NEEDED, "training", extra="training")
-        place = _place(given)
+        workspace = _workspace(given)
         recipes = {name: _recipe(name, known[name], given, _options(known)) for name in names}
         for name, recipe in recipes.items():
-            weights = known[name].module("train").train(recipe, place, _tell)
-            _tell(f"{name}: in {weights or place.output}")
+            weights = known[name].module("train").train(recipe, workspace, _report)
+            _report(f"{name}: in {weights or workspace.output}")
             if given.ship and weights:
                 _ship(name, known[name].package, weights)
     except (ArramonClientError, ValueError) as error:
-        _tell(f"error: {error}")
+        _report(f"error: {error}")
         return 1
     return 0
 
 
 def _recipe(name: str, training: Training, given: argparse.Namespace, options: Iterable[str]) -> Any:
-    """Return an agent's recipe, changed by the options.
+    """Return an agent's recipe with the given options.
 
     Args:
-        name: of the agent.
-        training: with the recipe as it is.
-        given: the options' values.
+        name: name of the agent.
+        training: training with the default recipe.
+        given: values of the options.
         options: fields of all recipes.
 
     Raises:
-        ValueError: if an option was given that the recipe does not have, unless all agents are trained.
+        ValueError: if the recipe does not have a given option, unless all agents are trained.
     """
     recipe = training.module("recipe").smoke(training.recipe) if given.smoke else training.recipe
     chosen = {option: value for option in options if (value := getattr(given, option)) is not None}
@@ -105,17 +105,17 @@ def _recipe(name: str, training: Training, given: argparse.Namespace, options: I
     return replace(recipe, **{option: value for option, value in chosen.items() if option in own})
 
 
-def _place(given: argparse.Namespace) -> Place:
+def _workspace(given: argparse.Namespace) -> Workspace:
     import torch
 
     device = given.device
     if device == "auto":
         device = "cuda" if torch.cuda.is_available() else "cpu"
-    return Place(given.data, given.cache, given.output, given.processes, given.checkpoint_steps, device)
+    return Workspace(given.data, given.cache, given.output, given.processes, given.checkpoint_steps, device)
 
 
 def _ship(name: str, package: str, weights: Path) -> None:
-    """Copy weights, and their model card if there is one, to the folder of the agent, or of the package."""
+    """Copy weights, and the model card if there is one, to the folder of the agent or of its package."""
     from arramon_agents.weights import CARD, SHIPPED, SUFFIX, WEIGHTS
 
     own = SHIPPED / name
@@ -145,7 +145,7 @@ def _parser(known: Mapping[str, Training]) -> argparse.ArgumentParser:
 
 
 def _options(known: Mapping[str, Training]) -> dict[str, tuple[Any, list[str]]]:
-    """Return the options of all recipes by field: what reads their values, and the agents that have them."""
+    """Return the options of all recipes by field: the parser of their values, and the agents that have them."""
     options: dict[str, tuple[Any, list[str]]] = {}
     for name, training in known.items():
         for each in fields(training.recipe):
@@ -163,7 +163,7 @@ def _flag(name: str) -> str:
     return LANGUAGES.get(name, f"--{name.replace('_', '-')}")
 
 
-def _tell(line: str) -> None:
+def _report(line: str) -> None:
     print(line, file=sys.stderr, flush=True)
 
 

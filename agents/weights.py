@@ -1,7 +1,7 @@
-"""Files of weights: safetensors with a JSON header, never pickle; where they are, and what is checked in them.
+"""Files of weights: safetensors with a JSON header, never pickle; reading with checks, writing, and finding them.
 
-A header has the format's name and version, whatever builds the network (sizes, a vocabulary, the names of a tokenizer
-and of a visual encoder), and what is known of the training ("about"). Each network reads and writes its own fields.
+A header has the format's name and version, what is needed to build the network (sizes, vocabulary, names of tokenizer
+and visual encoder), and metadata of the training ("about"). Each network reads and writes its own fields.
 """
 
 import json
@@ -19,7 +19,7 @@ from torch import Tensor, nn
 from arramon.strict_json import NotJsonError, read_json
 
 SHIPPED = Path(__file__).parent
-"""Folder of the agents; each one's folder holds its shipped weights and its model card."""
+"""Folder of the agents; each agent's folder has its shipped weights and model card."""
 
 WEIGHTS, CARD = "weights.safetensors", "card.md"
 """Names of the shipped files in an agent's folder."""
@@ -27,28 +27,28 @@ WEIGHTS, CARD = "weights.safetensors", "card.md"
 SUFFIX = ".safetensors"
 
 HEADER = "arramon"
-"""Key of the metadata that holds the header."""
+"""Metadata key of the header."""
 
 LARGEST = 1 << 20
-"""Maximum of a size in a file: a network of any size would be allocated before its tensors are found to be missing."""
+"""Maximum of a size in a file. The network is built before its tensors are checked, so sizes must be bounded."""
 
 Content = TypeVar("Content")
 Network = TypeVar("Network", bound=nn.Module)
 
 
 class BadWeights(ValueError):
-    """A file of weights cannot be read, or does not fit this version."""
+    """A file of weights cannot be read, or is incompatible with this version."""
 
 
 @dataclass(frozen=True)
 class WeightsFile:
-    """A file of weights, as read.
+    """Content of a file of weights.
 
     Attributes:
-        path: of the file.
-        what: what it holds, for messages.
-        tensors: by name.
-        header: as JSON values.
+        path: path of the file.
+        what: description of the content, for messages.
+        tensors: tensors by name.
+        header: header as JSON values.
     """
 
     path: Path
@@ -57,7 +57,7 @@ class WeightsFile:
     header: Mapping[str, Any]
 
     def wrong(self, problem: object) -> BadWeights:
-        """Return the error for a file with a problem."""
+        """Return the exception for a problem with the file."""
         return BadWeights(f"{self.path} does not hold the weights of {self.what}: {problem}")
 
     def value(self, name: str, kind: type[Content]) -> Content:
@@ -72,7 +72,7 @@ class WeightsFile:
         return value
 
     def sizes(self, name: str, kind: type[Content]) -> Content:
-        """Return a field of the header as a dataclass of whole numbers, shares, switches and names.
+        """Return a field of the header as a dataclass with int, float (in [0, 1)), bool and str fields.
 
         Raises:
             BadWeights: if it has other fields, or values of a wrong type or range.
@@ -89,10 +89,10 @@ class WeightsFile:
             raise self.wrong(f"its header has {name!r} without a size: {error}") from error
 
     def build(self, make: Callable[[], Network]) -> Network:
-        """Return a network of sizes that the header gives.
+        """Build a network with sizes from the header.
 
         Raises:
-            BadWeights: if it cannot be built with them.
+            BadWeights: if it cannot be built with these sizes.
         """
         try:
             return make()
@@ -100,20 +100,20 @@ class WeightsFile:
             raise self.wrong(f"no network has the sizes in its header: {error}") from error
 
     def blob(self, name: str) -> bytes:
-        """Return bytes that are kept among the tensors.
+        """Return bytes that are stored as a tensor.
 
         Raises:
-            BadWeights: if there are none.
+            BadWeights: if there is no such tensor.
         """
         if name not in self.tensors or self.tensors[name].dtype != torch.uint8:
             raise self.wrong(f"it has no {name}")
         return self.tensors[name].numpy().tobytes()
 
     def fill(self, network: nn.Module, prefix: str = "") -> None:
-        """Fill a network with the tensors of its names after a prefix, in single precision; set evaluation mode.
+        """Load the tensors with a prefix into a network, in float32, and set evaluation mode.
 
         Raises:
-            BadWeights: if a tensor is missing, of another shape, or not of the network.
+            BadWeights: if a tensor is missing, has another shape, or does not belong to the network.
         """
         filled = {}
         for name, value in network.state_dict().items():
@@ -136,11 +136,11 @@ def read_weights_file(path: Path, what: str, *formats: str | int | None) -> Weig
 
     Args:
         path: the file.
-        what: what it should hold, for messages.
-        formats: accepted names of its format; None for a file that names none, as the shipped reader and eyes.
+        what: description of the expected content, for messages.
+        formats: accepted names of the format; None accepts a file without one, like the shipped reader and eyes.
 
     Raises:
-        BadWeights: if there is no such file, it cannot be read, or has another format.
+        BadWeights: if there is no such file, or it cannot be read or has another format.
     """
     if not path.is_file():
         raise BadWeights(f"there are no weights of {what} at {path}")
@@ -161,10 +161,10 @@ def write_weights_file(
 
     Args:
         path: the file.
-        networks: each with the prefix of its tensors' names.
-        header: JSON values, among them "format".
-        blobs: bytes to keep among the tensors, by name.
-        dtype: of floating-point tensors in the file.
+        networks: networks by the prefix of their tensors' names.
+        header: JSON values, including "format".
+        blobs: bytes to store as tensors, by name.
+        dtype: type of floating-point tensors in the file.
     """
     tensors = {
         prefix + name: (value.detach().to("cpu", dtype) if value.is_floating_point() else value.cpu()).contiguous()
@@ -185,7 +185,7 @@ def write_tensors(path: Path, tensors: Mapping[str, Tensor], header: Mapping[str
 
 
 def read_tensors(path: Path) -> tuple[dict[str, Tensor], dict[str, Any]]:
-    """Return tensors and JSON header of a file; without a header, each value of the metadata as JSON.
+    """Return tensors and JSON header of a file; if it has no header, its metadata with values read as JSON.
 
     Raises:
         BadWeights: if it cannot be read.
@@ -204,10 +204,10 @@ def read_tensors(path: Path) -> tuple[dict[str, Tensor], dict[str, Any]]:
 
 
 def find_weights(name: str) -> Path:
-    """Return the path of shipped weights by their agent's name, or of a file by its path.
+    """Return the path of an agent's shipped weights, or of a file.
 
     Raises:
-        BadWeights: if there is neither.
+        BadWeights: if neither exists.
     """
     shipped = SHIPPED / name / WEIGHTS
     for path in (shipped, Path(name)):
@@ -217,23 +217,23 @@ def find_weights(name: str) -> Path:
 
 
 def file_of(folder: Path, agent: str) -> Path:
-    """Return the path of an agent's weights in a folder: that of all agents, or one that `arramon-train` wrote."""
+    """Return the path of an agent's weights in the folder of all agents, or in an output folder of `arramon-train`."""
     shipped = folder / agent / WEIGHTS
     return shipped if shipped.is_file() else folder / f"{agent}{SUFFIX}"
 
 
 def find_initial(init: str, agent: str) -> Path:
-    """Return the weights with which fine-tuning begins: a file, or of a folder the one of the agent.
+    """Return the path of weights to fine-tune, given a file, or a folder with a file named after the agent.
 
     Raises:
-        BadWeights: if there are none.
+        BadWeights: if there is no such file.
     """
     given = Path(init)
     return find_weights(str(file_of(given, agent)) if given.is_dir() else init)
 
 
 def _problem(value: object, kind: object) -> str:
-    """Return what was expected of a size, "" if it is right."""
+    """Return the description of a valid size if this one is invalid, else empty."""
     if kind is int:
         is_right = isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= LARGEST
         return "" if is_right else f"a whole number from 0 to {LARGEST}"

@@ -1,5 +1,7 @@
-"""Rule-based agent that follows instructions by text, depth and segmentation alone: a grounded upper bound, and the
-test of a data set's instructions."""
+"""Rule-based agent that follows instructions by text, depth and segmentation alone (no pose, no ground truth).
+
+It is an upper bound for grounded agents, and a check that the instructions of a data set can be followed.
+"""
 
 from arramon_agents.follower.agent import Agent
 

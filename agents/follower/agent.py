@@ -1,16 +1,16 @@
-"""The follower: it reads by the grammar, and walks and places by rules, by depth and segmentation alone."""
+"""The follower: parses instructions by the grammar, and navigates and places by rules, from depth and segmentation."""
 
 import arramon_lang as lang
 from arramon_agents.follower.navigation import Navigator
-from arramon_agents.mapping.agent import MapAgent, Skills, Walk
-from arramon_agents.mapping.body import Body
+from arramon_agents.mapping.agent import MapAgent, NextAction, Skills
+from arramon_agents.mapping.body import AgentBody
 from arramon_agents.mapping.room_player import find_by_rules
 from arramon_agents.perception.percept import perceive_as_given
 from arramon_lang.meaning import Assembly, Navigation, Thing
 
 
 class Agent(MapAgent):
-    """Agent that uses only the text, depth and segmentation."""
+    """Rule-based agent that uses text, depth and segmentation only."""
 
     name = "follower"
     sensors = ("depth", "segmentation")
@@ -21,14 +21,14 @@ class Agent(MapAgent):
         )
 
 
-def walk_by_rules(body: Body, meaning: Navigation, turn: int) -> Walk:  # noqa: ARG001 - both turns are alike
-    """Return what plays a navigation phase."""
+def walk_by_rules(body: AgentBody, meaning: Navigation, turn: int) -> NextAction:  # noqa: ARG001 - both turns are alike
+    """Return a function that plays a navigation phase by rules."""
     navigator = Navigator(body, meaning)
     return lambda _: navigator.act()
 
 
 def read(language: str, text: str, phase: str) -> Navigation | Assembly:
-    """Return the meaning of an instruction, or only the object that it mentions if it cannot be read."""
+    """Return the meaning of an instruction; if it cannot be parsed, only the object that it mentions."""
     speech = lang.load(language)
     try:
         return speech.read(text, phase)

@@ -1,13 +1,13 @@
-"""Execution of a navigation instruction, step by step, on the agent's map and landmarks."""
+"""Rule-based execution of a navigation instruction, step by step, on the agent's map and landmarks."""
 
 import math
 from dataclasses import replace
 
 from arramon_agents.follower.navigation_places import Openings, find_opening
 from arramon_agents.follower.navigation_reference import ORDINALS, Marks, Referents
-from arramon_agents.follower.navigation_walk import Walker
-from arramon_agents.mapping.body import Body, rotated
-from arramon_agents.mapping.landmarks import Landmark, landmarks_ahead
+from arramon_agents.follower.navigation_walk import MapWalker
+from arramon_agents.mapping.body import AgentBody, rotated
+from arramon_agents.mapping.landmarks import MappedLandmark, landmarks_ahead
 from arramon_agents.mapping.motion import TURN, turns
 from arramon_agents.mapping.target import REACH_TO, find_target, is_in_place, is_reached, knows_place
 from arramon_client.agent import Action
@@ -16,48 +16,47 @@ from arramon_lang.meaning import PLACES, Face, Navigation, Rotate, Step, Thing, 
 from arramon_lang.street import ACROSS, ALONG, BESIDE, DEGREES, NEAR, PAST
 
 PASSED_DISTANCE = 0.5
-"""Distance in units to the line beside a place at which the place counts as passed."""
+"""Distance in units ahead at which a place counts as passed."""
 
 NEAR_TARGET = 10.0
-"""Distance in units below which a visible target is approached at once, before the remaining steps."""
+"""Distance in units below which a visible target is approached at once, skipping the remaining steps."""
 
 LOOK = (Action.LEFT, Action.RIGHT, Action.RIGHT, Action.LEFT)
-"""Actions of a look to both sides."""
+"""Actions that look to both sides."""
 
 LOCK_DISTANCE = 4.0
-"""Distance in units below which a step no longer changes the landmark that it refers to."""
+"""Distance in units below which the referent of a step is no longer changed."""
 
 SEEN_DISTANCE = 14.0
-"""Distance in units from which a landmark ends a walk until it is seen."""
+"""Maximum distance in units of a landmark for the step "walk until you see it" to end."""
 
 AT_BUILDING = 9.0
-"""Distance in units of a street's opening from the middle of a building at which one turns into it."""
+"""Maximum distance in units between a side street and the centre of the building where the instruction says to turn."""
 
 SEEK_DISTANCE = 15.0
-"""Distance in units that the agent goes on to find a landmark that it has not seen."""
+"""Distance in units to walk on in search of a landmark that has not been seen."""
 
 ONWARD_DISTANCE = 25.0
-"""Distance in units that the agent goes on after the last step if it has not seen the target, before it searches
-elsewhere."""
+"""Distance in units to walk on after the last step in search of the target, before searching elsewhere."""
 
 
 class Navigator:
     """Executor of one navigation instruction.
 
     Args:
-        body: the agent's pose, map and landmarks, which are kept from one instruction to the next.
+        body: the agent's pose, map and landmarks, which persist between instructions.
         meaning: the meaning of the instruction.
     """
 
-    def __init__(self, body: Body, meaning: Navigation) -> None:
+    def __init__(self, body: AgentBody, meaning: Navigation) -> None:
         self._body = body
         self._meaning = meaning
         self._number = 0
         self._course = body.angle
-        self._walker = Walker(body)
+        self._walker = MapWalker(body)
         self._committed = False
         self._missed: set[tuple[float, float]] = set()
-        self._interacted: Landmark | None = None
+        self._interacted: MappedLandmark | None = None
         self._looks: list[Action] = []
         self._visited: list[tuple[float, float]] = []
         self._referents = Referents(body.landmarks)
@@ -108,11 +107,12 @@ class Navigator:
             (target.x, target.z), REACH_TO + 0.2, lambda x, z, heading: is_reached(body, target, x, z, heading)
         )
 
-    def _is_worth_going_for(self, target: Landmark) -> bool:
-        """Return whether what may be the target is the likeliest to be it, from what is known so far.
+    def _is_worth_going_for(self, target: MappedLandmark) -> bool:
+        """Return whether to approach a candidate for the target now.
 
-        Before the last step only one in its place is, near by. Afterwards one that is not is left for the end of the
-        search, unless it lies ahead and nothing is known by which the target's place is told.
+        Before the last step is done, only if it is near, visible, and next to the target's reference object. Afterwards
+        other candidates are left for the end of the search, unless they are straight ahead and no reference object has
+        been seen.
         """
         body, wanted = self._body, self._meaning.target
         is_sure = is_in_place(body, wanted, target)
@@ -129,7 +129,7 @@ class Navigator:
     # The steps
 
     def _do(self, step: Step) -> Action | None:
-        """Return the next action of a step; None when it is done."""
+        """Return the next action of a step; None if the step is done."""
         if isinstance(step, Rotate):
             return self._turn(step)
         if isinstance(step, Face):
@@ -189,13 +189,13 @@ class Navigator:
         return self._pass(marks, beyond)
 
     def _farthest(self, thing: Thing) -> tuple[float, float]:
-        """Return the place of the last of several landmarks along the walk."""
+        """Return the place of the last landmark of a group along the walk."""
         sin, cos = math.sin(self._start_course), math.cos(self._start_course)
         last = max(self._locks[thing], key=lambda mark: (mark.x * sin + mark.z * cos, mark.x))
         return last.x, last.z
 
     def _is_seen(self, thing: Thing) -> bool:
-        """Return whether a landmark that fits is near enough ahead."""
+        """Return whether a matching landmark is ahead within SEEN_DISTANCE."""
         body = self._body
         marks = landmarks_ahead(body.landmarks.fitting(thing), body.x, body.z, self._course)
         return any(body.distance(mark.x, mark.z) <= SEEN_DISTANCE for mark in marks)
@@ -210,7 +210,7 @@ class Navigator:
         return self._walker.ahead(self._course)
 
     def _approach(self, step: Rotate) -> Action | None:
-        """Return the next action towards the place of a turn; None when the agent is there."""
+        """Return the next action towards the place of a turn; None if the agent is there."""
         thing = step.thing
         assert thing is not None
         if thing.kind in PLACES or thing.kind == "building":
@@ -221,9 +221,9 @@ class Navigator:
         return self._pass(marks, ALONG[step.at])
 
     def _to_place(self, thing: Thing, side: int, beyond: float) -> Action | None:
-        """Return the next action to a place in the street, or to where one opens at a building; None there.
+        """Return the next action towards a place of the street, or the side street at a building; None if there.
 
-        `side` is that of the street that opens there, -1 for the left, 1 for the right, 0 for any.
+        `side` is the side of the side street: -1 for left, 1 for right, 0 for any.
         """
         if thing.kind in ("street_end", "t_junction"):
             return self._walker.ahead(self._course)
@@ -252,7 +252,7 @@ class Navigator:
         return find_opening(self._body.ground, self._body.x, self._body.z, self._course, side)
 
     def _pass(self, place: tuple[float, float], beyond: float) -> Action | None:
-        """Return the next action along the course to `beyond` units past a place; None when the agent is there."""
+        """Return the next action along the course to `beyond` units past a place; None if the agent is there."""
         body = self._body
         if self._place is None:
             self._place = place
@@ -274,8 +274,8 @@ class Navigator:
         return math.atan2(place[0] - start[0], place[1] - start[1])
 
     def _resolve(self, things: tuple[Thing, ...]) -> tuple[float, float] | None:
-        """Return the place of the things, the middle of several; None if one has not been seen yet."""
-        found: list[Landmark] = []
+        """Return the place of the things (the centre of several); None if one has not been seen yet."""
+        found: list[MappedLandmark] = []
         for thing in things:
             locked = self._locks.get(thing)
             if not locked or self._body.distance(locked[0].x, locked[0].z) > LOCK_DISTANCE:
@@ -290,7 +290,7 @@ class Navigator:
         return sum(xs) / len(xs), sum(zs) / len(zs)
 
     def _seek(self) -> Action | None:
-        """Look to both sides for a landmark not seen yet, then go on; None if blocked or far enough."""
+        """Look to both sides for a landmark not seen yet, then walk on; None if blocked or after SEEK_DISTANCE."""
         if not self._looked:
             self._looked = True
             self._looks = list(LOOK)
@@ -299,7 +299,7 @@ class Navigator:
         return self._walker.ahead(self._course) if self._body.distance(*self._start) < SEEK_DISTANCE else None
 
     def _explore(self) -> Action:
-        """Search for the target after the last step: near its surroundings, along the street, then anywhere."""
+        """Search for the target after the last step: at its reference object, along the street, then anywhere."""
         if not self._looked:
             self._looked = True
             self._looks = list(LOOK)
@@ -314,7 +314,7 @@ class Navigator:
         return self._wander()
 
     def _to_surroundings(self) -> Action | None:
-        """Go to the landmark that the instruction names near the target, and look around there."""
+        """Go to the target's reference object, and look around there."""
         if self._searched:
             return None
         marks = self._resolve(tuple(thing for where in self._meaning.target.where[:1] for thing in where.things))
@@ -329,7 +329,7 @@ class Navigator:
         return self._walker.ahead(self._course) if self._body.distance(*self._start) < ONWARD_DISTANCE else None
 
     def _wander(self) -> Action:
-        """Look around, go to the edge of the known ground, and repeat."""
+        """Explore: look around, go to the frontier of the known ground, and repeat."""
         body = self._body
         if (
             not self._looks
@@ -346,8 +346,8 @@ class Navigator:
                 return action
         edge = body.ground.frontier()
         if len(edge):
-            hope = body.x + 3.0 * math.sin(self._course), body.z + 3.0 * math.cos(self._course)
-            far = ((edge - hope) ** 2).sum(axis=1)
+            ahead = body.x + 3.0 * math.sin(self._course), body.z + 3.0 * math.cos(self._course)
+            far = ((edge - ahead) ** 2).sum(axis=1)
             for place in self._visited:
                 far[((edge - place) ** 2).sum(axis=1) < 4.0] += 1e4
             x, z = edge[int(far.argmin())].tolist()

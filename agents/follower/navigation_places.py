@@ -4,21 +4,21 @@ import math
 
 import numpy as np
 
-from arramon_agents.mapping.ground_map import Map
+from arramon_agents.mapping.ground_map import GroundMap
 from arramon_lang.street import DEEP, DEEPER, IN, SAME_OPENING
 
 OFFSETS = np.arange(-3.0, 14.0, 0.5)
-"""Places along the walk that are examined, in units from the agent."""
+"""Places along the walk to examine, in units from the agent."""
 
 SEEN = 1.0
-"""Minimum additional depth of an opening compared with the walls before it, in units."""
+"""Minimum depth of a side street beyond the walls before it, in units."""
 
 WIDE = 3
-"""Minimum number of consecutive places of an opening."""
+"""Minimum number of consecutive places of a side street."""
 
 
-def find_opening(ground: Map, x: float, z: float, angle: float, side: int) -> tuple[float, float] | None:
-    """Return the place to turn into the next side street; None if none is known yet.
+def find_opening(ground: GroundMap, x: float, z: float, angle: float, side: int) -> tuple[float, float] | None:
+    """Return the place at which to turn into the next side street; None if none is known yet.
 
     Args:
         ground: the agent's map.
@@ -37,18 +37,18 @@ def find_opening(ground: Map, x: float, z: float, angle: float, side: int) -> tu
 
 
 class Openings:
-    """The places along one walk where streets open, in order along it.
+    """Side streets found along one walk, in order.
 
     Args:
-        x, z, angle: where the walk begins, and its direction in radians.
+        x, z, angle: start of the walk, and its direction in radians.
     """
 
     def __init__(self, x: float, z: float, angle: float) -> None:
         self._x, self._z, self._sin, self._cos = x, z, math.sin(angle), math.cos(angle)
         self._found: list[tuple[float, int, tuple[float, float]]] = []
 
-    def add(self, ground: Map, x: float, z: float, angle: float) -> None:
-        """Add the openings that are known from a place on the walk."""
+    def add(self, ground: GroundMap, x: float, z: float, angle: float) -> None:
+        """Add the side streets that are visible on the map from a place on the walk."""
         for side in (-1, 1):
             runs, walls = ground.runs(x, z, angle, side, OFFSETS, DEEP)
             for start in find_openings(runs.tolist(), walls.tolist()):
@@ -60,7 +60,7 @@ class Openings:
                     self._found.append((far, side, place))
 
     def place(self, side: int, number: int) -> tuple[float, float] | None:
-        """Return the place of the opening with this number (from 0) on a side, or on any for 0; None if unknown."""
+        """Return the place of a side street by number (from 0) on a side, or on any side for 0; None if unknown."""
         kept: list[tuple[float, tuple[float, float]]] = []
         for far, own, place in sorted(self._found):
             if side in (0, own) and (not kept or far - kept[-1][0] >= SAME_OPENING or side != 0):
@@ -68,16 +68,16 @@ class Openings:
         return kept[number][1] if number < len(kept) else None
 
     def near(self, side: int, x: float, z: float) -> tuple[float, float] | None:
-        """Return the place of the opening on a side that is nearest to (x, z); None if there is none."""
+        """Return the place of the side street on a side that is nearest to (x, z); None if there is none."""
         places = [place for _, own, place in self._found if own == side]
         return min(places, key=lambda place: math.hypot(place[0] - x, place[1] - z), default=None)
 
 
 def find_openings(runs: list[float], walls: list[bool]) -> list[int]:
-    """Return the index of the first place of each opening: after a wall, and followed by clearly deeper places.
+    """Return the index of the first place of each side street: right after a wall, followed by clearly deeper places.
 
-    From a street, only a part of a side street is visible at first, behind the corner: the opening therefore starts
-    right after the wall, even if its first places have not been seen, and its depth counts as far as it is known.
+    At first only a part of a side street is visible behind the corner. So it starts right after the wall, even if its
+    first places have not been seen, and its known depth counts.
     """
     found: list[int] = []
     beside, last, open_places = 0.0, None, 0

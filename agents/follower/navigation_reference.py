@@ -1,19 +1,19 @@
-"""Which landmarks an instruction's things are, so that a thing mentioned again is the same one."""
+"""Reference resolution: the landmarks that an instruction refers to; repeated mentions get the same landmarks."""
 
 import math
 from collections.abc import Sequence
 
-from arramon_agents.mapping.landmarks import Landmark, Landmarks, landmarks_ahead
+from arramon_agents.mapping.landmarks import Landmarks, MappedLandmark, landmarks_ahead
 from arramon_lang.meaning import Thing
 from arramon_lang.street import COUNTED_ASIDE, GROUP
 
 ORDINALS = {"first": 0, "second": 1, "third": 2, "last": -1}
 
-Marks = tuple[Landmark, ...]
+Marks = tuple[MappedLandmark, ...]
 
 
 class Referents:
-    """The landmarks found so far for the things of one instruction.
+    """Referents found so far for the things of one instruction.
 
     Args:
         landmarks: all landmarks seen.
@@ -24,14 +24,14 @@ class Referents:
         self._known: dict[str, Marks] = {}
 
     def keep(self, thing: Thing, marks: Marks) -> None:
-        """Remember what a thing was found to be."""
+        """Store the referent of a thing."""
         if thing.identity and marks:
             self._known[thing.identity] = marks
 
     def find(self, thing: Thing, x: float, z: float, angle: float) -> Marks | None:
-        """Return the landmarks that a thing is for a walk from (x, z) in the direction `angle`; None if not yet seen.
+        """Return the referent of a thing for a walk from (x, z) in direction `angle`; None if it has not been seen.
 
-        A group is several landmarks, and so is a building, which is seen in pieces.
+        Groups and buildings (which are seen in pieces) are several landmarks.
         """
         if thing.identity in self._known:
             return self._known[thing.identity]
@@ -51,8 +51,8 @@ class Referents:
             return None if thing.number and len(group) < 2 else tuple(group[:2] if thing.number == "two" else group)
         return (first,)
 
-    def _distance_to_landmarks(self, thing: Thing, mark: Landmark) -> float:
-        """Return how far a landmark is from those that the thing is described by, in units."""
+    def _distance_to_landmarks(self, thing: Thing, mark: MappedLandmark) -> float:
+        """Return the distance of a landmark from the reference objects of a thing, in units."""
         total = 0.0
         for where in thing.where:
             for other in where.things:
@@ -61,8 +61,8 @@ class Referents:
         return total
 
 
-def _counted(marks: Sequence[Landmark], which: str, x: float, z: float, angle: float) -> list[Landmark]:
-    """Return the landmark with an ordinal along the walk, alone, or nothing if not so many are known."""
+def _counted(marks: Sequence[MappedLandmark], which: str, x: float, z: float, angle: float) -> list[MappedLandmark]:
+    """Return the landmark with an ordinal along the walk; empty if there are fewer."""
     sin, cos = math.sin(angle), math.cos(angle)
     ahead = []
     for mark in marks:

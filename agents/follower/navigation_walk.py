@@ -1,15 +1,15 @@
-"""Walking on the agent's own map: along a planned path to a goal, or along the street."""
+"""Walking on the agent's own map, along a planned path to a goal, or along the street."""
 
 import math
 from collections.abc import Callable
 
-from arramon_agents.mapping.body import Body
+from arramon_agents.mapping.body import AgentBody
 from arramon_agents.mapping.motion import can_step, find_path
 from arramon_client.agent import Action
 
 
-class Walker:
-    """Walks on the map, planning anew when a plan is old or blocked.
+class MapWalker:
+    """Walks on the map, replanning when a plan is old or blocked.
 
     Args:
         body: the agent's pose and map.
@@ -18,7 +18,7 @@ class Walker:
         goal: (x, z) of the last plan's goal.
     """
 
-    def __init__(self, body: Body) -> None:
+    def __init__(self, body: AgentBody) -> None:
         self._body = body
         self._plan: list[Action] = []
         self._plan_age = 0
@@ -36,7 +36,7 @@ class Walker:
     def go(
         self, goal: tuple[float, float], radius: float, is_there: Callable[[float, float, int], bool] | None = None
     ) -> Action | None:
-        """Return the next action towards a goal; None when the agent is there or cannot get nearer."""
+        """Return the next action towards a goal; None if the agent is there or cannot get nearer."""
         body = self._body
         moved = math.hypot(goal[0] - self.goal[0], goal[1] - self.goal[1])
         stale = not self._plan or self._plan_age > 10 or moved > 0.8

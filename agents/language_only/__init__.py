@@ -1,4 +1,4 @@
-"""`agents.vl` without images: it reads but does not see. It needs the extra `torch`."""
+"""`agents.vl` without images as input (extra `torch`)."""
 
 from arramon_agents.vl import make_factory
 

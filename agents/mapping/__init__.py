@@ -1,1 +1,1 @@
-"""What agents remember of the world, and how they move on it: map of the ground, landmarks, the assembly room."""
+"""Mapping and planning of agents: ground map, landmarks, assembly room, and path planning on them."""

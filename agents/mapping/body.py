@@ -1,4 +1,4 @@
-"""The agent's odometry, map and landmarks, from its actions and frames alone."""
+"""The agent's estimate of its pose and surroundings, from its own actions and frames."""
 
 import math
 from collections.abc import Sequence
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from arramon_agents.mapping.ground_map import Map
+from arramon_agents.mapping.ground_map import GroundMap
 from arramon_agents.mapping.landmarks import Landmarks
 from arramon_agents.mapping.motion import STEPS, TURN, step_key
 from arramon_agents.perception.scan import Eye
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
     from arramon_agents.perception.eyes.names import NamedThing  # It needs PyTorch.
 
 
-class Body:
-    """Odometry, map and landmarks in the agent's own frame, in which it starts at (0, 0) with heading 0.
+class AgentBody:
+    """Odometry, ground map and landmarks in the agent's own frame, where it starts at (0, 0) with heading 0.
 
-    A blocked step is detected by an unchanged depth image.
+    A step was blocked if the depth image did not change.
 
     Args:
-        labels: meaning of a segmentation's values, by index.
-        landmarks: memory of landmarks; None for one of labels alone.
+        labels: labels of the segmentation, by index.
+        landmarks: memory of landmarks; None for one without attribute probabilities.
 
     Attributes:
         x, z: the agent's position in units.
@@ -40,7 +40,7 @@ class Body:
         self.x = self.z = 0.0
         self.heading = 0
         self.travelled = 0
-        self.ground = Map()
+        self.ground = GroundMap()
         self.landmarks = landmarks or Landmarks(labels)
         self.closed_steps: frozenset[tuple[int, int, int]] = frozenset()
         self._eye = Eye(labels)
@@ -58,7 +58,7 @@ class Body:
         return self.x, self.z, self.heading
 
     def perceive(self, observation: Observation, things: Sequence["NamedThing"] = ()) -> None:
-        """Update pose, map and landmarks with the frame after the last action, and the things named in it.
+        """Update pose, map and landmarks by the frame after the last action, and the named things in it.
 
         Raises:
             ValueError: if the observation has no depth or no segmentation.
@@ -75,7 +75,7 @@ class Body:
         self.landmarks.add_things(things, pose)
 
     def record_action(self, action: Action | None) -> None:
-        """Record the action that the agent takes now; None when it leaves the street."""
+        """Record the action that the agent takes now; None at the end of a navigation phase."""
         self._last = action
 
     def local(self, x: float, z: float) -> tuple[float, float]:

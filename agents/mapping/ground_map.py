@@ -1,4 +1,4 @@
-"""The agent's occupancy map of the ground: cells of a quarter unit in the agent's own frame (see `perceive`)."""
+"""Occupancy map of the ground in the agent's own frame, with cells of a quarter unit."""
 
 import math
 
@@ -15,8 +15,8 @@ _OFFSETS = np.array([i * SIDE + j for i in (-1, 0, 1) for j in (-1, 0, 1)])
 """Offsets of the cells around a solid cell that the agent's disc of 0.25 units cannot occupy."""
 
 
-class Map:
-    """Map of free and solid ground, and of the places that the agent's disc cannot occupy.
+class GroundMap:
+    """Occupancy map: free ground, walls, and cells that the agent's disc cannot occupy.
 
     Attributes:
         blocked: one byte per cell, 1 where the agent cannot be.
@@ -53,7 +53,7 @@ class Map:
             self._blocked[np.clip(around, 0, SIDE * SIDE - 1)] = 1
 
     def reach(self, x: float, z: float, angle: float, farthest: float) -> float:
-        """Return how far the agent can go straight from (x, z) as far as is known, in units; `angle` in radians."""
+        """Return the distance from (x, z) to the first known obstacle straight ahead, in units; `angle` in radians."""
         sin, cos = math.sin(angle) * CELL, math.cos(angle) * CELL
         blocked = self.blocked
         for i in range(2, int(farthest / CELL) + 1):
@@ -67,7 +67,7 @@ class Map:
         return self.reach(x, z, math.atan2(to_x - x, to_z - z), distance) >= distance - 2 * CELL
 
     def near_free(self, x: float, z: float) -> tuple[float, float]:
-        """Return the place, or the nearest one around it that the agent can occupy as far as is known."""
+        """Return the place, or the nearest place around it that is not known to be blocked."""
         if not self.blocked[index(x, z)]:
             return x, z
         for radius in (0.5, 1.0, 1.5, 2.0, 2.5):

@@ -1,4 +1,4 @@
-"""Memory of landmarks on a map: the probabilities of each one's kind, colour and look, summed over all views of it."""
+"""Memory of landmarks with probabilities of kind, colour and look, which are combined over all views of a landmark."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -8,7 +8,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from arramon_agents.mapping.landmarks import Landmark, Landmarks, fits
+from arramon_agents.mapping.landmarks import Landmarks, MappedLandmark, fits
 from arramon_agents.perception.eyes.names import NamedThing
 from arramon_agents.perception.eyes.sight import label_of
 from arramon_agents.perception.eyes.vocabulary import COLOURS, KINDS, LOOKS, NONE, SURFACES, codes_of, look_slices
@@ -17,16 +17,16 @@ from arramon_client.agent import Label
 from arramon_client.world import COLLECTIBLES
 from arramon_lang.meaning import Thing
 
-APART, LARGE_APART = 0.75, 2.0
-"""Distances in units below which two views count as the same thing: for small things, and for LARGE ones."""
+SAME_DISTANCE, LARGE_SAME_DISTANCE = 0.75, 2.0
+"""Distances below which two views are of the same thing, in units: for small things, and for LARGE ones."""
 
 LARGE = ("car", "kiosk", "awning", "dumpster", "tree", "shop_sign")
 
-SURE = 0.02
-"""Added to each probability before its logarithm is taken, so that no single view rules anything out."""
+PROBABILITY_FLOOR = 0.02
+"""Added to each probability before taking its logarithm, so that a single view cannot exclude anything."""
 
-FULL, MOST = 150.0, 4.0
-"""Number of pixels at which a view has weight 1, and the largest weight of a view."""
+FULL_WEIGHT_PIXELS, MAX_WEIGHT = 150.0, 4.0
+"""Number of pixels of a view with weight 1, and maximum weight of a view."""
 
 _NAMED = np.array([kind not in SURFACES for kind in KINDS])
 
@@ -41,15 +41,15 @@ _Number = TypeVar("_Number", np.float32, np.float64)
 
 
 class Belief(NamedTuple):
-    """A landmark with the probabilities of its names.
+    """A landmark with attribute probabilities.
 
     Attributes:
-        mark: its place and most likely names; always the same object for the same landmark.
+        mark: place and most likely attributes; always the same object for the same landmark.
         kinds, colours: probabilities, indexed as `vocabulary.KINDS` and `COLOURS`.
-        looks: probabilities, indexed as `vocabulary.LOOKS`; they add up to 1 in each group.
+        looks: probabilities, indexed as `vocabulary.LOOKS`; they sum to 1 within each group.
     """
 
-    mark: Landmark
+    mark: MappedLandmark
     kinds: Floats
     colours: Floats
     looks: Floats
@@ -57,7 +57,7 @@ class Belief(NamedTuple):
 
 @lru_cache(maxsize=512)
 def certain(label: Label) -> tuple[Floats, Floats, Floats]:
-    """Return kinds, colours and looks of a known label as probabilities of 0 and 1."""
+    """Return kinds, colours and looks of a known label as one-hot probabilities."""
     codes = codes_of(label.kind, label.colour, label.look)
     rows = []
     for code, names in zip(codes, (KINDS, COLOURS, LOOKS), strict=True):
@@ -68,29 +68,29 @@ def certain(label: Label) -> tuple[Floats, Floats, Floats]:
     return rows[0], rows[1], rows[2]
 
 
-class _Place:
-    """A thing at a place, with the summed log probabilities of its names.
+class _LandmarkScores:
+    """A thing at a place, with weighted sums of log probabilities of its attributes.
 
     Args:
         x, z: the place.
-        sums: whether the views of it are summed; if not, only the largest counts.
+        sums: whether to sum over views; otherwise only the largest view counts.
 
     Attributes:
-        mark: the thing by its most likely names; always the same object.
+        mark: place and most likely attributes; always the same object.
     """
 
     def __init__(self, x: float, z: float, *, sums: bool) -> None:
-        self.mark = Landmark(Label(""), x, z, math.inf)
+        self.mark = MappedLandmark(Label(""), x, z, math.inf)
         self._sums = np.zeros(_STARTS[-1])
         self._is_summed, self._largest = sums, 0.0
         self._belief: Belief | None = None
 
     def add(self, named: NamedThing, x: float, z: float, distance: float) -> None:
         """Add a view of the thing."""
-        weight = min(MOST, float(named.thing.mask.sum()) / FULL)  # Larger views count for more.
+        weight = min(MAX_WEIGHT, float(named.thing.mask.sum()) / FULL_WEIGHT_PIXELS)  # Larger views count for more.
         if self._is_summed or weight >= self._largest:
             chances = np.concatenate((named.kinds, named.colours, named.looks)).astype(np.float64)
-            own = weight * np.log(chances + SURE)
+            own = weight * np.log(chances + PROBABILITY_FLOOR)
             self._sums = self._sums + own if self._is_summed else own
             self._largest, self._belief = weight, None
             self.mark.label = label_of(*self._parts(self._sums))
@@ -98,7 +98,7 @@ class _Place:
             self.mark.x, self.mark.z, self.mark.nearest = x, z, distance
 
     def belief(self) -> Belief:
-        """Return the thing with the probabilities of its names."""
+        """Return the thing with its attribute probabilities."""
         if self._belief is None:
             first = _STARTS[:-1]
             raised = np.exp(self._sums - np.repeat(np.maximum.reduceat(self._sums, first), _SIZES))
@@ -108,23 +108,23 @@ class _Place:
 
     @staticmethod
     def _parts(values: npt.NDArray[_Number]) -> tuple[npt.NDArray[_Number], ...]:
-        """Return the values of kinds, of colours and of looks."""
+        """Split values into those of kinds, colours and looks."""
         return values[: _STARTS[1]], values[_STARTS[1] : _STARTS[2]], values[_STARTS[2] :]
 
 
 class SeenLandmarks(Landmarks):
-    """All landmarks seen so far: things by place, and buildings and crossings as labels of pixels.
+    """All landmarks seen so far: things by place, with probabilities; buildings and crossings by label.
 
     Args:
-        labels: the label of each value of the label images.
-        sums: whether the views of a thing are summed; if not, the largest one names it.
+        labels: labels of the segmentation, by index.
+        sums: whether to sum log probabilities over the views of a thing; otherwise its largest view names it.
     """
 
     def __init__(self, labels: Sequence[Label], *, sums: bool = True) -> None:
         super().__init__(labels)
         self._is_summed = sums
         self._flat = {number for number, label in enumerate(labels) if label.kind in ("building", "zebra_crossing")}
-        self._places: list[_Place] = []
+        self._places: list[_LandmarkScores] = []
 
     def add(self, sightings: Iterable[Sighting]) -> None:
         """Add a frame's buildings and crossings; things are added by `add_things`."""
@@ -145,12 +145,12 @@ class SeenLandmarks(Landmarks):
             right, ahead = named.thing.right, named.thing.ahead
             self._add(named, x + right * cos + ahead * sin, z - right * sin + ahead * cos, math.hypot(right, ahead))
 
-    def fitting(self, thing: Thing) -> list[Landmark]:
-        """Return the landmarks whose most likely names match those attributes of a thing that are given."""
+    def fitting(self, thing: Thing) -> list[MappedLandmark]:
+        """Return the landmarks whose most likely attributes match the given attributes of a thing."""
         return super().fitting(thing) + [place.mark for place in self._places if fits(thing, place.mark.label)]
 
     def beliefs(self) -> list[Belief]:
-        """Return every landmark with the probabilities of its names."""
+        """Return all landmarks with their attribute probabilities."""
         return [*certain_beliefs(self), *(place.belief() for place in self._places)]
 
     def forget(self) -> None:
@@ -167,16 +167,16 @@ class SeenLandmarks(Landmarks):
         kind = KINDS[int(named.kinds.argmax())]
         for place in self._places:
             mark = place.mark
-            apart = LARGE_APART if kind in LARGE and mark.label.kind == kind else APART
+            apart = LARGE_SAME_DISTANCE if kind in LARGE and mark.label.kind == kind else SAME_DISTANCE
             is_like = (kind in COLLECTIBLES) == (mark.label.kind in COLLECTIBLES)
             if is_like and math.hypot(mark.x - x, mark.z - z) < apart:
                 place.add(named, x, z, distance)
                 return
-        place = _Place(x, z, sums=self._is_summed)
+        place = _LandmarkScores(x, z, sums=self._is_summed)
         place.add(named, x, z, distance)
         self._places.append(place)
 
 
 def certain_beliefs(landmarks: Landmarks) -> list[Belief]:
-    """Return every labelled landmark, with its label as certain."""
+    """Return all labelled landmarks, with probability 1 for their labels."""
     return [Belief(mark, *certain(mark.label)) for mark in landmarks.marks()]

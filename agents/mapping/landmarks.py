@@ -1,4 +1,4 @@
-"""Map of the landmarks that the agent has seen, without duplicates."""
+"""Memory of the landmarks that the agent has seen, without duplicates."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from arramon_agents.perception.eyes.names import NamedThing  # It needs PyTorch.
 
 APART, BUILDINGS_APART = 1.2, 3.0
-"""Distance in units below which two sightings of one label are the same landmark, of small things and LARGE ones."""
+"""Distance below which two sightings with one label are the same landmark, in units: small things, and LARGE ones."""
 
 LARGE = ("building", "car", "zebra_crossing", "awning")
 
@@ -30,8 +30,8 @@ ASIDE, BESIDE = math.radians(65.0), 3.0
 
 
 @dataclass(slots=True)
-class Landmark:
-    """A landmark at a place in the agent's own frame; `nearest` is the smallest distance it was seen from, in units."""
+class MappedLandmark:
+    """A landmark at a place in the agent's own frame; `nearest` is the smallest distance of a sighting, in units."""
 
     label: Label
     x: float
@@ -43,12 +43,12 @@ class Landmarks:
     """All landmarks seen so far.
 
     Args:
-        labels: meaning of a segmentation's values, by index.
+        labels: labels of the segmentation, by index.
     """
 
     def __init__(self, labels: Sequence[Label]) -> None:
         self._labels = labels
-        self._by_label: dict[int, list[Landmark]] = {}
+        self._by_label: dict[int, list[MappedLandmark]] = {}
 
     def add(self, sightings: Iterable[Sighting]) -> None:
         """Add a frame's sightings."""
@@ -64,13 +64,13 @@ class Landmarks:
                         landmark.x, landmark.z, landmark.nearest = seen.x, seen.z, seen.distance
                     break
             else:
-                known.append(Landmark(label, seen.x, seen.z, seen.distance))
+                known.append(MappedLandmark(label, seen.x, seen.z, seen.distance))
 
     def add_things(self, things: Iterable["NamedThing"], pose: tuple[float, float, float]) -> None:
-        """Ignore a frame's named things: all landmarks come by their labels."""
+        """Ignore the named things of a frame: landmarks come from the segmentation only."""
 
-    def fitting(self, thing: Thing) -> list[Landmark]:
-        """Return the landmarks that match a thing's attributes, as far as they are given."""
+    def fitting(self, thing: Thing) -> list[MappedLandmark]:
+        """Return the landmarks that match the given attributes of a thing."""
         return [
             landmark
             for number, known in self._by_label.items()
@@ -78,8 +78,8 @@ class Landmarks:
             for landmark in known
         ]
 
-    def marks(self) -> list[Landmark]:
-        """Return the landmarks that are told by their labels."""
+    def marks(self) -> list[MappedLandmark]:
+        """Return the landmarks that come from the segmentation."""
         return [landmark for known in self._by_label.values() for landmark in known]
 
     def forget(self) -> None:
@@ -87,13 +87,13 @@ class Landmarks:
         self._by_label.clear()
 
     def forget_collectibles(self) -> None:
-        """Remove all collectibles: each turn has its own."""
+        """Remove all collectibles, which differ between turns."""
         for number in [number for number in self._by_label if self._labels[number].kind in COLLECTIBLES]:
             del self._by_label[number]
 
 
 def fits(thing: Thing, label: Label) -> bool:
-    """Return whether a label matches a thing's attributes, as far as they are given."""
+    """Return whether a label matches the given attributes of a thing."""
     if thing.kind:
         if thing.kind != label.kind:
             return False
@@ -102,8 +102,8 @@ def fits(thing: Thing, label: Label) -> bool:
     return thing.look in ("", label.look) and is_of_colour(thing.colour, label.kind, label.colour)
 
 
-def landmarks_ahead(landmarks: Iterable[Landmark], x: float, z: float, angle: float) -> list[Landmark]:
-    """Return the landmarks ahead of (x, z) in the direction `angle` (radians), the most likely to be meant first."""
+def landmarks_ahead(landmarks: Iterable[MappedLandmark], x: float, z: float, angle: float) -> list[MappedLandmark]:
+    """Return the landmarks ahead of (x, z) in the direction `angle` (radians), the most likely referent first."""
     sin, cos = math.sin(angle), math.cos(angle)
     scored = []
     for landmark in landmarks:

@@ -1,11 +1,11 @@
-"""A* over the agent's motion on its own map: unit steps at multiples of 30 degrees from its first heading."""
+"""Path planning (A*) on the agent's own map, with unit steps and turns of 30 degrees."""
 
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 
-from arramon_agents.mapping.ground_map import CELL, SIDE, Map
+from arramon_agents.mapping.ground_map import CELL, SIDE, GroundMap
 from arramon_agents.mapping.search import a_star
 from arramon_client.agent import Action
 from arramon_client.world import HEADINGS
@@ -18,7 +18,7 @@ UNKNOWN_COST = 0.6
 """Additional cost of a step that ends on unknown ground."""
 
 RESOLUTION = 0.5
-"""Side of the search's squares, in units: places in one square count as one."""
+"""Side of the squares in which the search merges places, in units."""
 
 HEURISTIC_WEIGHT = 1.15
 """Weight of the heuristic, the remaining distance (weighted A*)."""
@@ -27,7 +27,7 @@ MAX_EXPANDED = 350
 """Number of places expanded before the search returns the path to the nearest place found."""
 
 MARGIN = 0.3
-"""How much nearer to the goal a place must be to count as nearer, in units."""
+"""Minimum decrease of the distance to the goal for a place to replace the nearest one found, in units."""
 
 TURNED = tuple(sorted(range(HEADINGS), key=lambda i: min(i, HEADINGS - i)))
 AHEAD_TURNED = tuple(i for i in TURNED if min(i, HEADINGS - i) <= 3)
@@ -36,12 +36,12 @@ Pose = tuple[float, float, int]
 """(x, z) in the agent's own frame, and the heading in multiples of 30 degrees clockwise from its first heading."""
 
 
-def can_step(ground: Map, x: float, z: float, heading: int) -> bool:
-    """Return whether a step from (x, z) is free as far as is known."""
+def can_step(ground: GroundMap, x: float, z: float, heading: int) -> bool:
+    """Return whether a step from (x, z) is not known to be blocked."""
     sin, cos = STEPS[heading]
     blocked = ground.blocked
     half = SIDE / 2
-    # The agent may be closer to obstacles than its map allows, so a blocked cell right beside it is ignored.
+    # The agent may be closer to obstacles than its map allows, so ignore a blocked cell right next to it.
     for share in (0.5, 0.75, 1.0, 0.25):
         row, column = int((x + share * sin) / CELL + half), int((z + share * cos) / CELL + half)
         if not (0 <= row < SIDE and 0 <= column < SIDE):
@@ -52,10 +52,10 @@ def can_step(ground: Map, x: float, z: float, heading: int) -> bool:
 
 
 @dataclass(frozen=True)
-class _Motion:
-    """Problem of walking to a goal on the agent's map; arguments as for `find_path`."""
+class _MapSearch:
+    """Search problem: walk to a goal on the agent's map; arguments as for `find_path`."""
 
-    ground: Map
+    ground: GroundMap
     start: Pose
     goal: tuple[float, float]
     radius: float
@@ -63,7 +63,7 @@ class _Motion:
     closed_steps: frozenset[tuple[int, int, int]]
 
     def key(self, pose: Pose) -> tuple[int, int]:
-        """Return the square of a pose, in any heading."""
+        """Return the square of a pose, regardless of its heading."""
         return round(pose[0] / RESOLUTION), round(pose[1] / RESOLUTION)
 
     def remaining(self, pose: Pose) -> float:
@@ -75,7 +75,7 @@ class _Motion:
         return self.last_heading(pose) is not None
 
     def last_heading(self, pose: Pose) -> int | None:
-        """Return the heading nearest to a pose's own with which the agent has arrived there; None if there is none."""
+        """Return the nearest heading with which the goal is reached at a pose; None if there is none."""
         x, z, heading = pose
         if math.hypot(self.goal[0] - x, self.goal[1] - z) > self.radius:
             return None
@@ -85,7 +85,7 @@ class _Motion:
         return None
 
     def successors(self, pose: Pose) -> Iterator[tuple[Pose, float]]:
-        """Yield the poses one step away that are free as far as is known."""
+        """Yield the poses one step away that are not known to be blocked."""
         x, z, heading = pose
         free, half = self.ground.free, SIDE / 2
         for turned in TURNED if pose is self.start else AHEAD_TURNED:
@@ -100,7 +100,7 @@ class _Motion:
 
 
 def find_path(
-    ground: Map,
+    ground: GroundMap,
     start: Pose,
     goal: tuple[float, float],
     radius: float,
@@ -117,7 +117,7 @@ def find_path(
         is_there: further condition on the last pose (x, z, heading).
         closed_steps: `step_key`s of steps that turned out to be blocked.
     """
-    motion = _Motion(ground, start, goal, radius, is_there, closed_steps)
+    motion = _MapSearch(ground, start, goal, radius, is_there, closed_steps)
     poses = a_star(motion, start, MAX_EXPANDED, margin=MARGIN * HEURISTIC_WEIGHT).states
     actions: list[Action] = []
     for before, after in pairwise(poses):

@@ -1,4 +1,4 @@
-"""Reconstruction of the assembly room's contents from depth and segmentation, seen from known cells."""
+"""Reconstruction of the contents of the assembly room from depth and segmentation, with known camera poses."""
 
 import math
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from arramon_agents.perception.eyes.names import NamedThing  # It needs PyTorch.
 
 MIN_PIXELS = 4
-"""Minimum number of pixels, over all frames, of an object or wall; fewer may be the edge of another object."""
+"""Minimum number of pixels of an object or wall, over all frames; fewer may be the edge of another object."""
 
 MAX_SAMPLES = 112
 """Maximum number of rows and columns examined; larger frames are subsampled."""
@@ -30,20 +30,20 @@ _Floats = npt.NDArray[np.float64]
 
 @dataclass(slots=True)
 class _Evidence:
-    """Evidence of one type of object in one cell: number of pixels, and the lowest height in units."""
+    """Evidence for one type of object in one cell: number of pixels, and lowest height in units."""
 
     pixels: int
     lowest: float
 
 
 class RoomSight:
-    """Accumulator of frames of the room, which reconstructs its contents.
+    """Accumulates frames of the room and reconstructs its contents.
 
     Args:
-        labels: `Episode.labels`, meaning of a segmentation's values, by index.
+        labels: labels of the segmentation, by index (`Episode.labels`).
 
     Raises:
-        ValueError: if there are none, as without the sensor "segmentation".
+        ValueError: if there are no labels, because the run lacks the sensor "segmentation".
     """
 
     def __init__(self, labels: Sequence[Label]) -> None:
@@ -91,7 +91,7 @@ class RoomSight:
             self._add_walls(shown[every], column, row)
 
     def add_things(self, things: Sequence["NamedThing"], cell: Cell, heading: float) -> None:
-        """Ignore a frame's named things: all objects come by their labels."""
+        """Ignore the named things of a frame: objects come from the segmentation only."""
 
     def room(self) -> Room:
         """Return the room as seen so far; objects in one cell are stacked, ordered by height."""

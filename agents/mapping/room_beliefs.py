@@ -1,4 +1,4 @@
-"""Memory of the assembly room: what the visual encoder saw in each cell, summed over all views."""
+"""Memory of the assembly room with attribute probabilities, combined over all views of each cell."""
 
 import math
 from collections.abc import Sequence
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from arramon_agents.mapping.landmark_beliefs import FULL, MOST, SURE
+from arramon_agents.mapping.landmark_beliefs import FULL_WEIGHT_PIXELS, MAX_WEIGHT, PROBABILITY_FLOOR
 from arramon_agents.mapping.room import RoomSight
 from arramon_agents.perception.eyes.names import NamedThing
 from arramon_agents.perception.eyes.sight import label_of
@@ -16,17 +16,17 @@ from arramon_client.world import CELL_SIZE, COLLECTIBLES, COLUMNS, ROWS
 from arramon_lang.room import Cell, Room, Standing
 
 RADIUS = 0.2
-"""Distance from the middle of a thing's visible side to its own middle, in units."""
+"""Distance from the visible side of an object to its centre, in units."""
 
 BASE = 0.12
-"""Least height of a thing's lower end, in units, at which it counts as standing on another."""
+"""Minimum height of an object's lower end for it to be stacked on another, in units."""
 
 
 class SeenRoom(RoomSight):
-    """Accumulates frames of the room, with named things.
+    """Accumulates frames of the room with named things, and reconstructs its contents.
 
     Args:
-        labels: the label of each value of the label images.
+        labels: labels of the segmentation, by index.
     """
 
     def __init__(self, labels: Sequence[Label]) -> None:
@@ -50,11 +50,12 @@ class SeenRoom(RoomSight):
             row = round(cell[1] + (ahead * cos - right * sin) / CELL_SIZE)
             if not (0 <= column < COLUMNS and 0 <= row < ROWS):
                 continue
-            # The lower end of a thing that is cut off at the frame's edge, or hidden, says nothing.
+            # A thing whose lower end is hidden or cut off by the frame's edge may look raised: it needs one below.
             level = 2 if named.thing.low > BASE and ((column, row), 1) in self._chances else 1
-            weight = min(MOST, float(named.thing.mask.sum()) / FULL)
+            weight = min(MAX_WEIGHT, float(named.thing.mask.sum()) / FULL_WEIGHT_PIXELS)
             logs = [
-                weight * np.log(part.astype(np.float64) + SURE) for part in (named.kinds, named.colours, named.looks)
+                weight * np.log(part.astype(np.float64) + PROBABILITY_FLOOR)
+                for part in (named.kinds, named.colours, named.looks)
             ]
             known = self._chances.setdefault(((column, row), level), [np.zeros_like(log) for log in logs])
             for total, log in zip(known, logs, strict=True):

@@ -1,4 +1,4 @@
-"""Shortest paths in the assembly room, to a cell next to the target cell, facing it."""
+"""Shortest paths in the assembly room to a pose that faces the target cell."""
 
 from collections.abc import Collection
 from heapq import heappop, heappush

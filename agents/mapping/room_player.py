@@ -1,4 +1,4 @@
-"""Execution of an assembly instruction: look around the room, find the target cell, walk to it and place the object."""
+"""Player of one assembly phase: look around the room, find the target cell, walk to it and place the object."""
 
 from collections import deque
 from collections.abc import Callable, Sequence
@@ -21,17 +21,17 @@ LOOKS = 11
 """Number of frames, one turn apart, that cover all directions with a field of view of two turns."""
 
 RESERVE = 26
-"""Maximum number of steps to any cell, including the placement; with no more steps left, looking around stops."""
+"""Steps reserved for walking to any cell and placing the object; with no more left, the agent stops looking around."""
 
 OUTLOOK: Cell = (2, 3)
-"""Cell that the agent faces, from the one before it, for a second look around if a named object was not found."""
+"""Cell that the agent goes to face for a second look around if a named object was not found."""
 
-Find = Callable[[Assembly, Room], Cell]
-"""Returns the cell for the object by the meaning of an instruction and the contents of the room."""
+FindCell = Callable[[Assembly, Room], Cell]
+"""Returns the target cell, given the meaning of an instruction and the contents of the room."""
 
 
 def find_by_rules(meaning: Assembly, room: Room) -> Cell:
-    """Return the cell that fits an instruction best by the rules of `arramon_lang.room`."""
+    """Return the cell that matches an instruction best, by the rules of `arramon_lang.room`."""
     return find_cell(meaning, room)[0]
 
 
@@ -39,12 +39,12 @@ class RoomFollower:
     """Player of one assembly phase by depth and segmentation alone.
 
     Args:
-        meaning: meaning of the phase's instruction; parts that match nothing in the room are ignored.
+        meaning: meaning of the instruction; parts that match nothing in the room are ignored.
         sight: empty memory of the room.
-        find: returns the cell for the object in a room; None for the rules of `arramon_lang.room`.
+        find: chooses the target cell; None for the rules of `arramon_lang.room`.
     """
 
-    def __init__(self, meaning: Assembly, sight: RoomSight, find: Find | None = None) -> None:
+    def __init__(self, meaning: Assembly, sight: RoomSight, find: FindCell | None = None) -> None:
         self._meaning, self._find = meaning, find or find_by_rules
         self._sight = sight
         self._cell: Cell = START

@@ -1,4 +1,4 @@
-"""A* over states of any kind, shared by the agents that plan their motion."""
+"""A* search over any kind of states, for all agents that plan paths."""
 
 from collections.abc import Hashable, Iterable
 from heapq import heappop, heappush
@@ -7,42 +7,44 @@ from typing import Generic, NamedTuple, Protocol, TypeVar
 State = TypeVar("State")
 
 
-class Problem(Protocol[State]):
-    """What is searched: states, the moves between them, and the goal."""
+class SearchProblem(Protocol[State]):
+    """Interface of a search problem: states, moves between them, and the goal."""
 
     def key(self, state: State) -> Hashable:
-        """Return what identifies a state; states with the same key count as one."""
+        """Return the key of a state; states with equal keys are the same state."""
 
     def successors(self, state: State) -> Iterable[tuple[State, float]]:
-        """Return the states that one move leads to, with the cost of that move, at least 0."""
+        """Return the states that are one move away, with the cost of the move, at least 0."""
 
     def remaining(self, state: State) -> float:
-        """Return an estimate of the cost from a state to the goal."""
+        """Return the estimated cost from a state to the goal (the heuristic)."""
 
     def is_goal(self, state: State) -> bool:
         """Return whether a state is a goal."""
 
 
-class Path(NamedTuple, Generic[State]):
+class SearchResult(NamedTuple, Generic[State]):
     """Result of a search.
 
     Attributes:
-        states: from the start to the last state, both included.
-        reached: whether the last state is a goal; if not, it is the one with the lowest estimate that was found.
+        states: path from the start to the last state, both included.
+        reached: whether the last state is a goal; otherwise it is the state with the lowest heuristic found.
     """
 
     states: list[State]
     reached: bool
 
 
-def a_star(problem: Problem[State], start: State, max_expanded: int, *, margin: float = 0.0) -> Path[State]:
-    """Return the path with the lowest cost, as far as the estimates are not too high.
+def a_star(
+    problem: SearchProblem[State], start: State, max_expanded: int, *, margin: float = 0.0
+) -> SearchResult[State]:
+    """Search for a path with the lowest cost; it is optimal if the heuristic never overestimates.
 
     Args:
-        problem: what is searched.
-        start: the first state.
-        max_expanded: number of states expanded before the search ends without a goal.
-        margin: how much lower an estimate must be to replace the nearest state found so far.
+        problem: the search problem.
+        start: the initial state.
+        max_expanded: number of states to expand before giving up.
+        margin: minimum decrease of the heuristic to replace the nearest state found so far.
     """
     states, before, costs = [start], [-1], [0.0]
     nearest, nearest_left = 0, problem.remaining(start)
@@ -56,7 +58,7 @@ def a_star(problem: Problem[State], start: State, max_expanded: int, *, margin: 
             continue
         closed.add(key)
         if problem.is_goal(state):
-            return Path(_trace(states, before, number), reached=True)
+            return SearchResult(_trace(states, before, number), reached=True)
         left = problem.remaining(state)
         if left < nearest_left - margin:
             nearest, nearest_left = number, left
@@ -67,7 +69,7 @@ def a_star(problem: Problem[State], start: State, max_expanded: int, *, margin: 
                 before.append(number)
                 costs.append(queued)
                 heappush(queue, (queued + problem.remaining(new), len(states) - 1))
-    return Path(_trace(states, before, nearest), reached=False)
+    return SearchResult(_trace(states, before, nearest), reached=False)
 
 
 def _trace(states: list[State], before: list[int], number: int) -> list[State]:

@@ -1,27 +1,27 @@
-"""The object that an instruction tells to pick up: which one it is, and from where it can be picked up."""
+"""The target object of a navigation instruction: choosing the landmark that it is, and checking the pick-up range."""
 
 import math
 
-from arramon_agents.mapping.body import Body, rotated
-from arramon_agents.mapping.landmarks import Landmark
+from arramon_agents.mapping.body import AgentBody, rotated
+from arramon_agents.mapping.landmarks import MappedLandmark
 from arramon_agents.mapping.motion import TURN
 from arramon_lang.meaning import Thing
 
 REACH_SIDE, REACH_FROM, REACH_TO = 0.42, 0.8, 1.9
-"""Range of the target for the pick-up, in units to the side and ahead; the rules' box is 0.5 and 3."""
+"""Range for the pick-up, in units: to the side, and nearest and farthest ahead; the rules' box is 0.5 and 3."""
 
 BY, BY_BUILDING = 4.5, 9.0
-"""Maximum distance of the target from what tells its place, in units: a thing, or a building."""
+"""Maximum distance of the target from its reference object, in units: from a thing, from a building."""
 
 
-def find_target(body: Body, wanted: Thing, missed: set[tuple[float, float]]) -> Landmark | None:
-    """Return the likeliest landmark that fits a target, except those at `missed` places; None if there is none."""
+def find_target(body: AgentBody, wanted: Thing, missed: set[tuple[float, float]]) -> MappedLandmark | None:
+    """Return the landmark that is most likely the target, except those at `missed` places; None if there is none."""
     fitting = [mark for mark in body.landmarks.fitting(wanted) if (mark.x, mark.z) not in missed]
     if not fitting:
         return None
     near = [thing for where in wanted.where for thing in where.things]
 
-    def cost(mark: Landmark) -> tuple[bool, float, float]:
+    def cost(mark: MappedLandmark) -> tuple[bool, float, float]:
         cost = body.distance(mark.x, mark.z)
         for thing in near:
             others = body.landmarks.fitting(thing)
@@ -31,8 +31,8 @@ def find_target(body: Body, wanted: Thing, missed: set[tuple[float, float]]) -> 
     return min(fitting, key=cost)
 
 
-def is_in_place(body: Body, wanted: Thing, mark: Landmark) -> bool:
-    """Return whether a landmark is near what tells the target's place, as far as is known; true if nothing tells it."""
+def is_in_place(body: AgentBody, wanted: Thing, mark: MappedLandmark) -> bool:
+    """Return whether a landmark is near a reference object of the target; True if the target has none."""
     if not wanted.where:
         return True
     things = [thing for where in wanted.where for thing in where.things]
@@ -44,13 +44,13 @@ def is_in_place(body: Body, wanted: Thing, mark: Landmark) -> bool:
     )
 
 
-def knows_place(body: Body, wanted: Thing) -> bool:
-    """Return whether anything has been seen that may tell the target's place."""
+def knows_place(body: AgentBody, wanted: Thing) -> bool:
+    """Return whether a landmark has been seen that may be a reference object of the target."""
     return any(body.landmarks.fitting(thing) for where in wanted.where for thing in where.things)
 
 
-def is_reached(body: Body, target: Landmark, x: float, z: float, heading: int) -> bool:
-    """Return whether a target can be picked up, and nothing else first, from a pose; heading in turns of 30 degrees."""
+def is_reached(body: AgentBody, target: MappedLandmark, x: float, z: float, heading: int) -> bool:
+    """Return whether a pick-up at a pose takes the target and no other object; heading in multiples of 30 degrees."""
     right, ahead = rotated(target.x - x, target.z - z, heading * TURN)
     if abs(right) > REACH_SIDE or not REACH_FROM <= ahead <= REACH_TO:
         return False

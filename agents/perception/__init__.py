@@ -1,1 +1,1 @@
-"""What agents perceive in a frame: visual encoders (`encoder.py` is their interface), and obstacles and landmarks."""
+"""Perception of frames: visual encoders (interface in `encoder.py`), obstacles, free ground and landmarks."""

@@ -1,11 +1,11 @@
-"""Visual encoders behind one interface: from RGB and depth to a 7-by-7 grid of features."""
+"""Interface of visual encoders, from RGB and depth to a 7x7 grid of features; quantisation, resizing, feature cache."""
 
 from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 
-from arramon_agents.perception.frame_memory import SeenFrames
+from arramon_agents.perception.frame_memory import FrameCache
 
 GRID = 7
 """Number of rows, and of columns, of cells into which an image is divided."""
@@ -14,18 +14,18 @@ DEFAULT = "eyes"
 """Name of the default encoder."""
 
 FOLDER = "folder="
-"""Prefix of encoder names that give the folder of a vision model of transformers."""
+"""Prefix of names of encoders that use a transformers vision model; the folder of the model follows."""
 
 
 class VisualEncoder(Protocol):
-    """Turns images into features, without gradients; the features of an image do not depend on its batch.
+    """Interface of frozen visual encoders. The features of an image do not depend on its batch.
 
     Attributes:
-        name: as given to `registry.open_encoder`.
+        name: name for `registry.open_encoder`.
         channels: number of features of a cell, C.
-        image_size: side length of its input images, in pixels.
-        channel_names: the meaning of each feature, such as "kind:mug"; empty if they have none.
-        fingerprint: a short hash of code version and weights; cached features are stored under it.
+        image_size: side length of the input images, in pixels.
+        channel_names: name of each feature, such as "kind:mug"; empty if the features have no names.
+        fingerprint: short hash of code version and weights, used as the key of cached features.
     """
 
     name: str
@@ -47,7 +47,7 @@ class VisualEncoder(Protocol):
 
 
 def quantise(features: npt.NDArray[np.float32]) -> npt.NDArray[np.uint8]:
-    """Return features in [0, 1] quantised to 0..255, of the same shape, as in training and at play."""
+    """Quantise features in [0, 1] to 0..255; this is done in training and at play."""
     whole: npt.NDArray[np.uint8] = np.rint(np.clip(features, 0.0, 1.0) * 255.0).astype(np.uint8)
     return whole
 
@@ -69,17 +69,17 @@ def resize(
     return rgb[:, nearest][:, :, nearest], depth[:, nearest][:, :, nearest]
 
 
-class FrameMemory:
-    """A cache of image features: an agent that is stuck sees the same image again.
+class FeatureCache:
+    """Cache of visual features: an agent that is stuck sees the same image again.
 
     Args:
-        encoder: computes them.
-        frames: number of recent images whose features are kept; 4 kB each with the encoder "eyes".
+        encoder: the visual encoder.
+        frames: number of recent images whose features are cached, 4 kB each with the encoder "eyes".
     """
 
     def __init__(self, encoder: VisualEncoder, frames: int = 1024) -> None:
         self._image_size = encoder.image_size
-        self._seen: SeenFrames[npt.NDArray[np.uint8]] = SeenFrames(
+        self._seen: FrameCache[npt.NDArray[np.uint8]] = FrameCache(
             lambda rgb, depth: quantise(encoder.encode(rgb, depth)), frames
         )
 

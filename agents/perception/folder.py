@@ -1,7 +1,6 @@
-"""A visual encoder from a local folder: a ResNet or any other vision model that transformers can read.
+"""Visual encoder from a local folder with a transformers vision model, for example a ResNet.
 
-It uses RGB alone, at 224x224 pixels, and ignores depth. Its last feature map, or its patches, are averaged into 7x7
-cells.
+It uses RGB at 224x224 pixels and ignores depth. The last feature map, or the patches, are average-pooled to 7x7 cells.
 """
 
 import json
@@ -22,7 +21,7 @@ from arramon_agents.pretrained.packed import BadModel
 IMAGE_SIZE = 224
 
 BATCH = 8
-"""Images that are encoded at a time."""
+"""Batch size of encoding."""
 
 MEAN, DEVIATION = (0.485, 0.456, 0.406), (0.229, 0.224, 0.225)
 """Mean and standard deviation of ImageNet's colours, for models that specify no others."""
@@ -31,11 +30,11 @@ RANGE = 4.0
 """Range of a frame's features that is quantised, in standard deviations; values beyond are clipped."""
 
 VERSION = 1
-"""Increased whenever the same weights give other features."""
+"""Version of the features, increased when the code changes them."""
 
 
 class FolderEyes:
-    """Frozen visual encoder (`arramon_agents.perception.encoder.VisualEncoder`) of a folder.
+    """Frozen visual encoder (`arramon_agents.perception.encoder.VisualEncoder`) from a folder.
 
     Args:
         folder: with config.json and weights as safetensors.
@@ -90,7 +89,7 @@ class FolderEyes:
 
 
 def _as_map(states: Tensor, folder: Path) -> Tensor:
-    """Return patches (B, T, C) as a map (B, C, H, H), without the tokens before them, such as the class token."""
+    """Reshape patches, (B, T, C), to a feature map, (B, C, H, H), without preceding tokens (class token, registers)."""
     count = states.shape[1]
     side = int(count**0.5)
     if side < GRID:
@@ -105,7 +104,7 @@ def _size_of(config: Any) -> int:
 
 
 def _colours_of(folder: Path) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return mean and standard deviation of the colours, as the folder's preprocessor says, or ImageNet's."""
+    """Return mean and standard deviation of colours from the folder's preprocessor configuration, else ImageNet's."""
     path = folder / "preprocessor_config.json"
-    said = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
-    return tuple(said.get("image_mean", MEAN)), tuple(said.get("image_std", DEVIATION))
+    config = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
+    return tuple(config.get("image_mean", MEAN)), tuple(config.get("image_std", DEVIATION))

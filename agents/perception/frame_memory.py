@@ -1,4 +1,4 @@
-"""What was found in the last frames: an agent that is stuck, or looks around, sees the same frame again."""
+"""Cache of perception results by frame: an agent that is stuck, or looks around, sees the same frame again."""
 
 import hashlib
 from collections import OrderedDict
@@ -11,12 +11,12 @@ import numpy.typing as npt
 Found = TypeVar("Found")
 
 
-class SeenFrames(Generic[Found]):
-    """Looks at each of the last frames once.
+class FrameCache(Generic[Found]):
+    """Least-recently-used cache of a function of frames.
 
     Args:
-        look: returns what it finds in each frame of a batch: RGB, (B, H, W, 3) uint8, and depth, (B, H, W) float32.
-        frames: number of recent frames that are remembered.
+        look: computes the result of each frame of a batch: RGB, (B, H, W, 3) uint8, and depth, (B, H, W) float32.
+        frames: maximum number of cached frames.
     """
 
     def __init__(
@@ -26,7 +26,7 @@ class SeenFrames(Generic[Found]):
         self._known: OrderedDict[bytes, Found] = OrderedDict()
 
     def find(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> list[Found]:
-        """Return what is found in each frame of a batch; it is shared between equal frames: do not change it."""
+        """Return the result of each frame of a batch. Equal frames share one result, which must not be changed."""
         marks = [_mark(*images) for images in zip(rgb, depth, strict=True)]
         new = {mark: number for number, mark in enumerate(marks) if mark not in self._known}
         if new:

@@ -1,4 +1,4 @@
-"""What an agent that keeps a map perceives in an observation: labels of pixels, and named things."""
+"""Result of perception for agents that keep a map: segmentation and named things."""
 
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, NamedTuple
@@ -10,11 +10,11 @@ if TYPE_CHECKING:
 
 
 class Percept(NamedTuple):
-    """An observation as perceived.
+    """A perceived observation.
 
     Attributes:
-        observation: its segmentation is the run's, or what a visual encoder made of RGB and depth.
-        things: that a visual encoder named; none with the run's segmentation.
+        observation: observation with the run's segmentation, or with one predicted by a visual encoder.
+        things: things named by a visual encoder; empty with the run's segmentation.
     """
 
     observation: Observation
@@ -22,7 +22,7 @@ class Percept(NamedTuple):
 
 
 Perceive = Callable[[Sequence[Observation]], Sequence[Percept]]
-"""Returns what is perceived in each observation, of different episodes."""
+"""Perceives a batch of observations of different episodes."""
 
 
 def perceive_as_given(observations: Sequence[Observation]) -> list[Percept]:

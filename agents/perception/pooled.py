@@ -1,4 +1,4 @@
-"""The fixed encoder "pooled": shares of colours, nearness and edges in each cell. It has no weights."""
+"""The visual encoder "pooled": hand-crafted features of colour, nearness and edges, without weights."""
 
 from pathlib import Path
 
@@ -8,7 +8,7 @@ import numpy.typing as npt
 from arramon_agents.perception.encoder import GRID
 
 SIZE = 112
-"""Side length of the images; larger ones are subsampled."""
+"""Side length of the images; larger images are subsampled."""
 
 CELL = SIZE // GRID
 
@@ -26,17 +26,17 @@ COLOURS = {
     "orange": (240, 120, 20),
     "sky": (150, 195, 235),
 }
-"""Colours by name; every pixel counts for the nearest one."""
+"""Colours by name; every pixel is assigned to the nearest one."""
 
 RANGES = (1.0, 2.0, 3.5, 6.0, 12.0, 25.0)
-"""Ends of the ranges of depth, in metres; pixels farther away, or without depth, count in none."""
+"""Upper ends of the depth ranges, in metres; pixels farther away or without depth are in none."""
 
 LEVELS = 32
-"""Steps of a colour component in the table of nearest colours."""
+"""Quantisation levels of a colour component in the table of nearest colours."""
 
 
 class PooledEncoder:
-    """Counts pixels by colour, by colour among the near ones, and by depth."""
+    """Encoder whose features are shares of pixels by colour, by colour of near pixels, and by depth, and edges."""
 
     name = "pooled"
     image_size = SIZE

@@ -1,4 +1,4 @@
-"""Visual encoders by name: `eyes`, `pooled`, or a vision model in a folder."""
+"""Registry of visual encoders by name: `eyes`, `pooled`, or a vision model in a folder."""
 
 import importlib
 from collections.abc import Callable

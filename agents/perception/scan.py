@@ -1,6 +1,6 @@
-"""Perception of a frame: obstacles, free ground and landmarks, in the agent's own frame.
+"""Obstacles, free ground and landmarks of a frame, from depth and segmentation, in the agent's own frame.
 
-In the agent's own frame, the agent starts at (0, 0) facing +z; x is to the right; both are in units.
+In its own frame, the agent starts at (0, 0) facing +z; x is to the right; both are in units.
 """
 
 import math
@@ -17,7 +17,7 @@ from arramon_client.world import COLLECTIBLES, EYE_HEIGHT, FIELD_OF_VIEW
 Floats = npt.NDArray[np.float32]
 
 LOWEST, HIGHEST = 0.05, 0.62
-"""Heights between which an object is an obstacle, in units."""
+"""Range of heights in which an object is an obstacle, in units."""
 
 MAX_DISTANCE = 20.0
 """Maximum distance of obstacles that are recorded, in units."""
@@ -70,10 +70,10 @@ class Scan:
 
 @dataclass(eq=False)
 class Eye:
-    """Interpreter of frames by a table of labels.
+    """Extracts obstacles and landmarks from frames.
 
     Args:
-        labels: meaning of a segmentation's values, by index.
+        labels: labels of the segmentation, by index.
     """
 
     labels: Sequence[Label]

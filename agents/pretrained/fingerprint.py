@@ -1,4 +1,4 @@
-"""Fingerprints of models' files: features and states in a cache are stored under them."""
+"""Fingerprints of model files, used as keys of cached features and states."""
 
 import hashlib
 from collections.abc import Sequence
@@ -6,7 +6,7 @@ from pathlib import Path
 
 
 def fingerprint_of(paths: Sequence[Path]) -> str:
-    """Return a short hash of some files' names and contents."""
+    """Return a short hash of the names and contents of files."""
     digest = hashlib.sha256()
     for path in sorted(paths):
         digest.update(path.name.encode())

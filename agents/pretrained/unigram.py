@@ -4,20 +4,20 @@ import re
 from collections.abc import Mapping, Sequence
 
 SPACE = "\u2581"
-"""The character for a space in pieces."""
+"""Character for a space in pieces."""
 
 _UNKNOWN_PENALTY = 10.0
-"""How much lower an unknown character scores than the least likely piece, in log probability."""
+"""Difference between the log probabilities of the least likely piece and of an unknown character."""
 
 
 class Unigram:
     """Segments texts into pieces.
 
     Args:
-        pieces: by id.
+        pieces: pieces by id.
         scores: log probability of each piece.
-        unknown: id for characters that are in no piece.
-        replaced: normalisation of characters before segmentation, as a table for `str.translate`.
+        unknown: id of characters that are in no piece.
+        replaced: character normalisation, as a table for `str.translate`.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""Agent that acts at random: the paper's random-walk baseline (table 2, R/W)."""
+"""Agent that takes random actions: the paper's random-walk baseline (R/W in table 2)."""
 
 import hashlib
 from collections.abc import Sequence
@@ -9,7 +9,7 @@ __all__ = ["Agent"]
 
 
 class Agent:
-    """Agent that draws actions uniformly from a hash of seed, episode and step, and so needs no memory.
+    """Agent that draws actions uniformly, by a hash of seed, episode and step, so it has no state.
 
     Args:
         seed: different seeds give different actions.

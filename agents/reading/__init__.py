@@ -1,1 +1,1 @@
-"""How trained agents read: tokenizers, text encoders, and the learned reader, which parses texts into steps."""
+"""Language understanding of trained agents: tokenizers, text encoders, and the learned reader (a semantic parser)."""

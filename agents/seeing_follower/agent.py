@@ -1,4 +1,4 @@
-"""The follower with a visual encoder in place of segmentation, and the learned reader in place of the grammar."""
+"""The agent `seeing_follower`: rule-based navigation and placement, with learned perception and reading."""
 
 from pathlib import Path
 
@@ -9,7 +9,7 @@ from arramon_agents.mapping.room_beliefs import SeenRoom
 from arramon_agents.mapping.room_player import find_by_rules
 from arramon_agents.perception.eyes.encoder import Eyes
 from arramon_agents.perception.eyes.encoder import load as load_eyes
-from arramon_agents.perception.eyes.perceiving import EyesPerception
+from arramon_agents.perception.eyes.perception import EyesPerception
 from arramon_agents.perception.eyes.sight import LABELS
 from arramon_agents.reading.reader.reader import LearnedReader
 from arramon_agents.reading.reader.reader import load as load_reader
@@ -20,7 +20,7 @@ class Agent(MapAgent):
 
     Args:
         eyes: visual encoder; None for the shipped one.
-        reader: of instructions, or a file of one; None for the shipped one.
+        reader: reader of instructions, or its file; None for the shipped one.
     """
 
     name = "seeing_follower"

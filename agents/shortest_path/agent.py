@@ -1,4 +1,4 @@
-"""The shortest-path agent: plans at the start of a phase, follows the plan, and replans after an unexpected pose."""
+"""The shortest-path agent: plans at the start of each phase, and replans after an unexpected pose."""
 
 import math
 from collections.abc import Sequence
@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 
 from arramon.v1.evaluation_pb2 import Oracle, Target
 from arramon_agents.mapping import room_path as room
-from arramon_agents.shortest_path.ground import Ground
-from arramon_agents.shortest_path.motion import Walk, plan
+from arramon_agents.shortest_path.ground import ClearanceMap
+from arramon_agents.shortest_path.motion import CityPose, plan
 from arramon_agents.shortest_path.route import Router
 from arramon_client.agent import Action, Episode, Observation
 from arramon_client.world import TURN, turn_between
@@ -16,14 +16,14 @@ TOLERANCE = 0.01
 """Maximum deviation of a pose from the expected one, in units and in degrees."""
 
 MAX_CACHED_GROUNDS = 16
-"""Maximum number of sections whose ground is cached."""
+"""Maximum number of sections whose clearance map is cached."""
 
 Pose = tuple[float, float, float]
 
 
 @dataclass
-class _Memory:
-    """Memory of an episode: its oracle, the current plan, and the steps and cells that turned out to be blocked."""
+class _EpisodeState:
+    """State of an episode: ground truth, current plan, and steps and cells found to be blocked."""
 
     oracle: Oracle
     phase: tuple[int, str] = (0, "")
@@ -34,17 +34,17 @@ class _Memory:
 
 
 class Agent:
-    """Agent that walks to each target on the shortest path its motion allows, and places it in its goal cell.
+    """Agent that walks to each target on the shortest path that its motion allows, and places it in its target cell.
 
-    It needs the ground truth, so it cannot play hidden splits. (The paper's S/P baseline, table 2.)
+    It needs the ground truth, so it cannot play hidden splits. (S/P in the paper's table 2.)
     """
 
     name = "shortest_path"
     sensors = ("pose", "oracle")
 
     def __init__(self) -> None:
-        self._episodes: dict[str, _Memory] = {}
-        self._grounds: dict[bytes, tuple[Ground, Router]] = {}
+        self._episodes: dict[str, _EpisodeState] = {}
+        self._grounds: dict[bytes, tuple[ClearanceMap, Router]] = {}
 
     def begin(self, episode: Episode) -> None:
         """Store the episode's ground truth.
@@ -54,7 +54,7 @@ class Agent:
         """
         if episode.oracle is None:
             raise ValueError("shortest_path requires the sensor oracle, which this run does not have")
-        self._episodes[episode.episode_id] = _Memory(episode.oracle)
+        self._episodes[episode.episode_id] = _EpisodeState(episode.oracle)
 
     def end(self, episode_id: str) -> None:
         """Discard an episode's ground truth and plan."""
@@ -68,7 +68,7 @@ class Agent:
         """
         return [self._act(observation, self._episodes[observation.episode_id]) for observation in observations]
 
-    def _act(self, observation: Observation, memory: _Memory) -> Action:
+    def _act(self, observation: Observation, memory: _EpisodeState) -> Action:
         if observation.pose is None:
             raise ValueError("shortest_path requires the sensor pose, which this run does not have")
         phase = observation.turn, observation.phase
@@ -82,8 +82,8 @@ class Agent:
         memory.expected = _after(observation.pose, action, in_room=observation.phase == "assembly")
         return action
 
-    def _plan(self, pose: Pose, memory: _Memory) -> None:
-        """Make a new plan. If there was one, its last step was blocked, and is not tried again."""
+    def _plan(self, pose: Pose, memory: _EpisodeState) -> None:
+        """Make a new plan. If there was a plan, its last step was blocked: exclude it."""
         turn, phase = memory.phase
         target = memory.oracle.targets[turn - 1]
         if phase == "assembly":
@@ -95,31 +95,31 @@ class Agent:
                 memory.blocked_steps.add(_step_key(pose))
             memory.plan = self._city_plan(pose, target, memory)
 
-    def _city_plan(self, pose: Pose, target: Target, memory: _Memory) -> list[Action]:
+    def _city_plan(self, pose: Pose, target: Target, memory: _EpisodeState) -> list[Action]:
         ground, router = self._ground(memory.oracle, pose, target)
         goal = target.position.x, target.position.z
         route = router.route(pose[:2], goal)
         if route is None:
             return []
         blocked = memory.blocked_steps
-        actions = plan(ground, router, route, Walk(*pose), goal, lambda start, _: _step_key(start) not in blocked)
+        actions = plan(ground, router, route, CityPose(*pose), goal, lambda start, _: _step_key(start) not in blocked)
         return actions if actions is not None else []
 
-    def _ground(self, oracle: Oracle, pose: Pose, target: Target) -> tuple[Ground, Router]:
-        """Return the ground and the router of the oracle's section, cached for its episodes."""
+    def _ground(self, oracle: Oracle, pose: Pose, target: Target) -> tuple[ClearanceMap, Router]:
+        """Return the clearance map and the router of the oracle's section, cached between episodes."""
         key = b"".join(obstacle.SerializeToString(deterministic=True) for obstacle in oracle.obstacles)
         places = (pose[:2], (target.position.x, target.position.z))
         kept = self._grounds.get(key)
         if kept is None or not all(kept[0].covers(*place) for place in places):
             if len(self._grounds) >= MAX_CACHED_GROUNDS:
                 self._grounds.clear()
-            ground = Ground(oracle.obstacles, oracle.agent_radius, include=places)
+            ground = ClearanceMap(oracle.obstacles, oracle.agent_radius, include=places)
             kept = self._grounds[key] = ground, Router(ground)
         return kept
 
 
 def _room_plan(pose: Pose, target: Target, found_blocked: set[tuple[int, int]]) -> list[Action]:
-    """Plan a path around the objects in the room if possible, else across them, as some of the release's paths do."""
+    """Plan a path around the objects in the room if possible, else through them, like some paths of the release."""
     occupied = {(cell.column, cell.row) for cell in target.occupied}
     quarter, turns = room.quarter_of(pose[2])
     start = room.RoomPose(round(pose[0]), round(pose[1]), quarter)
@@ -131,7 +131,7 @@ def _room_plan(pose: Pose, target: Target, found_blocked: set[tuple[int, int]]) 
 
 
 def _after(pose: Pose, action: Action, *, in_room: bool) -> Pose:
-    """Return the pose after an action if nothing blocks it."""
+    """Return the pose after an unblocked action."""
     x, z, heading = pose
     if action == Action.LEFT:
         return x, z, (heading - TURN) % 360.0

@@ -1,4 +1,4 @@
-"""Free ground of a section: straight-line collision tests for the agent's disc, and a raster of clearances."""
+"""Free ground of a section: a raster of clearances, and collision tests for straight moves of the agent's disc."""
 
 import math
 from collections import defaultdict
@@ -20,7 +20,7 @@ BUCKET = 4.0
 """Side of the squares of the spatial index of obstacles, in units."""
 
 MARGIN = 0.01
-"""Distance to obstacles required beyond the disc's radius, in units, so that rounding cannot block a planned path."""
+"""Required distance from obstacles beyond the disc's radius, in units, so that rounding cannot block a planned path."""
 
 Place = tuple[float, float]
 """(x, z), in units."""
@@ -29,8 +29,8 @@ Clearance = npt.NDArray[np.float32]
 
 
 @dataclass(frozen=True, slots=True)
-class Rectangle:
-    """A solid rectangle: its centre, half extents along its own axes, and the sine and cosine of its heading."""
+class SolidRectangle:
+    """A solid rectangle: centre, half extents along its own axes, sine and cosine of its heading."""
 
     x: float
     z: float
@@ -45,7 +45,7 @@ class Rectangle:
         return dx * self.cos - dz * self.sin, dx * self.sin + dz * self.cos
 
     def is_nearer(self, start: Place, end: Place, distance: float) -> bool:
-        """Return whether the segment from start to end comes nearer than `distance`."""
+        """Return whether the segment from start to end comes nearer to it than `distance`."""
         ax, az = self.local(*start)
         bx, bz = self.local(*end)
         w, h = self.half_width, self.half_length
@@ -61,13 +61,13 @@ class Rectangle:
         return any(distance_to_segment(cx, cz, ax, az, bx, bz) < distance for cx in (-w, w) for cz in (-h, h))
 
 
-class Ground:
-    """Free ground of a section.
+class ClearanceMap:
+    """Raster of clearances of a section, with exact collision tests.
 
     Args:
         obstacles: all solid rectangles.
         radius: radius of the agent's disc, in units.
-        include: points (x, z) that the raster must cover besides the obstacles.
+        include: points (x, z) that the raster must cover, besides the obstacles.
 
     Attributes:
         radius: radius of the agent's disc.
@@ -85,7 +85,7 @@ class Ground:
         columns = math.ceil((max(xs, default=0.0) + border - self._left) / CELL)
         rows = math.ceil((max(zs, default=0.0) + border - self._bottom) / CELL)
         self.clearance = self._rasterise(columns, rows)
-        self._near: defaultdict[tuple[int, int], list[Rectangle]] = defaultdict(list)
+        self._near: defaultdict[tuple[int, int], list[SolidRectangle]] = defaultdict(list)
         for rectangle in self._rectangles:
             self._enter(rectangle)
 
@@ -113,7 +113,7 @@ class Ground:
         )
 
     def _is_piece_free(self, start: Place, end: Place) -> bool:
-        """Return the same as `is_free`, for a segment of at most one unit."""
+        """Return the result of `is_free` for a segment of at most one unit."""
         distance = self.radius + MARGIN
         middle = _between(start, end, 0.5)
         if not self.covers(*middle):
@@ -145,7 +145,7 @@ class Ground:
             np.minimum(clearance[window], distance, out=clearance[window], casting="same_kind")
         return clearance
 
-    def _enter(self, rectangle: Rectangle) -> None:
+    def _enter(self, rectangle: SolidRectangle) -> None:
         reach = math.hypot(rectangle.half_width, rectangle.half_length) + FAR
         for column in range(math.floor((rectangle.x - reach) / BUCKET), math.floor((rectangle.x + reach) / BUCKET) + 1):
             for row in range(
@@ -154,9 +154,9 @@ class Ground:
                 self._near[column, row].append(rectangle)
 
 
-def _rectangle(obstacle: Obstacle) -> Rectangle:
+def _rectangle(obstacle: Obstacle) -> SolidRectangle:
     angle = math.radians(obstacle.heading)
-    return Rectangle(
+    return SolidRectangle(
         obstacle.x, obstacle.z, obstacle.half_width, obstacle.half_length, math.sin(angle), math.cos(angle)
     )
 

@@ -1,4 +1,4 @@
-"""A* over the agent's motion, unit steps and turns of 30 degrees, from a pose to one with the target in reach."""
+"""Motion planning (A*) with unit steps and turns of 30 degrees, to a pose with the target in reach."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -6,8 +6,8 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from arramon_agents.mapping.search import a_star
-from arramon_agents.shortest_path.ground import Ground, Place
-from arramon_agents.shortest_path.route import Route, Router
+from arramon_agents.shortest_path.ground import ClearanceMap, Place
+from arramon_agents.shortest_path.route import GuideRoute, Router
 from arramon_client.agent import Action
 from arramon_client.world import HEADINGS, REACH_SIDE, TURN
 
@@ -15,19 +15,19 @@ TURN_COST = 0.1
 """Cost of a turn; a step costs 1. Of two equally long paths, the one with fewer turns is preferred."""
 
 STRAYING_COST = 1.0
-"""Additional cost of a step for each squared unit between its end and the route."""
+"""Additional cost of a step, times the squared distance of its end from the route."""
 
 RESOLUTION = 0.25
-"""Side of the search's squares, in units: poses in one square with the same heading count as one."""
+"""Side of the squares in which the search merges poses with the same heading, in units."""
 
 REACH_FROM, REACH_TO = 0.9, 2.0
-"""Range of the target ahead at the goal, in units; the release's paths end within 2 units of it."""
+"""Range of distances of the target ahead at the goal, in units; the release's paths end within 2 units of it."""
 
 MAX_EXPANDED = 200_000
-"""Number of poses expanded before the search gives up."""
+"""Maximum number of expanded poses."""
 
 
-class Walk(NamedTuple):
+class CityPose(NamedTuple):
     """A pose in the city: x and z in units, heading in degrees clockwise from +z."""
 
     x: float
@@ -43,17 +43,17 @@ class _Node(NamedTuple):
     turned: int
 
 
-class _Motion:
-    """Problem of walking along a route until the target is in reach; arguments as for `plan`."""
+class _RouteSearch:
+    """Search problem: walk along a route until the target is in reach; arguments as for `plan`."""
 
     def __init__(
         self,
-        ground: Ground,
+        ground: ClearanceMap,
         router: Router,
-        route: Route,
-        start: Walk,
+        route: GuideRoute,
+        start: CityPose,
         target: Place,
-        is_open: Callable[[Walk, Walk], bool],
+        is_open: Callable[[CityPose, CityPose], bool],
     ) -> None:
         self._ground, self._router, self._route, self._target, self._is_open = ground, router, route, target, is_open
         self._first_heading = start.heading
@@ -65,7 +65,7 @@ class _Motion:
         return round(node.x / RESOLUTION), round(node.z / RESOLUTION), node.turned
 
     def remaining(self, node: _Node) -> float:
-        """Return the remaining cost of the route."""
+        """Return the remaining cost of the route, as heuristic."""
         return self._router.left(self._route, node.x, node.z)
 
     def is_goal(self, node: _Node) -> bool:
@@ -84,24 +84,29 @@ class _Motion:
         x, z = node.x + sin, node.z + cos
         heading = (self._first_heading + TURN * node.turned) % 360.0
         free = self._ground.is_free((node.x, node.z), (x, z))
-        if free and self._is_open(Walk(node.x, node.z, heading), Walk(x, z, heading)):
+        if free and self._is_open(CityPose(node.x, node.z, heading), CityPose(x, z, heading)):
             yield _Node(x, z, node.turned), 1.0 + STRAYING_COST * self._route.distance(x, z) ** 2
 
 
 def plan(
-    ground: Ground, router: Router, route: Route, start: Walk, target: Place, is_open: Callable[[Walk, Walk], bool]
+    ground: ClearanceMap,
+    router: Router,
+    route: GuideRoute,
+    start: CityPose,
+    target: Place,
+    is_open: Callable[[CityPose, CityPose], bool],
 ) -> list[Action] | None:
     """Return the actions to a pose with the target in reach, without INTERACT; None if none are found.
 
     Args:
-        ground: the free ground.
-        router: router over the ground.
+        ground: clearance map of the section.
+        router: router on the clearance map.
         route: route to the target, which the actions follow as closely as the motion allows.
         start: the agent's pose.
         target: (x, z) of the target.
-        is_open: returns whether a free step from one pose to another is allowed.
+        is_open: returns whether a step from one pose to another is allowed.
     """
-    motion = _Motion(ground, router, route, start, target, is_open)
+    motion = _RouteSearch(ground, router, route, start, target, is_open)
     nodes, reached = a_star(motion, _Node(start.x, start.z, 0), MAX_EXPANDED)
     return [_action(before, after) for before, after in pairwise(nodes)] if reached else None
 

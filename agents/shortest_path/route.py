@@ -1,4 +1,4 @@
-"""Shortest routes over the free ground, ignoring the agent's motion, as guidance for the motion planner."""
+"""Shortest routes on the clearance map (Dijkstra), which ignore the agent's motion and guide the motion planner."""
 
 import math
 from collections.abc import Sequence
@@ -10,7 +10,7 @@ import numpy.typing as npt
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
-from arramon_agents.shortest_path.ground import CELL, Ground, Place, distance_to_segment
+from arramon_agents.shortest_path.ground import CELL, ClearanceMap, Place, distance_to_segment
 
 STRIDE = 2
 """Raster cells between two nodes."""
@@ -29,7 +29,7 @@ MOVES = ((1, 0), (0, 1), (1, 1), (1, -1), (2, 1), (2, -1), (1, 2), (1, -2))
 
 
 @dataclass(frozen=True)
-class Route:
+class GuideRoute:
     """A route to a target.
 
     Attributes:
@@ -47,18 +47,18 @@ class Route:
 
 
 class Router:
-    """Search for routes over a section's free ground (Dijkstra).
+    """Finds routes on the clearance map of a section by Dijkstra's algorithm.
 
     Args:
-        ground: the free ground.
+        ground: the clearance map.
     """
 
-    def __init__(self, ground: Ground) -> None:
+    def __init__(self, ground: ClearanceMap) -> None:
         self._ground = ground
         self._clearance = ground.clearance[::STRIDE, ::STRIDE]
         self._graph = _graph(self._clearance, ground.radius)
 
-    def route(self, start: Place, target: Place) -> Route | None:
+    def route(self, start: Place, target: Place) -> GuideRoute | None:
         """Return the route between two places, each moved to its nearest free node; None if there is none."""
         goal, first = self._free_node(target), self._free_node(start)
         if goal is None or first is None:
@@ -70,9 +70,9 @@ class Router:
         while nodes[-1] != goal:
             nodes.append(int(following[nodes[-1]]))
         places = [start, *(self._place(node) for node in nodes), target]
-        return Route(self._straightened(places), left.reshape(self._clearance.shape))
+        return GuideRoute(self._straightened(places), left.reshape(self._clearance.shape))
 
-    def left(self, route: Route, x: float, z: float) -> float:
+    def left(self, route: GuideRoute, x: float, z: float) -> float:
         """Return the remaining cost of a route from a place, in units."""
         column, row = self._ground.cell(x, z)
         columns, rows = route.left.shape

@@ -1,1 +1,1 @@
-"""Training data from the simulator: labelled frames, and walks without images. Agents never import this at play."""
+"""Training data from the simulator: labelled frames, simulated walks without images, texts. Not imported at play."""

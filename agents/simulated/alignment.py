@@ -1,4 +1,4 @@
-"""Alignment of an instruction's rows with a path: at which point of the path each row is carried out."""
+"""Alignment of an instruction with a path: the point of the path at which each of its rows is carried out."""
 
 import math
 from collections.abc import Sequence
@@ -8,15 +8,16 @@ import numpy.typing as npt
 
 from arramon_agents.reading.reader.slots import FACE, ROTATE, SLOTS, TARGET, TYPES, WHERE, Row
 from arramon_agents.simulated.courses import Course
-from arramon_agents.vl_map.features import Named, named
+from arramon_agents.vl_map.features import NamedAttributes, named_attributes
 from arramon_dataset.layout.solids import to_rectangle
 from arramon_lang.street import DEGREES
 
 FAR, TURNED = 6.0, math.radians(60.0)
-"""Distance from a row's thing, and difference from a row's turn, that have the full cost of 1; more costs the same."""
+"""Distance from the thing of a row, in units, and difference from the turn of a row at which the cost reaches its
+maximum, 1."""
 
 UNKNOWN = 0.3
-"""Cost of a place for a row that neither names a thing nor asks for a turn."""
+"""Cost of any place for a row without a thing or a turn."""
 
 Costs = npt.NDArray[np.float64]
 
@@ -24,9 +25,10 @@ _NAMES = list(SLOTS)
 
 
 def places_of(course: Course, rows: Sequence[Row]) -> list[int]:
-    """Return for each row the index of the path's point where it is done; a relation's is that of its thing.
+    """Return the index of the path's point at which each row is carried out, by dynamic programming.
 
-    Points are in order, and the total cost is least: distances from named things, differences from turns.
+    Points are in order, and the total cost is minimal: distances from named things and differences from turns. A
+    relation gets the point of its thing.
     """
     if not rows:
         return []
@@ -51,16 +53,16 @@ def places_of(course: Course, rows: Sequence[Row]) -> list[int]:
 
 
 def current_row(rows: Sequence[Row], places: Sequence[int], at: int) -> int:
-    """Return the index of the row that is being carried out at a point of the path: the first one done later."""
+    """Return the index of the row that is carried out at a point of the path: the first one with a later point."""
     steps = [number for number, row in enumerate(rows) if TYPES[row[0]] != WHERE]
     return next((number for number in steps if places[number] > at), steps[-1] if steps else 0)
 
 
 def _costs(course: Course, row: Row) -> Costs:
-    """Return the cost of each point of the path for a row, 0 to about 1."""
+    """Return the cost of each point of the path for a row, from 0 to about 1."""
     path, type_ = course.path, TYPES[row[0]]
     found = []
-    thing = named(row, 0)
+    thing = named_attributes(row, 0)
     away = _distances(course, thing) if thing is not None else None
     if type_ == ROTATE:
         turn = SLOTS["direction"][row[_NAMES.index("direction")]]
@@ -70,8 +72,8 @@ def _costs(course: Course, row: Row) -> Costs:
     return np.mean(found, 0) if found else np.full(len(path), UNKNOWN)
 
 
-def _distances(course: Course, thing: Named) -> Costs | None:
-    """Return the distances of points from the things that match a name, (points, things); None if there is none."""
+def _distances(course: Course, thing: NamedAttributes) -> Costs | None:
+    """Return the distances of points from the things that match, (points, things); None if nothing matches."""
     path, things = course.path, course.things
     fitting = [
         number
@@ -93,7 +95,7 @@ def _distances(course: Course, thing: Named) -> Costs | None:
 
 
 def _turns(course: Course, wanted: float) -> Costs:
-    """Return the difference between the turn at each point and the wanted one, 0 to 1."""
+    """Return the difference between the turn at each point and a turn, from 0 to 1."""
     path = course.path
     after = np.array([_heading(path, at, min(at + 2, len(path) - 1)) for at in range(len(path))])
     before = np.array([course.start[2] if at < 1 else _heading(path, max(at - 2, 0), at) for at in range(len(path))])

@@ -1,4 +1,4 @@
-"""A simulated agent in a section's streets, without images: it sees by geometry, with a visual encoder's errors."""
+"""Simulated agent in a section's streets without images: it perceives by geometry, with errors of a visual encoder."""
 
 import math
 from dataclasses import dataclass
@@ -6,28 +6,28 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from arramon_agents.mapping.body import Body
+from arramon_agents.mapping.body import AgentBody
 from arramon_agents.mapping.ground_map import CELL
 from arramon_agents.mapping.landmark_beliefs import SeenLandmarks
 from arramon_agents.mapping.motion import STEPS
 from arramon_agents.perception.eyes.names import NamedThing
-from arramon_agents.perception.eyes.objects import FARTHEST, FEWEST_PIXELS, Thing
+from arramon_agents.perception.eyes.objects import FARTHEST, FEWEST_PIXELS, FrameThing
 from arramon_agents.perception.eyes.sight import LABELS
 from arramon_agents.perception.eyes.vocabulary import COLOURS, KINDS, LOOKS, NONE, look_slices
 from arramon_agents.perception.scan import BEAM, CLUSTER, MAX_DISTANCE, Scan, Sighting
-from arramon_agents.simulated.world import FOCAL, Things, World
+from arramon_agents.simulated.world import FOCAL, StreetWorld, Things
 from arramon_agents.vl_map.features import relative_to
 from arramon_client.agent import Action
 from arramon_client.world import COLLECTIBLE_COLOURS, COLLECTIBLES, FURNITURE
 
 RAYS = 56
-"""Columns of a frame for which a ray is cast."""
+"""Number of rays that are cast per frame."""
 
 _RIGHT = ((np.arange(RAYS) + 0.5) * 2.0 / RAYS - 1.0) * math.tan(math.radians(30.0))
 _TURNED, _LENGTH = np.arctan(_RIGHT), np.sqrt(1.0 + _RIGHT**2)
 
 CROSSING_SEEN, CROSSING_SAMPLES = 14.0, 30
-"""Distance up to which perfect eyes see zebra crossings, in units; samples of a sighting of one."""
+"""Maximum distance at which zebra crossings are seen without errors, in units; number of samples of such a sighting."""
 
 _BUILDINGS = {label.look: number for number, label in enumerate(LABELS) if label.kind == "building"}
 _CROSSING = next(number for number, label in enumerate(LABELS) if label.kind == "zebra_crossing")
@@ -42,17 +42,18 @@ _LIKE = {
 
 
 @dataclass(frozen=True, slots=True)
-class Faults:
-    """Error rates of the visual encoder, 0 for a perfect one; the defaults were measured on frames of `train`.
+class PerceptionFaults:
+    """Error rates of a visual encoder, 0 for a perfect one; the defaults were measured on frames of `train`.
 
     Attributes:
-        missed: share of views of small things that are missed; of large things fewer are.
-        kind, colour, pattern, shape: shares of things, and of views, with a wrong name.
-        facade: share of buildings whose facade is wrong.
-        unclear: share of views of walls without a clear facade, for each unit of distance.
-        place, displaced: error of a thing's place, as a share of its distance; share of views with a gross error.
-        crossing: share of the distance to which perfect eyes see zebra crossings by which others see them less far,
-            and error of their places, in units.
+        missed: share of views of small things that are missed; it is lower for large things.
+        kind, colour, pattern, shape: shares of things, and of views, with a wrong attribute.
+        facade: share of buildings with a wrong facade.
+        unclear: share of views of walls without a facade, per unit of distance.
+        place, displaced: standard deviation of a thing's position, as a share of its distance; share of views with a
+            gross position error.
+        crossing: relative reduction of the distance at which zebra crossings are seen, and standard deviation of their
+            positions, in units.
     """
 
     missed: float = 0.22
@@ -66,28 +67,28 @@ class Faults:
     displaced: float = 0.04
     crossing: float = 0.3
 
-    def scaled(self, share: float) -> "Faults":
+    def scaled(self, share: float) -> "PerceptionFaults":
         """Return these error rates times a factor."""
-        return Faults(*(min(0.9, share * getattr(self, name)) for name in self.__slots__))
+        return PerceptionFaults(*(min(0.9, share * getattr(self, name)) for name in self.__slots__))
 
 
-class SimulatedBody(Body):
-    """Odometry, map and landmarks of an agent that walks in a world.
+class SimulatedBody(AgentBody):
+    """Odometry, map and landmarks of an agent that walks in a simulated section.
 
     Args:
-        world: the section.
-        things: in the section.
-        pose: (x, z, heading in radians) in the world at the start.
-        faults: error rates of what it sees.
-        random: source of the errors.
+        world: streets of the section.
+        things: things in the section.
+        pose: initial pose in the world (x, z, heading in radians).
+        faults: error rates of perception.
+        random: random generator of the errors.
     """
 
     def __init__(
         self,
-        world: World,
+        world: StreetWorld,
         things: Things,
         pose: tuple[float, float, float],
-        faults: Faults,
+        faults: PerceptionFaults,
         random: np.random.Generator,
     ) -> None:
         super().__init__(LABELS, SeenLandmarks(LABELS))
@@ -107,10 +108,10 @@ class SimulatedBody(Body):
         return *self.to_world(self.x, self.z), self._origin[2] + self.angle
 
     def begin_turn(self, things: Things) -> None:
-        """Begin a turn with its own collectibles in the same street.
+        """Begin a turn of the episode, with other collectibles.
 
         Args:
-            things: the same furniture, then the turn's collectibles.
+            things: the same furniture, then the collectibles of the turn.
         """
         kept = int((~self._things.is_collectible).sum())
         self._things = things
@@ -121,19 +122,19 @@ class SimulatedBody(Body):
         self.landmarks.forget_collectibles()
 
     def to_world(self, x: float, z: float) -> tuple[float, float]:
-        """Return the place in the world of one in the agent's own frame."""
+        """Transform a place from the agent's own frame to the world."""
         x0, z0, heading = self._origin
         sin, cos = math.sin(heading), math.cos(heading)
         return x0 + x * cos + z * sin, z0 - x * sin + z * cos
 
     def to_own(self, x: float, z: float) -> tuple[float, float]:
-        """Return the place in the agent's own frame of one in the world."""
+        """Transform a place from the world to the agent's own frame."""
         x0, z0, heading = self._origin
         sin, cos = math.sin(heading), math.cos(heading)
         return (x - x0) * cos - (z - z0) * sin, (x - x0) * sin + (z - z0) * cos
 
     def do(self, action: Action) -> None:
-        """Carry out an action; a step only if nothing is in the way."""
+        """Carry out an action; a step has no effect if it is blocked."""
         self.record_action(action)
         blocked = False
         if action is Action.FORWARD:
@@ -143,7 +144,7 @@ class SimulatedBody(Body):
         self._move(blocked)
 
     def look(self) -> None:
-        """Add what is seen from here to map and landmarks."""
+        """Update map and landmarks by what is seen from the current pose."""
         x, z, heading = self.world_pose
         solid, wall, house = self._world.cast(x, z, heading + _TURNED, MAX_DISTANCE * 1.1)
         solid, wall = solid / _LENGTH, wall / _LENGTH  # Distances ahead.
@@ -159,7 +160,7 @@ class SimulatedBody(Body):
         own: tuple[float, float, float],
         place: tuple[float, float],
     ) -> list[Sighting]:
-        """Return the buildings along the rays by facade, and the zebra crossings in view."""
+        """Return sightings of buildings (with facade) along the rays, and of zebra crossings in view."""
         found = []
         hit = np.flatnonzero(np.isfinite(wall))
         unclear = self._random.random(len(self._facades))[house[hit] - 1] < self._faults.unclear * wall[hit]
@@ -189,7 +190,7 @@ class SimulatedBody(Body):
         return found
 
     def _named(self, x: float, z: float, heading: float) -> list[NamedThing]:
-        """Return the things in view, as the encoder would cut them out and name them."""
+        """Return the things in view as the visual encoder would cut them out and name them."""
         things, random = self._things, self._random
         right, ahead = relative_to(things.places, (x, z, heading))
         shown = (ahead > 0.4) & (ahead < FARTHEST) & (np.abs(right) < ahead * math.tan(math.radians(30.0)))
@@ -212,7 +213,7 @@ class SimulatedBody(Body):
             if random.random() < self._faults.displaced:
                 error += random.normal(0.0, 0.5, 2)
             near = far - min(0.3, 0.3 * width)
-            box = Thing(
+            box = FrameThing(
                 slice(0, 1), slice(0, 1), np.ones(min(pixels, 700), np.bool_),
                 float(right[number] * near / far + error[0]), float(near + error[1]),
                 width, float(things.low[number]), float(things.low[number] + height),
@@ -221,7 +222,7 @@ class SimulatedBody(Body):
         return found
 
     def _names(self, number: int, pixels: int) -> tuple[npt.NDArray[np.float32], ...]:
-        """Return probabilities of kinds, colours and looks of a thing, as from one view."""
+        """Return probabilities of kinds, colours and looks of a thing from one view."""
         faults, random = self._faults, self._random
         codes, wrong = self._things.codes[number], self._wrong[number]
         worse = 0.8 + math.exp(-pixels / 60.0)
@@ -232,7 +233,7 @@ class SimulatedBody(Body):
         ):
             row = np.full(len(names), 1e-3, np.float32)
             if code != NONE:
-                # Half of the faults are of the thing, the same in all views of it, half of the view.
+                # Half of the errors are the same in all views of a thing, the others differ between views.
                 is_wrong = self._confused[number, part] < 0.5 * share * worse or random.random() < 0.5 * share * worse
                 sure = 0.99 - random.random() ** 6 * (0.5 if share > 0.0 else 0.0)
                 row[other if is_wrong else code] = sure
@@ -246,7 +247,7 @@ class SimulatedBody(Body):
         return self._faults.pattern
 
     def _drawn_names(self, number: int) -> tuple[int, int, int]:
-        """Return a kind, a colour and a look with which a thing could be confused."""
+        """Draw a kind, a colour and a look with which a thing is confused."""
         random, codes = self._random, self._things.codes[number]
         kinds = _LIKE.get(KINDS[codes.kind], _COLLECTIBLES if codes.kind in _COLLECTIBLES else _FURNITURE)
         look = NONE
@@ -263,7 +264,7 @@ def _grouped(row: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
 
 
 def _scan(solid: npt.NDArray[np.float64], wall: npt.NDArray[np.float64], own: tuple[float, float, float]) -> Scan:
-    """Return obstacles and free ground of a frame, like `perception.scan.Eye.scan` from images."""
+    """Return obstacles and free ground of a frame from ray distances, like `perception.scan.Eye.scan` from images."""
     near = np.minimum(solid, MAX_DISTANCE)
     points, walls = [], []
     for distance, is_wall in ((solid, False), (wall, True)):

@@ -1,4 +1,4 @@
-"""Courses for simulated walks, one for each turn of an episode: the world, the path, the instruction as read."""
+"""Courses for simulated walks, one per turn of an episode: section, reference path, parsed instructions."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -11,7 +11,7 @@ import numpy.typing as npt
 import arramon_lang as lang
 from arramon_agents.reading.reader.reader import LearnedReader
 from arramon_agents.reading.reader.slots import Row, rows_of
-from arramon_agents.simulated.world import Things, World
+from arramon_agents.simulated.world import StreetWorld, Things
 from arramon_client.world import Action
 from arramon_lang.meaning import Navigation
 from arramon_server.episodes.episode import Episode
@@ -21,23 +21,24 @@ from arramon_server.sim.own_furniture import furnished
 from arramon_server.sim.rules import Collectible
 
 EXTRA = "train_extra"
-"""Split in generated sections, used for training too if the data folder has it."""
+"""Additional training split, in generated sections; used if the data folder has it."""
 
 
 @dataclass(frozen=True, eq=False)
 class Course:
-    """The course of one turn.
+    """The navigation phase of one turn.
 
     Attributes:
-        world, things: the section and what stands in it.
-        start: (x, z, heading in radians) in the world.
-        path: (n, 2) of (x, z).
-        items: the collectibles; the first is the target.
+        world, things: streets of the section, and the things in them.
+        start: initial pose in the world (x, z, heading in radians).
+        path: reference path, (n, 2) of (x, z).
+        items: collectibles; the first is the target.
         turn: 1 or 2.
-        readings: rows of the instruction: the true meaning, and the reader's result in each language.
+        readings: the instruction as rows, alternatives: the true meaning, and the reader's output for each language.
+        arcs: (n,) distance along the path from its start to each point, in units.
     """
 
-    world: World
+    world: StreetWorld
     things: Things
     start: tuple[float, float, float]
     path: npt.NDArray[np.float64]
@@ -63,21 +64,21 @@ def courses_of(
     """Yield the turns of episodes.
 
     Args:
-        split: of the episodes.
-        episodes: their ids.
-        languages: in which instructions are read.
-        reader: of instructions.
-        meant: whether the first reading is the true meaning, read by the first language's grammar.
+        split: split of the episodes.
+        episodes: the episodes.
+        languages: languages of the instructions.
+        reader: reader of instructions.
+        meant: whether the first reading is the true meaning, parsed by the grammar of the first language.
     """
-    worlds: dict[str, World] = {}
+    worlds: dict[str, StreetWorld] = {}
     for episode in episodes:
         section = furnished(split.sections[episode.section], episode.furniture)
         if episode.furniture.is_empty:
             if episode.section not in worlds:
-                worlds[episode.section] = World(section)
+                worlds[episode.section] = StreetWorld(section)
             world = worlds[episode.section]
         else:
-            world = World(section)
+            world = StreetWorld(section)
         heading = episode.start.heading
         for number, turn in enumerate(episode.turns, start=1):
             texts = {language: episode.instruction(language, number, "navigation") for language in languages}
@@ -93,7 +94,7 @@ def courses_of(
 
 
 def _rows(meaning: object) -> list[Row]:
-    """Return a meaning's rows; empty if rows cannot express it."""
+    """Convert a meaning to rows; empty if they cannot express it."""
     assert isinstance(meaning, Navigation)
     try:
         return rows_of(meaning)
@@ -102,7 +103,7 @@ def _rows(meaning: object) -> list[Row]:
 
 
 def training_splits(data: Path) -> list[str]:
-    """Return the names of the splits to learn from: `train`, and EXTRA if the data folder has it."""
+    """Return the names of the training splits: `train`, and EXTRA if the data folder has it."""
     return ["train", *(folder.name for folder in folders_of(data) if folder.name == EXTRA)]
 
 
@@ -110,12 +111,12 @@ def training_episodes(data: Path, languages: Sequence[str], episodes: int) -> li
     """Return the training splits, `train` and EXTRA, each with the episodes that have all languages.
 
     Args:
-        data: the data folder.
-        languages: in which instructions are read.
-        episodes: of each split, the first ones in playing order; 0 for all.
+        data: data folder.
+        languages: languages of the instructions.
+        episodes: number of episodes of each split, the first in playing order; 0 for all.
 
     Raises:
-        ValueError: if there is no such split, or it does not have a language.
+        ValueError: if a split is missing or lacks a language.
     """
     try:
         splits = [read_split(folder_of(data, name)) for name in training_splits(data)]
@@ -140,10 +141,10 @@ def training_episodes(data: Path, languages: Sequence[str], episodes: int) -> li
 def training_courses(
     data: Path, languages: Sequence[str], episodes: int, reader: LearnedReader
 ) -> tuple[list[Course], str]:
-    """Return the turns to learn from, and the hash of `train`; arguments as for `training_episodes`, and the reader.
+    """Return the courses for training, and the hash of `train`; arguments as for `training_episodes`, and the reader.
 
     Raises:
-        ValueError: if there is no such split, or it does not have a language.
+        ValueError: if a split is missing or lacks a language.
     """
     found = training_episodes(data, languages, episodes)
     courses = [course for split, chosen in found for course in courses_of(split, chosen, languages, reader)]

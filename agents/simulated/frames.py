@@ -1,4 +1,4 @@
-"""Frames from random viewpoints in streets and rooms, with the label of each pixel, for training visual encoders."""
+"""Labelled frames from random viewpoints in streets and rooms, for training visual encoders."""
 
 import math
 from collections.abc import Sequence
@@ -24,24 +24,24 @@ from arramon_server.sim.section import Section
 from arramon_server.sim.view import room_actors, street_actor
 
 UNIT = 0.001
-"""Units per step of a camera's depth."""
+"""Resolution of the camera's depth, in units."""
 
 ROOM_SHARE, PROP_SHARE, ODD_HEADING_SHARE = 0.2, 0.4, 0.15
-"""Shares of frames in the room, of frames in the street that look at a piece of furniture, and of headings that are
-not those of agents, which turn by 30 degrees."""
+"""Shares of frames in the room, of street frames that look at furniture, and of headings that are not multiples of 30
+degrees, unlike those of agents."""
 
 NEAREST, FARTHEST = 0.6, 11.0
-"""Range of distances of drawn collectibles from the viewpoint, in units."""
+"""Range of distances of collectibles from the viewpoint, in units."""
 
 PROP_RANGE = (1.0, 12.0)
-"""Range of distances from which furniture is looked at, in units."""
+"""Range of distances of the furniture that a viewpoint looks at, in units."""
 
 HALF_VIEW = math.radians(31.0)
-"""Half of the angle in which collectibles are put: a little more than the camera's, so that some are cut off."""
+"""Half of the angle in which collectibles are placed: a little more than the camera's, so that some are cut off."""
 
 MOST_IN_STREET, MOST_IN_ROOM = 6, 12
 JITTER = 0.45
-"""Maximum distance of a viewpoint or a collectible from the lattice's places, along each axis, in units."""
+"""Maximum offset of a viewpoint or collectible from a lattice point along each axis, in units."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +60,7 @@ class LabelledFrame:
 
 
 class _Street:
-    """A section with its camera, and the places where agents and collectibles can be. Parts are built on first use."""
+    """A section with its camera and the places where agents and collectibles can be, built on first use."""
 
     def __init__(self, section: Section) -> None:
         self.section = section
@@ -86,9 +86,9 @@ class FrameSource:
     """Draws labelled frames; the same seed and number give the same frame. Not thread-safe.
 
     Args:
-        sections: (id of a plan, seed of its furniture) of the sections; see `dataset.plans.build_section`.
+        sections: id of the plan and seed of the furniture of each section; see `dataset.plans.build_section`.
         size: side length of the frames, in pixels.
-        seed: of all choices.
+        seed: seed of all random choices.
         room_share: share of frames in the room.
     """
 
@@ -144,7 +144,7 @@ def _in_street(street: _Street, random: np.random.Generator) -> tuple[Viewpoint,
 
 
 def _viewpoint(street: _Street, random: np.random.Generator) -> tuple[float, float, float]:
-    """Return (x, z, heading in degrees) of a viewpoint, often one that looks at furniture of a random kind."""
+    """Draw a viewpoint (x, z, heading in degrees), often one that looks at furniture of a random kind."""
     places = street.places
     at = places[random.integers(len(places))]
     heading = street.section.heading + 30.0 * int(random.integers(12))
@@ -190,5 +190,5 @@ def _in_room(random: np.random.Generator) -> tuple[Viewpoint, Sequence[Actor]]:
 
 
 def label_names() -> list[tuple[str, str, str]]:
-    """Return (kind, colour, look) of each label, by the number that frames have for it."""
+    """Return (kind, colour, look) of each label, by its index in frames."""
     return [(label.kind, label.colour, label.look) for label in LABELS]

@@ -1,5 +1,7 @@
-"""Pairs of text and meaning in every language, from the plans of a split's episodes: with things exchanged, and the
-steps of several plans put together, written anew by the languages' grammars."""
+"""Training data of the learned reader: pairs of text and meaning in every language.
+
+New meanings are made from those of a split by exchanging things and combining steps; grammars write their texts.
+"""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -14,19 +16,19 @@ from arramon_server.episodes.splits import folder_of, read_split
 from arramon_server.sim.assets.furniture import COLOURS
 
 NAVIGATION = 0.7
-"""Share of texts for the street: they are longer than those for the room, and have more to be read."""
+"""Share of navigation texts: they are longer and more varied than assembly texts."""
 
 MIXED = 0.4
-"""Share of navigation texts whose steps are put together from several plans."""
+"""Share of navigation texts that combine the steps of two meanings."""
 
 EXCHANGED = 0.8
-"""Share of texts whose things are exchanged for others."""
+"""Share of texts in which things are exchanged."""
 
 TURNED = 0.25
-"""Share of directions, sides and ordinals that are drawn anew where things are exchanged."""
+"""Share of directions, sides and ordinals that are redrawn where things are exchanged."""
 
 ARMS = (3, 4)
-"""Numbers of streets at an intersection, which a grammar that reads a text does not tell."""
+"""Possible numbers of streets at an intersection, which cannot be parsed from every text."""
 
 ORDINALS = ("first", "second", "third", "last")
 
@@ -34,13 +36,13 @@ _LOOKS = {group.name: group.looks for group in LOOK_GROUPS}
 
 
 @dataclass(frozen=True, slots=True)
-class Sample:
-    """A text and what it means.
+class TextSample:
+    """An instruction with its meaning.
 
     Attributes:
         text: the instruction.
-        language: its language's code.
-        meaning: what it says.
+        language: language code.
+        meaning: meaning of the instruction.
     """
 
     text: str
@@ -48,11 +50,11 @@ class Sample:
     meaning: Meaning
 
 
-def read_samples(data: Path, split: str) -> list[Sample]:
-    """Return all instructions of a split as they are, with their meanings, read by the languages' grammars.
+def read_samples(data: Path, split: str) -> list[TextSample]:
+    """Return all instructions of a split, with their meanings parsed by the languages' grammars.
 
     Args:
-        data: the data folder.
+        data: data folder.
         split: name of the split.
 
     Raises:
@@ -63,18 +65,18 @@ def read_samples(data: Path, split: str) -> list[Sample]:
         for language, turns in episode.instructions.items():
             for turn in turns:
                 for phase, text in (("navigation", turn.navigation), ("assembly", turn.assembly)):
-                    samples.append(Sample(text, language, lang.load(language).read(text, phase)))
+                    samples.append(TextSample(text, language, lang.load(language).read(text, phase)))
     return samples
 
 
-def draw_samples(plans: Sequence[Meaning], languages: Sequence[str], count: int, seed: int) -> Iterator[Sample]:
-    """Yield new texts: each in one language, with its meaning.
+def draw_samples(plans: Sequence[Meaning], languages: Sequence[str], count: int, seed: int) -> Iterator[TextSample]:
+    """Yield new texts with their meanings, alternating between languages.
 
     Args:
         plans: meanings to start from.
-        languages: codes, in which texts are written in turn.
-        count: how many texts.
-        seed: of all choices.
+        languages: language codes.
+        count: number of texts.
+        seed: seed of all random choices.
     """
     random = Random(seed)  # noqa: S311 - nothing here is a secret
     walks = [plan for plan in plans if isinstance(plan, Navigation)]
@@ -84,7 +86,7 @@ def draw_samples(plans: Sequence[Meaning], languages: Sequence[str], count: int,
         in_street = not rooms or (walks and random.random() < NAVIGATION)
         meaning: Meaning = random.choice(walks) if in_street else random.choice(rooms)
         if isinstance(meaning, Navigation) and random.random() < MIXED:
-            meaning = _mixed(meaning, random.choice(walks), random)
+            meaning = _splice(meaning, random.choice(walks), random)
         if random.random() < EXCHANGED:
             meaning = exchange(meaning, random)
         language = languages[made % len(languages)]
@@ -93,30 +95,30 @@ def draw_samples(plans: Sequence[Meaning], languages: Sequence[str], count: int,
         except ValueError:  # The language has no words for it.
             continue
         made += 1
-        yield Sample(text, language, meaning)
+        yield TextSample(text, language, meaning)
 
 
-def write_plans(plans: Sequence[Meaning], languages: Sequence[str], seed: int) -> Iterator[Sample]:
-    """Yield each plan as it is, written in each language that can express it.
+def write_plans(plans: Sequence[Meaning], languages: Sequence[str], seed: int) -> Iterator[TextSample]:
+    """Yield a text for each meaning in each language that can express it.
 
     Args:
-        plans: meanings.
-        languages: codes.
-        seed: of all choices.
+        plans: the meanings.
+        languages: language codes.
+        seed: seed of all random choices.
     """
     for number, meaning in enumerate(plans):
         for language in languages:
             random = Random(f"{seed}/{number}/{language}")  # noqa: S311 - nothing here is a secret
             try:
-                yield Sample(lang.load(language).write(meaning, random), language, meaning)
+                yield TextSample(lang.load(language).write(meaning, random), language, meaning)
             except ValueError:
                 continue
 
 
 def exchange(meaning: Meaning, random: Random) -> Meaning:
-    """Return a meaning with other things in the places of its own, and now and then another direction.
+    """Return a meaning with its things exchanged for random ones, and some directions redrawn.
 
-    One thing remains one thing in all mentions.
+    All mentions of a thing are exchanged for the same thing.
     """
     others: dict[str, tuple[str, str, str]] = {}
     arms: dict[str, int] = {}
@@ -127,7 +129,7 @@ def exchange(meaning: Meaning, random: Random) -> Meaning:
             others[key] = _other(thing, random)
             arms[key] = random.choice(ARMS) if thing.kind == "intersection" else 0
         kind, colour, look = others[key]
-        # A thing is named as fully as it was: another's colour and look are said where its own were.
+        # Name the new thing by the same attributes as the old one.
         colour, look = colour if thing.colour else "", look if thing.look else ""
         where = tuple(replace(each, things=tuple(map(other, each.things))) for each in thing.where)
         which = drawn(thing.which, ORDINALS) if thing.which in ORDINALS else thing.which
@@ -151,9 +153,9 @@ def exchange(meaning: Meaning, random: Random) -> Meaning:
     return Assembly(meaning.turns, other(meaning.thing), wheres)
 
 
-def _mixed(meaning: Navigation, second: Navigation, random: Random) -> Navigation:
-    """Return the first steps of one plan and the last of another."""
-    renamed = _renamed(second)
+def _splice(meaning: Navigation, second: Navigation, random: Random) -> Navigation:
+    """Combine the first steps of one meaning with the last steps of another."""
+    renamed = _with_new_identities(second)
     steps = (
         *meaning.steps[: random.randint(0, len(meaning.steps))],
         *renamed.steps[random.randint(0, len(renamed.steps)) :],
@@ -161,8 +163,8 @@ def _mixed(meaning: Navigation, second: Navigation, random: Random) -> Navigatio
     return Navigation(steps or meaning.steps, renamed.target)
 
 
-def _renamed(meaning: Navigation) -> Navigation:
-    """Return a plan with other identities, so that its things are none of another plan's."""
+def _with_new_identities(meaning: Navigation) -> Navigation:
+    """Return a meaning with new identities of things, so that they differ from those of another meaning."""
 
     def renamed(thing: Thing) -> Thing:
         where = tuple(replace(each, things=tuple(map(renamed, each.things))) for each in thing.where)
@@ -180,7 +182,7 @@ def _renamed(meaning: Navigation) -> Navigation:
 
 
 def _other(thing: Thing, random: Random) -> tuple[str, str, str]:
-    """Return kind, colour and look of a random thing that can stand where another is named."""
+    """Draw kind, colour and look of a thing for which another can be exchanged."""
     if thing.kind in COLLECTIBLES or not thing.kind:
         return random.choice(COLLECTIBLES), random.choice(COLLECTIBLE_COLOURS), random.choice(_LOOKS["pattern"])
     if thing.kind == "building":
@@ -198,7 +200,7 @@ def _other(thing: Thing, random: Random) -> tuple[str, str, str]:
 
 
 def _like(thing: Thing) -> Sequence[str]:
-    """Return the kinds of furniture that can be named as a thing is: by a colour, or without one."""
+    """Return the kinds of furniture that can replace a thing: those with colours, if its colour is named, or all."""
     kinds: Mapping[str, tuple[str, ...]] = COLOURS
     plain = [kind for kind in FURNITURE if kind not in ("banner", "shop_sign")]
     return [kind for kind in kinds if kind in plain] if thing.colour else plain

@@ -1,11 +1,11 @@
-"""People's texts of an imported split: the half for training, and the meanings that the grammars read in it."""
+"""People's texts of an imported split: halves for training and testing, and meanings parsed by the grammars."""
 
 from collections.abc import Sequence
 from pathlib import Path
 
 import arramon_lang as lang
 from arramon_agents.reading.reader.slots import rows_of
-from arramon_agents.simulated.meanings import Sample
+from arramon_agents.simulated.meanings import TextSample
 from arramon_server.episodes.episode import Episode
 from arramon_server.episodes.splits import Split, folder_of, read_split
 
@@ -16,15 +16,15 @@ def halves(split: Split, language: str) -> tuple[list[Episode], list[Episode]]:
     return episodes[1::2], episodes[::2]
 
 
-def read_people(episodes: Sequence[Episode], language: str) -> list[Sample]:
-    """Return the texts of episodes that the language's grammar can read and rows can express."""
+def read_people(episodes: Sequence[Episode], language: str) -> list[TextSample]:
+    """Return the texts of episodes that the language's grammar can parse and that rows can express."""
     speech = lang.load(language)
     samples = []
     for episode in episodes:
         for turn in episode.instructions[language]:
             for phase, text in (("navigation", turn.navigation), ("assembly", turn.assembly)):
                 try:
-                    sample = Sample(text, language, speech.read(text, phase))
+                    sample = TextSample(text, language, speech.read(text, phase))
                     rows_of(sample.meaning)
                 except (lang.CannotRead, ValueError):
                     continue
@@ -32,8 +32,8 @@ def read_people(episodes: Sequence[Episode], language: str) -> list[Sample]:
     return samples
 
 
-def read_half(data: Path, split: str, language: str) -> list[Sample]:
-    """Return the training half of a split, with the meanings that the grammar reads.
+def read_half(data: Path, split: str, language: str) -> list[TextSample]:
+    """Return the texts of the training half of a split, with meanings parsed by the grammar.
 
     Raises:
         NotFound: if there is no such split.

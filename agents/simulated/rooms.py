@@ -1,4 +1,4 @@
-"""Placement tasks of episodes: the room before the placement, the instruction as read, and the right cell."""
+"""Training examples of placement: contents of the room, parsed instructions, and the target cell."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -16,17 +16,17 @@ WALLS = {"brick": 0, "wood": 1, "striped": 2, "spotted": 3}
 """Direction of each wall of the room, by its look."""
 
 MISNAMED = 0.05
-"""Share of things in the room that get a wrong name, like the visual encoder's errors."""
+"""Share of wrong kinds, colours and patterns in a room, to simulate errors of the visual encoder."""
 
 
 @dataclass(frozen=True)
-class Task:
-    """One placement task.
+class RoomExample:
+    """One assembly phase as a training example.
 
     Attributes:
-        room: before the object is placed.
-        readings: rows of the instruction: the true meaning, and the reader's result in each language.
-        cell: in which the object belongs.
+        room: contents of the room before the object is placed.
+        readings: the instruction as rows, alternatives: the true meaning, and the reader's output for each language.
+        cell: target cell.
     """
 
     room: Room
@@ -34,13 +34,13 @@ class Task:
     cell: Cell
 
 
-def tasks_of(episodes: Sequence[Episode], languages: Sequence[str], reader: LearnedReader) -> Iterator[Task]:
-    """Yield both placement tasks of each episode.
+def tasks_of(episodes: Sequence[Episode], languages: Sequence[str], reader: LearnedReader) -> Iterator[RoomExample]:
+    """Yield the examples of both turns of each episode.
 
     Args:
-        episodes: whose rooms.
-        languages: in which instructions are read.
-        reader: of instructions.
+        episodes: the episodes.
+        languages: languages of the instructions.
+        reader: reader of instructions.
     """
     for episode in episodes:
         things = [
@@ -53,13 +53,13 @@ def tasks_of(episodes: Sequence[Episode], languages: Sequence[str], reader: Lear
             meanings = [lang.load(languages[0]).read(texts[0], "assembly")]
             meanings += [reader.read(text, "assembly") for text in texts]
             cell = turn.target_cell
-            yield Task(Room(tuple(things), WALLS), [rows_of(each) for each in meanings], (cell.column, cell.row))
+            yield RoomExample(Room(tuple(things), WALLS), [rows_of(each) for each in meanings], (cell.column, cell.row))
             target = turn.target.type
             things.append(Standing(target.kind, target.colour, target.pattern, cell.column, cell.row, cell.level))
 
 
 def misnamed(room: Room, random: Random) -> Room:
-    """Return a room in which some things have another kind, colour or pattern."""
+    """Return a room with random errors in kinds, colours and patterns."""
     things = []
     for thing in room.things:
         kind, colour, look = thing.kind, thing.colour, thing.look

@@ -1,4 +1,4 @@
-"""Simulated walks along episodes' paths, without images: the policy's decisions with labels, and scores of walks."""
+"""Simulated walks without images: labelled decisions for training the policy, and scores of walks."""
 
 import math
 from collections.abc import Sequence
@@ -11,9 +11,9 @@ import numpy.typing as npt
 from arramon_agents.mapping.landmark_beliefs import Belief
 from arramon_agents.reading.reader.slots import Row
 from arramon_agents.simulated.alignment import current_row, places_of
-from arramon_agents.simulated.body import Faults, SimulatedBody
+from arramon_agents.simulated.body import PerceptionFaults, SimulatedBody
 from arramon_agents.simulated.courses import Course
-from arramon_agents.vl_map.features import DIRECTIONS, Sample
+from arramon_agents.vl_map.features import DIRECTIONS, PolicyInput
 from arramon_agents.vl_map.navigator import Choose, MapNavigator
 from arramon_agents.vl_map.options import DISTANCES, OPTIONS, WAYPOINTS
 from arramon_client.agent import Action
@@ -23,22 +23,24 @@ from arramon_server.scoring.metrics import ndtw
 Choices = npt.NDArray[np.float32]
 
 IN_SIGHT, LONGER, SPARE = 10.0, 1.3, 2.0
-"""Largest distance of a label, in units; largest detour on the path to it, as a factor and in units besides."""
+"""Maximum distance of a label, in units; maximum length of the path to it: a factor of its distance, plus units."""
 
 WINDOW, BACK = 20, 0.15
-"""Number of path points ahead among which the nearest to the agent is searched; penalty of a later point, in units."""
+"""Number of path points ahead among which to search the nearest to the agent; penalty per later point, in units."""
 
 TAKING = 7.0
-"""Length of the remaining path, in units, below which a remembered target is the label."""
+"""Length of the remaining path below which the label is the target, if the agent has seen it, in units."""
 
 SAME = 1.2
-"""Largest distance between a landmark and the target for it to be the target, in units."""
+"""Maximum distance between a landmark and the target for it to be the target, in units."""
 
 
-class Label(NamedTuple):
-    """The right decision: a place, in units to the right and ahead, or the index of a landmark, else -1.
+class DecisionLabel(NamedTuple):
+    """Label of a decision.
 
     Attributes:
+        right, ahead: place to go to, relative to the agent, in units.
+        thing: index of the landmark to pick up; -1 for none.
         row: index of the row that is being carried out.
     """
 
@@ -48,13 +50,13 @@ class Label(NamedTuple):
     row: int
 
 
-class Guide:
-    """Gives the right decision anywhere near a course.
+class CourseGuide:
+    """Labels decisions of an agent that walks a course.
 
     Args:
         course: the course.
-        rows: of the instruction.
-        body: of the agent that walks it.
+        rows: rows of the instruction.
+        body: body of the agent.
     """
 
     def __init__(self, course: Course, rows: Sequence[Row], body: SimulatedBody) -> None:
@@ -63,11 +65,13 @@ class Guide:
         self._at = 0
         self._way: list[tuple[float, float]] = []
 
-    def label(self, beliefs: Sequence[Belief]) -> Label | None:
-        """Return the right decision: on along the path, or back to it the way the agent left it; None if neither.
+    def label(self, beliefs: Sequence[Belief]) -> DecisionLabel | None:
+        """Return the label at the current pose; None if there is none.
+
+        It is farther along the path if possible, otherwise back along the way by which the agent left the path.
 
         Args:
-            beliefs: the landmarks of the sample.
+            beliefs: landmarks in the input of the policy.
         """
         onward = self._onward(beliefs)
         x, z, _ = self._body.world_pose
@@ -79,7 +83,7 @@ class Guide:
         near = [place for place in seen if 0.7 < math.hypot(place[0] - x, place[1] - z) <= IN_SIGHT]
         return self._to(near[0], -1) if near else None
 
-    def _onward(self, beliefs: Sequence[Belief]) -> Label | None:
+    def _onward(self, beliefs: Sequence[Belief]) -> DecisionLabel | None:
         course, body = self._course, self._body
         x, z, _ = body.world_pose
         path, arcs = course.path, course.arcs
@@ -102,8 +106,8 @@ class Guide:
                 return self._to(tuple(path[number].tolist()), -1)
         return None
 
-    def back(self) -> Label:
-        """Return the way back to the nearest point of the path."""
+    def back(self) -> DecisionLabel:
+        """Return the label that leads back to the nearest point of the path."""
         return self._to(tuple(self._course.path[self._at].tolist()), -1)
 
     def _target(self, beliefs: Sequence[Belief]) -> int | None:
@@ -116,66 +120,66 @@ class Guide:
                 near.append((far, number))
         return min(near)[1] if near else None
 
-    def _to(self, place: tuple[float, ...], thing: int) -> Label:
+    def _to(self, place: tuple[float, ...], thing: int) -> DecisionLabel:
         right, ahead = self._body.local(*self._body.to_own(place[0], place[1]))
-        return Label(right, ahead, thing, current_row(self._rows, self._places, self._at))
+        return DecisionLabel(right, ahead, thing, current_row(self._rows, self._places, self._at))
 
 
-class Decided(NamedTuple):
-    """A decision of the policy: its input, and the label."""
+class LabelledDecision(NamedTuple):
+    """A training example of the policy: input and label of a decision."""
 
-    sample: Sample
-    label: Label
+    sample: PolicyInput
+    label: DecisionLabel
 
 
 @dataclass(frozen=True)
-class Walked:
+class WalkResult:
     """A finished walk.
 
     Attributes:
         path: (n, 2) of distinct positions (x, z) in the world.
-        picked: index of the collectible that was picked up; None if none was.
-        decisions: those with a label.
-        body: of the agent, at the end.
+        picked: index of the collectible that was picked up; None if there was no pick-up.
+        decisions: decisions that have a label.
+        body: body of the agent at the end.
     """
 
     path: npt.NDArray[np.float64]
     picked: int | None
-    decisions: Sequence[Decided]
+    decisions: Sequence[LabelledDecision]
     body: SimulatedBody
 
 
 def walk(
     course: Course,
     rows: Sequence[Row],
-    faults: Faults,
+    faults: PerceptionFaults,
     random: np.random.Generator,
     choose: Choose | None = None,
     astray: float = 0.3,
     body: SimulatedBody | None = None,
-) -> Walked:
-    """Walk a course, and return the walk with its decisions.
+) -> WalkResult:
+    """Simulate a walk of a course.
 
     Args:
         course: the course.
-        rows: of the instruction.
-        faults: error rates of what is seen.
-        random: source of errors and wrong turns.
+        rows: rows of the instruction.
+        faults: error rates of perception.
+        random: random generator of errors and detours.
         choose: the policy; None to follow the labels.
-        astray: share of labels that are not followed exactly.
-        body: of the previous turn, to continue from its place; None to begin at the course's start.
+        astray: share of decisions that deviate: from the label, or from the policy to the label.
+        body: body of the previous turn, to continue from its pose; None to begin at the course's start.
     """
     if body is None:
         body = SimulatedBody(course.world, course.things, course.start, faults, random)
     else:
         body.begin_turn(course.things)
-    guide = Guide(course, rows, body)
-    decisions: list[Decided] = []
+    guide = CourseGuide(course, rows, body)
+    decisions: list[LabelledDecision] = []
 
-    def decide(sample: Sample, beliefs: Sequence[Belief]) -> Choices:
+    def decide(sample: PolicyInput, beliefs: Sequence[Belief]) -> Choices:
         label = guide.label(beliefs)
         if label is not None:
-            decisions.append(Decided(sample, label))
+            decisions.append(LabelledDecision(sample, label))
         if choose is not None and random.random() >= astray:
             return choose(sample, beliefs)
         followed = label or guide.back()
@@ -199,11 +203,11 @@ def walk(
         here = body.to_world(body.x, body.z)
         if math.dist(here, path[-1]) > 1e-6:
             path.append(here)
-    return Walked(np.array(path), picked, decisions, body)
+    return WalkResult(np.array(path), picked, decisions, body)
 
 
 def _reached(course: Course, body: SimulatedBody) -> int | None:
-    """Return the index of the nearest collectible in the pick-up box before the agent."""
+    """Return the index of the nearest collectible in the pick-up box; None if there is none."""
     found = []
     for number, item in enumerate(course.items):
         right, ahead = body.local(*body.to_own(item.position.x, item.position.z))
@@ -212,8 +216,8 @@ def _reached(course: Course, body: SimulatedBody) -> int | None:
     return min(found)[1] if found else None
 
 
-def _exactly(label: Label) -> Choices:
-    """Return option values that follow a label."""
+def _exactly(label: DecisionLabel) -> Choices:
+    """Return option scores that follow a label exactly."""
     values = np.full(OPTIONS, -50.0, np.float32)
     if label.thing >= 0:
         values[WAYPOINTS + label.thing] = 50.0
@@ -226,8 +230,8 @@ def _exactly(label: Label) -> Choices:
     return values
 
 
-def _near(label: Label, random: np.random.Generator) -> Choices:
-    """Return option values that follow a label roughly, and now and then not at all."""
+def _near(label: DecisionLabel, random: np.random.Generator) -> Choices:
+    """Return option scores that follow a label with a random deviation, sometimes in any direction."""
     angle = random.normal(0.0, 0.5) if random.random() < 0.75 else random.uniform(-math.pi, math.pi)
     sin, cos = math.sin(angle), math.cos(angle)
     far = random.uniform(0.3, 1.2)
@@ -235,15 +239,17 @@ def _near(label: Label, random: np.random.Generator) -> Choices:
     return _exactly(label._replace(right=far * right, ahead=far * ahead, thing=-1))
 
 
-def score(courses: Sequence[Course], choose: Choose, reading: int, faults: Faults, seed: int = 0) -> dict[str, float]:
-    """Return a policy's scores: mean nDTW, shares of turns that pick up the target, and that end within 3 units of it.
+def score(
+    courses: Sequence[Course], choose: Choose, reading: int, faults: PerceptionFaults, seed: int = 0
+) -> dict[str, float]:
+    """Return mean scores of a policy: nDTW, success of the pick-up, CTC-3 (the walk ends within 3 units of the target).
 
     Args:
-        courses: of episodes' turns, in order; a second turn begins where the first one ended.
+        courses: courses of the turns of episodes, in order; a second turn begins where the first one ended.
         choose: the policy.
         reading: index of the reading to follow.
-        faults: error rates of what is seen.
-        seed: of the faults.
+        faults: error rates of perception.
+        seed: seed of the errors.
     """
     rows: list[tuple[float, float, float]] = []
     body = None

@@ -1,4 +1,4 @@
-"""The streets of a section for simulated walks: ray casting, lines of sight, free ground."""
+"""Geometry of a section for simulated walks: ray casting, lines of sight, collision checks."""
 
 import math
 from collections.abc import Callable
@@ -27,7 +27,7 @@ COLLECTIBLE_SIZE = 0.24
 """Approximate width and height of collectibles, in units."""
 
 IN_FRONT = 0.45
-"""Distance before a thing's middle at which lines of sight end, in units: it may stand at a wall or be solid."""
+"""Distance in front of a thing's centre at which lines of sight end, in units: the thing or a wall may be solid."""
 
 Doubles = npt.NDArray[np.float64]
 
@@ -43,11 +43,12 @@ class Things:
 
     Attributes:
         places: (n, 2) of (x, z), in units.
-        codes: codes of their names.
+        codes: kind, colour and look of each.
         sizes: (n, 2) width and height, in units.
         low: (n,) heights of their lower ends, in units.
-        faces: (n,) direction of the front, in radians; NaN for those that are seen from all sides.
-        is_crossing: (n,) whether it is painted on the road.
+        faces: (n,) direction of the front, in radians; NaN for things that are visible from all sides.
+        is_crossing: (n,) whether it is a zebra crossing.
+        is_collectible: (n,) whether it is a collectible.
     """
 
     def __init__(self, props: list[Prop], items: list[Collectible]) -> None:
@@ -72,11 +73,11 @@ class Things:
         self.is_collectible = np.array([False] * len(props) + [True] * len(items))
 
 
-class World:
-    """A section's ground as rasters.
+class StreetWorld:
+    """Rasters of a section's clearances and buildings.
 
     Args:
-        section: with its furniture.
+        section: the section with its furniture.
     """
 
     def __init__(self, section: Section) -> None:
@@ -97,14 +98,12 @@ class World:
     def cast(
         self, x: float, z: float, angles: Doubles, farthest: float
     ) -> tuple[Doubles, Doubles, npt.NDArray[np.int64]]:
-        """Return the lengths of rays to the first solid and to the first building, and that building's number.
-
-        The number is 0 where there is none.
+        """Cast rays; return their lengths to the first solid and to the first building, and the building's number or 0.
 
         Args:
-            x, z: the place, in units.
+            x, z: start of the rays, in units.
             angles: (n,) directions in radians clockwise from +z.
-            farthest: distance at which rays end, in units.
+            farthest: maximum length of a ray, in units.
         """
         solid, wall = np.full(len(angles), np.inf), np.full(len(angles), np.inf)
         house = np.zeros(len(angles), np.int64)
@@ -113,7 +112,7 @@ class World:
         return solid * CELL, wall * CELL, house
 
     def are_in_sight(self, x: float, z: float, places: Doubles) -> npt.NDArray[np.bool_]:
-        """Return which places, (n, 2), are visible from a place past all buildings, (n,)."""
+        """Return which places, (n, 2), are visible from a place, that is, not hidden by buildings, (n,)."""
         seen = np.zeros(len(places), np.bool_)
         _see(self.houses, (x - self.left) / CELL, (z - self.bottom) / CELL,
              (places[:, 0] - self.left) / CELL, (places[:, 1] - self.bottom) / CELL, IN_FRONT / CELL, seen)  # fmt: skip

@@ -1,6 +1,6 @@
-"""Agent that interacts at every step and never moves: the lower bound that every agent should exceed.
+"""Agent that never moves and takes INTERACT at every step: a lower bound for all agents.
 
-If nothing is in reach, a pick-up does nothing, and the phase runs to its step limit.
+If nothing is in reach, INTERACT does nothing, and the phase runs to its step limit.
 """
 
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""Batches of an epoch, in an order that follows from seed and epoch alone, and padded token ids."""
+"""Batches of demonstrations, in an order determined by seed and epoch; padding of token ids."""
 
 import random
 from collections.abc import Sequence
@@ -7,17 +7,17 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from arramon_agents.training.demonstrations import Demonstration
+from arramon_agents.training.demonstrations import PhaseDemonstration
 
 NO_ACTION = -1
 """Target action after the end of a demonstration, ignored by the loss."""
 
 POOL = 16
-"""Number of batches whose demonstrations are sorted by length together, so that little is padding."""
+"""Number of batches per pool: demonstrations are sorted by length within a pool, to reduce padding."""
 
 
-def epoch_batches(demonstrations: Sequence[Demonstration], phase: str, size: int, seed: str) -> list[list[int]]:
-    """Return which demonstrations of a phase make each batch of an epoch, as indices; they follow from the seed."""
+def epoch_batches(demonstrations: Sequence[PhaseDemonstration], phase: str, size: int, seed: str) -> list[list[int]]:
+    """Return the batches of an epoch of one phase, each as indices of demonstrations, determined by the seed."""
     chance = random.Random(f"{seed}/{phase}")  # noqa: S311 - not for secrets
     order = [number for number, each in enumerate(demonstrations) if each.phase == phase]
     chance.shuffle(order)
@@ -29,26 +29,26 @@ def epoch_batches(demonstrations: Sequence[Demonstration], phase: str, size: int
     return batches
 
 
-class Epochs:
-    """The batches of a phase's demonstrations, epoch after epoch, each epoch in another order.
+class EpochBatches:
+    """Batches of the demonstrations of one phase, reshuffled in each epoch.
 
     Args:
-        demonstrations: of any phases.
-        phase: of those that are in the batches.
+        demonstrations: demonstrations of any phases.
+        phase: phase of the demonstrations to use.
         size: number of demonstrations in a batch.
-        seed: of the orders.
+        seed: seed of the order.
 
     Attributes:
         count: number of batches in an epoch.
     """
 
-    def __init__(self, demonstrations: Sequence[Demonstration], phase: str, size: int, seed: int) -> None:
+    def __init__(self, demonstrations: Sequence[PhaseDemonstration], phase: str, size: int, seed: int) -> None:
         self._demonstrations, self._phase, self._size, self._seed = demonstrations, phase, size, seed
         self._epoch, self._batches = 0, self._draw(0)
         self.count = len(self._batches)
 
     def batch(self, step: int) -> list[int]:
-        """Return which demonstrations make the batch of a step, as indices."""
+        """Return the batch of a step, as indices of demonstrations."""
         epoch, place = divmod(step, self.count)
         if epoch != self._epoch:
             self._epoch, self._batches = epoch, self._draw(epoch)
@@ -59,7 +59,7 @@ class Epochs:
 
 
 def padded(texts: Sequence[Sequence[int]]) -> Tensor:
-    """Return token ids of texts as one tensor, (B, T), with 0 after a text's end."""
+    """Return the token ids of texts as one tensor, (B, T), padded with 0."""
     tokens = np.zeros((len(texts), max(map(len, texts), default=0)), np.int64)
     for row, ids in enumerate(texts):
         tokens[row, : len(ids)] = ids

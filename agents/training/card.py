@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 TRAIN = "train"
-"""The split of generated episodes to learn from."""
+"""Split of generated training episodes."""
 
 GENERATED = (
     "- It is trained by imitation on generated episodes alone. On people's instructions such agents reach less "
@@ -16,18 +16,18 @@ FINE_TUNED = (
 
 
 def learned_from(split: str, init: str) -> str:
-    """Return the line of a card's limits on the texts that were learned from."""
+    """Return the line of a model card's limits about the training texts."""
     return GENERATED if not init and split == TRAIN else FINE_TUNED.format(split=split)
 
 
 def page(name: str, rows: Mapping[str, object], limits: str) -> str:
-    """Return a model card in Markdown: a title, a table of what the weights are, and their limits."""
+    """Return a model card in Markdown: title, table of properties, limits."""
     table = "\n".join(f"| {row} | {value} |" for row, value in rows.items())
     return f"# {name}\n\n| | |\n| --- | --- |\n{table}\n\n## Limits\n\n{limits}\n"
 
 
 def command_of(agent: str, recipe: Mapping[str, Any], default: Mapping[str, Any]) -> str:
-    """Return the command that trains an agent by a recipe, with the options in which it differs from the default."""
+    """Return the command that trains an agent by a recipe, with the options that differ from the default."""
     options = [
         f"--align-lang {','.join(value)}" if name == "aligned" else f"--{name.replace('_', '-')} {value}"
         for name, value in recipe.items()

@@ -1,4 +1,4 @@
-"""Checkpoints: everything from which a training resumes as if it had not been interrupted."""
+"""Checkpoints: the complete state of a training, from which it resumes with identical results."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -12,25 +12,25 @@ from arramon_agents.weights import SUFFIX, read_tensors, write_tensors
 FORMAT = "training 1"
 
 GROUPS = ("network", "optimizer", "average", "best", "history")
-"""Groups of the tensors in a file; the group is the first part of a tensor's name."""
+"""Groups of tensors in a file; the group is the first part of a tensor's name."""
 
 FORMER = ".state"
-"""Earlier versions had checkpoints with this in the names of their files."""
+"""Part of the file names of checkpoints of earlier versions."""
 
 HINT = "name another --output, or remove it"
 
 
 class OtherTraining(ValueError):
-    """A checkpoint is of another recipe, of other data, or of another version."""
+    """A checkpoint belongs to another recipe, other data, or another version."""
 
 
 @dataclass(frozen=True)
 class Identity:
-    """What must match for a training to resume from a checkpoint.
+    """Recipe and data of a training; they must match to resume from a checkpoint.
 
     Attributes:
-        recipe: settings that have an effect on updates, as JSON values.
-        data: digest of what is learned from.
+        recipe: settings that affect updates, as JSON values.
+        data: digest of the training data.
     """
 
     recipe: Mapping[str, Any]
@@ -38,15 +38,15 @@ class Identity:
 
 
 @dataclass
-class Checkpoint:
+class TrainingCheckpoint:
     """State of a training after an update.
 
     Attributes:
         step: number of updates so far.
-        cpu_seconds: processor time that they and validations took.
+        cpu_seconds: processor time of updates and validations.
         scores: best score so far of each metric by which weights are chosen.
-        tensors: by group (GROUPS) and name: the network's weights, the optimizer's state of each parameter, averaged
-            weights, weights with the best scores, and the loss of every update, (step,) float64.
+        tensors: by group (GROUPS) and name: the network's weights, optimizer state, averaged weights, weights with the
+            best scores, and the loss of every update, (step,) float64.
     """
 
     step: int
@@ -60,7 +60,7 @@ def checkpoint_path(folder: Path, name: str) -> Path:
     return folder / f"{name}.checkpoint{SUFFIX}"
 
 
-def write_checkpoint(path: Path, checkpoint: Checkpoint, identity: Identity) -> None:
+def write_checkpoint(path: Path, checkpoint: TrainingCheckpoint, identity: Identity) -> None:
     """Write a checkpoint to a file, atomically."""
     tensors = {
         f"{group}.{name}": value.detach().cpu().contiguous()
@@ -79,10 +79,10 @@ def write_checkpoint(path: Path, checkpoint: Checkpoint, identity: Identity) -> 
 
 
 def find_checkpoint(folder: Path, name: str) -> Path | None:
-    """Return the path of the checkpoint of a training, None if there is none.
+    """Return the path of the checkpoint of a training; None if there is none.
 
     Raises:
-        OtherTraining: if there is one of an earlier version under another name.
+        OtherTraining: if there is a checkpoint of an earlier version, under another name.
     """
     former = folder / f"{name}{FORMER}{SUFFIX}"
     if former.exists():
@@ -91,11 +91,11 @@ def find_checkpoint(folder: Path, name: str) -> Path | None:
     return path if path.exists() else None
 
 
-def read_checkpoint(path: Path, identity: Identity) -> Checkpoint:
+def read_checkpoint(path: Path, identity: Identity) -> TrainingCheckpoint:
     """Return the checkpoint of a file.
 
     Raises:
-        OtherTraining: if it is of another recipe, of other data, or of another version.
+        OtherTraining: if it belongs to another recipe, other data, or another version.
         BadWeights: if it cannot be read.
     """
     tensors, header = read_tensors(path)
@@ -109,7 +109,7 @@ def read_checkpoint(path: Path, identity: Identity) -> Checkpoint:
     for name, value in tensors.items():
         group, _, rest = name.partition(".")
         by_group[group][rest] = value
-    return Checkpoint(header["step"], header["cpu_seconds"], header["scores"], by_group)
+    return TrainingCheckpoint(header["step"], header["cpu_seconds"], header["scores"], by_group)
 
 
 def _difference(there: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:

@@ -1,7 +1,7 @@
-"""Demonstrations of the expert, as image features and actions, rendered once and cached on disk.
+"""Demonstrations of the expert, as visual features and actions, rendered once and cached on disk.
 
-Images are not kept: rendering a frame is faster than reading a JPEG. The cache has one file for each episode, and a
-killed collection resumes where it stopped.
+Images are not stored: rendering a frame is faster than reading a JPEG. The cache has one file per episode, so an
+interrupted collection resumes where it stopped.
 """
 
 import hashlib
@@ -27,23 +27,24 @@ from arramon_client.environments.players import open_backend
 from arramon_client.world import ASSEMBLY, NAVIGATION, PHASES
 
 ROOMS = "drawn_rooms"
-"""Name of the split of generated tasks in the room alone."""
+"""Name of the split of generated tasks in the assembly room only."""
 
 ROOM_PREFIX = "room-"
-"""Prefix of the ids of its episodes."""
+"""Prefix of episode ids of the split ROOMS."""
 
 EXPERT = "reference"
+"""Name of the expert that is imitated."""
 
 
 @dataclass(frozen=True)
-class Demonstration:
+class PhaseDemonstration:
     """One phase played by the expert.
 
     Attributes:
-        episode_id, turn, phase: which it is.
-        texts: its instruction by language.
-        actions: the expert's, (S,) uint8.
-        features: of the images before them, (S, 7, 7, C) uint8; quantised.
+        episode_id, turn, phase: episode, turn and name of the phase.
+        texts: instruction by language.
+        actions: actions of the expert, (S,) uint8.
+        features: quantised visual features before each action, (S, 7, 7, C) uint8.
     """
 
     episode_id: str
@@ -53,24 +54,24 @@ class Demonstration:
     actions: npt.NDArray[np.uint8]
     features: npt.NDArray[np.uint8]
 
-    def read_in(self, languages: Sequence[str]) -> list[str]:
-        """Return its instructions in some languages, as far as it has them."""
+    def texts_in(self, languages: Sequence[str]) -> list[str]:
+        """Return the instructions in those of the languages that it has."""
         return [self.texts[language] for language in languages if language in self.texts]
 
 
 @dataclass(frozen=True)
-class Source:
-    """The episodes to demonstrate, and with which visual encoder.
+class DemonstrationSource:
+    """Episodes to demonstrate, and the visual encoder of their features.
 
     Attributes:
-        data: the data folder.
+        data: data folder.
         split: name of the split, or ROOMS.
-        languages: of the instructions; each episode has the first, and the others as far as there are texts.
+        languages: languages of the instructions. Every episode must have the first; the others are optional.
         encoder: name of the visual encoder; empty for no images, with C = 0.
-        episodes: number of episodes, in playing order; 0 for all. Of ROOMS, number of seeds from `first` on.
-        first: the first seed of ROOMS.
-        every: 2 for every second episode in playing order, the second, fourth and so on; 1 for all. `episodes` counts
-            those that are left. No effect on ROOMS.
+        episodes: number of episodes, in playing order; 0 for all. For ROOMS, number of seeds from `first` on.
+        first: first seed of ROOMS.
+        every: take every n-th episode in playing order, from the n-th on; 1 for all. `episodes` counts the remaining
+            ones. No effect on ROOMS.
     """
 
     data: Path
@@ -82,7 +83,7 @@ class Source:
     every: int = 1
 
 
-def collect(source: Source, cache: Path, processes: int = 1) -> Iterator[Sequence[Demonstration]]:
+def collect(source: DemonstrationSource, cache: Path, processes: int = 1) -> Iterator[Sequence[PhaseDemonstration]]:
     """Yield the demonstrations of each episode, rendering those that are not cached.
 
     Args:
@@ -102,7 +103,7 @@ def collect(source: Source, cache: Path, processes: int = 1) -> Iterator[Sequenc
     paths = [folder / f"{episode_id}.zst" for episode_id in ids]
     missing = [(episode_id, path) for episode_id, path in zip(ids, paths, strict=True) if not path.exists()]
     pool = ProcessPoolExecutor(processes, mp_context=get_context("spawn")) if processes > 1 and missing else None
-    drawn = (pool.map if pool else map)(partial(_draw, source), *zip(*missing, strict=True)) if missing else iter(())
+    drawn = (pool.map if pool else map)(partial(_render, source), *zip(*missing, strict=True)) if missing else iter(())
     with pool or nullcontext():
         for path in paths:
             while not path.exists():
@@ -110,7 +111,7 @@ def collect(source: Source, cache: Path, processes: int = 1) -> Iterator[Sequenc
             yield read_demonstrations(path)
 
 
-def read_demonstrations(path: Path) -> list[Demonstration]:
+def read_demonstrations(path: Path) -> list[PhaseDemonstration]:
     """Return the demonstrations of an episode from its file in the cache."""
     raw = zstandard.ZstdDecompressor().decompress(path.read_bytes())
     length = int.from_bytes(raw[:8])
@@ -120,17 +121,19 @@ def read_demonstrations(path: Path) -> list[Demonstration]:
         size = steps * GRID * GRID * channels
         actions = np.frombuffer(raw, np.uint8, steps, at)
         features = np.frombuffer(raw, np.uint8, size, at + steps).reshape(steps, GRID, GRID, channels)
-        found.append(Demonstration(item["episode_id"], item["turn"], item["phase"], item["texts"], actions, features))
+        found.append(
+            PhaseDemonstration(item["episode_id"], item["turn"], item["phase"], item["texts"], actions, features)
+        )
         at += steps + size
     return found
 
 
-def unseen(demonstration: Demonstration) -> Demonstration:
-    """Return a demonstration without features, (S, 7, 7, 0)."""
+def without_features(demonstration: PhaseDemonstration) -> PhaseDemonstration:
+    """Return a demonstration with 0 feature channels, (S, 7, 7, 0)."""
     return replace(demonstration, features=np.zeros((len(demonstration.actions), GRID, GRID, 0), np.uint8))
 
 
-def write_demonstrations(path: Path, demonstrations: Sequence[Demonstration]) -> None:
+def write_demonstrations(path: Path, demonstrations: Sequence[PhaseDemonstration]) -> None:
     """Write the demonstrations of an episode to its file in the cache, atomically."""
     items = [
         {
@@ -153,7 +156,7 @@ def write_demonstrations(path: Path, demonstrations: Sequence[Demonstration]) ->
 _VERSION = 1
 
 
-def data_hash_of(source: Source) -> str:
+def data_hash_of(source: DemonstrationSource) -> str:
     """Return the hash of a source's data.
 
     Raises:
@@ -162,7 +165,7 @@ def data_hash_of(source: Source) -> str:
     return episodes_of(source)[1]
 
 
-def episodes_of(source: Source) -> tuple[list[str], str]:
+def episodes_of(source: DemonstrationSource) -> tuple[list[str], str]:
     """Return the ids of the episodes of a source, and the hash of their data.
 
     Raises:
@@ -176,17 +179,19 @@ def episodes_of(source: Source) -> tuple[list[str], str]:
     return ids[: source.episodes or None], info.data_hash
 
 
-def _encoder(source: Source) -> VisualEncoder | None:
+def _encoder(source: DemonstrationSource) -> VisualEncoder | None:
     return open_encoder(source.encoder) if source.encoder else None
 
 
-def backend_of(source: Source) -> Backend:
+def backend_of(source: DemonstrationSource) -> Backend:
     """Return the environment backend for the episodes of a source."""
     return open_backend(Options(data=source.data))
 
 
-def settings_of(source: Source, language: str, size: int = 0, phases: tuple[str, ...] = PHASES) -> Settings:
-    """Return the player's settings for a source, with images of a size, or without images if it is 0."""
+def settings_of(
+    source: DemonstrationSource, language: str, size: int = 0, phases: tuple[str, ...] = PHASES
+) -> Settings:
+    """Return the player's settings for a source; `size` is the side length of images, 0 for no images."""
     if source.split == ROOMS:
         phases = (ASSEMBLY,)
     return Settings(
@@ -201,8 +206,8 @@ def settings_of(source: Source, language: str, size: int = 0, phases: tuple[str,
 
 
 @dataclass(frozen=True)
-class _Easel:
-    """State of one rendering process: the encoder, a player with images, and one without for each other language."""
+class _Renderer:
+    """State of a rendering process: visual encoder, a player with images, a player without for each other language."""
 
     encoder: VisualEncoder | None
     player: Player
@@ -210,24 +215,26 @@ class _Easel:
 
 
 @lru_cache(maxsize=1)
-def _easel(source: Source) -> _Easel:
+def _renderer(source: DemonstrationSource) -> _Renderer:
     backend, encoder = backend_of(source), _encoder(source)
     first, *others = source.languages
     player = backend.player(settings_of(source, first, encoder.image_size if encoder else 0))
-    return _Easel(encoder, player, {language: backend.player(settings_of(source, language)) for language in others})
+    return _Renderer(encoder, player, {language: backend.player(settings_of(source, language)) for language in others})
 
 
-def _draw(source: Source, episode_id: str, path: Path) -> None:
+def _render(source: DemonstrationSource, episode_id: str, path: Path) -> None:
     """Render an episode, and write it to the cache."""
-    easel = _easel(source)
-    drawn = _demonstrate(easel.player, episode_id, source.languages[0], easel.encoder)
+    easel = _renderer(source)
+    drawn = _play_expert(easel.player, episode_id, source.languages[0], easel.encoder)
     for language, other in easel.others.items():
         if other.split.episode_ids is None or episode_id in other.split.episode_ids:
             _add_texts(drawn, other, language)
     write_demonstrations(path, drawn)
 
 
-def _demonstrate(player: Player, episode_id: str, language: str, encoder: VisualEncoder | None) -> list[Demonstration]:
+def _play_expert(
+    player: Player, episode_id: str, language: str, encoder: VisualEncoder | None
+) -> list[PhaseDemonstration]:
     """Let the expert play an episode, and return its phases."""
     phases: dict[tuple[int, str], list[tuple[Observation, int]]] = {}
     observation: Observation | None = player.begin(episode_id, 0)
@@ -244,20 +251,20 @@ def _demonstrate(player: Player, episode_id: str, language: str, encoder: Visual
             features = quantise(encoder.encode(rgb, depth))
         actions = np.array([action for _, action in steps], np.uint8)
         texts = {language: steps[0][0].instruction}
-        found.append(Demonstration(episode_id, turn, phase, texts, actions, features))
+        found.append(PhaseDemonstration(episode_id, turn, phase, texts, actions, features))
     return found
 
 
-def _add_texts(played: Sequence[Demonstration], reader: Player, language: str) -> None:
-    """Add the instructions of another language, if they describe the same task: the same actions in every phase."""
+def _add_texts(played: Sequence[PhaseDemonstration], player: Player, language: str) -> None:
+    """Add the instructions in another language if they describe the same task: the same actions in every phase."""
     texts: dict[tuple[int, str], str] = {}
     actions: dict[tuple[int, str], list[int]] = {}
-    observation: Observation | None = reader.begin(played[0].episode_id, 0)
+    observation: Observation | None = player.begin(played[0].episode_id, 0)
     while observation is not None:
         phase = observation.turn, observation.phase
         texts[phase] = observation.instruction
-        actions.setdefault(phase, []).append(action := reader.expert_action())
-        observation = reader.step(action).observation
+        actions.setdefault(phase, []).append(action := player.expert_action())
+        observation = player.step(action).observation
     if all(actions.get((each.turn, each.phase)) == each.actions.tolist() for each in played):
         for each in played:
             each.texts[language] = texts[each.turn, each.phase]

@@ -1,5 +1,7 @@
-"""Things exchanged for others, in what is seen and in what is said alike: so that `vl_grounded` learns to find what is
-named, and not which things stand where in the few streets that it is trained in."""
+"""Data augmentation: permute the names of things, consistently in instructions and visual features.
+
+Without it, agents memorise where things are in the few training sections instead of finding what is named.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -18,28 +20,27 @@ from arramon_lang.reference import mentions
 from arramon_lang.room import Standing
 
 Names = Mapping[str, str]
-"""What each name is exchanged for."""
+"""New name by old name."""
 
 _LOOKS = {group.name: group.looks for group in LOOK_GROUPS}
 
 PLAIN = tuple(kind for kind in FURNITURE if kind not in (*COLOURED, "banner", "shop_sign", "zebra_crossing"))
-"""Furniture that is named by its kind alone."""
+"""Kinds of furniture without colour or look."""
 
 
 @dataclass(frozen=True)
 class Exchange:
-    """What is exchanged for what: collectibles, their colours and patterns, plain furniture, facades, what is on
-    banners and signs.
+    """Permutation of the names of things: collectibles with colours and patterns, furniture, facades, banners, signs.
 
     Attributes:
-        names: by group, as in the names of the visual encoder's channels.
+        names: new name by old name, for each group of the visual encoder's channel names.
     """
 
     names: Mapping[str, Names]
 
     @classmethod
     def draw(cls, random: Random) -> "Exchange":
-        """Return an exchange by chance."""
+        """Draw a random permutation."""
         groups: dict[str, Sequence[str]] = {
             "kind": COLLECTIBLES,
             "colour": COLLECTIBLE_COLOURS,
@@ -53,7 +54,7 @@ class Exchange:
 
     @cached_property
     def channels(self) -> npt.NDArray[np.int64]:
-        """From which channel of the encoder each of the exchanged features comes."""
+        """Source channel of each channel of the permuted visual features."""
         source = list(range(len(CHANNEL_NAMES)))
         for group, names in self.names.items():
             for old, new in names.items():
@@ -61,7 +62,7 @@ class Exchange:
         return np.array(source)
 
     def meaning(self, meaning: Meaning) -> Meaning:
-        """Return what an instruction says, with its things exchanged."""
+        """Return the meaning of an instruction with its things exchanged."""
         if isinstance(meaning, Navigation):
             return Navigation(tuple(map(self._step, meaning.steps)), self.thing(meaning.target))
         return Assembly(
@@ -71,7 +72,7 @@ class Exchange:
         )
 
     def standing(self, things: Sequence[Standing]) -> tuple[Standing, ...]:
-        """Return the things of a room, exchanged."""
+        """Return the objects of a room, exchanged."""
         return tuple(
             replace(
                 thing,
@@ -83,7 +84,7 @@ class Exchange:
         )
 
     def thing(self, thing: Thing) -> Thing:
-        """Return what a thing is exchanged for."""
+        """Return the thing with its new names."""
         colours, looks = "", ""
         if thing.kind in COLLECTIBLES or not thing.kind:
             colours, looks = "colour", "pattern"
@@ -112,49 +113,53 @@ class Exchange:
 
 
 @dataclass(frozen=True)
-class Version:
-    """An instruction as it is, or with things exchanged.
+class InstructionVersion:
+    """An instruction, original or with things exchanged.
 
     Attributes:
-        texts: by language.
-        exchange: with which it was written; None as it is.
+        texts: instruction by language.
+        exchange: the exchange of things; None for the original.
     """
 
     texts: Mapping[str, str]
     exchange: Exchange | None = None
 
 
-def versions(texts: Mapping[str, str], phase: str, languages: Sequence[str], count: int, seed: str) -> list[Version]:
-    """Return an instruction, and others that say the same of other things, in every language.
+def versions(
+    texts: Mapping[str, str], phase: str, languages: Sequence[str], count: int, seed: str
+) -> list[InstructionVersion]:
+    """Return an instruction and augmented versions of it, with things exchanged, in every language.
 
     Args:
         texts: the instruction by language.
         phase: "navigation" or "assembly".
-        languages: in which the others are written.
-        count: of the others.
-        seed: of all choices.
+        languages: languages of the augmented versions.
+        count: number of augmented versions.
+        seed: seed of all random choices.
     """
-    found = [Version(texts)]
+    found = [InstructionVersion(texts)]
     if count:
         meaning, random = read_meaning(texts, phase), Random(seed)  # noqa: S311 - not for secrets
         for _ in range(count):
             exchange = Exchange.draw(random)
             other = exchange.meaning(meaning)
-            found.append(Version({each: lang.load(each).write(other, random) for each in languages}, exchange))
+            found.append(
+                InstructionVersion({each: lang.load(each).write(other, random) for each in languages}, exchange)
+            )
     return found
 
 
 def read_meaning(texts: Mapping[str, str], phase: str) -> Meaning:
-    """Return what an instruction says, read by the grammar, from the language that tells most about junctions.
+    """Return the meaning of an instruction, parsed by the grammar of the language that is most specific.
 
-    All languages say the same; some tell besides how many streets meet at a junction.
+    All languages have the same meaning, but only some name the number of streets at a junction.
 
     Args:
         texts: the instruction by language.
         phase: "navigation" or "assembly".
 
     Raises:
-        ValueError: the text in the first language cannot be read.
+        ValueError: if the text in the first language cannot be parsed.
     """
     (language, text), *others = texts.items()
     first = lang.load(language).read(text, phase)
@@ -163,7 +168,7 @@ def read_meaning(texts: Mapping[str, str], phase: str) -> Meaning:
 
 
 def _read(language: str, text: str, phase: str) -> Meaning | None:
-    """Return what a text says, or None if it cannot be read."""
+    """Return the meaning of a text; None if it cannot be parsed."""
     try:
         return lang.load(language).read(text, phase)
     except ValueError:

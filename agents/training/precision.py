@@ -1,4 +1,4 @@
-"""The precision of a training's matrix products on the device that it runs on."""
+"""Precision of matrix products in training, depending on what the device supports."""
 
 from collections.abc import Callable
 
@@ -10,12 +10,12 @@ FLOAT32, BFLOAT16 = PRECISIONS
 
 
 def has_bfloat16(device: str) -> bool:
-    """Return whether a device computes in bfloat16 by itself, which is then faster than float32.
+    """Return whether a device supports bfloat16 natively, so that it is faster than float32.
 
-    Processors with AVX-512 or AMX for it have it. On others, networks take longer than in float32, or fail (LSTM).
+    CPUs need AVX-512 or AMX with bfloat16; without, networks are slower than in float32, or fail (LSTM).
 
     Args:
-        device: of torch, such as "cpu" or "cuda".
+        device: name of a torch device, such as "cpu" or "cuda".
     """
     if torch.device(device).type != "cpu":
         return True
@@ -23,15 +23,15 @@ def has_bfloat16(device: str) -> bool:
     return mkldnn and bool(torch.ops.mkldnn._is_mkldnn_bf16_supported())
 
 
-def usable(precision: str, device: str, tell: Callable[[str], None]) -> str:
-    """Return a precision that a device has: "float32" in place of "bfloat16" where it does not have that.
+def usable_precision(precision: str, device: str, report: Callable[[str], None]) -> str:
+    """Return the precision, or "float32" if the device does not support "bfloat16".
 
     Args:
         precision: "float32" or "bfloat16".
-        device: of torch.
-        tell: receives a line if another precision than the wanted one is taken.
+        device: name of a torch device.
+        report: receives a line if the precision is replaced.
     """
     if precision != BFLOAT16 or has_bfloat16(device):
         return precision
-    tell("this processor has no bfloat16: training in float32, which takes longer")
+    report("this processor has no bfloat16: training in float32, which takes longer")
     return FLOAT32

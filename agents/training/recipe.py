@@ -1,4 +1,4 @@
-"""Functions of all training recipes, which are dataclasses of settings."""
+"""Functions for training recipes, which are dataclasses of settings."""
 
 from dataclasses import asdict
 from typing import Any
@@ -8,10 +8,10 @@ PRECISIONS = ("float32", "bfloat16")
 
 
 def as_json(recipe: Any) -> dict[str, Any]:
-    """Return the settings of a recipe as they are read back from JSON: with lists for tuples."""
+    """Return the settings of a recipe as JSON values, with lists for tuples."""
     return {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(recipe).items()}
 
 
 def identity_of(recipe: Any) -> dict[str, Any]:
-    """Return the settings of a recipe that have an effect on updates, those of the validation left out."""
+    """Return the settings of a recipe that affect updates: all but those of validation."""
     return {name: value for name, value in as_json(recipe).items() if not name.startswith("validate")}

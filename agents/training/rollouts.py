@@ -1,4 +1,4 @@
-"""Rollouts: an agent plays and is scored in this process, by the same rules as in a run."""
+"""Rollouts: let an agent play episodes in this process and score it, by the same rules as a run on a server."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -15,17 +15,17 @@ PARALLEL = 16
 
 
 @dataclass(frozen=True)
-class Plan:
-    """Which episodes and phases to play.
+class RolloutPlan:
+    """Episodes and phases to play.
 
     Attributes:
-        data: the data folder.
-        split: name of the split; not hidden.
-        languages: of the instructions, alternating between episodes.
-        episodes: number of episodes, of those with all languages, in playing order; 0 for all.
+        data: data folder.
+        split: name of a split that is not hidden.
+        languages: languages of the instructions, alternating between episodes.
+        episodes: number of episodes that have all languages, in playing order; 0 for all.
         image_size: side length of the images, in pixels.
-        phases: to be played by the agent; the ground truth plays the others.
-        chosen: ids of the episodes to play, in this order, in place of the first ones; empty for those.
+        phases: phases that the agent plays; the ground truth plays the others.
+        chosen: ids of the episodes to play, in this order; empty for the first ones of the split.
     """
 
     data: Path
@@ -37,7 +37,7 @@ class Plan:
     chosen: tuple[str, ...] = ()
 
 
-def play(agent: Agent, plan: Plan) -> dict[str, Mapping[str, float]]:
+def play(agent: Agent, plan: RolloutPlan) -> dict[str, Mapping[str, float]]:
     """Return the scores of each episode by id, averaged over both turns, in playing order.
 
     Raises:
@@ -49,8 +49,8 @@ def play(agent: Agent, plan: Plan) -> dict[str, Mapping[str, float]]:
     def open_player(language: str) -> Player:
         return backend.player(Settings(language, plan.split, sensors, plan.image_size, phases=plan.phases))
 
-    told = [open_player(language).split.episode_ids or () for language in plan.languages]
-    ids = [each for each in plan.chosen or told[0] if all(each in others for others in told)][: plan.episodes or None]
+    known = [open_player(language).split.episode_ids or () for language in plan.languages]
+    ids = [each for each in plan.chosen or known[0] if all(each in others for others in known)][: plan.episodes or None]
     languages = [plan.languages[number % len(plan.languages)] for number in range(len(ids))]
     waiting = iter(range(len(ids)))
     open_: dict[int, tuple[Player, Observation]] = {}

@@ -1,25 +1,25 @@
-"""Learning-rate schedules: the learning rate of each step of a training."""
+"""Learning-rate schedules."""
 
 import math
 from collections.abc import Callable
 from itertools import accumulate
 
 Schedule = Callable[[int], float]
-"""Returns the learning rate of a step; the first is 0."""
+"""Returns the learning rate of a step; steps count from 0."""
 
 
 def constant(rate: float) -> Schedule:
-    """Return a schedule with the same learning rate at every step."""
+    """Return a schedule with a constant learning rate."""
     return lambda _step: rate
 
 
 def warm_up_cosine(rate: float, steps: int, warm_up: float = 0.05) -> Schedule:
-    """Return a schedule that rises linearly, then falls along half a cosine to a hundredth.
+    """Return a schedule with linear warm-up and cosine decay to 1% of the peak.
 
     Args:
-        rate: the highest learning rate.
-        steps: number of steps of the training.
-        warm_up: share of the steps in which the learning rate rises.
+        rate: peak learning rate.
+        steps: total number of steps.
+        warm_up: share of the steps used for warm-up.
     """
 
     def rate_at(step: int) -> float:
@@ -32,15 +32,15 @@ def warm_up_cosine(rate: float, steps: int, warm_up: float = 0.05) -> Schedule:
 
 
 def cosine(rate: float, steps: int) -> Schedule:
-    """Return a schedule that falls along half a cosine to 0, like torch's `CosineAnnealingLR`.
+    """Return a cosine-decay schedule to 0, like torch's `CosineAnnealingLR`.
 
     Args:
-        rate: the first learning rate.
-        steps: number of steps of the training.
+        rate: initial learning rate.
+        steps: total number of steps.
     """
 
     def following(last: float, step: int) -> float:
-        """As torch computes it: each rate from the one before."""
+        """Compute a rate from the previous one, in the same way as torch, so that rounding is the same."""
         return (1.0 + math.cos(math.pi * step / steps)) / (1.0 + math.cos(math.pi * (step - 1) / steps)) * last
 
     rates = list(accumulate(range(1, steps), following, initial=rate))

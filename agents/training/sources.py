@@ -1,4 +1,4 @@
-"""Sources of demonstrations by split, their progress while they are drawn, and their description and digest."""
+"""Training data by split: demonstration sources, loading with progress reports, description and digest."""
 
 import hashlib
 import time
@@ -10,68 +10,70 @@ from arramon_agents.simulated.courses import training_splits
 from arramon_agents.training.demonstrations import (
     ROOM_PREFIX,
     ROOMS,
-    Demonstration,
-    Source,
+    DemonstrationSource,
+    PhaseDemonstration,
     collect,
 )
-from arramon_agents.training.place import Place, Tell
+from arramon_agents.training.workspace import Report, Workspace
 
-TELL_SECONDS = 20.0
-"""Least time between two lines of progress."""
+REPORT_SECONDS = 20.0
+"""Minimum time between two lines of progress, in seconds."""
 
 
 def splits_of(split: str, data: Path) -> list[str]:
-    """Return the names of the splits that are learned from: with `train` also `train_extra`, if the folder has it."""
+    """Return the names of the training splits: `train` includes `train_extra` if the data folder has it."""
     return training_splits(data) if split == "train" else [split]
 
 
-def sources_of(source: Source, rooms: int) -> list[Source]:
-    """Return what is learned from: the source's split, with `train` also `train_extra`, then drawn rooms.
-
-    `train_extra` is learned from if the data folder has it, with as many episodes at most.
+def sources_of(source: DemonstrationSource, rooms: int) -> list[DemonstrationSource]:
+    """Return the sources of a training: the split (`train` includes `train_extra`), then generated rooms.
 
     Args:
-        source: the split to learn from.
-        rooms: number of drawn rooms; 0 for none.
+        source: source of the split; its number of episodes applies to each split.
+        rooms: number of generated rooms; 0 for none.
     """
     sources = [replace(source, split=split) for split in splits_of(source.split, source.data)]
     if rooms:
-        sources.append(Source(source.data, ROOMS, source.languages, source.encoder, rooms))
+        sources.append(DemonstrationSource(source.data, ROOMS, source.languages, source.encoder, rooms))
     return sources
 
 
-def draw_demonstrations(sources: Sequence[Source], place: Place, tell: Tell) -> Iterator[Demonstration]:
-    """Yield the demonstrations of sources, rendering those that are not in the cache, which all agents share.
+def load_demonstrations(
+    sources: Sequence[DemonstrationSource], workspace: Workspace, report: Report
+) -> Iterator[PhaseDemonstration]:
+    """Yield the demonstrations of sources, rendering those that are not cached. All agents share the cache.
 
     Raises:
-        UsageError: if the data folder does not have what a source names.
+        UsageError: if the data folder lacks a split or a language.
     """
     for source in sources:
-        began = told = time.monotonic()
+        began = last_report = time.monotonic()
         count = 0
-        for part in collect(source, place.cache, place.processes):
+        for part in collect(source, workspace.cache, workspace.processes):
             yield from part
             count += len(part)
-            if time.monotonic() - told > TELL_SECONDS:
-                told = time.monotonic()
-                tell(f"{source.split}: {count} demonstrations after {told - began:.0f} seconds")
+            if time.monotonic() - last_report > REPORT_SECONDS:
+                last_report = time.monotonic()
+                report(f"{source.split}: {count} demonstrations after {last_report - began:.0f} seconds")
 
 
-def data_of(demonstrations: Sequence[Demonstration], splits: Sequence[str]) -> str:
-    """Return how many episodes, rooms and steps there are, in words."""
+def describe_data(demonstrations: Sequence[PhaseDemonstration], splits: Sequence[str]) -> str:
+    """Describe the number of episodes, rooms and steps for a model card."""
     rooms = {each.episode_id for each in demonstrations if each.episode_id.startswith(ROOM_PREFIX)}
     episodes = {each.episode_id for each in demonstrations} - rooms
     steps = sum(len(each.actions) for each in demonstrations)
-    return f"{len(episodes)} episodes of {named(splits)} and {len(rooms)} drawn rooms, {steps:,} steps of the expert"
+    return (
+        f"{len(episodes)} episodes of {split_names(splits)} and {len(rooms)} drawn rooms, {steps:,} steps of the expert"
+    )
 
 
-def named(splits: Sequence[str]) -> str:
-    """Return the splits' names as a model card has them."""
+def split_names(splits: Sequence[str]) -> str:
+    """Format the names of splits for a model card."""
     return " and ".join(f"`{split}`" for split in splits)
 
 
-def digest_of(demonstrations: Sequence[Demonstration]) -> str:
-    """Return a digest of the demonstrations: episodes, texts and actions, without images."""
+def digest_of(demonstrations: Sequence[PhaseDemonstration]) -> str:
+    """Return a digest of the demonstrations' episodes, texts and actions, without visual features."""
     digest = hashlib.sha256()
     for each in demonstrations:
         digest.update(repr((each.episode_id, each.turn, each.phase, each.texts)).encode() + each.actions.tobytes())

@@ -1,4 +1,4 @@
-"""The training loop: updates, learning-rate schedule, averaged weights, validation, checkpoints, log."""
+"""Training loop shared by all networks: updates, averaged weights, validation, checkpoints, TensorBoard log."""
 
 import math
 import time
@@ -14,65 +14,65 @@ from tensorboardX import SummaryWriter
 from torch import Tensor, nn
 
 from arramon_agents.training.checkpoint import (
-    Checkpoint,
     Identity,
+    TrainingCheckpoint,
     checkpoint_path,
     find_checkpoint,
     read_checkpoint,
     write_checkpoint,
 )
-from arramon_agents.training.place import Tell
 from arramon_agents.training.schedule import Schedule
+from arramon_agents.training.workspace import Report
 
 Scores = Mapping[str, float]
 """Scores of a validation by metric."""
 
-RISE = 10.0
-"""Averaged weights follow faster at first, as weights begin at random: step n keeps at most n / (n + RISE) of them."""
+AVERAGE_WARM_UP = 10.0
+"""The running average of the weights starts fast: update n keeps at most n / (n + AVERAGE_WARM_UP) of it."""
 
 
 class Loss(NamedTuple):
     """Loss of one step.
 
     Attributes:
-        total: the scalar that is minimised.
-        parts: scalars for the log, by name.
+        total: scalar to minimise.
+        parts: further scalars for the log, by name.
     """
 
     total: Tensor
     parts: Mapping[str, Tensor] = MappingProxyType({})
 
 
-class Task(Protocol):
-    """What differs between trainings: a network, and its loss on a batch of data."""
+class TrainingTask(Protocol):
+    """Interface of a training task: a network, and its loss on a batch of data."""
 
     @property
     def network(self) -> nn.Module:
-        """The network to be trained."""
+        """Network to train."""
         ...
 
     def loss(self, step: int) -> Loss:
-        """Return the loss on the batch of a step, which follows from the step's number alone."""
+        """Return the loss on the batch of a step; the step's number determines the batch."""
         ...
 
 
 @dataclass(frozen=True)
-class Settings:
+class TrainerSettings:
     """Settings of a training loop.
 
     Attributes:
-        name: of checkpoint and log.
+        name: name of checkpoint and log.
         steps: total number of updates.
         rate: learning-rate schedule.
-        seed: of dropout. Tasks have seeds of their own.
+        seed: seed of dropout; tasks have seeds of their own.
         decay: weight decay of AdamW.
-        clip: largest norm of the gradient.
-        average: share of the averaged weights that an update keeps; 0 for no average. It changes no update.
+        clip: maximum gradient norm.
+        average: decay of the running average of the weights; 0 for no average. It does not affect updates.
         validate_steps: updates between two validations.
         checkpoint_steps: updates between two checkpoints.
-        chosen_by: metric by which the weights of a part of the network are chosen, by the prefix of the part's tensor
-            names. All others are those of the last update.
-        identity: what must match to resume from a checkpoint.
+        chosen_by: metric that selects the best weights of a part of the network, by the prefix of its tensor names.
+            The weights of other parts are those of the last update.
+        identity: recipe and data, which must match to resume from a checkpoint.
     """
 
     name: str
@@ -93,30 +93,30 @@ class Trainer:
 
     Args:
         task: network, data and loss.
-        settings: of the loop.
-        output: folder of checkpoint and log; None for neither.
-        tell: receives lines of progress.
-        validate: returns scores of the task's network, which is in evaluation mode and has the averaged weights; None
-            for no validation.
+        settings: settings of the loop.
+        output: folder of checkpoint and log; None to write neither.
+        report: receives lines of progress.
+        validate: returns scores of the network, which is in evaluation mode with the averaged weights; None for no
+            validation.
         keep: called after each validation, for example to write the best weights.
 
     Attributes:
         step: number of updates so far.
-        losses: of every update so far.
-        cpu_seconds: processor time that updates and validations took.
+        losses: loss of every update so far.
+        cpu_seconds: processor time of updates and validations.
         scores: best score so far of each metric by which weights are chosen.
     """
 
     def __init__(
         self,
-        task: Task,
-        settings: Settings,
+        task: TrainingTask,
+        settings: TrainerSettings,
         output: Path | None = None,
-        tell: Tell = lambda _: None,
+        report: Report = lambda _: None,
         validate: Callable[[], Scores] | None = None,
         keep: Callable[[], object] = lambda: None,
     ) -> None:
-        self.task, self.settings, self._output, self._tell = task, settings, output, tell
+        self.task, self.settings, self._output, self._report = task, settings, output, report
         self._validate, self._keep = validate, keep
         self.network = task.network
         self._optimizer = torch.optim.AdamW(self.network.parameters(), weight_decay=settings.decay)
@@ -127,13 +127,13 @@ class Trainer:
         self._best: dict[str, Tensor] = {}
 
     def run(self, until: int | None = None) -> None:
-        """Train up to a step, at first resuming from a checkpoint if there is one.
+        """Train up to a step, resuming from a checkpoint if there is one.
 
         Args:
-            until: number of the step; None for the last one.
+            until: number of updates to stop at; None for all.
 
         Raises:
-            OtherTraining: if the checkpoint is of another recipe, of other data, or of another version.
+            OtherTraining: if the checkpoint belongs to another recipe, other data, or another version.
             BadWeights: if it cannot be read.
         """
         end = self.settings.steps if until is None else until
@@ -149,16 +149,16 @@ class Trainer:
                 if self.step % self.settings.checkpoint_steps == 0 or self.step == end:
                     self.save()
                     left = (time.monotonic() - began) / (self.step - first) * (self.settings.steps - self.step)
-                    self._report(left)
+                    self._report_progress(left)
 
     def update(self, rate: float | None = None) -> dict[str, float]:
-        """Do one update, and return its losses by name, "total" among them.
+        """Do one update, and return its losses by name, including "total".
 
         Args:
-            rate: learning rate; None for that of the schedule.
+            rate: learning rate; None to use the schedule.
         """
         settings, network = self.settings, self.network.train()
-        torch.manual_seed(settings.seed * 1_000_003 + self.step)  # Of dropout: the same after resuming.
+        torch.manual_seed(settings.seed * 1_000_003 + self.step)  # The same dropout after resuming.
         for group in self._optimizer.param_groups:
             group["lr"] = settings.rate(self.step) if rate is None else rate
         loss = self.task.loss(self.step)
@@ -186,9 +186,10 @@ class Trainer:
         return scores
 
     def weights(self) -> dict[str, Tensor]:
-        """Return the result so far, on the CPU: the best weights of parts that are chosen, the averaged ones of others.
+        """Return the resulting weights so far, on the CPU.
 
-        Without an average these are the weights of the last update.
+        They are the best weights of parts that a metric selects, and the averaged weights (the last ones if there is no
+        average) of all others.
         """
         last = self._average or self.network.state_dict()
         return {name: value.detach().cpu() for name, value in last.items()} | self._best
@@ -209,14 +210,14 @@ class Trainer:
             "best": self._best,
             "history": {"losses": torch.tensor(self.losses, dtype=torch.float64)},
         }
-        checkpoint = Checkpoint(self.step, self.cpu_seconds, self.scores, tensors)
+        checkpoint = TrainingCheckpoint(self.step, self.cpu_seconds, self.scores, tensors)
         write_checkpoint(checkpoint_path(self._output, self.settings.name), checkpoint, self.settings.identity)
 
     def resume(self) -> None:
         """Resume from the checkpoint, if there is one.
 
         Raises:
-            OtherTraining: if it is of another recipe, of other data, or of another version.
+            OtherTraining: if it belongs to another recipe, other data, or another version.
             BadWeights: if it cannot be read.
         """
         path = None if self._output is None else find_checkpoint(self._output, self.settings.name)
@@ -234,10 +235,10 @@ class Trainer:
             self._optimizer.state[parameters[parameter]][key] = value.to(device)
         self.step, self.cpu_seconds, self.scores = checkpoint.step, checkpoint.cpu_seconds, checkpoint.scores
         self.losses, self._best = tensors["history"]["losses"].tolist(), tensors["best"]
-        self._tell(f"{self.settings.name}: resumes at step {self.step} of {self.settings.steps}")
+        self._report(f"{self.settings.name}: resumes at step {self.step} of {self.settings.steps}")
 
     def _advance(self) -> dict[str, float]:
-        """Do one update, validate if it is time, and return scalars for the log."""
+        """Do one update, validate if it is due, and return scalars for the log."""
         began = time.process_time()
         scalars = {f"loss/{name}": value for name, value in self.update().items()}
         if self.step % self.settings.validate_steps == 0 or self.step == self.settings.steps:
@@ -246,7 +247,7 @@ class Trainer:
         return scalars
 
     def _update_average(self) -> None:
-        kept = min(self.settings.average, self.step / (self.step + RISE))
+        kept = min(self.settings.average, self.step / (self.step + AVERAGE_WARM_UP))
         weights = self.network.state_dict() if self._average else {}
         for name, value in weights.items():
             if value.is_floating_point():
@@ -256,7 +257,7 @@ class Trainer:
 
     @contextmanager
     def _averaged_network(self) -> Iterator[nn.Module]:
-        """The network in evaluation mode, with the averaged weights in place of the last ones."""
+        """Yield the network in evaluation mode with the averaged weights, then restore its weights."""
         own = {name: value.clone() for name, value in self.network.state_dict().items()}
         self.network.load_state_dict(self._average or own)
         try:
@@ -269,9 +270,9 @@ class Trainer:
             return SummaryWriter(write_to_disk=False)
         return SummaryWriter(str(self._output / "log" / self.settings.name), purge_step=self.step)
 
-    def _report(self, seconds_left: float) -> None:
+    def _report_progress(self, seconds_left: float) -> None:
         recent = self.losses[-self.settings.checkpoint_steps :]
-        self._tell(
+        self._report(
             f"{self.settings.name}: step {self.step} of {self.settings.steps}, loss {sum(recent) / len(recent):.3f}, "
             f"{seconds_left / 60:.0f} minutes left"
         )

@@ -1,7 +1,7 @@
-"""Data augmentation: variants of a demonstration with other things, and with left and right exchanged.
+"""Data augmentation: variants of demonstrations with things exchanged, and mirrored left to right.
 
-Images, instructions and actions change alike. So agents learn to go by what is named, and not by where things stand in
-a few sections."""
+Visual features, instructions and actions change consistently, so that agents do not memorise the few training sections.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -11,14 +11,14 @@ import numpy as np
 
 import arramon_lang as lang
 from arramon_agents.perception.eyes.grid import CHANNEL_NAMES
-from arramon_agents.training.demonstrations import Demonstration
+from arramon_agents.training.demonstrations import PhaseDemonstration
 from arramon_agents.training.exchange import Exchange, read_meaning
 from arramon_client.agent import Action
 from arramon_client.world import NAVIGATION
 from arramon_lang.meaning import OTHER_SIDE, Face, Meaning, Navigation, Rotate, Step, Thing, Walk, Where
 
 MIRRORED = 0.5
-"""Share of the variants of walks in which left and right are exchanged. Rooms stay, as their walls have their sides."""
+"""Share of navigation variants that are mirrored. Rooms are never mirrored, as each of their walls has a fixed side."""
 
 _OTHER_ACTION = np.arange(len(Action), dtype=np.uint8)
 _OTHER_ACTION[[Action.LEFT, Action.RIGHT]] = Action.RIGHT, Action.LEFT
@@ -26,7 +26,7 @@ _OTHER_ACTION[[Action.LEFT, Action.RIGHT]] = Action.RIGHT, Action.LEFT
 
 @dataclass(frozen=True)
 class _Change:
-    """What distinguishes a variant: things exchanged, None for none; left and right exchanged or not; its texts."""
+    """Changes of a variant: exchange of things (None for none), whether it is mirrored, and its texts."""
 
     exchange: Exchange | None
     mirrored: bool
@@ -34,20 +34,20 @@ class _Change:
 
 
 class Variants:
-    """Variants of demonstrations. A variant follows from the seed and its number; it is written when first drawn.
+    """Variants of demonstrations. Seed and number determine a variant; it is made when first drawn.
 
     Args:
-        demonstrations: as they are.
-        languages: in which variants are written; none for a model that does not read.
-        count: variants of each demonstration, besides itself.
-        channel_names: meaning of the features. Things are exchanged only if they are those of the encoder "eyes", or
-            if there are no features.
-        seed: of all choices.
+        demonstrations: the original demonstrations.
+        languages: languages of the variants' texts; none for a model that does not read.
+        count: number of variants of each demonstration, besides the original.
+        channel_names: names of the visual features. Things are exchanged only if these are the features of the encoder
+            "eyes", or if there are no features.
+        seed: seed of all random choices.
     """
 
     def __init__(
         self,
-        demonstrations: Sequence[Demonstration],
+        demonstrations: Sequence[PhaseDemonstration],
         languages: Sequence[str],
         count: int,
         channel_names: Sequence[str] | None,
@@ -59,13 +59,13 @@ class Variants:
         self._changes: dict[tuple[int, int], _Change] = {}
         self._meanings: dict[int, Meaning] = {}
 
-    def draw(self, row: int, chance: Random) -> Demonstration:
-        """Return a demonstration by its number, as it is or in one of its variants, chosen uniformly."""
+    def draw(self, row: int, chance: Random) -> PhaseDemonstration:
+        """Return the original or a variant of a demonstration, chosen uniformly."""
         number = chance.randrange(self._count + 1) if self._count else 0
         return self.variant(row, number)
 
-    def variant(self, row: int, number: int) -> Demonstration:
-        """Return a variant of a demonstration; number 0 is the demonstration as it is."""
+    def variant(self, row: int, number: int) -> PhaseDemonstration:
+        """Return a variant of a demonstration; number 0 is the original."""
         shown = self._demonstrations[row]
         if number == 0:
             return shown
@@ -92,12 +92,12 @@ class Variants:
                 assert isinstance(meaning, Navigation)
                 meaning = mirrored(meaning)
             texts = {each: lang.load(each).write(meaning, random) for each in self._languages if each in shown.texts}
-        except ValueError:  # A person's text that the grammar cannot read, or not write: it stays as it is.
+        except ValueError:  # A person's text that the grammar can't parse or write is not augmented.
             return _Change(None, False, {})
         return _Change(exchange, mirrors, texts)
 
     def _meaning(self, row: int) -> Meaning:
-        """Return what a demonstration's instruction says."""
+        """Return the meaning of a demonstration's instruction."""
         if row not in self._meanings:
             shown = self._demonstrations[row]
             self._meanings[row] = read_meaning(shown.texts, shown.phase)
@@ -105,7 +105,7 @@ class Variants:
 
 
 def mirrored(meaning: Navigation) -> Navigation:
-    """Return what an instruction says in a mirrored world."""
+    """Return the meaning of an instruction in the mirrored world."""
     return Navigation(tuple(map(_mirrored_step, meaning.steps)), _mirrored_thing(meaning.target))
 
 

@@ -1,4 +1,4 @@
-"""`agents.vl` without instructions: it sees but does not read. It needs the extra `torch`."""
+"""`agents.vl` without instructions as input (extra `torch`)."""
 
 from arramon_agents.vl import make_factory
 

@@ -1,8 +1,8 @@
-"""Agent that reads and sees, by the paper's model (section 5) in its own sizes. It needs the extra `torch`.
+"""Agent that plays by the paper's vision-and-language model (section 5), in smaller sizes (extra `torch`).
 
-`config.py` holds the sizes, `model.py` the network, `agent.py` how it plays, `recipe.py`, `task.py` and `train.py` how
-it is trained, `card.md` how its weights were.
-Other agents are configurations of it (`make_factory`): they differ in what their weights were trained with.
+`config.py` has the sizes, `model.py` the network, `agent.py` the player, `recipe.py`, `task.py` and `train.py` the
+training, and `card.md` is the model card of the shipped weights. Other agents are the same code with other weights
+(`make_factory`).
 """
 
 from collections.abc import Callable, Sequence
@@ -18,18 +18,18 @@ def make_factory(name: str, needs: Sequence[str] = PLAYING) -> Callable[..., Age
     """Return the function `make_agent` of an agent that plays by the paper's model.
 
     Args:
-        name: of the agent, and of the folder that holds its shipped weights.
-        needs: modules that it imports.
+        name: name of the agent, and of the folder with its shipped weights.
+        needs: optional modules that it imports.
     """
 
     def make_agent(weights: str | None = None, seed: int = 0, temperature: float | None = None) -> Agent:
-        """Return the agent with the shipped weights, or with others.
+        """Return the agent, with the shipped weights or others.
 
         Args:
-            weights: a file that `arramon-train` wrote.
-            seed: for sampling actions, where the temperature is above 0.
-            temperature: of the softmax from which actions are sampled; 0 takes the best action. None for the one with
-                which the weights were validated.
+            weights: a file written by `arramon-train`; None for the shipped one.
+            seed: seed for sampling actions, used if the temperature is above 0.
+            temperature: softmax temperature for sampling actions; 0 takes the best action. None for the temperature
+                that the weights were validated with.
 
         Raises:
             AgentLoadError: if an extra is not installed, or the weights cannot be read.

@@ -1,4 +1,4 @@
-"""The agent that plays with trained weights: many episodes at a time, on any split, from RGB and depth alone."""
+"""Agent that plays by a trained model, many episodes at a time, from RGB and depth alone."""
 
 import hashlib
 from collections.abc import Sequence
@@ -9,20 +9,20 @@ import numpy.typing as npt
 import torch
 from torch import Tensor
 
-from arramon_agents.perception.encoder import GRID, FrameMemory
-from arramon_agents.vl.model import ACTIONS, START, State, Text, as_input
-from arramon_agents.vl.policy import Policy
+from arramon_agents.perception.encoder import GRID, FeatureCache
+from arramon_agents.vl.model import ACTIONS, START_ACTION, State, Text, as_input
+from arramon_agents.vl.policy import VlPolicy
 from arramon_client.agent import Episode, Observation
 
 
 @dataclass
-class _Memory:
-    """State of an episode's current phase: its name, its encoded instruction, and the model's recurrent state."""
+class _PhaseState:
+    """State of an episode's current phase: turn and phase name, encoded instruction, history state, last action."""
 
     phase: tuple[int, str]
     words: Tensor  # (T, H)
-    state: State | None = None
-    before: int = START
+    history: State | None = None
+    previous_action: int = START_ACTION
 
 
 class LearnedAgent:
@@ -30,95 +30,98 @@ class LearnedAgent:
 
     Args:
         policy: the model with its tokenizer and visual encoder.
-        name: shown on the leaderboard.
-        seed: for sampling actions.
-        temperature: of the softmax from which actions are sampled; 0 takes the best action. The random numbers are
-            hashes of seed, episode and step, so that a resumed run samples the same actions.
+        name: name on the leaderboard.
+        seed: seed for sampling actions.
+        temperature: softmax temperature for sampling actions; 0 takes the best action. The random numbers are hashes of
+            seed, episode and step, so a resumed run samples the same actions.
     """
 
-    def __init__(self, policy: Policy, name: str, seed: int = 0, temperature: float = 0.0) -> None:
+    def __init__(self, policy: VlPolicy, name: str, seed: int = 0, temperature: float = 0.0) -> None:
         self.name = name
         self.sensors = () if policy.encoder is None else ("rgb", "depth")
         self._policy, self._seed, self._temperature = policy, seed, temperature
-        self._frames = None if policy.encoder is None else FrameMemory(policy.encoder)
-        self._memories: dict[str, _Memory] = {}
+        self._frames = None if policy.encoder is None else FeatureCache(policy.encoder)
+        self._phases: dict[str, _PhaseState] = {}
 
     def begin(self, episode: Episode) -> None:
         """Start a new episode."""
-        self._memories.pop(episode.episode_id, None)
+        self._phases.pop(episode.episode_id, None)
 
     def end(self, episode_id: str) -> None:
-        """Discard the state of an episode; there is none before its first step."""
-        self._memories.pop(episode_id, None)
+        """Discard the state of an episode, if it has any."""
+        self._phases.pop(episode_id, None)
 
     @torch.inference_mode()
     def act(self, observations: Sequence[Observation]) -> list[int]:
         """Return one action for each observation."""
-        features = self._see(observations)
+        features = self._encode_images(observations)
         actions = [0] * len(observations)
         for phase in {observation.phase for observation in observations}:
-            chosen = [number for number, observation in enumerate(observations) if observation.phase == phase]
-            values = self._ask(phase, [observations[number] for number in chosen], features[chosen])
-            for number, row in zip(chosen, values, strict=True):
-                actions[number] = self._choose(observations[number], row)
-                self._memories[observations[number].episode_id].before = actions[number]
+            rows = [row for row, observation in enumerate(observations) if observation.phase == phase]
+            logits = self._logits(phase, [observations[row] for row in rows], features[rows])
+            for row, action_logits in zip(rows, logits, strict=True):
+                actions[row] = self._sample_action(observations[row], action_logits)
+                self._phases[observations[row].episode_id].previous_action = actions[row]
         return actions
 
-    def _see(self, observations: Sequence[Observation]) -> Tensor:
-        """Return the features of the images, (B, 7, 7, C)."""
+    def _encode_images(self, observations: Sequence[Observation]) -> Tensor:
+        """Return the visual features of the observations, (B, 7, 7, C)."""
         if self._frames is None:
             return torch.zeros(len(observations), GRID, GRID, 0)
-        rgb = np.stack([_sensed(observation, "rgb") for observation in observations])
-        depth = np.stack([_sensed(observation, "depth") for observation in observations])
+        rgb = np.stack([_image_of(observation, "rgb") for observation in observations])
+        depth = np.stack([_image_of(observation, "depth") for observation in observations])
         return as_input(self._frames.features(rgb, depth))
 
-    def _ask(self, phase: str, observations: Sequence[Observation], features: Tensor) -> Tensor:
-        """Return the logits of all actions in one phase, (B, 4), and keep the model's states."""
-        memories = [self._remember(observation) for observation in observations]
-        module = self._policy.model.of(phase)
-        text = _together([memory.words for memory in memories])
-        before = torch.tensor([[memory.before] for memory in memories])
-        values, state = module.act(text, features[:, None], before, _joined(memories, module.config.hidden))
-        for number, memory in enumerate(memories):
-            memory.state = state[0][:, number], state[1][:, number]
-        return values[:, 0, :ACTIONS]
+    def _logits(self, phase: str, observations: Sequence[Observation], features: Tensor) -> Tensor:
+        """Return the action logits for observations of one phase, (B, 4), and advance their history states."""
+        states = [self._phase_state(observation) for observation in observations]
+        model = self._policy.model.of(phase)
+        text = _pad_texts([state.words for state in states])
+        previous_actions = torch.tensor([[state.previous_action] for state in states])
+        history = _stack_histories(states, model.config.hidden)
+        logits, (hidden, cell) = model.act(text, features[:, None], previous_actions, history)
+        for row, state in enumerate(states):
+            state.history = hidden[:, row], cell[:, row]
+        return logits[:, 0, :ACTIONS]
 
-    def _remember(self, observation: Observation) -> _Memory:
-        memory = self._memories.get(observation.episode_id)
+    def _phase_state(self, observation: Observation) -> _PhaseState:
+        """Return the state of the observation's phase, with its instruction encoded once, at the first step."""
+        state = self._phases.get(observation.episode_id)
         phase = observation.turn, observation.phase
-        if memory is None or memory.phase != phase:
+        if state is None or state.phase != phase:
             tokens = torch.tensor([self._policy.tokenizer.encode(observation.instruction)])
-            memory = _Memory(phase, self._policy.model.of(observation.phase).read(tokens).words[0])
-            self._memories[observation.episode_id] = memory
-        return memory
+            state = _PhaseState(phase, self._policy.model.of(observation.phase).read(tokens).words[0])
+            self._phases[observation.episode_id] = state
+        return state
 
-    def _choose(self, observation: Observation, values: Tensor) -> int:
+    def _sample_action(self, observation: Observation, logits: Tensor) -> int:
+        """Return the best action, or one sampled from the softmax if the temperature is above 0."""
         if self._temperature <= 0:
-            return int(values.argmax())
+            return int(logits.argmax())
         digest = hashlib.blake2b(f"{self._seed}/{observation.step}/{observation.episode_id}".encode(), digest_size=8)
         threshold = int.from_bytes(digest.digest()) / 2**64
-        shares = (values / self._temperature).softmax(-1).cumsum(-1)
-        return min(int((shares < threshold).sum()), ACTIONS - 1)
+        cumulative = (logits / self._temperature).softmax(-1).cumsum(-1)
+        return min(int((cumulative < threshold).sum()), ACTIONS - 1)
 
 
-def _sensed(observation: Observation, sensor: str) -> npt.NDArray[np.generic]:
+def _image_of(observation: Observation, sensor: str) -> npt.NDArray[np.generic]:
     image = getattr(observation, sensor)
     if image is None:
         raise ValueError(f"the observation has no {sensor}, which the agent needs: run it with --sensors rgb,depth")
     return np.asarray(image)
 
 
-def _together(texts: Sequence[Tensor]) -> Text:
-    """Return texts of different lengths as one padded batch."""
+def _pad_texts(texts: Sequence[Tensor]) -> Text:
+    """Return encoded texts of different lengths as one padded batch."""
     padded = torch.nn.utils.rnn.pad_sequence(list(texts), batch_first=True)
     lengths = torch.tensor([len(text) for text in texts])
     return Text(padded, torch.arange(padded.shape[1]) >= lengths[:, None])
 
 
-def _joined(memories: Sequence[_Memory], hidden: int) -> State:
-    """Return the states of several episodes as one batch; before the first step a state is 0."""
-    blank = torch.zeros(1, hidden), torch.zeros(1, hidden)
-    states = [memory.state or blank for memory in memories]
-    first = torch.stack([state[0] for state in states], 1)
-    second = torch.stack([state[1] for state in states], 1)
-    return first, second
+def _stack_histories(states: Sequence[_PhaseState], size: int) -> State:
+    """Return the history states of several episodes as one batch; zeros before the first step."""
+    zeros = torch.zeros(1, size), torch.zeros(1, size)
+    histories = [state.history or zeros for state in states]
+    hidden = torch.stack([history[0] for history in histories], 1)
+    cell = torch.stack([history[1] for history in histories], 1)
+    return hidden, cell

@@ -1,4 +1,4 @@
-"""Alignment of languages: a contrastive loss that pulls together the encodings of two texts for the same path."""
+"""Contrastive loss (InfoNCE) that aligns the encodings of two instructions for the same path in different languages."""
 
 import random
 from collections.abc import Sequence
@@ -7,30 +7,30 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
-from arramon_agents.training.demonstrations import Demonstration
+from arramon_agents.training.demonstrations import PhaseDemonstration
 from arramon_agents.vl.model import Text
 
 TEMPERATURE = 0.1
-"""Temperature of the contrastive softmax: the smaller, the more the nearest wrong texts count."""
+"""Softmax temperature; the lower, the more the hardest negatives count."""
 
 
 def other_texts(
-    demonstrations: Sequence[Demonstration], texts: Sequence[str], languages: Sequence[str], chance: random.Random
+    demonstrations: Sequence[PhaseDemonstration], texts: Sequence[str], languages: Sequence[str], chance: random.Random
 ) -> tuple[list[int], list[str]]:
-    """Return a second text for each demonstration that has one.
+    """Draw a second text for each demonstration that has one.
 
     Args:
-        demonstrations: of a batch.
-        texts: their first texts.
-        languages: to choose second texts from.
-        chance: source of random choices.
+        demonstrations: the demonstrations of a batch.
+        texts: the text of each that the batch already uses.
+        languages: languages to choose second texts from.
+        chance: random generator.
 
     Returns:
-        Which demonstrations have a second text, and these texts.
+        Indices of the demonstrations with a second text, and these texts.
     """
     rows, others = [], []
     for row, (each, text) in enumerate(zip(demonstrations, texts, strict=True)):
-        there = [other for other in each.read_in(languages) if other != text]
+        there = [other for other in each.texts_in(languages) if other != text]
         if there:
             rows.append(row)
             others.append(chance.choice(there))
@@ -38,18 +38,18 @@ def other_texts(
 
 
 def alignment_loss(one: Text, other: Text) -> Tensor:
-    """Return the symmetric InfoNCE loss between first and second texts of a batch; 0 for no texts.
+    """Return the symmetric InfoNCE loss between first and second texts of a batch; 0 for an empty batch.
 
-    Texts are compared by the mean of their words. A plain distance would collapse all texts into one encoding.
+    Texts are compared by mean pooling. Minimising a plain distance would collapse all texts into one encoding.
     """
     if not len(one.words):
         return one.words.new_zeros(())
-    alike = _pooled(one) @ _pooled(other).T / TEMPERATURE  # (B, B)
-    right = torch.arange(len(alike), device=alike.device)
-    return (functional.cross_entropy(alike, right) + functional.cross_entropy(alike.T, right)) / 2.0
+    logits = _mean_pool(one) @ _mean_pool(other).T / TEMPERATURE  # (B, B)
+    targets = torch.arange(len(logits), device=logits.device)
+    return (functional.cross_entropy(logits, targets) + functional.cross_entropy(logits.T, targets)) / 2.0
 
 
-def _pooled(text: Text) -> Tensor:
+def _mean_pool(text: Text) -> Tensor:
     """Return the normalised mean of each text's words, (B, H)."""
-    there = (~text.padding).float()[..., None]
-    return functional.normalize((text.words.float() * there).sum(1) / there.sum(1).clamp(min=1.0), dim=-1)
+    mask = (~text.padding).float()[..., None]
+    return functional.normalize((text.words.float() * mask).sum(1) / mask.sum(1).clamp(min=1.0), dim=-1)

@@ -1,4 +1,4 @@
-"""Model card of the paper's models: data, command and scores of a file of weights."""
+"""Model card of a trained model of the paper: training data, command and validation scores."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -7,7 +7,7 @@ from arramon_agents.pretrained.encoders import INSTALL, PACKAGE
 from arramon_agents.reading.tokenizers import PRETRAINED
 from arramon_agents.training.card import command_of, learned_from, page
 from arramon_agents.training.recipe import as_json
-from arramon_agents.vl.policy import Policy
+from arramon_agents.vl.policy import VlPolicy
 from arramon_agents.vl.recipe import RECIPES, Recipe
 
 WHAT = {
@@ -23,7 +23,7 @@ LIMITS = """\
 - It is a baseline, and far from human level. Compare with `docs/results.md`."""
 
 
-def card(policy: Policy, recipe: Recipe) -> str:
+def card(policy: VlPolicy, recipe: Recipe) -> str:
     """Return the model card of a policy that was trained by a recipe, in Markdown."""
     about: Mapping[str, Any] = policy.about
     size = sum(parameter.numel() for parameter in policy.model.parameters())

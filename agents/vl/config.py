@@ -1,23 +1,23 @@
-"""Sizes of the paper's model, and what it is given."""
+"""Configuration of the paper's model: its inputs and sizes."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
-class Config:
-    """Sizes of a model; the defaults are the original's.
+class ModelConfig:
+    """Inputs and sizes of a model; the default sizes are the paper's. Field names are keys in files of weights.
 
     Attributes:
-        vocabulary: numbers that a tokenizer gives, 0 for padding included.
-        channels: features of a cell, without its position.
-        sees: whether the image is used.
-        reads: whether the instruction is used.
-        positions: whether each cell's row and column are features too, as an encoder of single cells needs.
-        reader: of the words, a name in `arramon_agents.reading.text_encoders`.
-        word_size: numbers that stand for a word.
-        action_size: numbers that stand for an action.
-        hidden: size H of everything else.
-        dropout: share of the action embedding and of the output's input that is dropped in training.
+        vocabulary: vocabulary size, padding included.
+        channels: features of an image cell, C, without its position.
+        sees: whether the image is an input.
+        reads: whether the instruction is an input.
+        positions: whether a cell's row and column are features too, for encoders that encode cells one by one.
+        reader: name of the text encoder, see `arramon_agents.reading.text_encoders`.
+        word_size: word embedding size.
+        action_size: action embedding size.
+        hidden: hidden size H of all other layers.
+        dropout: dropout probability of the action embedding and of the output layer's input.
     """
 
     vocabulary: int = 774

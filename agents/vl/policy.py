@@ -1,4 +1,4 @@
-"""The trained policy of `vl` and its configurations: model, tokenizer and visual encoder, and their file."""
+"""Policy of the paper's models: model, tokenizer and visual encoder; saving and loading it."""
 
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -8,8 +8,8 @@ import torch
 
 from arramon_agents.perception.encoder import VisualEncoder
 from arramon_agents.perception.registry import open_encoder
-from arramon_agents.reading.tokenizers import Tokenizer, restore_tokenizer
-from arramon_agents.vl.config import Config
+from arramon_agents.reading.tokenizers import TextTokenizer, restore_tokenizer
+from arramon_agents.vl.config import ModelConfig
 from arramon_agents.vl.model import Model
 from arramon_agents.weights import BadWeights, read_weights_file, write_weights_file
 
@@ -17,23 +17,23 @@ FORMAT = 1
 
 
 @dataclass
-class Policy:
+class VlPolicy:
     """A trained model with its tokenizer and visual encoder.
 
     Attributes:
-        model: in evaluation or training mode.
-        tokenizer: of instructions.
-        encoder: of images; None for a model that uses none.
-        about: metadata: data, seeds, scores; JSON values.
+        model: the network, in evaluation or training mode.
+        tokenizer: tokenizer of instructions.
+        encoder: visual encoder; None for a model that does not see.
+        about: metadata as JSON values: data, seeds, scores.
     """
 
     model: Model
-    tokenizer: Tokenizer
+    tokenizer: TextTokenizer
     encoder: VisualEncoder | None
     about: dict[str, Any] = field(default_factory=dict)
 
 
-def save_policy(policy: Policy, path: Path) -> None:
+def save_policy(policy: VlPolicy, path: Path) -> None:
     """Write a policy to a file, atomically."""
     header = {
         "format": FORMAT,
@@ -46,15 +46,15 @@ def save_policy(policy: Policy, path: Path) -> None:
     write_weights_file(path, networks, header, blobs, torch.float32)
 
 
-def load_policy(path: Path) -> Policy:
-    """Return the policy of a file, in evaluation mode, on the CPU.
+def load_policy(path: Path) -> VlPolicy:
+    """Load a policy from a file, in evaluation mode, on the CPU.
 
     Raises:
-        BadWeights: if the file is not readable, or was trained on another version of its visual encoder.
+        BadWeights: if the file cannot be read, or was trained with another version of its visual encoder.
         ValueError: if its tokenizer or encoder is not available.
     """
     file = read_weights_file(path, "the paper's model", FORMAT)
-    config = file.sizes("config", Config)
+    config = file.sizes("config", ModelConfig)
     model = file.build(lambda: Model(config))
     file.fill(model, "model.")
     tokenizer = restore_tokenizer(file.value("tokenizer", str), file.blob("tokenizer"))
@@ -66,4 +66,4 @@ def load_policy(path: Path) -> Policy:
             raise BadWeights(
                 f"{path} was trained on the visual encoder {name} {fingerprint}, but {encoder.fingerprint} is installed"
             )
-    return Policy(model, tokenizer, encoder, file.value("about", dict))
+    return VlPolicy(model, tokenizer, encoder, file.value("about", dict))

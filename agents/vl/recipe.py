@@ -1,4 +1,4 @@
-"""Training recipes: every setting of an agent's training, and the recipes of the shipped weights."""
+"""Training recipes of the paper's models: all settings of a training, and the recipes of the shipped weights."""
 
 from dataclasses import dataclass, replace
 
@@ -9,40 +9,42 @@ from arramon_agents.training.recipe import PRECISIONS
 
 @dataclass(frozen=True)
 class Recipe:
-    """All settings of a training: the same recipe on the same data gives the same losses on one machine.
+    """All training settings; the same recipe on the same data gives the same losses on the same machine.
+
+    Field names are command-line options and keys in files of weights.
 
     Attributes:
         agent: name of the agent.
-        languages: in which one model is trained.
-        sees, reads: what the model uses.
-        encoder: name of the visual encoder; `folder=PATH` for a model of transformers.
+        languages: languages that the model is trained on.
+        sees, reads: whether images and instructions are inputs of the model.
+        encoder: name of the visual encoder; `folder=PATH` for a transformers model.
         tokenizer: name of the tokenizer, see `arramon_agents.reading.tokenizers`.
-        reader: name of the reader, see `arramon_agents.reading.text_encoders`.
-        align: weight of the alignment loss, which pulls together the encodings of two texts of one path; 0 for none.
-        aligned: languages of these texts; they may be others than those in which actions are learned.
-        split: from which it learns.
-        every: 2 takes every second episode in playing order, and leaves the first, third ... to test on; 1 takes all.
-        episodes: of training, the first ones of these; 0 for all.
-        rooms: number of generated tasks in the room alone, besides.
-        variants: of each demonstration, besides itself: written anew, with other things; half of the walks mirrored.
-        passes: through the navigation demonstrations.
-        batch, room_batch: navigation and assembly demonstrations in a batch.
-        precision: of matrix products; weights and sums are float32. With "bfloat16" an update of `vl` takes
-            0.6 of the time on processors that have it; on others it is trained in "float32".
-        init: weights to begin with, in place of random ones: a file, or a folder with one named after the agent. What
-            its tokenizer does not know of the texts is added, where it has words.
-        learning_rate: of Adam.
-        clip: largest norm of the gradient.
-        share: of the steps at which the expert repeats its action, the share in the loss, chosen anew in each pass;
-            all steps at which its action changes are in it.
-        pick_up: weight of the pick-up among the right actions in the streets; the others have 1. One that takes nothing
-            costs a step, one that is missed the turn.
-        average: share of the averaged weights that an update keeps; validated and shipped are these. 0 for those of the
-            last update. The average changes no update.
-        temperature: of the actions at play and in validation, see `arramon_agents.vl.agent.LearnedAgent`.
-        seed: of weights, order and dropout.
+        reader: name of the text encoder, see `arramon_agents.reading.text_encoders`.
+        align: weight of the alignment loss between two texts for the same path; 0 for none.
+        aligned: languages of the alignment loss; they may differ from `languages`.
+        split: training split.
+        every: take every n-th episode in playing order, from the n-th on, and leave the others for testing; 1 for all.
+        episodes: number of these episodes, the first ones; 0 for all.
+        rooms: number of additional generated tasks in the assembly room.
+        variants: number of augmented variants of each demonstration: things exchanged, half of the walks mirrored.
+        passes: number of epochs of the navigation demonstrations.
+        batch, room_batch: number of navigation and of assembly demonstrations in a batch.
+        precision: precision of matrix products; weights and sums are float32. "bfloat16" takes 0.6 of the time for `vl`
+            on CPUs that support it; on others the training uses "float32".
+        init: weights to fine-tune, a file, or a folder with one named after the agent; empty for random weights. New
+            words are added to a vocabulary of words.
+        learning_rate: learning rate of Adam.
+        clip: maximum gradient norm.
+        share: share of the steps at which the expert repeats its action to include in the loss, redrawn in each epoch;
+            all steps at which its action changes are included.
+        pick_up: loss weight of the pick-up action in navigation; other actions have weight 1. A useless pick-up costs
+            a step, a missed one the whole turn.
+        average: decay of the running average of the weights, which is validated and shipped; 0 for the weights of the
+            last update. It does not affect updates.
+        temperature: softmax temperature at play and in validation, see `arramon_agents.vl.agent.LearnedAgent`.
+        seed: seed of initial weights, order and dropout.
         validate: split on which the best weights are chosen.
-        validate_episodes: of it, the first ones.
+        validate_episodes: number of episodes to validate on, the first in playing order.
         validate_steps: updates between two validations.
     """
 
@@ -129,5 +131,5 @@ RECIPES = {
 
 
 def smoke(recipe: Recipe) -> Recipe:
-    """Return a recipe that takes seconds and teaches next to nothing: it shows that everything works."""
+    """Return a recipe for smoke tests, which takes seconds and learns next to nothing."""
     return replace(recipe, episodes=4, rooms=0, passes=2, batch=4, room_batch=4, validate_episodes=2, validate_steps=4)

@@ -9,60 +9,67 @@ from torch import Tensor
 
 from arramon_agents.process_settings import prepare_process
 from arramon_agents.training.checkpoint import Identity
-from arramon_agents.training.demonstrations import Demonstration, Source, data_hash_of, unseen
-from arramon_agents.training.place import Place, Tell
-from arramon_agents.training.precision import usable
+from arramon_agents.training.demonstrations import (
+    DemonstrationSource,
+    PhaseDemonstration,
+    data_hash_of,
+    without_features,
+)
+from arramon_agents.training.precision import usable_precision
 from arramon_agents.training.recipe import identity_of
-from arramon_agents.training.rollouts import Plan, mean, play
+from arramon_agents.training.rollouts import RolloutPlan, mean, play
 from arramon_agents.training.schedule import constant
-from arramon_agents.training.sources import data_of, digest_of, draw_demonstrations, sources_of, splits_of
-from arramon_agents.training.trainer import Scores, Settings, Trainer
+from arramon_agents.training.sources import describe_data, digest_of, load_demonstrations, sources_of, splits_of
+from arramon_agents.training.trainer import Scores, Trainer, TrainerSettings
+from arramon_agents.training.workspace import Report, Workspace
 from arramon_agents.vl.agent import LearnedAgent
 from arramon_agents.vl.card import card
+from arramon_agents.vl.initial_policy import initial_policy
 from arramon_agents.vl.model import Model
-from arramon_agents.vl.policy import Policy, save_policy
+from arramon_agents.vl.policy import VlPolicy, save_policy
 from arramon_agents.vl.recipe import Recipe
-from arramon_agents.vl.start import initial_policy
 from arramon_agents.vl.task import ImitationTask
 from arramon_agents.weights import SUFFIX
 
 CHOSEN_BY = {"navigation": "nDTW", "assembly": "PTC"}
-"""Metric of each phase for choosing the best weights; the ground truth plays the other phase in validation."""
+"""Metric of each phase by which the best weights are chosen; in validation, the ground truth plays the other phase."""
 
 PART = "modules_by_phase.{phase}."
 """Prefix of the tensor names of a phase's module."""
 
 
-def train(recipe: Recipe, place: Place, tell: Tell) -> Path:
+def train(recipe: Recipe, workspace: Workspace, report: Report) -> Path:
     """Train an agent, resuming from a checkpoint if there is one; return the path of the weights.
 
-    The model card is beside them.
+    The model card is written to the same folder.
 
     Raises:
         UsageError: if the data folder does not have what the recipe names.
         ValueError: if the output folder holds a checkpoint of another recipe or other data.
     """
     prepare_process()
-    demonstrations = demonstrations_of(recipe, place, tell)
-    imitation = Imitation(recipe, place, demonstrations, tell)
-    hashed = Source(place.data, recipe.split, recipe.languages, "", 0)
+    demonstrations = demonstrations_of(recipe, workspace, report)
+    imitation = Imitation(recipe, workspace, demonstrations, report)
+    hashed = DemonstrationSource(workspace.data, recipe.split, recipe.languages, "", 0)
     imitation.policy.about["data_hash"] = data_hash_of(hashed)
     size = sum(parameter.numel() for parameter in imitation.policy.model.parameters())
-    tell(f"{recipe.agent}: {len(demonstrations)} demonstrations, {size:,} parameters, on {place.device}")
+    report(f"{recipe.agent}: {len(demonstrations)} demonstrations, {size:,} parameters, on {workspace.device}")
     imitation.run()
-    tell(f"{recipe.agent}: best {imitation.best}, in {imitation.weights}")
+    report(f"{recipe.agent}: best {imitation.best}, in {imitation.weights}")
     return imitation.weights
 
 
-def demonstrations_of(recipe: Recipe, place: Place, tell: Tell) -> list[Demonstration]:
-    """Return the demonstrations of a recipe, without features for a model that sees nothing.
+def demonstrations_of(recipe: Recipe, workspace: Workspace, report: Report) -> list[PhaseDemonstration]:
+    """Return the demonstrations of a recipe, without image features if the model does not see.
 
     Raises:
         UsageError: if the data folder does not have what the recipe names.
     """
-    split = Source(place.data, recipe.split, recipe.texts, recipe.encoder, recipe.episodes, every=recipe.every)
-    drawn = draw_demonstrations(sources_of(split, recipe.rooms), place, tell)
-    return [each if recipe.sees else unseen(each) for each in drawn]
+    split = DemonstrationSource(
+        workspace.data, recipe.split, recipe.texts, recipe.encoder, recipe.episodes, every=recipe.every
+    )
+    drawn = load_demonstrations(sources_of(split, recipe.rooms), workspace, report)
+    return [each if recipe.sees else without_features(each) for each in drawn]
 
 
 class Imitation:
@@ -70,9 +77,9 @@ class Imitation:
 
     Args:
         recipe: all settings.
-        place: folders to read from and write to.
+        workspace: folders to read from and write to.
         demonstrations: of the expert.
-        tell: receives lines of progress.
+        report: receives lines of progress.
 
     Attributes:
         recipe: with a precision that the device has.
@@ -83,17 +90,17 @@ class Imitation:
     def __init__(
         self,
         recipe: Recipe,
-        place: Place,
-        demonstrations: Sequence[Demonstration],
-        tell: Tell = lambda _: None,
+        workspace: Workspace,
+        demonstrations: Sequence[PhaseDemonstration],
+        report: Report = lambda _: None,
     ) -> None:
         torch.manual_seed(recipe.seed)
-        recipe = replace(recipe, precision=usable(recipe.precision, place.device, tell))
-        self.recipe, self._place, self._tell, self._demonstrations = recipe, place, tell, demonstrations
-        texts = [text for each in demonstrations for text in each.read_in(recipe.texts)]
-        self.policy = initial_policy(recipe, texts, place, tell)
-        task = ImitationTask(recipe, self.policy, demonstrations, place.device)
-        settings = Settings(
+        recipe = replace(recipe, precision=usable_precision(recipe.precision, workspace.device, report))
+        self.recipe, self._workspace, self._report, self._demonstrations = recipe, workspace, report, demonstrations
+        texts = [text for each in demonstrations for text in each.texts_in(recipe.texts)]
+        self.policy = initial_policy(recipe, texts, workspace, report)
+        task = ImitationTask(recipe, self.policy, demonstrations, workspace.device)
+        settings = TrainerSettings(
             recipe.agent,
             task.steps,
             constant(recipe.learning_rate),
@@ -101,32 +108,32 @@ class Imitation:
             clip=recipe.clip,
             average=recipe.average,
             validate_steps=recipe.validate_steps,
-            checkpoint_steps=place.checkpoint_steps,
+            checkpoint_steps=workspace.checkpoint_steps,
             chosen_by={PART.format(phase=phase): metric for phase, metric in CHOSEN_BY.items()},
             identity=Identity(identity_of(replace(recipe, passes=0)), digest_of(demonstrations)),  # More may follow.
         )
-        self.trainer = Trainer(task, settings, place.output, tell, self._validate, self._write)
+        self.trainer = Trainer(task, settings, workspace.output, report, self._validate, self._write)
 
     @property
     def weights(self) -> Path:
         """The file of the best weights."""
-        return self._place.output / f"{self.recipe.agent}{SUFFIX}"
+        return self._workspace.output / f"{self.recipe.agent}{SUFFIX}"
 
     @property
     def best(self) -> dict[str, float]:
         """Best score of each phase so far."""
         return {phase: self.trainer.scores[name] for phase, name in CHOSEN_BY.items() if name in self.trainer.scores}
 
-    def run(self) -> Policy:
-        """Train to the end, resuming from a checkpoint if there is one; return the best weights, which are written.
+    def run(self) -> VlPolicy:
+        """Train to the end, resuming from a checkpoint if there is one; write and return the best weights.
 
         Raises:
-            OtherTraining: if the checkpoint is of another recipe, or of other demonstrations.
+            OtherTraining: if the checkpoint belongs to another recipe or other demonstrations.
             BadWeights: if it cannot be read.
         """
         self.trainer.run()
         self.policy.about |= {
-            "data": data_of(self._demonstrations, splits_of(self.recipe.split, self._place.data)),
+            "data": describe_data(self._demonstrations, splits_of(self.recipe.split, self._workspace.data)),
             "updates": self.trainer.step,
             "cpu_seconds": round(self.trainer.cpu_seconds),
         }
@@ -135,31 +142,31 @@ class Imitation:
         return policy
 
     def _validate(self) -> Scores:
-        """Play the validation episodes, each phase while the ground truth plays the other, and return the scores."""
+        """Play the validation episodes, once per phase with the ground truth in the other phase; return the scores."""
         recipe = self.recipe
         if not recipe.validate_episodes:
             return {}
         size = self.policy.encoder.image_size if self.policy.encoder else 8
-        plan = Plan(self._place.data, recipe.validate, recipe.languages, recipe.validate_episodes, size)
+        plan = RolloutPlan(self._workspace.data, recipe.validate, recipe.languages, recipe.validate_episodes, size)
         scores = {}
         for phase, metric in CHOSEN_BY.items():
             agent = LearnedAgent(
                 self._policy_with(self.policy.model.state_dict()), recipe.agent, temperature=recipe.temperature
             )
             scores[metric] = mean(play(agent, replace(plan, phases=(phase,))), metric)
-        told = ", ".join(f"{metric} {value:.3f}" for metric, value in scores.items())
-        self._tell(f"{recipe.agent}: validation after {self.trainer.step} updates: {told}")
+        summary = ", ".join(f"{metric} {value:.3f}" for metric, value in scores.items())
+        self._report(f"{recipe.agent}: validation after {self.trainer.step} updates: {summary}")
         return scores
 
-    def _write(self) -> Policy:
+    def _write(self) -> VlPolicy:
         """Write the best weights so far, and return them."""
         self.policy.about["validation"] = self.best
         policy = self._policy_with(self.trainer.weights())
         save_policy(policy, self.weights)
         return policy
 
-    def _policy_with(self, weights: Mapping[str, Tensor]) -> Policy:
-        """Return the policy with other weights, on the processor, in evaluation mode."""
+    def _policy_with(self, weights: Mapping[str, Tensor]) -> VlPolicy:
+        """Return the policy with these weights, on the CPU, in evaluation mode."""
         model = Model(self.policy.model.config)
         model.load_state_dict(weights)
         return replace(self.policy, model=model.eval())

@@ -1,4 +1,4 @@
-"""Agent that reads along as it walks and grounds each word in what it sees. It needs the extra `torch`."""
+"""Agent that attends to the words at each step and matches them with what it sees (extra `torch`)."""
 
 from arramon_agents.requirements import PLAYING, require
 from arramon_client.agent import Agent
@@ -14,7 +14,7 @@ def make_agent(weights: str | None = None, sensor: str = SENSORS[0]) -> Agent:
 
     Args:
         weights: a file written by `arramon-train --agent vl_grounded`.
-        sensor: "rgb" to see by RGB and depth alone, "segmentation" to see without errors.
+        sensor: "rgb" to perceive by the visual encoder, from RGB and depth; "segmentation" for perfect perception.
 
     Raises:
         AgentLoadError: if the extra is not installed, there is no such sensor, or the weights cannot be read.
@@ -26,7 +26,7 @@ def make_agent(weights: str | None = None, sensor: str = SENSORS[0]) -> Agent:
     from arramon_agents.process_settings import prepare_process
     from arramon_agents.vl_grounded.agent import GroundedAgent
     from arramon_agents.vl_grounded.network import read_weights
-    from arramon_agents.vl_grounded.sight import EncodedSight, LabelledSight
+    from arramon_agents.vl_grounded.sight import EncoderPerception, SegmentationPerception
     from arramon_agents.weights import find_weights
 
     prepare_process()
@@ -40,4 +40,4 @@ def make_agent(weights: str | None = None, sensor: str = SENSORS[0]) -> Agent:
             f"agents.vl_grounded: its weights were trained on the visual encoder {found.eyes}, but {eyes.fingerprint} "
             "is installed"
         )
-    return GroundedAgent(found, EncodedSight(eyes) if sensor == SENSORS[0] else LabelledSight())
+    return GroundedAgent(found, EncoderPerception(eyes) if sensor == SENSORS[0] else SegmentationPerception())

@@ -1,4 +1,4 @@
-"""The agent `vl_grounded`: one policy for many episodes at a time."""
+"""The agent `vl_grounded`: plays many episodes at a time with one set of networks."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 
-from arramon_agents.vl_grounded.network import Weights
-from arramon_agents.vl_grounded.placer import Placer
-from arramon_agents.vl_grounded.sight import Sight
-from arramon_agents.vl_grounded.walker import Walker
+from arramon_agents.vl_grounded.network import GroundedWeights
+from arramon_agents.vl_grounded.placer import AssemblyPlayer
+from arramon_agents.vl_grounded.sight import Perception
+from arramon_agents.vl_grounded.walker import NavigationPlayer
 from arramon_client.agent import Episode, Observation
 from arramon_client.world import NAVIGATION
 
@@ -17,28 +17,28 @@ NAME = "vl_grounded"
 
 
 @dataclass(frozen=True)
-class _Phase:
+class _PhaseState:
     """The current phase of an episode, and its player."""
 
     turn: int
     name: str
-    player: Walker | Placer
+    player: NavigationPlayer | AssemblyPlayer
 
 
 class GroundedAgent:
-    """Agent that grounds what it reads in what it sees, step by step.
+    """Agent that matches the words it attends to with what it sees, at each step.
 
     Args:
-        weights: of its networks.
-        sight: how it sees.
+        weights: weights and tokenizer.
+        sight: perception of observations.
     """
 
     name = NAME
 
-    def __init__(self, weights: Weights, sight: Sight) -> None:
+    def __init__(self, weights: GroundedWeights, sight: Perception) -> None:
         self.sensors = sight.sensors
         self._weights, self._sight = weights, sight
-        self._phases: dict[str, _Phase] = {}
+        self._phases: dict[str, _PhaseState] = {}
 
     def begin(self, episode: Episode) -> None:
         """Start a new episode."""
@@ -57,10 +57,10 @@ class GroundedAgent:
             ValueError: if an observation lacks a sensor.
         """
         actions = [0] * len(observations)
-        walking: list[tuple[int, Walker]] = []
+        walking: list[tuple[int, NavigationPlayer]] = []
         for number, observation in enumerate(observations):
             player = self._player(observation)
-            if isinstance(player, Walker):
+            if isinstance(player, NavigationPlayer):
                 walking.append((number, player))
                 continue
             if player.is_looking():
@@ -72,16 +72,16 @@ class GroundedAgent:
                 actions[number] = walker.act(each, np.asarray(observations[number].depth))
         return actions
 
-    def _player(self, observation: Observation) -> Walker | Placer:
+    def _player(self, observation: Observation) -> NavigationPlayer | AssemblyPlayer:
         """Return the player of an episode's current phase."""
         phase = self._phases.get(observation.episode_id)
         if phase is None or (phase.turn, phase.name) != (observation.turn, observation.phase):
             tokens = torch.tensor([self._weights.tokenizer.encode(observation.instruction)])
-            player: Walker | Placer
+            player: NavigationPlayer | AssemblyPlayer
             if observation.phase == NAVIGATION:
-                player = Walker(self._weights.network, tokens)
+                player = NavigationPlayer(self._weights.network, tokens)
             else:
-                player = Placer(self._weights.network, tokens, self._sight.make_look(observation.episode_id))
-            phase = _Phase(observation.turn, observation.phase, player)
+                player = AssemblyPlayer(self._weights.network, tokens, self._sight.make_look(observation.episode_id))
+            phase = _PhaseState(observation.turn, observation.phase, player)
             self._phases[observation.episode_id] = phase
         return phase.player

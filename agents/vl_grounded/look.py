@@ -1,4 +1,4 @@
-"""A look around the room from its start tile: the turns to take, and the named things seen."""
+"""Look around the assembly room from its start tile: the turns to make, and the objects seen."""
 
 from collections.abc import Sequence
 from functools import lru_cache
@@ -9,7 +9,7 @@ import torch
 
 from arramon_agents.mapping.room import RoomSight
 from arramon_agents.perception.eyes.vocabulary import COLOURS
-from arramon_agents.vl_grounded.naming import KINDS, LOOKS, Named
+from arramon_agents.vl_grounded.attributes import KINDS, LOOKS, Attributes
 from arramon_agents.vl_grounded.room import CELLS, LEVELS
 from arramon_client.agent import Action
 from arramon_client.world import COLLECTIBLES, COLUMNS, TURN
@@ -17,12 +17,12 @@ from arramon_lang.room import Standing
 
 DEGREES = round(TURN)
 
-WAY = (*[Action.LEFT] * 3, *[Action.RIGHT] * 6)
-"""Turns that show everything that is not behind the start tile, where there is only a wall."""
+TURNS = (*[Action.LEFT] * 3, *[Action.RIGHT] * 6)
+"""Turns that show the whole room, without the wall behind the start tile."""
 
 
-class Look:
-    """A look around.
+class LookAround:
+    """One look around the room.
 
     Args:
         room: accumulates what is seen.
@@ -34,7 +34,7 @@ class Look:
     def __init__(self, room: RoomSight) -> None:
         self.room = room
         self.heading = 0
-        self._turns = list(WAY)
+        self._turns = list(TURNS)
         self._headings: set[int] = set()
 
     def is_new(self) -> bool:
@@ -52,12 +52,12 @@ class Look:
         return action
 
     def things(self) -> tuple[Standing, ...]:
-        """Return the things seen so far."""
+        """Return the objects seen so far."""
         return self.room.room().things
 
 
-def as_named(rooms: Sequence[Sequence[Standing]]) -> Named:
-    """Return the things in rooms as a batch, (B, CELLS LEVELS, ...): cells row by row, each with its levels."""
+def attributes_in_rooms(rooms: Sequence[Sequence[Standing]]) -> Attributes:
+    """Return the objects in rooms as a batch of attributes, (B, CELLS LEVELS, ...): cells row by row, with levels."""
     parts = [
         np.zeros((len(rooms), CELLS * LEVELS, size), np.float32) for size in (len(KINDS), len(COLOURS), len(LOOKS))
     ]
@@ -66,12 +66,12 @@ def as_named(rooms: Sequence[Sequence[Standing]]) -> Named:
             place = (thing.row * COLUMNS + thing.column) * LEVELS + min(thing.level, LEVELS) - 1
             for part, row in zip(parts, _rows(thing.kind, thing.colour, thing.look), strict=True):
                 part[number, place] = row
-    return Named(*map(torch.from_numpy, parts))
+    return Attributes(*map(torch.from_numpy, parts))
 
 
 @lru_cache
 def _rows(kind: str, colour: str, look: str) -> tuple[npt.NDArray[np.float32], ...]:
-    """Return kinds, colours and looks of a collectible."""
+    """Return one-hot kinds, colours and looks of a collectible."""
     kinds, colours, looks = (np.zeros(size, np.float32) for size in (len(KINDS), len(COLOURS), len(LOOKS)))
     kinds[[KINDS.index("collectible"), KINDS.index(kind, 1, 1 + len(COLLECTIBLES))]] = 1.0
     colours[COLOURS.index(colour)] = 1.0

@@ -1,4 +1,4 @@
-"""The networks of `vl_grounded` in one module (shared text encoder, walking, placing), and their file."""
+"""Network of `vl_grounded` (shared text encoder, navigation and placement networks); saving and loading its weights."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -7,48 +7,48 @@ from typing import Any
 
 from torch import nn
 
-from arramon_agents.reading.tokenizers import Tokenizer, restore_tokenizer
-from arramon_agents.vl_grounded.reading import Reading
-from arramon_agents.vl_grounded.room import RoomReader
-from arramon_agents.vl_grounded.street import Street
+from arramon_agents.reading.tokenizers import TextTokenizer, restore_tokenizer
+from arramon_agents.vl_grounded.instruction_encoder import InstructionEncoder
+from arramon_agents.vl_grounded.room import RoomNetwork
+from arramon_agents.vl_grounded.street import StreetNetwork
 from arramon_agents.weights import LARGEST, read_weights_file, write_weights_file
 
 FORMAT = "vl_grounded 1"
 
 
 class Grounded(nn.Module):
-    """Both policies, with a shared text encoder.
+    """Navigation and placement networks with a shared text encoder. Attribute names are tensor names in weights.
 
     Args:
-        vocabulary: size of the tokenizer's vocabulary.
+        vocabulary: vocabulary size of the tokenizer.
     """
 
     def __init__(self, vocabulary: int) -> None:
         super().__init__()
         self.vocabulary = vocabulary
-        self.reading = Reading(vocabulary)
-        self.street = Street()
-        self.room = RoomReader()
+        self.reading = InstructionEncoder(vocabulary)
+        self.street = StreetNetwork()
+        self.room = RoomNetwork()
 
 
 @dataclass(frozen=True)
-class Weights:
-    """Content of a weight file.
+class GroundedWeights:
+    """Content of a file of weights.
 
     Attributes:
-        network: the networks.
-        tokenizer: of instructions.
+        network: the network.
+        tokenizer: tokenizer of instructions.
         eyes: fingerprint of the visual encoder used in training.
-        about: metadata, as JSON values.
+        about: metadata as JSON values.
     """
 
     network: Grounded
-    tokenizer: Tokenizer
+    tokenizer: TextTokenizer
     eyes: str
     about: Mapping[str, Any]
 
 
-def write_weights(path: Path, weights: Weights) -> None:
+def write_weights(path: Path, weights: GroundedWeights) -> None:
     """Write weights to a file, atomically."""
     header = {
         "format": FORMAT,
@@ -60,11 +60,11 @@ def write_weights(path: Path, weights: Weights) -> None:
     write_weights_file(path, {"": weights.network}, header, {"tokenizer": weights.tokenizer.dump()})
 
 
-def read_weights(path: Path) -> Weights:
+def read_weights(path: Path) -> GroundedWeights:
     """Return the weights of a file, in evaluation mode.
 
     Raises:
-        BadWeights: if the file is not readable.
+        BadWeights: if the file cannot be read.
     """
     file = read_weights_file(path, "agents.vl_grounded", FORMAT)
     tokenizer = restore_tokenizer(file.value("tokenizer", str), file.blob("tokenizer"))
@@ -74,4 +74,4 @@ def read_weights(path: Path) -> Weights:
     network = file.build(lambda: Grounded(vocabulary))
     file.fill(network)
     network.requires_grad_(requires_grad=False)
-    return Weights(network, tokenizer, file.value("eyes", str), file.value("about", dict))
+    return GroundedWeights(network, tokenizer, file.value("eyes", str), file.value("about", dict))

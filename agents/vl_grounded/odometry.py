@@ -1,4 +1,4 @@
-"""Dead reckoning from an agent's own actions: its pose relative to the start, as network input."""
+"""Odometry features: the agent's pose relative to the start, by dead reckoning from its own actions."""
 
 import math
 from collections.abc import Sequence
@@ -10,15 +10,15 @@ from arramon_client.agent import Action
 from arramon_client.world import HEADINGS
 
 NUMBERS = HEADINGS + 7
-"""Numbers of a step: its heading; the start's place, seen from here; the distance to it; steps since the last turn;
-turns since the last step, to the right; steps and actions so far."""
+"""Number of features: one-hot heading; position of the start relative to the agent, and its distance; steps since the
+last turn; turns to the right since the last step; steps and actions so far."""
 
 
 def odometry(actions: Sequence[int]) -> npt.NDArray[np.float32]:
-    """Return the numbers before the first action and after each one, (n + 1, NUMBERS), all of the order of 1.
+    """Return the odometry features before the first action and after each one, (n + 1, NUMBERS), scaled to about 1.
 
     Args:
-        actions: of a navigation phase, without blocked ones.
+        actions: the actions of a navigation phase, without blocked steps.
     """
     rows = np.zeros((len(actions) + 1, NUMBERS), np.float32)
     x = z = 0.0

@@ -1,4 +1,4 @@
-"""Player of one assembly phase: look around, find the cell by the network, walk there on the shortest path."""
+"""Player of one assembly phase: look around, predict the target cell by the network, take the shortest path to it."""
 
 from collections import deque
 
@@ -6,32 +6,32 @@ import torch
 from torch import Tensor
 
 from arramon_agents.mapping.room_path import RoomPose, plan, quarter_of
-from arramon_agents.vl_grounded.look import Look, as_named
+from arramon_agents.vl_grounded.look import LookAround, attributes_in_rooms
 from arramon_agents.vl_grounded.network import Grounded
 from arramon_client.agent import Action
 from arramon_client.world import COLUMNS
 from arramon_lang.room import START
 
 RESERVE = 26
-"""Largest number of steps to any cell and to place there; with no more left, the look around stops."""
+"""Steps reserved for walking to any cell and placing the object; with no more left, the agent stops looking around."""
 
 
-class Placer:
+class AssemblyPlayer:
     """Plays one assembly phase.
 
     Args:
-        network: finds the cell.
-        tokens: the instruction, (1, T).
-        look: the look around.
+        network: predicts the target cell.
+        tokens: token ids of the instruction, (1, T).
+        look: the initial look around.
     """
 
-    def __init__(self, network: Grounded, tokens: Tensor, look: Look) -> None:
+    def __init__(self, network: Grounded, tokens: Tensor, look: LookAround) -> None:
         self._network, self._tokens = network, tokens
         self.look = look
         self._way: deque[int] = deque()
 
     def is_looking(self) -> bool:
-        """Return whether the current frame is part of the look around; True once for each frame."""
+        """Return whether the current frame is a new view of the look around; True once for each heading."""
         return not self._way and self.look.is_new()
 
     def act(self, steps_left: int) -> int:
@@ -48,7 +48,7 @@ class Placer:
 
     @torch.inference_mode()
     def _cell(self) -> int:
-        """Return the number of the best cell."""
+        """Return the index of the cell with the highest logit."""
         words = self._network.reading(self._tokens)
-        there = as_named([self.look.things()])
-        return int(self._network.room(self._network.reading, words, self._tokens, there)[0].argmax())
+        seen = attributes_in_rooms([self.look.things()])
+        return int(self._network.room(self._network.reading, words, self._tokens, seen)[0].argmax())

@@ -5,21 +5,21 @@ from dataclasses import dataclass, replace
 
 @dataclass(frozen=True)
 class GroundedRecipe:
-    """All settings of a training.
+    """All training settings. Field names are command-line options and keys in files of weights.
 
     Attributes:
-        languages: in which instructions are read.
-        split, every, episodes, init: as in `arramon_agents.vl.recipe.Recipe`. With `train`,
-            `train_extra` is learned from as well if the data folder has it.
-        rooms: number of generated tasks in the room alone, besides.
-        versions, room_versions: number of variants of each walk's and each room's instruction, with other things.
-        passes: number of passes over the walks.
-        batch: number of walks in a step; twice as many rooms.
-        learning_rate: the highest.
-        inflection: weight of the steps at which the expert's action changes; the others have 1.
-        seed: of everything.
+        languages: languages of the instructions.
+        split, every, episodes, init: as in `arramon_agents.vl.recipe.Recipe`. With the split `train`, `train_extra` is
+            used too if the data folder has it.
+        rooms: number of additional generated tasks in the assembly room.
+        versions, room_versions: number of augmented instructions per walk and per room, in which things are exchanged.
+        passes: number of epochs of the walks.
+        batch: number of walks in a batch; it has twice as many rooms.
+        learning_rate: peak learning rate.
+        inflection: loss weight of the steps at which the expert's action changes; the others have weight 1.
+        seed: seed of all random choices.
         validate: split for validation at the end.
-        validate_episodes: number of its first episodes to play; 0 for none.
+        validate_episodes: number of episodes to validate on, the first in playing order; 0 for none.
     """
 
     languages: tuple[str, ...] = ("en", "hi")

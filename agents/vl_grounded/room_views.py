@@ -1,4 +1,4 @@
-"""Views of the assembly room as named things, with the right cell, rendered once and cached."""
+"""Assembly rooms as the visual encoder sees them, with the target cell: training data, rendered once and cached."""
 
 import hashlib
 import json
@@ -11,8 +11,8 @@ from arramon_agents.mapping.room_path import RoomPose
 from arramon_agents.perception.eyes.encoder import Eyes
 from arramon_agents.perception.eyes.encoder import load as load_eyes
 from arramon_agents.perception.eyes.sight import LABELS
-from arramon_agents.training.demonstrations import Source, backend_of, episodes_of, settings_of
-from arramon_agents.vl_grounded.look import DEGREES, Look
+from arramon_agents.training.demonstrations import DemonstrationSource, backend_of, episodes_of, settings_of
+from arramon_agents.vl_grounded.look import DEGREES, LookAround
 from arramon_client.agent import Action, Observation
 from arramon_client.environments.backend import Player
 from arramon_client.world import ASSEMBLY, COLUMNS, ROWS
@@ -21,18 +21,18 @@ from arramon_lang.room import START, Cell, Standing
 VERSION = 1
 
 PART = 64
-"""Number of episodes in a file of the cache."""
+"""Number of episodes in one cache file."""
 
 
 @dataclass(frozen=True)
 class RoomView:
-    """One assembly phase: what a look around from the start tile shows.
+    """One assembly phase: the objects seen in a look around from the start tile, and the target cell.
 
     Attributes:
-        episode_id, turn: which it is.
-        texts: its instruction by language.
-        things: as the visual encoder names them.
-        target: (column, row) of the right cell.
+        episode_id, turn: episode and turn of the phase.
+        texts: instruction by language.
+        things: objects as named by the visual encoder.
+        target: (column, row) of the target cell.
     """
 
     episode_id: str
@@ -42,12 +42,12 @@ class RoomView:
     target: Cell
 
 
-def collect_views(source: Source, cache: Path) -> Iterator[list[RoomView]]:
-    """Yield the views of a source's rooms, some episodes at a time, rendering those that are not cached.
+def collect_views(source: DemonstrationSource, cache: Path) -> Iterator[list[RoomView]]:
+    """Yield the views of a source's rooms, PART episodes at a time, rendering those that are not cached.
 
     Args:
-        source: the episodes; its encoder is "eyes".
-        cache: folder of the cache.
+        source: the episodes; its visual encoder is "eyes".
+        cache: cache folder.
 
     Raises:
         UsageError: if the data folder does not have the split or a language.
@@ -76,7 +76,7 @@ def collect_views(source: Source, cache: Path) -> Iterator[list[RoomView]]:
 
 
 def _draw(players: dict[str, Player], eyes: Eyes, episode_id: str) -> list[RoomView]:
-    """Return the views of an episode's rooms, with the texts of all languages that describe the same tasks."""
+    """Return the views of an episode's rooms, with texts in all languages that have the same target cells."""
     first, *others = players
     views = _seen(players[first], eyes, episode_id, first)
     for language in others:
@@ -91,12 +91,12 @@ def _draw(players: dict[str, Player], eyes: Eyes, episode_id: str) -> list[RoomV
 
 
 def _seen(player: Player, eyes: Eyes | None, episode_id: str, language: str) -> list[RoomView]:
-    """Return the views of an episode's rooms in one language; without an encoder, their texts alone."""
+    """Return the views of an episode's rooms in one language; without a visual encoder, texts and targets only."""
     views: list[RoomView] = []
     observation: Observation | None = player.begin(episode_id, 0)
     while observation is not None:
         seen = SeenRoom(LABELS)
-        turn, text, look = observation.turn, observation.instruction, Look(seen)
+        turn, text, look = observation.turn, observation.instruction, LookAround(seen)
         while eyes is not None and observation is not None:
             if look.is_new():
                 assert observation.rgb is not None
@@ -113,7 +113,7 @@ def _seen(player: Player, eyes: Eyes | None, episode_id: str, language: str) -> 
 
 
 def _place(player: Player, observation: Observation | None, heading: int) -> tuple[Observation | None, Cell]:
-    """Let the expert place the object; return the observation after it, and the cell."""
+    """Let the expert place the object; return the next observation, and the cell."""
     (column, row), number = START, observation.turn if observation is not None else 0
     while observation is not None and observation.turn == number:
         action = player.expert_action()

@@ -1,4 +1,4 @@
-"""How the agent sees: by the visual encoder from RGB and depth, or by the sensor segmentation without errors."""
+"""Perception of `vl_grounded`: by the visual encoder from RGB and depth, or without errors from segmentation."""
 
 from collections.abc import Sequence
 from typing import Any, Protocol
@@ -8,12 +8,12 @@ import numpy.typing as npt
 
 from arramon_agents.mapping.room import RoomSight
 from arramon_agents.mapping.room_beliefs import SeenRoom
-from arramon_agents.perception.encoder import GRID, FrameMemory, quantise, resize
+from arramon_agents.perception.encoder import GRID, FeatureCache, quantise, resize
 from arramon_agents.perception.eyes.encoder import Eyes
 from arramon_agents.perception.eyes.grid import CHANNEL_NAMES
 from arramon_agents.perception.eyes.scores import LEAST_PIXELS, cells_showing, channels_of
 from arramon_agents.perception.eyes.sight import LABELS
-from arramon_agents.vl_grounded.look import Look
+from arramon_agents.vl_grounded.look import LookAround
 from arramon_client.agent import Episode, Label, Observation
 from arramon_client.world import COLLECTIBLES
 from arramon_lang.room import START
@@ -24,8 +24,8 @@ SIZE = 224
 """Side length to which segmentations are resized, in pixels."""
 
 
-class Sight(Protocol):
-    """Interface: turns observations into features of cells and named things.
+class Perception(Protocol):
+    """Interface of perception: from observations to cell features, and to named objects in the room.
 
     Attributes:
         sensors: required sensors.
@@ -46,28 +46,28 @@ class Sight(Protocol):
             ValueError: if an observation lacks a sensor.
         """
 
-    def make_look(self, episode_id: str) -> Look:
-        """Return a look around in an episode's room."""
+    def make_look(self, episode_id: str) -> LookAround:
+        """Start a look around in an episode's room."""
 
-    def add(self, look: Look, observation: Observation) -> None:
-        """Add what is seen in a frame of the room to a look around.
+    def add(self, look: LookAround, observation: Observation) -> None:
+        """Add a frame of the room to a look around.
 
         Raises:
             ValueError: if the observation lacks a sensor.
         """
 
 
-class EncodedSight:
-    """Sees by the visual encoder, from RGB and depth alone.
+class EncoderPerception:
+    """Perceives by the visual encoder, from RGB and depth alone.
 
     Args:
-        eyes: the encoder.
+        eyes: the visual encoder.
     """
 
     sensors: tuple[str, ...] = ("rgb", "depth")
 
     def __init__(self, eyes: Eyes) -> None:
-        self._eyes, self._frames = eyes, FrameMemory(eyes)
+        self._eyes, self._frames = eyes, FeatureCache(eyes)
 
     def begin(self, episode: Episode) -> None:
         """Do nothing: no state is kept by episode."""
@@ -77,24 +77,24 @@ class EncodedSight:
 
     def features(self, observations: Sequence[Observation]) -> Features:
         """Return the features of the cells of each frame, (B, 7, 7, C)."""
-        rgb = np.stack([_sensed(observation, "rgb", self.sensors) for observation in observations])
-        depth = np.stack([_sensed(observation, "depth", self.sensors) for observation in observations])
+        rgb = np.stack([_image_of(observation, "rgb", self.sensors) for observation in observations])
+        depth = np.stack([_image_of(observation, "depth", self.sensors) for observation in observations])
         return self._frames.features(rgb, depth)
 
-    def make_look(self, episode_id: str) -> Look:  # noqa: ARG002 - the same for all
+    def make_look(self, episode_id: str) -> LookAround:  # noqa: ARG002 - the same for all
         """Return a look around in a room."""
-        return Look(SeenRoom(LABELS))
+        return LookAround(SeenRoom(LABELS))
 
-    def add(self, look: Look, observation: Observation) -> None:
+    def add(self, look: LookAround, observation: Observation) -> None:
         """Add what is seen in a frame of the room to a look around."""
         assert isinstance(look.room, SeenRoom)
-        rgb, depth = (_sensed(observation, name, self.sensors)[None] for name in self.sensors)
+        rgb, depth = (_image_of(observation, name, self.sensors)[None] for name in self.sensors)
         things = self._eyes.things(*resize(rgb, depth, self._eyes.image_size))[0]
         look.room.add_things(things, START, look.heading)
 
 
-class LabelledSight:
-    """Sees by depth and segmentation, without errors."""
+class SegmentationPerception:
+    """Perceives without errors, from depth and segmentation."""
 
     sensors: tuple[str, ...] = ("depth", "segmentation")
 
@@ -113,29 +113,29 @@ class LabelledSight:
         """Return the features of the cells of each frame, (B, 7, 7, C)."""
         found = []
         for observation in observations:
-            depth, segmentation = (_sensed(observation, name, self.sensors) for name in self.sensors)
+            depth, segmentation = (_image_of(observation, name, self.sensors) for name in self.sensors)
             found.append(true_features(depth, segmentation, self._labels[observation.episode_id]))
         return quantise(np.stack(found))
 
-    def make_look(self, episode_id: str) -> Look:
+    def make_look(self, episode_id: str) -> LookAround:
         """Return a look around in an episode's room."""
-        return Look(RoomSight(self._labels[episode_id]))
+        return LookAround(RoomSight(self._labels[episode_id]))
 
-    def add(self, look: Look, observation: Observation) -> None:
+    def add(self, look: LookAround, observation: Observation) -> None:
         """Add what is seen in a frame of the room to a look around."""
-        depth, segmentation = (_sensed(observation, name, self.sensors) for name in self.sensors)
+        depth, segmentation = (_image_of(observation, name, self.sensors) for name in self.sensors)
         look.room.add(depth, segmentation, START, look.heading)
 
 
 def true_features(
     depth: npt.NDArray[np.float32], segmentation: npt.NDArray[np.uint16], labels: Sequence[Label]
 ) -> npt.NDArray[np.float32]:
-    """Return the features that a perfect encoder would give for a frame, (7, 7, C) in [0, 1].
+    """Return the features of a frame that a perfect visual encoder would give, (7, 7, C) in [0, 1].
 
     Args:
         depth: (size, size) units, 0 where there is nothing.
-        segmentation: (size, size), indices of labels.
-        labels: their meaning.
+        segmentation: (size, size), index of each pixel's label.
+        labels: the labels.
     """
     nearest = (np.arange(SIZE) * 2 + 1) * len(depth) // (2 * SIZE)
     segmentation, depth = segmentation[nearest][:, nearest], depth[nearest][:, nearest]
@@ -154,7 +154,7 @@ def true_features(
     return found
 
 
-def _sensed(observation: Observation, sensor: str, wanted: Sequence[str]) -> npt.NDArray[Any]:
+def _image_of(observation: Observation, sensor: str, wanted: Sequence[str]) -> npt.NDArray[Any]:
     image = getattr(observation, sensor)
     if image is None:
         raise ValueError(f"vl_grounded requires the sensors {' and '.join(wanted)}; this run does not have {sensor}")

@@ -1,6 +1,6 @@
-"""The walking network: it reads along as it walks, matches what it sees with what it reads, and chooses an action.
+"""Navigation network of `vl_grounded`: attends to words at each step, matches them to image cells, chooses an action.
 
-In the comments B is the batch, S steps, T words, H = 192 numbers of a word, N = 49 cells, R = 3 reads.
+Shapes in comments: B batch size, S steps, T tokens, H hidden size of a word (192), N = 49 image cells, R = 3 heads.
 """
 
 from collections.abc import Sequence
@@ -12,42 +12,42 @@ from torch import Tensor, nn
 from arramon_agents.perception.encoder import GRID
 from arramon_agents.perception.eyes.grid import CHANNEL_NAMES
 from arramon_agents.vl.model import ACTIONS
-from arramon_agents.vl_grounded.naming import Named, named
+from arramon_agents.vl_grounded.attributes import Attributes, attributes_of
+from arramon_agents.vl_grounded.instruction_encoder import DROPOUT, HIDDEN, Attention, InstructionEncoder, match
 from arramon_agents.vl_grounded.odometry import NUMBERS
-from arramon_agents.vl_grounded.reading import DROPOUT, WORD, Attention, Reading, match
 
-CELLS, CELL, BRIEF, SCENE, ACT, STATE, READS = GRID * GRID, 64, 8, 96, 16, 192, 3
-"""N; sizes of a cell, of a cell within the scene, of the scene, of an action, of the state; R."""
+CELLS, CELL, BRIEF, SCENE, ACT, STATE, HEADS = GRID * GRID, 64, 8, 96, 16, 192, 3
+"""N; sizes of cell embedding, of a cell in the scene summary, of the summary, action embedding, recurrent state; R."""
 
 
-class Seen(NamedTuple):
-    """Input of a step besides the words.
+class StepInput(NamedTuple):
+    """Input of one step, besides the words.
 
     Attributes:
-        cells: (B, N, CELL).
+        cells: cell embeddings, (B, N, CELL).
         scene: summary of all cells, (B, SCENE).
-        there: the names in each cell, (B, N, ...).
-        target: how well each cell matches the object to pick up, (B, N).
-        walked: the last action and the odometry, (B, ...).
+        attributes: attributes seen in each cell, (B, N, ...).
+        target_match: match of each cell with the target object, (B, N).
+        motion: embedding of the previous action, and odometry, (B, ...).
     """
 
     cells: Tensor
     scene: Tensor
-    there: Named
-    target: Tensor
-    walked: Tensor
+    attributes: Attributes
+    target_match: Tensor
+    motion: Tensor
 
 
-class Mind(NamedTuple):
-    """Recurrent state: the LSTM's two states, (B, STATE) each, and the attention, (B, 2 R, T)."""
+class RecurrentState(NamedTuple):
+    """Hidden and cell state of the LSTM, (B, STATE) each, and the attention over the words, (B, 2 R, T)."""
 
     hidden: Tensor
     cell: Tensor
-    looks: Tensor
+    attention: Tensor
 
 
-class Street(nn.Module):
-    """Chooses an action at each step of a navigation phase."""
+class StreetNetwork(nn.Module):
+    """Recurrent policy of a navigation phase. Its attribute names are tensor names in the shipped weights."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -56,66 +56,71 @@ class Street(nn.Module):
         self.brief = nn.Linear(CELL, BRIEF)
         self.scene = nn.Sequential(nn.ReLU(), nn.Linear(CELLS * BRIEF, SCENE), nn.ReLU())
         self.act = nn.Embedding(ACTIONS + 1, ACT)
-        self.attention = Attention(STATE, READS)
-        self.seek = nn.Linear(WORD, CELL)
-        self.mix = nn.Linear(READS * (WORD // 2 + CELLS + CELL) + CELLS + SCENE + ACT + NUMBERS, STATE)
-        self.shorten = nn.Linear(WORD, WORD // 2)
+        self.attention = Attention(STATE, HEADS)
+        self.seek = nn.Linear(HIDDEN, CELL)
+        self.mix = nn.Linear(HEADS * (HIDDEN // 2 + CELLS + CELL) + CELLS + SCENE + ACT + NUMBERS, STATE)
+        self.shorten = nn.Linear(HIDDEN, HIDDEN // 2)
         self.memory = nn.LSTMCell(STATE, STATE)
         self.output = nn.Sequential(nn.Linear(2 * STATE, STATE // 2), nn.ReLU(), nn.Linear(STATE // 2, ACTIONS))
         self.dropout = nn.Dropout(DROPOUT)
 
     def read_target(self, words: Tensor, tokens: Tensor) -> Tensor:
-        """Return the read of the object to pick up, (B, H)."""
-        ask = words.new_ones(len(words), 1)
-        read: Tensor = self.of_target(ask, words, tokens == 0, self.of_target.first(tokens))[0]
-        return read[:, 0]
+        """Return the context vector of the words that name the target object, (B, H)."""
+        query = words.new_ones(len(words), 1)
+        context: Tensor = self.of_target(query, words, tokens == 0, self.of_target.initial(tokens))[0]
+        return context[:, 0]
 
-    def see(self, reading: Reading, target: Tensor, cells: Tensor, before: Tensor, odometry: Tensor) -> list[Seen]:
+    def step_inputs(
+        self, encoder: InstructionEncoder, target: Tensor, cells: Tensor, previous_actions: Tensor, odometry: Tensor
+    ) -> list[StepInput]:
         """Return the inputs of S consecutive steps.
 
         Args:
-            reading: the text encoder.
-            target: of `read_target`.
-            cells: features of the images, (B, S, 7, 7, channels).
-            before: the action before each step, (B, S); START at the first.
+            encoder: the text encoder.
+            target: context vector of the target object, from `read_target`.
+            cells: image features, (B, S, 7, 7, channels).
+            previous_actions: the action before each step, (B, S); START_ACTION before the first.
             odometry: (B, S, NUMBERS).
         """
         cells = cells.flatten(2, 3)  # (B, S, N, channels)
-        there = named(cells)
-        place = torch.eye(GRID, device=cells.device)
-        places = torch.cat([place.repeat_interleave(GRID, 0), place.repeat(GRID, 1)], 1)  # (N, 14)
-        seen = self.cell(torch.cat([cells, places.expand(*cells.shape[:2], -1, -1)], -1))  # (B, S, N, CELL)
-        scene = self.scene(self.brief(seen).flatten(2))
-        flat = Named(*(part.flatten(1, 2) for part in there))  # (B, S N, ...)
-        is_target = match(reading.meant(target[:, None]), flat)[:, 0].view(seen.shape[:3])
-        walked = torch.cat([self.act(before), odometry], -1)
-        steps = [part.unbind(1) for part in (seen, scene, *there, is_target, walked)]
+        attributes = attributes_of(cells)
+        one_hot = torch.eye(GRID, device=cells.device)
+        positions = torch.cat([one_hot.repeat_interleave(GRID, 0), one_hot.repeat(GRID, 1)], 1)  # (N, 14)
+        embedded = self.cell(torch.cat([cells, positions.expand(*cells.shape[:2], -1, -1)], -1))  # (B, S, N, CELL)
+        scene = self.scene(self.brief(embedded).flatten(2))
+        flat = Attributes(*(part.flatten(1, 2) for part in attributes))  # (B, S N, ...)
+        target_match = match(encoder.probabilities(target[:, None]), flat)[:, 0].view(embedded.shape[:3])
+        motion = torch.cat([self.act(previous_actions), odometry], -1)
+        steps = [part.unbind(1) for part in (embedded, scene, *attributes, target_match, motion)]
         return [
-            Seen(cells, scene, Named(*there), target, walked)
-            for cells, scene, *there, target, walked in zip(*steps, strict=True)
+            StepInput(cells, scene, Attributes(*attributes), target, motion)
+            for cells, scene, *attributes, target, motion in zip(*steps, strict=True)
         ]
 
-    def first(self, tokens: Tensor) -> Mind:
+    def initial_state(self, tokens: Tensor) -> RecurrentState:
         """Return the recurrent state before the first step."""
         zero = torch.zeros(len(tokens), STATE, device=tokens.device)
-        return Mind(zero, zero, self.attention.first(tokens))
+        return RecurrentState(zero, zero, self.attention.initial(tokens))
 
-    def step(self, reading: Reading, words: Tensor, tokens: Tensor, seen: Seen, mind: Mind) -> tuple[Tensor, Mind]:
-        """Return the features from which a step's action is chosen, (B, 2 STATE), and the next recurrent state."""
-        read, looks = self.attention(mind.hidden, words, tokens == 0, mind.looks)  # (B, R, H)
-        maps = match(reading.meant(read), seen.there)  # (B, R, N)
-        scores = (self.seek(read) @ seen.cells.transpose(1, 2)) / CELL**0.5
-        found = scores.softmax(2) @ seen.cells  # (B, R, CELL)
-        of_words = torch.cat([self.shorten(read), maps, found], 2).flatten(1)
-        mixed = nn.functional.relu(self.mix(torch.cat([of_words, seen.target, seen.scene, seen.walked], 1)))
-        hidden, cell = self.memory(self.dropout(mixed), (mind.hidden, mind.cell))
-        return torch.cat([hidden, mixed], 1), Mind(hidden, cell, looks)
+    def step(
+        self, encoder: InstructionEncoder, words: Tensor, tokens: Tensor, inputs: StepInput, state: RecurrentState
+    ) -> tuple[Tensor, RecurrentState]:
+        """Return the features that predict a step's action, (B, 2 STATE), and the next recurrent state."""
+        context, attention = self.attention(state.hidden, words, tokens == 0, state.attention)  # (B, R, H)
+        matches = match(encoder.probabilities(context), inputs.attributes)  # (B, R, N)
+        scores = (self.seek(context) @ inputs.cells.transpose(1, 2)) / CELL**0.5
+        attended = scores.softmax(2) @ inputs.cells  # (B, R, CELL)
+        by_head = torch.cat([self.shorten(context), matches, attended], 2).flatten(1)
+        features = torch.cat([by_head, inputs.target_match, inputs.scene, inputs.motion], 1)
+        mixed = nn.functional.relu(self.mix(features))
+        hidden, cell = self.memory(self.dropout(mixed), (state.hidden, state.cell))
+        return torch.cat([hidden, mixed], 1), RecurrentState(hidden, cell, attention)
 
-    def forward(self, reading: Reading, words: Tensor, tokens: Tensor, seen: Sequence[Seen]) -> Tensor:
-        """Return the logits of all actions at all steps, (B, S, ACTIONS)."""
-        mind, found = self.first(tokens), []
-        for each in seen:
-            mixed, mind = self.step(reading, words, tokens, each, mind)
-            found.append(mixed)
-        values: Tensor = self.output(self.dropout(torch.stack(found, 1)))
-        return values
+    def forward(self, encoder: InstructionEncoder, words: Tensor, tokens: Tensor, steps: Sequence[StepInput]) -> Tensor:
+        """Return the action logits at all steps, (B, S, ACTIONS)."""
+        state, outputs = self.initial_state(tokens), []
+        for inputs in steps:
+            output, state = self.step(encoder, words, tokens, inputs, state)
+            outputs.append(output)
+        logits: Tensor = self.output(self.dropout(torch.stack(outputs, 1)))
+        return logits

@@ -1,4 +1,4 @@
-"""Training of `vl_grounded`: demonstrations, both networks, validation by rollouts, weights and model card."""
+"""Training of `vl_grounded`: demonstrations, training loop, validation by rollouts, weights and model card."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -13,25 +13,30 @@ from arramon_agents.perception.eyes.encoder import load as load_eyes
 from arramon_agents.process_settings import prepare_process
 from arramon_agents.reading.reader.reader import WEIGHTS as READER
 from arramon_agents.reading.reader.reader import read_reader
-from arramon_agents.reading.tokenizers import Words
+from arramon_agents.reading.tokenizers import WordTokenizer
 from arramon_agents.training.card import command_of, learned_from, page
 from arramon_agents.training.checkpoint import Identity
-from arramon_agents.training.demonstrations import ROOM_PREFIX, ROOMS, Demonstration, Source, data_hash_of
-from arramon_agents.training.exchange import Version, versions
-from arramon_agents.training.place import Place, Tell
+from arramon_agents.training.demonstrations import (
+    ROOM_PREFIX,
+    ROOMS,
+    DemonstrationSource,
+    PhaseDemonstration,
+    data_hash_of,
+)
+from arramon_agents.training.exchange import InstructionVersion, versions
 from arramon_agents.training.recipe import as_json, identity_of
-from arramon_agents.training.rollouts import Plan as Rollouts
-from arramon_agents.training.rollouts import mean, play
+from arramon_agents.training.rollouts import RolloutPlan, mean, play
 from arramon_agents.training.schedule import warm_up_cosine
-from arramon_agents.training.sources import digest_of, draw_demonstrations, named, sources_of, splits_of
-from arramon_agents.training.trainer import Settings, Trainer
+from arramon_agents.training.sources import digest_of, load_demonstrations, sources_of, split_names, splits_of
+from arramon_agents.training.trainer import Trainer, TrainerSettings
+from arramon_agents.training.workspace import Report, Workspace
 from arramon_agents.vl_grounded.agent import NAME, GroundedAgent
-from arramon_agents.vl_grounded.network import Grounded, Weights, read_weights, write_weights
+from arramon_agents.vl_grounded.network import Grounded, GroundedWeights, read_weights, write_weights
 from arramon_agents.vl_grounded.recipe import GroundedRecipe
 from arramon_agents.vl_grounded.room_views import RoomView, collect_views
-from arramon_agents.vl_grounded.sight import EncodedSight
-from arramon_agents.vl_grounded.task import GroundedTask, Placing, Walk
-from arramon_agents.vl_grounded.words import begin, known_words, widened
+from arramon_agents.vl_grounded.sight import EncoderPerception
+from arramon_agents.vl_grounded.task import DemonstratedPlacement, DemonstratedWalk, GroundedTask
+from arramon_agents.vl_grounded.words import extended_weights, initialise_from_reader, tokenizer_with_reader
 from arramon_agents.weights import SUFFIX, find_initial
 from arramon_client.world import ASSEMBLY, NAVIGATION
 
@@ -45,103 +50,107 @@ LIMITS = """\
 - In the room it looks around once, from the start tile; what is hidden from there it does not know of."""
 
 
-def train(recipe: GroundedRecipe, place: Place, tell: Tell) -> Path:
-    """Train, resuming from a checkpoint if there is one; return the path of the weights (the card is beside it).
+def train(recipe: GroundedRecipe, workspace: Workspace, report: Report) -> Path:
+    """Train, resuming from a checkpoint if there is one; write weights and model card; return the path of the weights.
 
     Raises:
         UsageError: if the data folder does not have what the recipe names.
         ValueError: if the output folder holds a checkpoint of another recipe or other data.
     """
     prepare_process()
-    place.output.mkdir(parents=True, exist_ok=True)
-    learned = Source(place.data, recipe.split, recipe.languages, DEFAULT, recipe.episodes, every=recipe.every)
+    workspace.output.mkdir(parents=True, exist_ok=True)
+    learned = DemonstrationSource(
+        workspace.data, recipe.split, recipe.languages, DEFAULT, recipe.episodes, every=recipe.every
+    )
     sources = sources_of(learned, recipe.rooms)
     streets = [source for source in sources if source.split != ROOMS]
-    demonstrations = [each for each in draw_demonstrations(streets, place, tell) if each.phase == NAVIGATION]
-    tell(f"{NAME}: {len(demonstrations)} walks")
-    views = [view for source in sources for part in collect_views(source, place.cache) for view in part]
-    tell(f"{NAME}: {len(views)} rooms")
+    demonstrations = [each for each in load_demonstrations(streets, workspace, report) if each.phase == NAVIGATION]
+    report(f"{NAME}: {len(demonstrations)} walks")
+    views = [view for source in sources for part in collect_views(source, workspace.cache) for view in part]
+    report(f"{NAME}: {len(views)} rooms")
     walks, placings = _versions(recipe, demonstrations, views)
-    tokenizer, network = _beginning(recipe, walks, placings, tell)
+    tokenizer, network = _initial_network(recipe, walks, placings, report)
     task = GroundedTask(
         network, tokenizer, recipe.languages, walks, placings, recipe.batch, recipe.inflection, recipe.seed
     )
     data = f"{digest_of(demonstrations)}, {len(views)} rooms"
-    trainer = Trainer(task, _settings(recipe, place, task.epoch_steps, data), place.output, tell)
+    trainer = Trainer(task, _settings(recipe, workspace, task.epoch_steps, data), workspace.output, report)
     trainer.run()
     eyes = load_eyes()
-    weights = Weights(network.eval(), tokenizer, eyes.fingerprint, {})
+    weights = GroundedWeights(network.eval(), tokenizer, eyes.fingerprint, {})
     about: dict[str, Any] = {
         "recipe": as_json(recipe),
-        "data": _data_of(splits_of(recipe.split, place.data), demonstrations, views),
+        "data": _data_of(splits_of(recipe.split, workspace.data), demonstrations, views),
         "data_hash": data_hash_of(sources[0]),
         "updates": trainer.step,
         "cpu_seconds": round(trainer.cpu_seconds),
         "parameters": sum(parameter.numel() for parameter in network.parameters()),
     }
     if recipe.validate_episodes:
-        rollouts = Rollouts(place.data, recipe.validate, recipe.languages, recipe.validate_episodes, eyes.image_size)
-        scores = play(GroundedAgent(weights, EncodedSight(eyes)), rollouts)
+        rollouts = RolloutPlan(
+            workspace.data, recipe.validate, recipe.languages, recipe.validate_episodes, eyes.image_size
+        )
+        scores = play(GroundedAgent(weights, EncoderPerception(eyes)), rollouts)
         about["validation"] = {name: mean(scores, name) for name in ("nDTW", "CTC-3", "PTC")}
-        tell(f"{NAME}: validation: {json.dumps(about['validation'])}")
-    path = place.output / f"{NAME}{SUFFIX}"
+        report(f"{NAME}: validation: {json.dumps(about['validation'])}")
+    path = workspace.output / f"{NAME}{SUFFIX}"
     write_weights(path, replace(weights, about=about))
     path.with_suffix(".md").write_text(card(about), encoding="utf-8")
     return path
 
 
-def _beginning(
-    recipe: GroundedRecipe, walks: Sequence[Walk], placings: Sequence[Placing], tell: Tell
-) -> tuple[Words, Grounded]:
-    """Return the words and the network before the first update: from the reader, or from weights to fine-tune."""
+def _initial_network(
+    recipe: GroundedRecipe, walks: Sequence[DemonstratedWalk], placings: Sequence[DemonstratedPlacement], report: Report
+) -> tuple[WordTokenizer, Grounded]:
+    """Return tokenizer and network before the first update: initialised from the reader, or weights to fine-tune."""
     said = [*(walk.versions for walk in walks), *(placing.versions for placing in placings)]
     written = [version.texts for each in said for version in each]
     texts = [text for each in written for text in each.values()]
     if recipe.init:
-        words, network = widened(read_weights(find_initial(recipe.init, NAME)), texts)
+        words, network = extended_weights(read_weights(find_initial(recipe.init, NAME)), texts)
     else:
         reader, vocabulary = read_reader(READER)
-        words = known_words(texts, vocabulary)
+        words = tokenizer_with_reader(texts, vocabulary)
         torch.manual_seed(recipe.seed)
         network = Grounded(words.size)
-        begin(network.reading, words, reader, vocabulary)
-    tell(f"{NAME}: {len(written)} instructions in each language, {words.size} words")
+        initialise_from_reader(network.reading, words, reader, vocabulary)
+    report(f"{NAME}: {len(written)} instructions in each language, {words.size} words")
     return words, network
 
 
 def _versions(
-    recipe: GroundedRecipe, demonstrations: Sequence[Demonstration], views: Sequence[RoomView]
-) -> tuple[list[Walk], list[Placing]]:
-    """Return walks and rooms with the versions of their instructions."""
+    recipe: GroundedRecipe, demonstrations: Sequence[PhaseDemonstration], views: Sequence[RoomView]
+) -> tuple[list[DemonstratedWalk], list[DemonstratedPlacement]]:
+    """Return walks and rooms with the augmented versions of their instructions."""
 
-    def written(each: Demonstration | RoomView, phase: str, count: int) -> list[Version]:
+    def written(each: PhaseDemonstration | RoomView, phase: str, count: int) -> list[InstructionVersion]:
         seed = f"{recipe.seed}/{phase}/{each.episode_id}/{each.turn}"
         return versions(each.texts, phase, recipe.languages, count, seed)
 
-    walks = [Walk.of(each, written(each, NAVIGATION, recipe.versions)) for each in demonstrations]
-    return walks, [Placing(view, written(view, ASSEMBLY, recipe.room_versions)) for view in views]
+    walks = [DemonstratedWalk.of(each, written(each, NAVIGATION, recipe.versions)) for each in demonstrations]
+    return walks, [DemonstratedPlacement(view, written(view, ASSEMBLY, recipe.room_versions)) for view in views]
 
 
-def _settings(recipe: GroundedRecipe, place: Place, epoch_steps: int, data: str) -> Settings:
+def _settings(recipe: GroundedRecipe, workspace: Workspace, epoch_steps: int, data: str) -> TrainerSettings:
     steps = recipe.passes * epoch_steps
-    return Settings(
+    return TrainerSettings(
         NAME,
         steps,
         warm_up_cosine(recipe.learning_rate, steps),
         recipe.seed,
         decay=DECAY,
-        checkpoint_steps=place.checkpoint_steps,
+        checkpoint_steps=workspace.checkpoint_steps,
         identity=Identity(identity_of(recipe), data),
     )
 
 
-def _data_of(splits: Sequence[str], demonstrations: Sequence[Demonstration], views: Sequence[RoomView]) -> str:
-    """Return a description of the number of episodes, steps and rooms."""
+def _data_of(splits: Sequence[str], demonstrations: Sequence[PhaseDemonstration], views: Sequence[RoomView]) -> str:
+    """Describe the training data: numbers of episodes, steps and rooms."""
     episodes = len({each.episode_id for each in demonstrations})
     steps = sum(len(each.actions) for each in demonstrations)
     drawn = sum(view.episode_id.startswith(ROOM_PREFIX) for view in views)
     return (
-        f"{episodes} episodes of {named(splits)}, {steps:,} steps of the expert in the streets, "
+        f"{episodes} episodes of {split_names(splits)}, {steps:,} steps of the expert in the streets, "
         f"and {len(views):,} rooms, {drawn:,} of them drawn alone"
     )
 

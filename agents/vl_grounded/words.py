@@ -1,4 +1,4 @@
-"""Initial words of `vl_grounded`: the learned reader's vocabulary and word encoder."""
+"""Initial vocabulary and word embeddings of `vl_grounded`, from the learned reader or from weights to fine-tune."""
 
 from collections.abc import Iterable, Mapping
 
@@ -7,31 +7,31 @@ from torch import Tensor
 
 from arramon_agents.reading.reader.network import ReaderNetwork
 from arramon_agents.reading.reader.words import Vocabulary
-from arramon_agents.reading.tokenizers import SPECIAL, UNKNOWN, Words
-from arramon_agents.vl_grounded.network import Grounded, Weights
-from arramon_agents.vl_grounded.reading import Reading
+from arramon_agents.reading.tokenizers import SPECIAL, UNKNOWN, WordTokenizer
+from arramon_agents.vl_grounded.instruction_encoder import InstructionEncoder
+from arramon_agents.vl_grounded.network import Grounded, GroundedWeights
 
 EMBEDDING = "reading.words.weight"
-"""Name of the words' vectors in a network's state."""
+"""Tensor name of the word embeddings."""
 
 SHARED = ("phrases", "encoder")
-"""Modules that are initialised from the reader's network."""
+"""Names of the modules that are initialised from the reader's network."""
 
 
-def known_words(texts: Iterable[str], reader: Vocabulary) -> Words:
-    """Return a tokenizer with the words that occur at least twice in texts, and those of a reader."""
-    return Words(sorted({*Words.train(texts).vocabulary, *reader.words}))
+def tokenizer_with_reader(texts: Iterable[str], reader: Vocabulary) -> WordTokenizer:
+    """Return a tokenizer with the words that occur at least twice in the texts, and the words of a reader."""
+    return WordTokenizer(sorted({*WordTokenizer.train(texts).vocabulary, *reader.words}))
 
 
-def widened(known: Weights, texts: Iterable[str]) -> tuple[Words, Grounded]:
-    """Return the words of weights and those that texts have at least twice, and the network for them.
+def extended_weights(known: GroundedWeights, texts: Iterable[str]) -> tuple[WordTokenizer, Grounded]:
+    """Extend weights to fine-tune by the words that occur at least twice in the texts; return tokenizer and network.
 
-    Words that are added begin as unknown ones.
+    A new word gets the embedding of the unknown word.
 
     Raises:
         ValueError: if the weights have another tokenizer.
     """
-    if not isinstance(known.tokenizer, Words):
+    if not isinstance(known.tokenizer, WordTokenizer):
         raise ValueError(f"weights to begin with have the tokenizer {known.tokenizer.name!r}, expected 'word'")
     words = known.tokenizer.widened(texts)
     network, values = Grounded(words.size), known.network.state_dict()
@@ -41,16 +41,18 @@ def widened(known: Weights, texts: Iterable[str]) -> tuple[Words, Grounded]:
     return words, network
 
 
-def begin(reading: Reading, words: Words, network: ReaderNetwork, vocabulary: Vocabulary) -> None:
-    """Initialise a network's word encoder from a reader; words that the reader does not know stay as they are.
+def initialise_from_reader(
+    reading: InstructionEncoder, words: WordTokenizer, network: ReaderNetwork, vocabulary: Vocabulary
+) -> None:
+    """Initialise a text encoder from the reader's network; words that the reader does not know keep their embeddings.
 
     Args:
-        reading: changed.
-        words: numbers of its words.
-        network, vocabulary: of the reader.
+        reading: the text encoder, changed in place.
+        words: tokenizer of the text encoder.
+        network, vocabulary: network and vocabulary of the reader.
 
     Raises:
-        ValueError: if the reader has other sizes.
+        ValueError: if the reader has another embedding size.
     """
     given: Mapping[str, Tensor] = network.state_dict()
     own = reading.state_dict()

@@ -1,5 +1,7 @@
-"""Agent that remembers landmarks and free ground, and chooses waypoints on what it remembers by a learned policy: all
-that it sees and reads is learned as well. It needs the extra `torch`."""
+"""Agent that keeps a map of landmarks and free ground, and chooses waypoints on it by a learned policy (extra `torch`).
+
+Perception and reading of instructions are learned as well.
+"""
 
 from arramon_agents.requirements import PLAYING, require
 from arramon_client.agent import Agent
@@ -18,15 +20,16 @@ def make_agent(
     looks: bool = True,
     sums: bool = True,
 ) -> Agent:
-    """Return the agent with the shipped weights, or with others.
+    """Return the agent, with the shipped weights or others.
 
     Args:
-        weights: a file written by `arramon-train --agent vl_map`.
-        sensor: "rgb" to see by RGB and depth alone, "segmentation" to see without errors.
+        weights: a file written by `arramon-train --agent vl_map`; None for the shipped one.
+        sensor: "rgb" to perceive by the visual encoder, from RGB and depth; "segmentation" for perfect perception.
         reader: a file written by `arramon-train --agent reader` or `reader_tuning`; None for the shipped reader.
-        mirror: whether the policy is asked about the mirror image too.
-        looks: whether it turns around at first, and looks to either side before a decision.
-        sums: whether what each view says of a thing is summed; if not, the largest view names it. With RGB alone.
+        mirror: whether to average the policy over the input and its mirror image.
+        looks: whether to turn around at the start, and to look to both sides before a decision.
+        sums: whether to sum log probabilities over all views of a thing; otherwise its largest view names it. Only
+            with the sensor "rgb".
 
     Raises:
         AgentLoadError: if the extra is not installed, there is no such sensor, or the weights cannot be read.
@@ -39,8 +42,8 @@ def make_agent(
     from arramon_agents.process_settings import prepare_process
     from arramon_agents.reading.reader.reader import load as load_reader
     from arramon_agents.vl_map.agent import SeeingAgent, SegmentationAgent
-    from arramon_agents.vl_map.policy import Policy, read_policy
-    from arramon_agents.vl_map.room import Placement
+    from arramon_agents.vl_map.policy import MapPolicy, read_policy
+    from arramon_agents.vl_map.room import CellFinder
     from arramon_agents.weights import find_weights
 
     prepare_process()
@@ -49,7 +52,7 @@ def make_agent(
         reads = load_reader(Path(reader) if reader else None)
     except ValueError as error:
         raise AgentLoadError(f"agents.vl_map: {error}") from error
-    parts = Policy(networks.policy, mirrored=mirror), Placement(networks.placer)
+    parts = MapPolicy(networks.policy, mirrored=mirror), CellFinder(networks.placer)
     if sensor == "rgb":
         return SeeingAgent(*parts, reader=reads, looks=looks, sums=sums)
     return SegmentationAgent(*parts, reads, looks=looks)

@@ -1,37 +1,37 @@
-"""The agent `vl_map` in two versions: with the visual encoder, or with the sensor segmentation."""
+"""The agent `vl_map`: a version with the visual encoder, and one with the sensor segmentation."""
 
 from functools import partial
 
-from arramon_agents.mapping.agent import MapAgent, Skills, Walk
-from arramon_agents.mapping.body import Body
+from arramon_agents.mapping.agent import MapAgent, NextAction, Skills
+from arramon_agents.mapping.body import AgentBody
 from arramon_agents.mapping.landmark_beliefs import SeenLandmarks
 from arramon_agents.mapping.room_beliefs import SeenRoom
 from arramon_agents.perception.eyes.encoder import Eyes
 from arramon_agents.perception.eyes.encoder import load as load_eyes
-from arramon_agents.perception.eyes.perceiving import EyesPerception
+from arramon_agents.perception.eyes.perception import EyesPerception
 from arramon_agents.perception.eyes.sight import LABELS
 from arramon_agents.perception.percept import perceive_as_given
 from arramon_agents.reading.reader.reader import LearnedReader
 from arramon_agents.reading.reader.reader import load as load_reader
 from arramon_agents.reading.reader.slots import rows_of
 from arramon_agents.vl_map.navigator import MapNavigator
-from arramon_agents.vl_map.policy import Policy
-from arramon_agents.vl_map.room import Placement
+from arramon_agents.vl_map.policy import MapPolicy
+from arramon_agents.vl_map.room import CellFinder
 from arramon_lang.meaning import Navigation
 
 NAME = "vl_map"
 
 
 class SeeingAgent(MapAgent):
-    """Agent with learned perception, reading and navigation, from RGB and depth alone.
+    """Agent with learned perception, reading, navigation and placement, from RGB and depth alone.
 
     Args:
         policy: chooses waypoints.
-        placement: finds cells of the room.
+        placement: finds the target cell of the room.
         eyes: visual encoder; None for the shipped one.
-        reader: of instructions; None for the shipped one.
-        looks: whether it looks around in the streets.
-        sums: whether what each view says of a thing is summed.
+        reader: reader of instructions; None for the shipped one.
+        looks: whether to look around while navigating.
+        sums: whether to sum log probabilities over all views of a thing.
     """
 
     name = NAME
@@ -39,8 +39,8 @@ class SeeingAgent(MapAgent):
 
     def __init__(
         self,
-        policy: Policy,
-        placement: Placement,
+        policy: MapPolicy,
+        placement: CellFinder,
         eyes: Eyes | None = None,
         reader: LearnedReader | None = None,
         *,
@@ -52,7 +52,7 @@ class SeeingAgent(MapAgent):
             Skills(
                 perceive=EyesPerception(eyes or load_eyes()),
                 read=lambda _, text, phase: reads.read(text, phase),
-                make_walk=partial(walk_by, policy, looks=looks),
+                make_walk=partial(follow_policy, policy, looks=looks),
                 find_cell=placement.find,
                 labels=LABELS,
                 make_landmarks=partial(SeenLandmarks, sums=sums),
@@ -63,30 +63,32 @@ class SeeingAgent(MapAgent):
 
 
 class SegmentationAgent(MapAgent):
-    """The same agent with the sensor segmentation in place of the visual encoder.
+    """`SeeingAgent` with the sensor segmentation in place of the visual encoder.
 
     Args:
         policy: chooses waypoints.
-        placement: finds cells of the room.
-        reader: of instructions.
-        looks: whether it looks around in the streets.
+        placement: finds the target cell of the room.
+        reader: reader of instructions.
+        looks: whether to look around while navigating.
     """
 
     name = NAME
     sensors = ("depth", "segmentation")
 
-    def __init__(self, policy: Policy, placement: Placement, reader: LearnedReader, *, looks: bool = True) -> None:
+    def __init__(self, policy: MapPolicy, placement: CellFinder, reader: LearnedReader, *, looks: bool = True) -> None:
         super().__init__(
             Skills(
                 perceive=perceive_as_given,
                 read=lambda _, text, phase: reader.read(text, phase),
-                make_walk=partial(walk_by, policy, looks=looks),
+                make_walk=partial(follow_policy, policy, looks=looks),
                 find_cell=placement.find,
                 keeps_landmarks=True,
             )
         )
 
 
-def walk_by(policy: Policy, body: Body, meaning: Navigation, turn: int, *, looks: bool = True) -> Walk:
-    """Return what plays a navigation phase, by a policy."""
+def follow_policy(
+    policy: MapPolicy, body: AgentBody, meaning: Navigation, turn: int, *, looks: bool = True
+) -> NextAction:
+    """Return a function that plays a navigation phase by a policy."""
     return MapNavigator(body, rows_of(meaning), policy.choose, turn, looks=looks).act

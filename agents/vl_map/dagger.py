@@ -1,4 +1,4 @@
-"""Training of the policy of `vl_map`: imitation on simulated walks, then on walks of its own (DAgger)."""
+"""Training of the policy of `vl_map`: imitation on simulated walks along paths, then DAgger."""
 
 import json
 import random
@@ -11,19 +11,19 @@ import numpy as np
 import torch
 
 from arramon_agents.reading.reader.reader import load as load_reader
-from arramon_agents.simulated.body import Faults
+from arramon_agents.simulated.body import PerceptionFaults
 from arramon_agents.simulated.courses import Course, training_courses
-from arramon_agents.simulated.walks import Decided, walk
+from arramon_agents.simulated.walks import LabelledDecision, walk
 from arramon_agents.training.checkpoint import Identity
-from arramon_agents.training.place import Place, Tell
-from arramon_agents.training.precision import usable
+from arramon_agents.training.precision import usable_precision
 from arramon_agents.training.recipe import identity_of
 from arramon_agents.training.schedule import warm_up_cosine
-from arramon_agents.training.trainer import Settings, Trainer
-from arramon_agents.vl_map.network import PolicyNetwork, Sizes
-from arramon_agents.vl_map.policy import Policy
+from arramon_agents.training.trainer import Trainer, TrainerSettings
+from arramon_agents.training.workspace import Report, Workspace
+from arramon_agents.vl_map.network import PolicyNetwork, PolicySizes
+from arramon_agents.vl_map.policy import MapPolicy
 from arramon_agents.vl_map.recipe import MapRecipe
-from arramon_agents.vl_map.task import Arrays, ChoosingTask, arrays_of, load_arrays, save_arrays
+from arramon_agents.vl_map.task import Arrays, DecisionTask, arrays_of, load_arrays, save_arrays
 from arramon_agents.weights import SUFFIX
 
 NAME = "vl_map"
@@ -32,7 +32,7 @@ DECAY = 0.01
 """Weight decay."""
 
 PERFECT = 0.25
-"""Share of walks without errors of seeing; the other walks have half to one and a half times the usual error rates."""
+"""Share of walks without perception errors; the others have 0.5 to 1.5 times the measured error rates."""
 
 
 @dataclass(frozen=True)
@@ -40,11 +40,11 @@ class TrainedPolicy:
     """Result of a training.
 
     Attributes:
-        network: in evaluation mode.
-        updates: number of training steps.
-        cpu_seconds: processor time of walks and training.
-        description: of the training data.
-        data_hash: of the training split.
+        network: the trained network, in evaluation mode.
+        updates: number of updates.
+        cpu_seconds: processor time of walks and updates.
+        description: description of the training data.
+        data_hash: hash of the training split.
     """
 
     network: PolicyNetwork
@@ -54,34 +54,34 @@ class TrainedPolicy:
     data_hash: str
 
 
-def train_policy(recipe: MapRecipe, place: Place, tell: Tell) -> TrainedPolicy:
+def train_policy(recipe: MapRecipe, workspace: Workspace, report: Report) -> TrainedPolicy:
     """Train the policy, resuming from walks and checkpoints in the output folder.
 
     Raises:
-        ArraMonError: if the data folder does not have what is needed.
-        ValueError: if walks or checkpoints are of another recipe or other data.
+        ArraMonError: if the data folder lacks a split or a language.
+        ValueError: if walks or checkpoints belong to another recipe or other data.
     """
-    recipe = replace(recipe, precision=usable(recipe.precision, "cpu", tell))
-    walks = SimulatedWalks(recipe, place, tell)
+    recipe = replace(recipe, precision=usable_precision(recipe.precision, "cpu", report))
+    walks = SimulatedWalks(recipe, workspace, report)
     first = walks.along_paths()
     count = len(first["label"])
     torch.manual_seed(recipe.seed)
-    network = PolicyNetwork(Sizes())
-    task = ChoosingTask(network, recipe.batch, recipe.seed, recipe.precision)
+    network = PolicyNetwork(PolicySizes())
+    task = DecisionTask(network, recipe.batch, recipe.seed, recipe.precision)
     task.add(first)
 
     def trainer(name: str, samples: int, rate: float) -> Trainer:
         steps = samples // recipe.batch
-        settings = Settings(
+        settings = TrainerSettings(
             name,
             steps,
             warm_up_cosine(rate, steps),
             recipe.seed,
             decay=DECAY,
-            checkpoint_steps=place.checkpoint_steps,
+            checkpoint_steps=workspace.checkpoint_steps,
             identity=walks.identity,
         )
-        return Trainer(task, settings, place.output, tell)
+        return Trainer(task, settings, workspace.output, report)
 
     trainers = [trainer(NAME, recipe.passes * count, recipe.learning_rate)]
     steps = trainers[0].settings.steps
@@ -105,23 +105,23 @@ def train_policy(recipe: MapRecipe, place: Place, tell: Tell) -> TrainedPolicy:
 
 
 class SimulatedWalks:
-    """Labelled decisions of simulated walks, made once and kept in files of the output folder.
+    """Labelled decisions of simulated walks, cached in files of the output folder.
 
     Args:
-        recipe: all settings.
-        place: with the data folder and the output folder.
-        tell: receives lines of progress.
+        recipe: all training settings.
+        workspace: has the data folder and the output folder.
+        report: receives lines of progress.
 
     Attributes:
-        data_hash: of the training split.
-        identity: of the recipe and the data from which walks follow.
-        cpu_seconds: processor time that the walks took.
+        data_hash: hash of the training split.
+        identity: recipe and data that determine the walks.
+        cpu_seconds: processor time spent on the walks.
     """
 
-    def __init__(self, recipe: MapRecipe, place: Place, tell: Tell) -> None:
-        self._recipe, self._output, self._tell = recipe, place.output, tell
+    def __init__(self, recipe: MapRecipe, workspace: Workspace, report: Report) -> None:
+        self._recipe, self._output, self._report = recipe, workspace.output, report
         self.cpu_seconds = 0.0
-        courses, self.data_hash = training_courses(place.data, recipe.languages, recipe.episodes, load_reader())
+        courses, self.data_hash = training_courses(workspace.data, recipe.languages, recipe.episodes, load_reader())
         self._pairs = list(zip(courses[::2], courses[1::2], strict=True))  # The two turns of each episode.
         sections = len({course.world.section.id for course in courses})
         self.description = f"{len(courses)} turns in {sections} sections"
@@ -133,16 +133,16 @@ class SimulatedWalks:
         return self._part(0, self._walk_along_paths)
 
     def by_itself(self, number: int, network: PolicyNetwork) -> Arrays:
-        """Return the decisions of a round of walks of the policy by itself.
+        """Return the decisions of a DAgger round, in which the policy walks.
 
         Args:
-            number: of the round, from 1 on.
-            network: of the policy.
+            number: number of the round, from 1 on.
+            network: network of the policy.
         """
         return self._part(number, partial(self._walk_by_itself, number, network))
 
-    def _part(self, number: int, make: Callable[[], list[Decided]]) -> Arrays:
-        """Return decisions from the file of this number, or make them."""
+    def _part(self, number: int, make: Callable[[], list[LabelledDecision]]) -> Arrays:
+        """Return the decisions of a round from its file; if there is none, make them and write the file."""
         path = self._output / f"{NAME}.walks-{number}{SUFFIX}"
         if not path.exists():
             began = time.process_time()
@@ -150,23 +150,23 @@ class SimulatedWalks:
             save_arrays(path, arrays, self._about, time.process_time() - began)
         arrays, seconds = load_arrays(path, self._about)
         self.cpu_seconds += seconds
-        self._tell(f"{NAME}: {len(arrays['label'])} decisions in walks {number}, {self.cpu_seconds:.0f} s")
+        self._report(f"{NAME}: {len(arrays['label'])} decisions in walks {number}, {self.cpu_seconds:.0f} s")
         return arrays
 
-    def _walk_along_paths(self) -> list[Decided]:
-        decided: list[Decided] = []
+    def _walk_along_paths(self) -> list[LabelledDecision]:
+        decided: list[LabelledDecision] = []
         pairs, seed = self._pairs, self._recipe.seed
         for number in range(self._recipe.walks * len(pairs)):
             decided += walk_turns(pairs[number % len(pairs)], number // len(pairs), (seed, 0, number))[0]
             if number % 100 == 99:
-                self._tell(f"{NAME}: walks of {number + 1} episodes, {len(decided)} decisions")
+                self._report(f"{NAME}: walks of {number + 1} episodes, {len(decided)} decisions")
         return decided
 
-    def _walk_by_itself(self, number: int, network: PolicyNetwork) -> list[Decided]:
+    def _walk_by_itself(self, number: int, network: PolicyNetwork) -> list[LabelledDecision]:
         seed = self._recipe.seed
         chance = random.Random(f"{seed}/{number}")  # noqa: S311 - nothing here is a secret
-        policy = Policy(network.eval())
-        decided: list[Decided] = []
+        policy = MapPolicy(network.eval())
+        decided: list[LabelledDecision] = []
         picked = 0
         count = max(1, round(self._recipe.round_walks * len(self._pairs)))
         for place in range(count):
@@ -175,30 +175,30 @@ class SimulatedWalks:
             walked, hits = walk_turns(pair, reading, (seed, number, place), policy)
             decided += walked
             picked += hits
-        self._tell(f"{NAME}: round {number}: {picked / count / 2:.2f} of its walks end at the target")
+        self._report(f"{NAME}: round {number}: {picked / count / 2:.2f} of its walks end at the target")
         return decided
 
 
 def walk_turns(
-    pair: tuple[Course, Course], reading: int, seed: Sequence[int], policy: Policy | None = None
-) -> tuple[list[Decided], int]:
-    """Walk both turns of an episode, the second from where the first ended.
+    pair: tuple[Course, Course], reading: int, seed: Sequence[int], policy: MapPolicy | None = None
+) -> tuple[list[LabelledDecision], int]:
+    """Walk both turns of an episode; the second starts where the first ended.
 
     Args:
-        pair: courses of the turns.
-        reading: number of the first turn's reading; the second has the next one.
-        seed: of the faults of seeing, and of wrong turns.
-        policy: that walks; None for walks along the paths.
+        pair: courses of the two turns.
+        reading: index of the first turn's reading; the second turn uses the next one.
+        seed: seed of perception errors and of random detours.
+        policy: policy that walks; None for walks along the paths.
 
     Returns:
         The decisions, and the number of targets that were picked up.
     """
     draws = np.random.default_rng(tuple(seed))
-    faults = Faults().scaled(0.0 if draws.random() < PERFECT else draws.uniform(0.5, 1.5))
-    decided: list[Decided] = []
+    faults = PerceptionFaults().scaled(0.0 if draws.random() < PERFECT else draws.uniform(0.5, 1.5))
+    decided: list[LabelledDecision] = []
     picked, body = 0, None
     for course in pair:
-        # Each turn with another reading, the first not always with what was meant.
+        # The two turns use different readings.
         rows = course.readings[(reading + course.turn) % len(course.readings)]
         if policy is None:
             walked = walk(course, rows, faults, draws, body=body)

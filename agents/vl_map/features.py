@@ -1,4 +1,4 @@
-"""Input of the policy: the steps read, and the ground and landmarks remembered, relative to the agent's pose."""
+"""Input features of the policy: the parsed instruction, and the agent's map relative to its pose."""
 
 import math
 from collections.abc import Sequence
@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from arramon_agents.mapping.ground_map import CELL, SIDE, Map
+from arramon_agents.mapping.ground_map import CELL, SIDE, GroundMap
 from arramon_agents.mapping.landmark_beliefs import Belief
 from arramon_agents.perception.eyes.vocabulary import COLOURED, COLOURS, KINDS, LOOK_GROUPS, LOOKS, look_slices
 from arramon_agents.reading.reader.slots import EMPTY, SLOTS, Row
@@ -16,45 +16,47 @@ from arramon_client.world import COLLECTIBLES, FURNITURE
 from arramon_lang.meaning import OTHER_SIDE
 
 ROWS, THINGS, TRACE = 16, 24, 12
-"""Largest numbers of instruction rows, landmarks and past positions in the input."""
+"""Maximum numbers of instruction rows, landmarks and past positions in the input."""
 
 DIRECTIONS = 24
 RADII = np.arange(0.75, 12.01, 0.75)
 """Distances at which the ground is sampled in each direction, in units."""
 
 GROUND_CHANNELS = 3
-"""Channels of the ground at a distance: seen free; blocked for the agent; wall."""
+"""Channels of the ground map: seen free; blocked for the agent; wall."""
 
 THING_VALUES, TRACE_VALUES, STATE_VALUES = 13, 6, 6
 
-EVERY = 2
-"""Stride of the past positions in the input, the latest first; the walk's first position is always included."""
+TRACE_STRIDE = 2
+"""Stride of past positions, from the latest back; the first position of the walk is always included."""
 
-BESIDE, SURE = 10.0, 0.4
-"""Distance from the target's reference thing that counts as far, in units; least match of a landmark to be it."""
+REFERENCE_FAR, MIN_MATCH = 10.0, 0.4
+"""Distance at which a landmark counts as far from the target's reference object, in units; minimum match of a landmark
+with the reference object."""
 
 FAR = 30.0
-"""Distance beyond which landmarks are left out, in units."""
+"""Distance beyond which landmarks are ignored, in units."""
 
 Floats = npt.NDArray[np.float32]
 Bytes = npt.NDArray[np.uint8]
 
 
-class Sample(NamedTuple):
-    """Input of one decision. Right and ahead are relative to the agent's pose, in units.
+class PolicyInput(NamedTuple):
+    """Input of one decision. Positions (right, ahead) are relative to the agent's pose, in units.
 
     Attributes:
-        rows: (ROWS, slots) int64, value ids, `without_names`; all 0 after the instruction's end.
-        ground: (DIRECTIONS, radii, GROUND_CHANNELS) uint8, 0 or 1; directions clockwise from ahead.
-        things: (THINGS, THING_VALUES) float32: whether there is one; right, ahead; then of where the agent was nearest
-            to it: right and ahead of it as it walked there, moves since; whether it is a collectible, a building, a
-            crossing, or else furniture; how well it matches the target, and how well the best of any named thing; how
-            far it is from what tells the target's place, from 0 to 1 for BESIDE units and more.
-        match: (2, ROWS, THINGS) float32, how well each matches the first and the second thing that a row names.
-        trace: (TRACE, TRACE_VALUES) float32: whether there is one; right, ahead, sine and cosine of the heading there,
-            moves since. The last is where the walk began.
-        state: (STATE_VALUES,) float32: moves so far, steps left, both in hundreds; turn 2 or 1; moves in tens, at most
-            1; whether a collectible was seen that matches the target; 1.
+        rows: instruction rows, (ROWS, slots) int64: value ids, see `without_names`; padded with 0.
+        ground: ground map in polar coordinates, (DIRECTIONS, radii, GROUND_CHANNELS) uint8, 0 or 1; directions
+            clockwise from ahead.
+        things: landmarks, (THINGS, THING_VALUES) float32. In order: 1 for a landmark, 0 for padding; right, ahead;
+            right, ahead and age in moves from the past pose that was nearest to it; probabilities of collectible,
+            building, crossing, other furniture; match with the target; best match with any named object; distance from
+            the target's reference object, 1 at REFERENCE_FAR and beyond.
+        match: (2, ROWS, THINGS) float32, match of each landmark with the first and second object that each row names.
+        trace: past positions, (TRACE, TRACE_VALUES) float32: 1, or 0 for padding; right, ahead; sine and cosine of the
+            relative heading; age in moves. The last one is the start of the walk.
+        state: (STATE_VALUES,) float32: moves / 100; steps left / 100; turn - 1; moves / 10, at most 1; best match of a
+            landmark with the target; constant 1.
     """
 
     rows: npt.NDArray[np.int64]
@@ -66,18 +68,18 @@ class Sample(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Moment:
+class AgentKnowledge:
     """The agent's knowledge at a decision.
 
     Attributes:
-        ground: its map.
-        trace: poses (x, z, heading in radians) after each move of this walk, from the first pose on; at least one.
-        beliefs: the landmarks.
+        ground: map of the ground.
+        trace: poses (x, z, heading in radians) of this walk: the first one, and one after each move.
+        beliefs: landmarks with their attribute probabilities.
         steps_left: steps left in the phase.
         turn: 1 or 2.
     """
 
-    ground: Map
+    ground: GroundMap
     trace: Sequence[tuple[float, float, float]]
     beliefs: Sequence[Belief]
     steps_left: int
@@ -119,10 +121,10 @@ _WITHOUT_NAMES = {
 
 
 def without_names(rows: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
-    """Return rows with one name for all furniture, one for all collectibles, and no colours or looks.
+    """Replace the names in rows: one kind for all furniture, one for all collectibles, no colours or looks.
 
-    How well landmarks match the names is a separate input (`match_of`). Names would be memorised, as each has its
-    places in the few training sections.
+    The network would memorise where each named thing is in the few training sections. It gets the match of landmarks
+    with the names as a separate input instead (`match_of`).
     """
     rows = rows.copy()
     for slot, alike in _WITHOUT_NAMES.items():
@@ -130,8 +132,8 @@ def without_names(rows: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
     return rows
 
 
-class Named(NamedTuple):
-    """The named attributes of a thing, as indices of kinds, colour and look; empty for none."""
+class NamedAttributes(NamedTuple):
+    """Attributes by which an instruction names a thing, as indices of kinds, colour and look; None if not named."""
 
     kinds: tuple[int, ...]
     colour: int | None
@@ -139,20 +141,20 @@ class Named(NamedTuple):
 
     @property
     def has_colour(self) -> bool:
-        """Whether things of these kinds come in several colours; of others a colour ("the green tree") says nothing."""
+        """Whether things of these kinds come in several colours, so that a named colour distinguishes them."""
         return any(KINDS[kind] in _OF_SEVERAL_COLOURS for kind in self.kinds)
 
     def is_facade(self, look: str) -> bool:
-        """Return whether this names a building with this facade."""
+        """Return whether a building with this facade matches."""
         return self.kinds == (_BUILDING,) and (self.look is None or LOOKS[self.look] == ("facade", look))
 
 
-def named(row: Row, number: int) -> Named | None:
-    """Return the first or second thing that a row names; None if it cannot be a landmark.
+def named_attributes(row: Row, number: int) -> NamedAttributes | None:
+    """Return the attributes of the first or second thing that a row names; None if it cannot be a landmark.
 
     Args:
-        row: of an instruction.
-        number: 0 for the first, 1 for the second.
+        row: a row of an instruction.
+        number: 0 for the first thing, 1 for the second.
     """
     kind, colour, look = (SLOTS[list(SLOTS)[slot]][row[slot]] for slot in _SAID[number])
     if not (kind or colour or look) or (kind and kind not in KINDS):
@@ -162,11 +164,11 @@ def named(row: Row, number: int) -> Named | None:
     place = None
     if look and group is not None and look in group.looks:
         place = _LOOK_PLACES[group.name].start + group.looks.index(look)
-    return Named(kinds, COLOURS.index(colour) if colour else None, place)
+    return NamedAttributes(kinds, COLOURS.index(colour) if colour else None, place)
 
 
 def match_of(rows: Sequence[Row], beliefs: Sequence[Belief]) -> Floats:
-    """Return the probabilities that landmarks match the things that rows name, (2, rows, landmarks)."""
+    """Return the probability that each landmark matches the things that each row names, (2, rows, landmarks)."""
     found = np.zeros((2, len(rows), len(beliefs)), np.float32)
     if not beliefs:
         return found
@@ -175,7 +177,7 @@ def match_of(rows: Sequence[Row], beliefs: Sequence[Belief]) -> Floats:
     looks = np.stack([belief.looks for belief in beliefs])
     for number in range(2):
         for place, row in enumerate(rows):
-            thing = named(row, number)
+            thing = named_attributes(row, number)
             if thing is None:
                 continue
             match = kinds[:, list(thing.kinds)].sum(1)
@@ -187,11 +189,11 @@ def match_of(rows: Sequence[Row], beliefs: Sequence[Belief]) -> Floats:
     return found
 
 
-def sample_of(rows: Sequence[Row], moment: Moment) -> tuple[Sample, list[Belief]]:
-    """Return the input of the policy, and its landmarks in order.
+def policy_input(rows: Sequence[Row], moment: AgentKnowledge) -> tuple[PolicyInput, list[Belief]]:
+    """Return the input of the policy, and the landmarks in it, in order.
 
     Args:
-        rows: of the instruction; those after the first ROWS are left out.
+        rows: rows of the instruction; only the first ROWS are used.
         moment: the agent's knowledge.
     """
     rows = list(rows)[:ROWS]
@@ -221,11 +223,11 @@ def sample_of(rows: Sequence[Row], moment: Moment) -> tuple[Sample, list[Belief]
         np.float32,
     )
     numbers = without_names(np.array([*rows, *[EMPTY] * (ROWS - len(rows))], np.int64))
-    return Sample(numbers, _ground(moment), things, padded, _trace(moment), state), beliefs
+    return PolicyInput(numbers, _ground(moment), things, padded, _trace(moment), state), beliefs
 
 
-def _choose(match: Floats, moment: Moment) -> list[int]:
-    """Return the indices of the landmarks for the input: those that match named things first, then the nearest."""
+def _choose(match: Floats, moment: AgentKnowledge) -> list[int]:
+    """Select the landmarks for the input, by index: matches with named things first, then the nearest."""
     x, z, _ = moment.pose
     best = match.max((0, 1), initial=0.0)
     ranked = []
@@ -236,12 +238,14 @@ def _choose(match: Floats, moment: Moment) -> list[int]:
     return [place for _, place in sorted(ranked)[:THINGS]]
 
 
-def _things(beliefs: Sequence[Belief], moment: Moment, to_target: Floats, best: Floats, tells_place: Floats) -> Floats:
+def _things(
+    beliefs: Sequence[Belief], moment: AgentKnowledge, to_target: Floats, best: Floats, tells_place: Floats
+) -> Floats:
     places = np.array([(belief.mark.x, belief.mark.z) for belief in beliefs])
     right, ahead = relative_to(places, moment.pose)
     trace = np.array(moment.trace)
     away = np.hypot(places[:, 0, None] - trace[:, 0], places[:, 1, None] - trace[:, 1])
-    # Of equally near positions the last counts: the agent may have turned there.
+    # Among equally near positions take the last: the agent may have turned there.
     nearest = away.shape[1] - 1 - away[:, ::-1].argmin(1)
     then = np.array([relative_to(places[number : number + 1], moment.trace[at]) for number, at in enumerate(nearest)])
     kinds = np.stack([belief.kinds for belief in beliefs])
@@ -259,32 +263,32 @@ def _things(beliefs: Sequence[Belief], moment: Moment, to_target: Floats, best: 
         1.0 - collectible - building - crossing,
         to_target,
         best,
-        _distance_to(places, places[tells_place > SURE]),
+        _distance_to(places, places[tells_place > MIN_MATCH]),
     ]
     return np.stack(values, 1).astype(np.float32)
 
 
 def _distance_to(places: npt.NDArray[np.float64], others: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Return the distance of each place from the nearest of the others, from 0 to 1 for BESIDE units and more."""
+    """Return each place's distance from the nearest of the others, in REFERENCE_FAR units, at most 1."""
     if not len(others):
         return np.ones(len(places))
     away = np.hypot(places[:, 0, None] - others[:, 0], places[:, 1, None] - others[:, 1])
-    nearest: npt.NDArray[np.float64] = np.minimum(away.min(1) / BESIDE, 1.0)
+    nearest: npt.NDArray[np.float64] = np.minimum(away.min(1) / REFERENCE_FAR, 1.0)
     return nearest
 
 
 def relative_to(
     places: npt.NDArray[np.float64], pose: tuple[float, float, float]
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Return places, (n, 2), relative to a pose: right and ahead."""
+    """Return the positions of places, (n, 2), relative to a pose: right and ahead, (n,) each."""
     sin, cos = math.sin(pose[2]), math.cos(pose[2])
     dx, dz = places[:, 0] - pose[0], places[:, 1] - pose[1]
     return dx * cos - dz * sin, dx * sin + dz * cos
 
 
-def _trace(moment: Moment) -> Floats:
+def _trace(moment: AgentKnowledge) -> Floats:
     last = len(moment.trace) - 1
-    numbers = [*range(last - EVERY, 0, -EVERY)][: TRACE - 1]
+    numbers = [*range(last - TRACE_STRIDE, 0, -TRACE_STRIDE)][: TRACE - 1]
     found = np.zeros((TRACE, TRACE_VALUES), np.float32)
     for place, number in [*enumerate(numbers), (TRACE - 1, 0)]:
         x, z, heading = moment.trace[number]
@@ -298,11 +302,11 @@ _ANGLES = np.arange(DIRECTIONS) * (2.0 * math.pi / DIRECTIONS)
 _BETWEEN = np.array([-1.0, 0.0, 1.0]) * (2.0 * math.pi / DIRECTIONS / 3.0)
 _PARTS = 3
 _FINE = np.arange(1, len(RADII) * _PARTS + 1) * (float(RADII[0]) / _PARTS)
-"""Distances at which the map is read: three for each of RADII, up to it."""
+"""Distances at which the map is sampled: three for each of RADII."""
 
 
-def _ground(moment: Moment) -> Bytes:
-    """Return the ground in each direction, (DIRECTIONS, radii, GROUND_CHANNELS), each with what is around it."""
+def _ground(moment: AgentKnowledge) -> Bytes:
+    """Return the ground map in polar coordinates, max-pooled, (DIRECTIONS, radii, GROUND_CHANNELS)."""
     x, z, heading = moment.pose
     angles = (heading + _ANGLES)[:, None, None] + _BETWEEN[None, :, None]
     rows = ((x + np.sin(angles) * _FINE) / CELL + SIDE / 2).astype(np.int64).clip(0, SIDE - 1)
@@ -310,7 +314,7 @@ def _ground(moment: Moment) -> Bytes:
     cells = (rows * SIDE + columns).reshape(DIRECTIONS, len(_BETWEEN), len(RADII), _PARTS)
     layers = moment.ground.free, moment.ground.blocked, moment.ground.wall
     free, blocked, wall = (np.frombuffer(layer, np.uint8)[cells] for layer in layers)
-    # Free ground is seen with gaps, between the rays; a place is blocked by what is in its middle alone.
+    # Free ground has gaps between the rays of a scan, so it is pooled across; blocked cells are not.
     return np.stack([free.max((1, 3)), blocked[:, 1].max(2), wall.max((1, 3))], -1)
 
 
@@ -320,11 +324,11 @@ _MIRRORED_SLOTS = {
 }
 
 
-def mirror(sample: Sample) -> Sample:
-    """Return the input in a mirrored world, with left and right exchanged in the instruction.
+def mirror(sample: PolicyInput) -> PolicyInput:
+    """Return the input for the mirrored world, with left and right exchanged in the instruction too.
 
     Args:
-        sample: one, or several with one more axis in front.
+        sample: one input, or a batch with a leading axis.
     """
     rows = sample.rows.copy()
     for slot, exchanged in _MIRRORED_SLOTS.items():

@@ -1,4 +1,4 @@
-"""Player of one navigation phase by a policy: look around, choose a waypoint, walk there on the agent's map."""
+"""Player of one navigation phase by a policy: look around, choose a waypoint or landmark, plan a path to it, repeat."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -7,46 +7,46 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from arramon_agents.mapping.body import Body
+from arramon_agents.mapping.body import AgentBody
 from arramon_agents.mapping.landmark_beliefs import Belief, SeenLandmarks, certain_beliefs
-from arramon_agents.mapping.landmarks import Landmark
+from arramon_agents.mapping.landmarks import MappedLandmark
 from arramon_agents.mapping.motion import can_step, find_path
 from arramon_agents.mapping.target import REACH_TO, is_reached
 from arramon_agents.reading.reader.slots import Row
-from arramon_agents.vl_map.features import DIRECTIONS, Moment, Sample, sample_of
+from arramon_agents.vl_map.features import DIRECTIONS, AgentKnowledge, PolicyInput, policy_input
 from arramon_agents.vl_map.options import DISTANCES, WAYPOINTS
 from arramon_client.agent import Action
 from arramon_client.world import HEADINGS
 
 MOVES = 3
-"""Largest number of moves between two decisions."""
+"""Maximum number of moves between two decisions."""
 
 ARRIVED = 0.75
-"""Distance to a waypoint that counts as reached, in units."""
+"""Distance to a waypoint at which it counts as reached, in units."""
 
 TRIED = 8
-"""Number of options to try, the best first, before turning on the spot."""
+"""Number of options to try, best first, before turning on the spot."""
 
 LOOK = (Action.LEFT, Action.RIGHT, Action.RIGHT, Action.LEFT)
-"""Actions of a look to either side."""
+"""Actions that look to both sides."""
 
 RESERVE = 70
 """Steps reserved for walking: with fewer left, the agent no longer looks around."""
 
-Choose = Callable[[Sample, Sequence[Belief]], npt.NDArray[np.float32]]
-"""Returns the value of each option for an input; the highest is taken."""
+Choose = Callable[[PolicyInput, Sequence[Belief]], npt.NDArray[np.float32]]
+"""Policy: returns a score for each option; the highest is taken."""
 
 
 class Decision(NamedTuple):
-    """A decision that was taken.
+    """A decision that was made.
 
     Attributes:
-        sample: the policy's input.
-        beliefs: its landmarks.
+        sample: input of the policy.
+        beliefs: landmarks in the input.
         option: the chosen option.
     """
 
-    sample: Sample
+    sample: PolicyInput
     beliefs: Sequence[Belief]
     option: int
 
@@ -56,24 +56,24 @@ class MapNavigator:
 
     Args:
         body: the agent's pose, map and landmarks.
-        rows: of the instruction, as read.
+        rows: rows of the parsed instruction.
         choose: the policy.
         turn: 1 or 2.
-        looks: whether it turns around at first, and looks to either side before a decision.
+        looks: whether to turn around at the start, and to look to both sides before a decision.
 
     Attributes:
-        decision: the latest; None before the first.
+        decision: the latest decision; None before the first.
     """
 
-    def __init__(self, body: Body, rows: Sequence[Row], choose: Choose, turn: int, *, looks: bool = True) -> None:
+    def __init__(self, body: AgentBody, rows: Sequence[Row], choose: Choose, turn: int, *, looks: bool = True) -> None:
         self._body, self._rows, self._choose, self._turn, self._looks = body, rows, choose, turn, looks
         self._trace = [(body.x, body.z, body.angle)]
         self._plan: list[Action] = [Action.RIGHT] * HEADINGS if looks else []
         self._walked = 0
         self._has_looked = True
         self._missed: list[tuple[float, float]] = []
-        self._wanted: Landmark | None = None
-        self._taking: Landmark | None = None
+        self._wanted: MappedLandmark | None = None
+        self._taking: MappedLandmark | None = None
         self.decision: Decision | None = None
 
     def act(self, steps_left: int) -> Action:
@@ -100,7 +100,7 @@ class MapNavigator:
         return self._plan.pop(0)
 
     def _follow(self) -> None:
-        """Add a move to the trace; a failed pick-up is not tried again."""
+        """Extend the trace if the agent moved, and remember a failed pick-up, which is not tried again."""
         body = self._body
         x, z, _ = self._trace[-1]
         if math.hypot(body.x - x, body.z - z) > 0.1:
@@ -116,9 +116,9 @@ class MapNavigator:
         return can_step(self._body.ground, *self._body.pose)
 
     def _decide(self, steps_left: int) -> list[Action]:
-        """Return the actions of the best option for which there is a plan."""
-        moment = Moment(self._body.ground, self._trace, self._beliefs(), steps_left, self._turn)
-        sample, beliefs = sample_of(self._rows, moment)
+        """Return the actions of the best option that has a plan."""
+        moment = AgentKnowledge(self._body.ground, self._trace, self._beliefs(), steps_left, self._turn)
+        sample, beliefs = policy_input(self._rows, moment)
         values = self._choose(sample, beliefs)
         self._wanted = None
         for option in np.argsort(-values)[:TRIED].tolist():
@@ -135,7 +135,7 @@ class MapNavigator:
         return [belief for belief in beliefs if (belief.mark.x, belief.mark.z) not in self._missed]
 
     def _plan_for(self, option: int, beliefs: Sequence[Belief]) -> list[Action]:
-        """Return the actions of an option; empty if there is no plan."""
+        """Return the actions that carry out an option; empty if there is no plan."""
         if option < WAYPOINTS:
             direction, distance = divmod(option, len(DISTANCES))
             angle = self._body.angle + direction * (2.0 * math.pi / DIRECTIONS)
@@ -150,7 +150,7 @@ class MapNavigator:
         plan = find_path(body.ground, body.pose, goal, ARRIVED, None, body.closed_steps)
         return plan if Action.FORWARD in plan else []
 
-    def _take(self, mark: Landmark) -> list[Action]:
+    def _take(self, mark: MappedLandmark) -> list[Action]:
         body = self._body
         if is_reached(body, mark, *body.pose):
             self._taking = mark

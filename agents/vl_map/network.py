@@ -1,4 +1,7 @@
-"""The policy's network: tokens for steps, directions, landmarks and past positions; it chooses where to go next."""
+"""Policy network of `vl_map`: a transformer over tokens of instruction rows, landmarks, past positions and directions.
+
+Its outputs are logits of the options (waypoints, landmarks to pick up) and of the row that is being carried out.
+"""
 
 import math
 from dataclasses import dataclass
@@ -19,32 +22,32 @@ from arramon_agents.vl_map.features import (
     THING_VALUES,
     THINGS,
     TRACE,
-    Sample,
+    PolicyInput,
 )
 from arramon_agents.vl_map.options import DISTANCES
 
 NEARNESS = (0.0, 1.0, 2.0, 3.2, 5.0, 7.5, 11.0, 16.0, 24.0)
-"""Centres of the soft bins for distances, in units."""
+"""Centres of the soft bins of distances, in units."""
 
 AGES = (0.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)
-"""Centres of the soft bins for numbers of moves."""
+"""Centres of the soft bins of ages, in moves."""
 
 _WHERE = SLOTS["type"].index("where")
 
-NEVER = -30.0
-"""Value of an absent option."""
+MASKED_LOGIT = -30.0
+"""Logit of padding."""
 
 
 @dataclass(frozen=True, slots=True)
-class Sizes:
-    """Sizes of the network.
+class PolicySizes:
+    """Sizes of the network. Field names are keys in files of weights.
 
     Attributes:
-        width: of a token.
-        heads: of the attention.
-        layers: of attention.
-        inner: hidden units of the layers between.
-        dropout: probability of dropping a token's value in training.
+        width: embedding size of a token.
+        heads: number of attention heads.
+        layers: number of transformer layers.
+        inner: hidden size of the feed-forward layers.
+        dropout: dropout probability.
     """
 
     width: int = 64
@@ -54,8 +57,8 @@ class Sizes:
     dropout: float = 0.0
 
 
-class Batch(NamedTuple):
-    """A batch of samples: the arrays of `features.Sample` with one more axis in front, as tensors."""
+class PolicyBatch(NamedTuple):
+    """The arrays of `features.PolicyInput` as tensors, with a leading batch axis."""
 
     rows: Tensor
     ground: Tensor
@@ -65,26 +68,26 @@ class Batch(NamedTuple):
     state: Tensor
 
 
-def batch_of(samples: list[Sample]) -> Batch:
-    """Return samples as a batch."""
-    return tensors_of(Sample(*(np.stack(part) for part in zip(*samples, strict=True))))
+def batch_of(samples: list[PolicyInput]) -> PolicyBatch:
+    """Stack inputs to a batch."""
+    return tensors_of(PolicyInput(*(np.stack(part) for part in zip(*samples, strict=True))))
 
 
-def tensors_of(sample: Sample) -> Batch:
-    """Return the arrays of samples, with one more axis in front, as tensors."""
+def tensors_of(sample: PolicyInput) -> PolicyBatch:
+    """Convert inputs with a leading batch axis to tensors."""
     rows, *others = (torch.from_numpy(part) for part in sample)
-    return Batch(rows.long(), *(other.float() for other in others))
+    return PolicyBatch(rows.long(), *(other.float() for other in others))
 
 
-def directions_of(right: Tensor, ahead: Tensor) -> Tensor:
-    """Return directions as soft bins: shares of the two nearest of DIRECTIONS, (..., DIRECTIONS)."""
+def direction_bins(right: Tensor, ahead: Tensor) -> Tensor:
+    """Encode directions as soft bins: weights of the two nearest of DIRECTIONS, (..., DIRECTIONS)."""
     place = torch.atan2(right, ahead) * (DIRECTIONS / (2.0 * math.pi))
     apart = torch.remainder(place[..., None] - torch.arange(DIRECTIONS) + DIRECTIONS / 2, DIRECTIONS) - DIRECTIONS / 2
     return (1.0 - apart.abs()).clamp(min=0.0)
 
 
-def shares_of(values: Tensor, middles: tuple[float, ...]) -> Tensor:
-    """Return values as soft bins: shares of the two nearest centres, (..., centres)."""
+def soft_bins(values: Tensor, middles: tuple[float, ...]) -> Tensor:
+    """Encode values as soft bins: weights of the two nearest centres, (..., centres)."""
     known = torch.tensor(middles)
     inside = values.clamp(middles[0], middles[-1]).contiguous()
     upper = torch.searchsorted(known, inside).clamp(1, len(middles) - 1)
@@ -95,9 +98,13 @@ def shares_of(values: Tensor, middles: tuple[float, ...]) -> Tensor:
 
 
 class _Layer(nn.Module):
-    """Transformer layer whose attention has a bias where a step names a landmark."""
+    """Pre-norm transformer layer with an attention bias between a row and the landmarks that match its names.
 
-    def __init__(self, sizes: Sizes) -> None:
+    Attribute names are tensor names in the shipped weights: `asked` is the query-key-value projection, `told` the
+    output projection.
+    """
+
+    def __init__(self, sizes: PolicySizes) -> None:
         super().__init__()
         width = sizes.width
         self.heads = sizes.heads
@@ -106,38 +113,41 @@ class _Layer(nn.Module):
         self.told = nn.Linear(width, width)
         self.inner = nn.Sequential(nn.Linear(width, sizes.inner), nn.GELU(), nn.Linear(sizes.inner, width))
         self.dropout = nn.Dropout(sizes.dropout)
-        # For each head: of rows that look at landmarks, and of landmarks that look at rows, by first and second thing.
+        # Bias scale by head: of rows for landmarks, and of landmarks for rows, by first and second thing.
         self.bias = nn.Parameter(torch.linspace(0.0, 3.0, sizes.heads)[:, None].repeat(1, 4))
 
     def forward(self, tokens: Tensor, mask: Tensor, match: Tensor) -> Tensor:
-        """Return (B, tokens, width).
+        """Return the new tokens, (B, tokens, width).
 
         Args:
             tokens: (B, tokens, width), rows first, then landmarks.
-            mask: (B, 1, 1, tokens), 0, or NEVER for absent tokens.
-            match: (B, 2, ROWS, THINGS).
+            mask: padding mask, (B, 1, 1, tokens): MASKED_LOGIT for padding, else 0.
+            match: match of landmarks with the names in rows, (B, 2, ROWS, THINGS).
         """
         batch, count, width = tokens.shape
-        asked = self.asked(self.first(tokens)).view(batch, count, 3, self.heads, -1).permute(2, 0, 3, 1, 4)
+        projected = self.asked(self.first(tokens)).view(batch, count, 3, self.heads, -1)
+        query, key, value = projected.permute(2, 0, 3, 1, 4)
         bias = mask.expand(batch, self.heads, count, count).clone()
         by_row = torch.einsum("hk,bkrt->bhrt", self.bias[:, :2], match)
         by_thing = torch.einsum("hk,bkrt->bhtr", self.bias[:, 2:], match)
         bias[:, :, :ROWS, ROWS : ROWS + THINGS] += by_row
         bias[:, :, ROWS : ROWS + THINGS, :ROWS] += by_thing
-        found = functional.scaled_dot_product_attention(asked[0], asked[1], asked[2], attn_mask=bias)
-        tokens = tokens + self.dropout(self.told(found.transpose(1, 2).reshape(batch, count, width)))
-        added: Tensor = tokens + self.dropout(self.inner(self.second(tokens)))
-        return added
+        attended = functional.scaled_dot_product_attention(query, key, value, attn_mask=bias)
+        tokens = tokens + self.dropout(self.told(attended.transpose(1, 2).reshape(batch, count, width)))
+        output: Tensor = tokens + self.dropout(self.inner(self.second(tokens)))
+        return output
 
 
 class PolicyNetwork(nn.Module):
-    """Chooses a waypoint, or a landmark to pick up.
+    """Predicts the best option, and the row that is being carried out.
+
+    Attribute names are tensor names in the shipped weights.
 
     Args:
-        sizes: of the network.
+        sizes: sizes of the network.
     """
 
-    def __init__(self, sizes: Sizes) -> None:
+    def __init__(self, sizes: PolicySizes) -> None:
         super().__init__()
         self.sizes = sizes
         width = sizes.width
@@ -161,20 +171,20 @@ class PolicyNetwork(nn.Module):
         self.take = nn.Linear(width, 1)
         self.gate = nn.Parameter(torch.tensor([1.0, 0.0]))
 
-    def forward(self, batch: Batch) -> Tensor:
-        """Return the values of all options, (B, OPTIONS): a waypoint is direction * len(DISTANCES) + distance."""
-        values, _ = self.predict(batch)
-        return values
+    def forward(self, batch: PolicyBatch) -> Tensor:
+        """Return the logits of all options, (B, OPTIONS)."""
+        logits, _ = self.predict(batch)
+        return logits
 
-    def predict(self, batch: Batch) -> tuple[Tensor, Tensor]:
-        """Return the values of all options, and the logits of which row is being carried out, (B, ROWS)."""
+    def predict(self, batch: PolicyBatch) -> tuple[Tensor, Tensor]:
+        """Return the logits of all options, (B, OPTIONS), and of the row that is being carried out, (B, ROWS)."""
         rows = sum(slot(batch.rows[:, :, number]) for number, slot in enumerate(self.slots)) + self.order
         tokens = torch.cat(
             [rows, self._things(batch.things), self._trace(batch.trace), self._ground(batch.ground),
              self.state(batch.state)[:, None]],
             1,
         )  # fmt: skip
-        there = torch.cat(
+        is_present = torch.cat(
             [
                 batch.rows.any(2),
                 batch.things[:, :, 0] > 0.0,
@@ -183,16 +193,22 @@ class PolicyNetwork(nn.Module):
             ],
             1,
         )
-        mask = torch.where(there, 0.0, NEVER)[:, None, None]
+        mask = torch.where(is_present, 0.0, MASKED_LOGIT)[:, None, None]
         for layer in self.layers[:-1]:
             tokens = layer(tokens, mask, batch.match)
         progress = self.progress(tokens[:, :ROWS])[:, :, 0]
-        progress = progress.masked_fill((batch.rows[:, :, 0] == 0) | (batch.rows[:, :, 0] == _WHERE), NEVER)
-        tokens = self.layers[-1](self._at(tokens, progress.softmax(1), batch.match), mask, batch.match)
+        progress = progress.masked_fill((batch.rows[:, :, 0] == 0) | (batch.rows[:, :, 0] == _WHERE), MASKED_LOGIT)
+        tokens = self.layers[-1](self._with_progress(tokens, progress.softmax(1), batch.match), mask, batch.match)
         return self._options(self.last(tokens), batch), progress
 
-    def _at(self, tokens: Tensor, shares: Tensor, match: Tensor) -> Tensor:
-        """Return tokens with the row that is being carried out, the one before it, and what these name."""
+    def _with_progress(self, tokens: Tensor, shares: Tensor, match: Tensor) -> Tensor:
+        """Add the row being carried out and its predecessor to all tokens, and their matches to the landmark tokens.
+
+        Args:
+            tokens: (B, tokens, width).
+            shares: probabilities of the row that is being carried out, (B, ROWS).
+            match: (B, 2, ROWS, THINGS).
+        """
         both = torch.stack([shares, functional.pad(shares[:, 1:], (0, 1))], 1)  # (B, 2, ROWS)
         rows = (both @ tokens[:, :ROWS]).flatten(1)
         named = torch.einsum("bsr,bkrt->btsk", both, match).flatten(2)
@@ -201,27 +217,27 @@ class PolicyNetwork(nn.Module):
         known: Tensor = tokens + added + meant
         return known
 
-    def _options(self, tokens: Tensor, batch: Batch) -> Tensor:
+    def _options(self, tokens: Tensor, batch: PolicyBatch) -> Tensor:
         first = ROWS + THINGS + TRACE
         waypoints = self.go(tokens[:, first : first + DIRECTIONS]).flatten(1)
-        # What is picked up has to be a collectible, and to match what is asked for.
+        # Only collectibles can be picked up; the better the match with the target, the higher the logit.
         collectible, match = batch.things[:, :, 6], batch.things[:, :, 10]
         gate = self.gate[0] * torch.log(match + 0.01) + self.gate[1]
         takes = self.take(tokens[:, ROWS : ROWS + THINGS])[:, :, 0] + gate
-        takes = torch.where((collectible > 0.5) & (batch.things[:, :, 0] > 0.0), takes, NEVER)
+        takes = torch.where((collectible > 0.5) & (batch.things[:, :, 0] > 0.0), takes, MASKED_LOGIT)
         return torch.cat([waypoints, takes], 1)
 
     def _things(self, things: Tensor) -> Tensor:
         right, ahead, right_then, ahead_then, since = things[:, :, 1:6].unbind(2)
         then = torch.hypot(right_then, ahead_then)
         side = torch.stack([right_then, ahead_then], 2) / then.clamp(min=0.3)[:, :, None]
-        described = torch.cat([things[:, :, 6:], side, shares_of(then, NEARNESS), shares_of(since, AGES)], 2)
+        described = torch.cat([things[:, :, 6:], side, soft_bins(then, NEARNESS), soft_bins(since, AGES)], 2)
         tokens: Tensor = self.thing(described) + self._where(right, ahead)
         return tokens
 
     def _trace(self, trace: Tensor) -> Tensor:
         right, ahead, sine, cosine, since = trace[:, :, 1:].unbind(2)
-        tokens = self._where(right, ahead) + shares_of(since, AGES) @ self.age
+        tokens = self._where(right, ahead) + soft_bins(since, AGES) @ self.age
         tokens = tokens + self.past(torch.stack([sine, cosine], 2))
         began = torch.zeros_like(tokens)
         began[:, -1] = self.began
@@ -233,8 +249,8 @@ class PolicyNetwork(nn.Module):
 
     def _where(self, right: Tensor, ahead: Tensor) -> Tensor:
         distance = torch.hypot(right, ahead)
-        clear = (distance / 0.5).clamp(max=1.0)[..., None]  # Of what is underfoot, the direction means nothing.
+        clear = (distance / 0.5).clamp(max=1.0)[..., None]  # Directions of things underfoot are meaningless.
         where: Tensor = (
-            clear * directions_of(right, ahead) @ self.bearing + shares_of(distance, NEARNESS) @ self.nearness
+            clear * direction_bins(right, ahead) @ self.bearing + soft_bins(distance, NEARNESS) @ self.nearness
         )
         return where

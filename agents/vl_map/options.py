@@ -1,4 +1,4 @@
-"""Options of the policy: waypoints by direction and distance, and landmarks to pick up."""
+"""Options (discrete choices) of the policy: waypoints by direction and distance, and landmarks to pick up."""
 
 from arramon_agents.vl_map.features import DIRECTIONS, THINGS
 
@@ -6,6 +6,7 @@ DISTANCES = (1.0, 2.2, 4.0, 6.5, 10.0)
 """Distances of waypoints, in units."""
 
 WAYPOINTS = DIRECTIONS * len(DISTANCES)
-"""Number of waypoints: direction * len(DISTANCES) + distance. Option WAYPOINTS + i is to pick up landmark i."""
+"""Number of waypoints, indexed direction * len(DISTANCES) + distance. Option WAYPOINTS + i picks up landmark i."""
 
 OPTIONS = WAYPOINTS + THINGS
+"""Number of options."""

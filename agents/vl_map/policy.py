@@ -1,4 +1,4 @@
-"""The trained policy: the value of each option for an input; the file of its network and of the placer's."""
+"""Trained policy of `vl_map`: log probabilities of the options; saving and loading the agent's networks."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
@@ -10,10 +10,10 @@ import numpy.typing as npt
 import torch
 
 from arramon_agents.mapping.landmark_beliefs import Belief
-from arramon_agents.vl_map.features import DIRECTIONS, Sample, mirror
-from arramon_agents.vl_map.network import PolicyNetwork, Sizes, batch_of
+from arramon_agents.vl_map.features import DIRECTIONS, PolicyInput, mirror
+from arramon_agents.vl_map.network import PolicyNetwork, PolicySizes, batch_of
 from arramon_agents.vl_map.options import WAYPOINTS
-from arramon_agents.vl_map.room import Placer
+from arramon_agents.vl_map.room import PlacementNetwork
 from arramon_agents.weights import read_weights_file, write_weights_file
 
 FORMAT = "vl_map 2"
@@ -21,20 +21,20 @@ FORMAT = "vl_map 2"
 _MIRRORED = -np.arange(DIRECTIONS) % DIRECTIONS
 
 
-class Policy:
-    """Values options by a network, from a sample and from its mirror image.
+class MapPolicy:
+    """Policy that averages a network over an input and its mirror image.
 
     Args:
-        network: trained, in evaluation mode.
-        mirrored: whether the mirror image is used.
+        network: trained network, in evaluation mode.
+        mirrored: whether to use the mirror image too.
     """
 
     def __init__(self, network: PolicyNetwork, *, mirrored: bool = True) -> None:
         self._network, self._mirrored = network, mirrored
 
     @torch.inference_mode()
-    def choose(self, sample: Sample, beliefs: Sequence[Belief]) -> npt.NDArray[np.float32]:  # noqa: ARG002
-        """Return the values of all options, (OPTIONS,): log-probabilities, the mean of both."""
+    def choose(self, sample: PolicyInput, beliefs: Sequence[Belief]) -> npt.NDArray[np.float32]:  # noqa: ARG002
+        """Return the log probabilities of all options, (OPTIONS,), averaged over the input and its mirror image."""
         if not self._mirrored:
             alone: npt.NDArray[np.float32] = self._network(batch_of([sample])).log_softmax(1)[0].numpy()
             return alone
@@ -45,15 +45,15 @@ class Policy:
 
 
 class Networks(NamedTuple):
-    """The agent's own trained networks.
+    """The agent's own trained networks; field names are prefixes of tensor names.
 
     Attributes:
-        policy: chooses waypoints in the street.
-        placer: finds the target cell of the room.
+        policy: chooses options while navigating.
+        placer: predicts the target cell of the room.
     """
 
     policy: PolicyNetwork
-    placer: Placer
+    placer: PlacementNetwork
 
 
 def write_policy(path: Path, networks: Networks, about: Mapping[str, Any]) -> None:
@@ -66,11 +66,11 @@ def read_policy(path: Path) -> tuple[Networks, dict[str, Any]]:
     """Return the networks of a file, in evaluation mode, and their metadata.
 
     Raises:
-        BadWeights: if the file is not readable.
+        BadWeights: if the file cannot be read.
     """
     file = read_weights_file(path, "agents.vl_map", FORMAT)
-    sizes = file.sizes("sizes", Sizes)
-    networks = Networks(file.build(lambda: PolicyNetwork(sizes)), Placer())
+    sizes = file.sizes("sizes", PolicySizes)
+    networks = Networks(file.build(lambda: PolicyNetwork(sizes)), PlacementNetwork())
     for name, network in networks._asdict().items():
         file.fill(network, f"{name}.")
         network.requires_grad_(requires_grad=False)

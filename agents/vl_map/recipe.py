@@ -5,24 +5,24 @@ from dataclasses import dataclass, replace
 
 @dataclass(frozen=True)
 class MapRecipe:
-    """All settings of a training.
+    """All training settings. Field names are command-line options and keys in files of weights.
 
     Attributes:
-        languages: in which instructions are read.
-        episodes: of each split, the first ones in playing order; 0 for all.
-        walks: of each episode, along its paths.
-        rounds: number of rounds in which the policy walks by itself, evenly spaced after `first` of all steps.
-        round_walks: share of all episodes that a round plays, drawn anew.
-        first: share of the steps before the first round of its own walks.
-        passes: through the decisions of the walks along paths.
-        again: passes through all decisions after that, with those of a last round, and a learning rate that starts anew
-            at half of the highest; 0 for none of this.
-        batch: decisions of a step.
-        learning_rate: the highest.
-        precision: "float32", or "bfloat16", which takes two thirds of the time on a processor that has it.
-        seed: of everything.
+        languages: languages of the instructions.
+        episodes: number of episodes of each split, the first in playing order; 0 for all.
+        walks: number of simulated walks along the paths of each episode.
+        rounds: number of DAgger rounds, spread evenly over the updates after `first`.
+        round_walks: share of all episodes that a round plays, drawn anew for each round.
+        first: share of the updates before the first DAgger round.
+        passes: number of epochs, counted in decisions of the walks along paths.
+        again: number of epochs of a second training on all decisions after one more round, with a new learning-rate
+            schedule at half the peak; 0 for none.
+        batch: number of decisions in a batch.
+        learning_rate: peak learning rate.
+        precision: "float32", or "bfloat16", which takes two thirds of the time on CPUs that support it.
+        seed: seed of all random choices.
         validate: split for validation at the end.
-        validate_episodes: number of its first episodes to play; 0 for none.
+        validate_episodes: number of episodes to validate on, the first in playing order; 0 for none.
     """
 
     languages: tuple[str, ...] = ("en", "hi")

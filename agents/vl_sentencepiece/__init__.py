@@ -1,4 +1,4 @@
-"""`agents.vl` with pieces of words: one model of SentencePiece for all languages. It needs the extra `torch`."""
+"""`agents.vl` with a SentencePiece tokenizer for all languages (extra `torch`)."""
 
 from arramon_agents.requirements import PLAYING
 from arramon_agents.vl import make_factory

@@ -21,7 +21,7 @@ from typing import Any
 
 import torch
 
-from arramon_agents.training.demonstrations import Source, episodes_of
+from arramon_agents.training.demonstrations import DemonstrationSource, episodes_of
 from arramon_agents.weights import find_weights
 from arramon_client import load_agent
 from benchmarks.agents.ablations_tables import BASE, Measured, tables
@@ -121,7 +121,7 @@ def measure(study: Study, given: argparse.Namespace, name: str, phase: str, seed
     changes = {"episodes": given.train_episodes, "rooms": given.rooms, **row.recipe}
     recipe = replace(BRIEF, seed=seed, **changes)
     if row.share < 1.0:
-        count = recipe.episodes or len(episodes_of(Source(given.data, "train", ("en",), "", 0))[0])
+        count = recipe.episodes or len(episodes_of(DemonstrationSource(given.data, "train", ("en",), "", 0))[0])
         recipe = replace(recipe, episodes=max(1, round(row.share * count)))
     eyes = recipe.encoder if recipe.sees else ""
     lessons = Lessons(phase, eyes, recipe.episodes, recipe.rooms if phase == "assembly" else 0)

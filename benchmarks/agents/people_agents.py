@@ -24,7 +24,7 @@ import numpy as np
 
 from arramon_agents.reading.reader.reader import WEIGHTS as READER
 from arramon_agents.simulated.people import halves
-from arramon_agents.training.rollouts import Plan, play
+from arramon_agents.training.rollouts import RolloutPlan, play
 from arramon_agents.weights import SHIPPED, SUFFIX, file_of
 from arramon_client import load_agent
 from arramon_client.world import PHASES
@@ -160,7 +160,7 @@ def _scores(given: argparse.Namespace, player: Player, chosen: tuple[str, ...]) 
         played = [
             play(
                 load_agent(f"agents.{player.agent}", player.arguments),
-                Plan(given.data, given.split, (given.lang,), 0, 224, phases, chosen),
+                RolloutPlan(given.data, given.split, (given.lang,), 0, 224, phases, chosen),
             )
             for phases in (PHASES, ("assembly",))
         ]

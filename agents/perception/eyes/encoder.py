@@ -1,4 +1,4 @@
-"""The visual encoder "eyes": two networks trained on the simulator's labels, which say what is where in a frame."""
+"""The visual encoder "eyes": one network predicts what each block of a frame shows, another names cut-out things."""
 
 import hashlib
 from dataclasses import asdict
@@ -11,8 +11,15 @@ from torch import nn
 
 from arramon_agents.perception.eyes.grid import CHANNEL_NAMES, add_things, grid_of_blocks
 from arramon_agents.perception.eyes.names import NamedThing, name_things
-from arramon_agents.perception.eyes.naming import NamingNetwork
-from arramon_agents.perception.eyes.network import EyesNetwork, Probabilities, Sizes, folded, prepare, probabilities
+from arramon_agents.perception.eyes.naming_network import NamingNetwork
+from arramon_agents.perception.eyes.network import (
+    EyesNetwork,
+    EyesSizes,
+    Probabilities,
+    fold_normalisation,
+    prepare,
+    probabilities,
+)
 from arramon_agents.weights import read_weights_file, write_weights_file
 
 WEIGHTS = Path(__file__).with_name("weights.safetensors")
@@ -20,14 +27,14 @@ WEIGHTS = Path(__file__).with_name("weights.safetensors")
 FORMAT = "eyes 1"
 
 VERSION = "3"
-"""Increased whenever the same weights give other features."""
+"""Version of the features, increased when the code changes them."""
 
 BATCH = 8
-"""Number of frames computed at once: more do not fit into the processor's caches."""
+"""Batch size; more frames do not fit into the CPU's caches."""
 
 
 class Eyes:
-    """A `VisualEncoder` that names what is in each cell and block of a frame, and each thing on the ground.
+    """A `VisualEncoder` that also predicts the content of each block of a frame, and names things on the ground.
 
     Args:
         blocks, naming: trained networks, in evaluation mode.
@@ -44,7 +51,7 @@ class Eyes:
         self.fingerprint = fingerprint
 
     def encode(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
-        """Return (B, 7, 7, C) float32 in [0, 1]: what is anywhere in each cell.
+        """Return features of each cell, (B, 7, 7, C) float32 in [0, 1].
 
         Args:
             rgb: (B, size, size, 3) uint8.
@@ -64,12 +71,12 @@ class Eyes:
         return np.concatenate(parts)
 
     def blocks(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> Probabilities:
-        """Return the probabilities of kinds, colours and looks of each block, for a batch; arguments as of `encode`."""
+        """Return probabilities of kinds, colours and looks of each block; arguments as for `encode`."""
         self._check(rgb, depth)
         return self._look(rgb, depth)
 
     def things(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> list[list[NamedThing]]:
-        """Return the things on the ground in each frame, the nearest first; arguments as of `encode`."""
+        """Return the named things on the ground in each frame, the nearest first; arguments as for `encode`."""
         self._check(rgb, depth)
         return name_things(self._naming, rgb, depth)
 
@@ -96,16 +103,16 @@ def load(source: Path | None = None) -> Eyes:
     """Return the encoder, with the shipped weights or those of a file.
 
     Raises:
-        BadWeights: if there is no such file, or it holds something else.
+        BadWeights: if there is no such file, or it has other content.
     """
     path = source or WEIGHTS
     file = read_weights_file(path, "the visual encoder", FORMAT, None)
-    sizes = file.sizes("sizes", Sizes)
+    sizes = file.sizes("sizes", EyesSizes)
     blocks, naming = file.build(lambda: EyesNetwork(sizes)), NamingNetwork()
     networks: tuple[tuple[str, nn.Module], ...] = (("blocks.", blocks), ("naming.", naming))
     for prefix, network in networks:
         file.fill(network, prefix)
         network.requires_grad_(requires_grad=False)
-        folded(network)
+        fold_normalisation(network)
         network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
     return Eyes(blocks, naming, f"eyes-{VERSION}-{hashlib.sha256(path.read_bytes()).hexdigest()[:12]}")

@@ -1,4 +1,4 @@
-"""The encoder's output: a grid of 7x7 cells with what is in each cell and how near, from blocks and named things."""
+"""Output features of the encoder: a grid of 7x7 cells with their content and nearness, from blocks and named things."""
 
 from collections.abc import Sequence
 
@@ -26,7 +26,7 @@ GRID = 7
 GROUND = ("road", "pavement", "floor")
 
 SHARE = 0.012
-"""Least share of a cell's pixels that a thing must cover to count as in the cell."""
+"""Minimum share of a cell's pixels that a thing must cover to be in the cell."""
 
 THING_CHANNELS = (
     *(f"kind:{kind}" for kind in COLLECTIBLES),
@@ -44,7 +44,7 @@ BOARD_CHANNELS = (
     *(f"{group.name}:{look}" for group in LOOK_GROUPS[1:3] for look in group.looks),
 )
 NAMED_CHANNELS = (*THING_CHANNELS, *FURNITURE_CHANNELS, *BOARD_CHANNELS)
-"""Channels set by cut-out, named things, except zebra crossings: these lie on the road and are set by blocks."""
+"""Channels set by cut-out things; only the channel of zebra crossings, which are flat, is set by blocks."""
 
 CHANNEL_NAMES = (
     *NAMED_CHANNELS,
@@ -67,7 +67,7 @@ Floats = npt.NDArray[np.float32]
 
 
 def grid_of_blocks(found: Probabilities, depth: Tensor) -> Floats:
-    """Return what the blocks say of each cell, (B, 7, 7, channels) in [0, 1]; of NAMED_CHANNELS only crossings.
+    """Pool block predictions to cells, (B, 7, 7, channels) in [0, 1]; of NAMED_CHANNELS only crossings are set.
 
     Args:
         found: probabilities by block.
@@ -95,21 +95,21 @@ def grid_of_blocks(found: Probabilities, depth: Tensor) -> Floats:
 
 
 def add_things(cells: Floats, things: Sequence[NamedThing], size: int) -> None:
-    """Enter the named things of a frame into its grid.
+    """Add the named things of a frame to its grid, in place.
 
     Args:
-        cells: (7, 7, channels) of `grid_of_blocks`; changed.
-        things: of the frame.
+        cells: (7, 7, channels) from `grid_of_blocks`, changed.
+        things: named things of the frame.
         size: side length of the frame, in pixels.
     """
     for named in things:
-        said = _said(named)
+        values = _channel_values(named)
         for row, column in _cells_of(named, size // GRID):
             cell = cells[row, column, : len(NAMED_CHANNELS)]
-            np.maximum(cell, said, out=cell)
+            np.maximum(cell, values, out=cell)
 
 
-def _said(named: NamedThing) -> Floats:
+def _channel_values(named: NamedThing) -> Floats:
     """Return the values of the named channels for a thing."""
     kinds, colours, looks = named.kinds, named.colours, named.looks
     collectible = kinds[_THINGS].sum()
@@ -132,7 +132,7 @@ def _said(named: NamedThing) -> Floats:
 
 
 def _cells_of(named: NamedThing, side: int) -> list[tuple[int, int]]:
-    """Return the cells that a thing covers to a share of SHARE or more; at least the one it covers most."""
+    """Return the cells of which a thing covers a share of at least SHARE, or else the cell it covers most."""
     rows, columns = np.nonzero(named.thing.mask)
     cells = (rows + named.thing.rows.start) // side * GRID + (columns + named.thing.columns.start) // side
     counts = np.bincount(cells, minlength=GRID * GRID)

@@ -1,4 +1,4 @@
-"""Compiled loops over the pixels of frames: the network's input, and the pixels of things on the ground."""
+"""Compiled loops over pixels: network inputs, walls, solid pixels, and measures and crops of things on the ground."""
 
 from collections.abc import Callable
 from typing import Any, TypeVar, cast
@@ -13,7 +13,7 @@ _F = TypeVar("_F", bound=Callable[..., Any])
 
 
 def _compiled(function: _F) -> _F:
-    """Return the function, compiled when it is first called, and kept on disk."""
+    """Compile a function at its first call, with a cache on disk."""
     return cast(_F, numba.njit(cache=True, nogil=True)(function))
 
 
@@ -28,7 +28,7 @@ def fill_input(
     patch: int,
     out: Floats,
 ) -> None:
-    """Write the network's input of a frame: colours, nearness, and height above the ground on two scales.
+    """Compute the network's input of a frame: colours, nearness, and height above the ground on two scales.
 
     Args:
         rgb: (size, size, 3).
@@ -37,7 +37,7 @@ def fill_input(
         eye: height of the camera, in units.
         low, high: heights at which the scales end, in units.
         patch: side length of a patch, in pixels.
-        out: (size / patch, size / patch, 6 * patch * patch), written: a patch has all pixels of a value together.
+        out: (size / patch, size / patch, 6 * patch * patch), written: the pixels of a patch, channel by channel.
     """
     area = patch * patch
     scale, middle = np.float32(1.0 / 255.0), np.float32(0.5)
@@ -61,7 +61,7 @@ def fill_input(
 
 @_compiled
 def _continue_walls(walls: Floats) -> None:
-    """Fill in the depth of walls between columns where they are known, and beside them: its inverse is linear."""
+    """Interpolate and extrapolate the depth of walls from columns where it is known: its inverse is linear."""
     size = len(walls)
     last = -1
     for j in range(size):
@@ -91,17 +91,17 @@ def _continue_walls(walls: Floats) -> None:
 
 @_compiled
 def find_walls(depth: Floats, down: Floats, eye: float, tall: float, foot: float, wide: float, out: Floats) -> None:
-    """Write for each column the depth of the nearest wall, 0 without any.
+    """Compute the depth of the nearest wall in each column, 0 for none.
 
-    All of an upright wall has one depth in a column: it shows high above the ground and near it, and goes on in
-    neighbouring columns, which a post does not. Where something hides it, it is where its neighbours' plane leads.
+    In a column, an upright wall has a single depth, is visible both high and low, and continues in neighbouring columns
+    (a post does not). Where it is hidden, its depth is extrapolated from the neighbouring columns.
 
     Args:
         depth: (size, size) units, 0 where there is nothing.
         down: (size,) how far the rays of each row go down, per unit ahead.
         eye: height of the camera, in units.
-        tall, foot: heights above and below which some of the wall is in view, in units.
-        wide: least width of a wall, in units.
+        tall, foot: heights above and below which a part of the wall must be visible, in units.
+        wide: minimum width of a wall, in units.
         out: (size,), written.
     """
     size = depth.shape[0]
@@ -153,16 +153,16 @@ def mark_solid(
     relative: float,
     out: npt.NDArray[np.bool_],
 ) -> None:
-    """Mark the pixels of things before walls, but for those behind a jump in depth, which keep things apart.
+    """Mark the pixels of things in front of walls, except those behind a jump in depth, which separate things.
 
     Args:
         depth: (size, size) units, 0 where there is nothing.
         walls: (size,) depth of the wall in each column, 0 without any.
         down: (size,) how far the rays of each row go down, per unit ahead.
         eye: height of the camera, in units.
-        lowest, highest: heights of things above the ground, in units.
-        farthest: distance ahead up to which they are marked, in units.
-        jump, relative: least jump in units, and in addition as a share of the lesser depth.
+        lowest, highest: range of heights above the ground, in units.
+        farthest: maximum distance ahead, in units.
+        jump, relative: minimum jump in depth: in units, plus a share of the smaller depth.
         out: (size, size), written.
     """
     size = depth.shape[0]
@@ -193,14 +193,14 @@ def measure_parts(
     pixels: npt.NDArray[np.int64],
     spans: Floats,
 ) -> None:
-    """Write the box, the number of pixels and the extent of each connected part of a frame.
+    """Compute the bounding box, the number of pixels and the extent of each connected part of a frame.
 
     Args:
         numbers: (size, size) number of the part that each pixel belongs to, from 1; 0 for none.
         depth: (size, size) units.
         across: (size,) how far the rays of each column go right, and of each row down, per unit ahead.
         eye: height of the camera, in units.
-        boxes: (parts, 4) written: first row and column, and those behind the last.
+        boxes: (parts, 4) written: first row and column, end row and column (exclusive).
         pixels: (parts,) zeros, written.
         spans: (parts, 4) written: left and right end, lower and upper end, in units; right and up are positive.
     """
@@ -237,17 +237,17 @@ def fill_crop(
     ahead: float,
     out: Floats,
 ) -> None:
-    """Write the crop of a thing: colours, its mask, height above the ground, and distance behind its middle.
+    """Compute the crop of a thing: colours, mask, height above the ground, and distance behind its centre.
 
     Args:
         rgb: (size, size, 3).
         depth: (size, size) units.
-        rows, columns: (n,) of the frame, for each row and column of the crop; those outside the frame are left dark.
-        mask: which pixels of the thing's box are its own.
+        rows, columns: (n,) row and column of the frame for each of the crop; pixels outside the frame stay 0.
+        mask: which pixels of the thing's bounding box belong to it.
         first: first row and column of the box.
         down: (size,) how far the rays of each row go down, per unit ahead.
         eye: height of the camera, in units.
-        ahead: of the thing's middle, in units.
+        ahead: distance of the thing's centre, in units.
         out: (n, n, 6), zeros.
     """
     size = depth.shape[0]

@@ -1,4 +1,4 @@
-"""Geometry of the camera: the direction of each pixel's ray."""
+"""Camera geometry: ray directions of pixels."""
 
 import math
 from functools import cache

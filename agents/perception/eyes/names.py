@@ -1,4 +1,4 @@
-"""Things cut out of frames, with the probabilities of their names."""
+"""Cutting things out of frames and predicting their attributes."""
 
 from dataclasses import dataclass
 
@@ -6,35 +6,36 @@ import numpy as np
 import numpy.typing as npt
 import torch
 
-from arramon_agents.perception.eyes.naming import NamingNetwork, to_network
+from arramon_agents.perception.eyes.naming_network import NamingNetwork, to_network
 from arramon_agents.perception.eyes.network import Predictions, probabilities
-from arramon_agents.perception.eyes.objects import Thing, crop, find_things
+from arramon_agents.perception.eyes.objects import FrameThing, crop, find_things
 
 Floats = npt.NDArray[np.float32]
 
 
 @dataclass(frozen=True, eq=False)
 class NamedThing:
-    """A thing with the probabilities of its names.
+    """A thing with attribute probabilities.
 
     Attributes:
         thing: the thing in the frame.
         kinds: probabilities, indexed as `vocabulary.KINDS`.
         colours: probabilities, indexed as `vocabulary.COLOURS`, given that it has a colour.
-        looks: probabilities, indexed as `vocabulary.LOOKS`, adding up to 1 in each group; ignore walls and facades.
+        looks: probabilities, indexed as `vocabulary.LOOKS`, which sum to 1 within each group; those of walls and
+            facades are meaningless.
     """
 
-    thing: Thing
+    thing: FrameThing
     kinds: Floats
     colours: Floats
     looks: Floats
 
 
 def name_things(network: NamingNetwork, rgb: npt.NDArray[np.uint8], depth: Floats) -> list[list[NamedThing]]:
-    """Return the things of each frame, the nearest first.
+    """Return the named things of each frame, the nearest first.
 
     Args:
-        network: trained, in evaluation mode.
+        network: trained network, in evaluation mode.
         rgb: (B, size, size, 3) uint8.
         depth: (B, size, size) units.
     """

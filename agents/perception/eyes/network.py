@@ -1,4 +1,4 @@
-"""The encoder's network: a small U-net from RGB and depth to kinds, colours and looks for each block of pixels."""
+"""Block network of the encoder: a small U-Net from RGB and depth to kind, colour and look of each block of pixels."""
 
 from dataclasses import dataclass
 
@@ -15,22 +15,22 @@ from arramon_agents.perception.eyes.vocabulary import COLOURS, KINDS, LOOKS, loo
 from arramon_client.world import EYE_HEIGHT
 
 BLOCKS = 28
-"""Number of rows, and of columns, of blocks for which labels are predicted."""
+"""Number of rows, and of columns, of blocks."""
 
 LOW, HIGH = 0.4, 4.0
-"""Heights above the ground at which the two scales of height end, in units."""
+"""Upper ends of the two height scales, in units above the ground."""
 
 CHANNELS = 6
 """Input channels: red, green, blue, nearness, height on a fine scale, height on a coarse scale."""
 
 
 @dataclass(frozen=True, slots=True)
-class Sizes:
-    """Sizes of the network.
+class EyesSizes:
+    """Sizes of the network. Field names are keys in files of weights.
 
     Attributes:
         image: side length of the images, a multiple of 56.
-        fine, middle, coarse: channels at 56, 28 and 14 rows and columns.
+        fine, middle, coarse: channels at resolutions 56, 28 and 14.
     """
 
     image: int = 224
@@ -40,37 +40,37 @@ class Sizes:
 
 
 class Predictions(tuple[Tensor, Tensor, Tensor]):
-    """Logits of kinds, colours and looks: (B, n) of things, or (B, n, 28, 28) of blocks."""
+    """Logits of kinds, colours and looks: (B, n) for things, (B, n, 28, 28) for blocks."""
 
     __slots__ = ()
 
 
 class Probabilities(tuple[Tensor, Tensor, Tensor]):
-    """Probabilities of kinds, of colours and of looks within their groups, shaped as the logits."""
+    """Probabilities of kinds, of colours, and of looks within their groups, in the shape of the logits."""
 
     __slots__ = ()
 
 
 def probabilities(predictions: Predictions) -> Probabilities:
-    """Return probabilities; those of looks add up to 1 in each group."""
+    """Convert logits to probabilities; those of looks sum to 1 within each group."""
     kinds, colours, looks = predictions
     groups = [looks[:, places].softmax(1) for places in look_slices().values()]
     return Probabilities((kinds.softmax(1), colours.softmax(1), torch.cat(groups, 1)))
 
 
 class EyesNetwork(nn.Module):
-    """Predicts what is anywhere in each of 28 x 28 blocks of pixels.
+    """Predicts what each of 28 x 28 blocks of pixels shows. Attribute names are tensor names in weights.
 
-    The image is cut into 56 x 56 patches, whose pixels are channels of the first layer (`prepare`), as layers at full
-    resolution would take most of the time.
+    The input is the image as 56 x 56 patches, whose pixels are channels (`prepare`): layers at full resolution would
+    take most of the time.
 
     Args:
-        sizes: of the network.
+        sizes: sizes of the network.
     """
 
-    def __init__(self, sizes: Sizes | None = None) -> None:
+    def __init__(self, sizes: EyesSizes | None = None) -> None:
         super().__init__()
-        self.sizes = sizes or Sizes()
+        self.sizes = sizes or EyesSizes()
         a, b, c = self.sizes.fine, self.sizes.middle, self.sizes.coarse
         self.stem = _convolution(CHANNELS * patch_of(self.sizes.image) ** 2, a, size=1)
         self.to_middle = nn.Sequential(_convolution(a, b, stride=2), _Bottleneck(b))
@@ -83,7 +83,7 @@ class EyesNetwork(nn.Module):
         """Return logits.
 
         Args:
-            images: (B, 6 * pixels of a patch, 56, 56) of `prepare`.
+            images: (B, 6 * pixels of a patch, 56, 56) from `prepare`.
         """
         fine = self.stem(images)  # (B, fine, 56, 56)
         middle = self.to_middle(fine)  # (B, middle, 28, 28)
@@ -93,7 +93,7 @@ class EyesNetwork(nn.Module):
 
 
 def patch_of(size: int) -> int:
-    """Return the side length of a patch of images of a size, in pixels."""
+    """Return the side length of patches for an image size, in pixels."""
     return size // (2 * BLOCKS)
 
 
@@ -113,7 +113,7 @@ def prepare(rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> Tenso
 
 
 class _Bottleneck(nn.Module):
-    """A residual block: a 3x3 convolution between two that halve and double the channels."""
+    """Residual bottleneck block: a 3x3 convolution on half of the channels, between two 1x1 convolutions."""
 
     def __init__(self, channels: int) -> None:
         super().__init__()
@@ -125,8 +125,8 @@ class _Bottleneck(nn.Module):
         return functional.relu(x + self.third(self.second(self.first(x))))
 
 
-def folded(network: nn.Module) -> None:
-    """Fold the normalisation of each convolution of a trained network, in evaluation mode, into its weights."""
+def fold_normalisation(network: nn.Module) -> None:
+    """Fold batch normalisation of a trained network in evaluation mode into the weights of its convolutions."""
     for child in network.modules():
         if isinstance(child, nn.Sequential):
             for place in range(len(child) - 1):

@@ -1,4 +1,4 @@
-"""Things on the ground, cut out of a frame by depth alone: connected pixels above the ground without jumps in depth."""
+"""Segmentation of things on the ground by depth alone: connected pixels above the ground without jumps in depth."""
 
 import math
 from dataclasses import dataclass
@@ -15,45 +15,45 @@ LOWEST, HIGHEST = 0.018, 2.2
 """Range of heights above the ground, in units, in which pixels are considered: above painted lines and pavements."""
 
 WALL, FOOT, WALL_WIDTH = 1.25, 0.6, 0.6
-"""Height above which, and height below which, a wall must be visible, and its least width, in units."""
+"""Heights above and below which parts of a wall must be visible, and minimum width of a wall, in units."""
 
 FARTHEST = 16.0
-"""Largest distance ahead at which things are cut out, in units."""
+"""Maximum distance ahead of things, in units."""
 
 JUMP, RELATIVE_JUMP = 0.06, 0.03
-"""Least difference in depth between neighbouring pixels of two things: in units, and as a share of their depth."""
+"""Minimum jump in depth between neighbouring pixels of two things: in units, plus a share of their depth."""
 
 FEWEST_PIXELS = 18
-"""Least number of pixels of a thing."""
+"""Minimum number of pixels of a thing."""
 
 WIDEST = 3.0
-"""Largest width of a thing, in units; anything wider is a wall."""
+"""Maximum width of a thing, in units; anything wider is a wall."""
 
 CROP = 32
-"""Rows and columns of a crop."""
+"""Side length of a crop, in pixels."""
 
 MARGIN = 0.12
 """Margin around a thing in its crop, as a share of the thing's larger side."""
 
 CROP_CHANNELS = 6
-"""Channels of a crop: red, green, blue, whether the pixel belongs to the thing, its height above the ground, and its
-distance behind the thing's middle."""
+"""Channels of a crop: red, green, blue, mask of the thing, height above the ground, distance behind the thing's
+centre."""
 
 MEASURES = 5
-"""Number of measures that describe a thing beside its crop; see `Thing.measures`."""
+"""Number of measures of a thing, see `FrameThing.measures`."""
 
 Floats = npt.NDArray[np.float32]
 
 
 @dataclass(frozen=True, eq=False)
-class Thing:
-    """A thing in a frame.
+class FrameThing:
+    """A thing cut out of a frame.
 
     Attributes:
-        rows, columns: the box of its pixels.
-        mask: which pixels in the box belong to it.
-        right, ahead: its middle in the camera's frame, in units.
-        width, low, high: its width and the heights of its lower and upper end, in units.
+        rows, columns: bounding box, in pixels.
+        mask: which pixels in the box belong to the thing.
+        right, ahead: its centre in the camera's frame, in units.
+        width, low, high: its width, and the heights of its lower and upper end, in units.
     """
 
     rows: slice
@@ -67,12 +67,12 @@ class Thing:
 
     @property
     def measures(self) -> tuple[float, float, float, float, float]:
-        """Nearness, width, low and high end, and the logarithm of the number of pixels, all of the order of 1."""
+        """Nearness, width, heights of lower and upper end, and logarithm of the number of pixels, scaled to about 1."""
         pixels = math.log(float(self.mask.sum())) / 8.0
         return 1.0 / (1.0 + self.ahead), min(self.width, 2.0), self.low, self.high, pixels
 
 
-def find_things(depth: Floats) -> list[Thing]:
+def find_things(depth: Floats) -> list[FrameThing]:
     """Return the things in a frame, the nearest first.
 
     Args:
@@ -95,17 +95,17 @@ def find_things(depth: Floats) -> list[Thing]:
         mask = numbers[rows, columns] == part + 1
         ahead = float(depth[rows, columns][mask].mean())
         width, lowest, highest = float(widths[part]), float(low[part]), float(high[part])
-        things.append(Thing(rows, columns, mask, float(middles[part]), ahead, width, lowest, highest))
+        things.append(FrameThing(rows, columns, mask, float(middles[part]), ahead, width, lowest, highest))
     return sorted(things, key=lambda thing: thing.ahead)
 
 
-def crop(rgb: npt.NDArray[np.uint8], depth: Floats, thing: Thing) -> Floats:
-    """Return a thing with a margin, scaled to 32x32 pixels, (32, 32, 6), values about 0 to 1.
+def crop(rgb: npt.NDArray[np.uint8], depth: Floats, thing: FrameThing) -> Floats:
+    """Return the crop of a thing with a margin, scaled to 32x32 pixels, (32, 32, 6), values about 0 to 1.
 
     Args:
         rgb: (size, size, 3) uint8.
         depth: (size, size) units.
-        thing: of that frame.
+        thing: a thing of this frame.
     """
     height, width = thing.mask.shape
     half = (0.5 + MARGIN) * max(height, width)

@@ -8,15 +8,15 @@ NETWORKS = ("blocks", "naming")
 
 @dataclass(frozen=True)
 class EyesRecipe:
-    """All settings of a training.
+    """All training settings. Field names are command-line options.
 
     Attributes:
-        frames: number of frames that the network of blocks learns from, each once.
-        naming_frames: number of frames that the network of names learns from, each once.
+        frames: number of training frames of the block network; each is used once.
+        naming_frames: number of training frames of the naming network; each is used once.
         size: side length of the frames, in pixels.
-        cities: number of cities drawn from the plans of the training sections.
-        seed: of frames and initial weights.
-        only: name of the one network to train; empty for both.
+        cities: number of cities to generate from the plans of the training sections.
+        seed: seed of frames and initial weights.
+        only: name of the only network to train; empty for both.
     """
 
     frames: int = 60_000

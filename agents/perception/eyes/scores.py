@@ -1,4 +1,4 @@
-"""Scores of the encoder against the simulator's labels: F1 for each channel of its grid, and names of collectibles."""
+"""Evaluation of the encoder against the simulator's labels: F1 of each channel, and accuracy of collectibles' names."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
@@ -12,7 +12,7 @@ from arramon_agents.perception.eyes.vocabulary import COLOURS, KINDS, LOOK_GROUP
 from arramon_client.world import COLLECTIBLES, FURNITURE
 
 LEAST_PIXELS = 16
-"""Least number of a cell's pixels, of 1,024 at an image size of 224, for it to count as showing something."""
+"""Minimum number of pixels that show a label for it to be in a cell; a cell has 1,024 pixels at image size 224."""
 
 NEARNESS = ("nearness of collectible", "nearness", "mean nearness")
 """Channels that hold distances."""
@@ -20,7 +20,7 @@ NEARNESS = ("nearness of collectible", "nearness", "mean nearness")
 
 @dataclass(slots=True)
 class Counts:
-    """Cells in which a channel was a true positive, a false positive, and a false negative."""
+    """Numbers of true positive, false positive and false negative cells of a channel."""
 
     hits: int = 0
     false: int = 0
@@ -28,17 +28,17 @@ class Counts:
 
     @property
     def f1(self) -> float:
-        """F1 in [0, 1]; NaN without any cell."""
+        """F1 in [0, 1]; NaN if there are no cells."""
         cells = 2 * self.hits + self.false + self.missed
         return 2 * self.hits / cells if cells else float("nan")
 
 
 @dataclass(slots=True)
 class GridScores:
-    """Counts by channel, over all frames added.
+    """Counts by channel, over all added frames.
 
     Args:
-        labels: (kind, colour, look) of each label, by its number.
+        labels: (kind, colour, look) of each label, by index.
     """
 
     labels: Sequence[tuple[str, str, str]]
@@ -64,7 +64,7 @@ class GridScores:
             counts.missed += int((truth[..., number] & ~said[..., number]).sum())
 
     def groups(self) -> dict[str, float]:
-        """Return the mean F1 of each group of channels, such as "kind", over those that were seen."""
+        """Return the mean F1 of each group of channels, such as "kind", over channels that occur in the frames."""
         by_group: dict[str, list[float]] = {}
         for name, counts in self.counts.items():
             if counts.hits + counts.missed:
@@ -73,18 +73,19 @@ class GridScores:
 
 
 RANGES = ((45, 100), (100, 400), (400, 1 << 30))
-"""Ranges of a collectible's size in pixels; people recognise one of 45."""
+"""Ranges of a collectible's number of pixels; people recognise collectibles from 45 pixels on."""
 
 
 @dataclass(slots=True)
 class NameScores:
-    """Names of the collectibles in frames, by their number of pixels.
+    """Accuracy of the names of collectibles, by their number of pixels.
 
     Args:
-        labels: (kind, colour, look) of each label, by its number.
+        labels: (kind, colour, look) of each label, by index.
 
     Attributes:
-        counts: by range of pixels: how many there were, were cut out, had the right kind, colour, pattern, all three.
+        counts: by range of pixels, the numbers of collectibles: all, cut out, with correct kind, colour, pattern, all
+            three.
         false: number of other things named as collectibles.
     """
 
@@ -112,7 +113,7 @@ class NameScores:
                 self.counts[bounds] = self.counts.get(bounds, np.zeros_like(row)) + row
 
     def shares(self) -> dict[str, dict[str, float]]:
-        """Return by range of pixels the shares cut out, and those with the right kind, colour, pattern, all three."""
+        """Return by range of pixels the shares cut out, and with correct kind, colour, pattern, all three."""
         names = ("found", "kind", "colour", "pattern", "all")
         return {
             f"{low} to {high - 1} pixels" if high < RANGES[-1][1] else f"{low} pixels and more": {
@@ -140,7 +141,7 @@ def cells_showing(segmentation: npt.NDArray[np.uint16], labels: int) -> npt.NDAr
 
 
 def channels_of(labels: Iterable[tuple[str, str, str]]) -> npt.NDArray[np.int64]:
-    """Return which channels each label sets, (labels, C) of 0 and 1; colours without a channel set none."""
+    """Return which channels each label sets, (labels, C) of 0 and 1; a colour without a channel sets none."""
     listed = list(labels)
     lit = np.zeros((len(listed), len(CHANNEL_NAMES)), np.int64)
     for row, (kind, colour, look) in zip(lit, listed, strict=True):

@@ -1,4 +1,4 @@
-"""Output of the visual encoder for one frame, as a label image and named things, for agents that keep maps."""
+"""Output of the visual encoder as a predicted segmentation and named things, for agents that keep a map."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from arramon_client.agent import Label
 from arramon_client.world import COLLECTIBLES, EYE_HEIGHT, FURNITURE
 
 FLAT = (*(kind for kind in SURFACES if kind not in ("building", "wall")), "zebra_crossing")
-"""Kinds that are taken from the block predictions, besides buildings (by facade) and walls (by look)."""
+"""Kinds taken from block predictions; buildings (with facade) and walls (with look) are too."""
 
 _SLICES = look_slices()
 _FACADES, _WALLS = (next(group.looks for group in LOOK_GROUPS if group.name == name) for name in ("facade", "wall"))
@@ -25,7 +25,7 @@ LABELS: tuple[Label, ...] = (
     *(Label("wall", look=look) for look in _WALLS),
     *(Label(kind) for kind in (*FURNITURE, *COLLECTIBLES)),
 )
-"""The label of each value of the label images. Furniture and collectibles have their kind alone."""
+"""Labels of the predicted segmentation, by index. Furniture and collectibles have a kind only."""
 
 _FIRST_FACADE = len(FLAT)
 _UNCLEAR = _FIRST_FACADE + len(_FACADES)
@@ -37,38 +37,38 @@ _FLAT_KINDS = [_KIND[kind] for kind in FLAT]
 
 
 UPRIGHT = 0.03
-"""Height above the ground, in units, from which a pixel cannot show the road."""
+"""Height above the ground above which a pixel cannot show the road, in units."""
 
 BRIGHT = 214
-"""Least value of all three colours, of 255, of a pixel of a zebra crossing: of what lies on the ground only its stripes
-are as bright. A block that shows a part of a far crossing shows more of the road."""
+"""Minimum of red, green and blue, of 255, of a zebra crossing's stripes; nothing else on the ground is as bright. In a
+block with part of a far crossing, the other pixels are road."""
 
 AT_EYE = slice(9, 17)
 """Rows of blocks at eye height."""
 
 CLEAR = 0.6
-"""Least share of the most likely facade in a column to be given as its label."""
+"""Minimum probability of the most likely facade in a column for it to be the label."""
 
 
 @dataclass(frozen=True, eq=False)
-class Sight:
-    """What was seen in a frame.
+class FramePercept:
+    """Perception of one frame.
 
     Attributes:
-        labels: (size, size) uint16, indices in LABELS.
-        things: the things on the ground and on walls, by name.
+        labels: predicted segmentation, (size, size) uint16, indices in LABELS.
+        things: named things on the ground and on walls.
     """
 
     labels: npt.NDArray[np.uint16]
     things: list[NamedThing]
 
 
-def see(eyes: Eyes, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> list[Sight]:
-    """Return the labels and named things that an encoder sees in each frame of a batch.
+def see(eyes: Eyes, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> list[FramePercept]:
+    """Predict segmentation and named things of each frame of a batch.
 
     Args:
-        eyes: the encoder.
-        rgb: (B, size, size, 3) uint8, of the encoder's size.
+        eyes: the visual encoder.
+        rgb: (B, size, size, 3) uint8, in the encoder's image size.
         depth: (B, size, size) units, 0 where there is nothing.
     """
     sights = []
@@ -77,7 +77,7 @@ def see(eyes: Eyes, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) 
         kinds, _, looks = (part.numpy() for part in eyes.blocks(*some))
         for number, things in enumerate(eyes.things(*some)):
             frame = some[0][number], some[1][number]
-            sights.append(Sight(_labels(kinds[number], looks[number], *frame, things), things))
+            sights.append(FramePercept(_labels(kinds[number], looks[number], *frame, things), things))
     return sights
 
 
@@ -88,7 +88,7 @@ def _labels(
     depth: npt.NDArray[np.float32],
     things: Sequence[NamedThing],
 ) -> npt.NDArray[np.uint16]:
-    """Return the label of each pixel of a frame, by the probabilities of its blocks and the things in it."""
+    """Return the label of each pixel of a frame, from block probabilities and named things."""
     flat = kinds[_FLAT_KINDS].argmax(0)
     upright = _rooms(looks) if kinds[_KIND["wall"]].sum() > kinds[_KIND["building"]].sum() else _houses(kinds, looks)
     side = len(depth) // len(flat)
@@ -111,10 +111,10 @@ def _rooms(looks: npt.NDArray[np.float32]) -> npt.NDArray[np.int64]:
 
 
 def _houses(kinds: npt.NDArray[np.float32], looks: npt.NDArray[np.float32]) -> npt.NDArray[np.int64]:
-    """Return the label of each block's buildings, (28, 28): one facade a column, from its blocks at eye height.
+    """Return the label of each block's buildings, (28, 28): one facade per column, from its blocks at eye height.
 
-    Where it is unclear the label is a building without facade: solid, but never what an instruction refers to. No
-    block decides for itself whether it shows a building: at the horizon it shows the ground before a far one as well.
+    If it is uncertain, the label is a building without facade: solid, but never a referent of an instruction. Blocks
+    are not labelled one by one, because blocks at the horizon also show the ground in front of a far building.
     """
     chances = kinds[_KIND["building"]][AT_EYE] * looks[_SLICES["facade"]][:, AT_EYE]
     mean = chances.sum(1) / np.maximum(chances.sum((0, 1)), 1e-6)  # (facades, columns)

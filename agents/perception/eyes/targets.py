@@ -1,4 +1,4 @@
-"""Training targets of the encoder, from pixel labels: the rarest kind of thing in each block; and the loss."""
+"""Training targets and loss of the block network: the rarest category of thing in each block, from pixel labels."""
 
 from collections.abc import Sequence
 from functools import cache
@@ -14,25 +14,25 @@ from arramon_agents.perception.eyes.vocabulary import KINDS, NONE, SURFACES, Cod
 from arramon_client.world import COLLECTIBLES, FURNITURE
 
 WEIGHTS = {**dict.fromkeys(SURFACES, 0.5), **dict.fromkeys(FURNITURE, 1.0), **dict.fromkeys(COLLECTIBLES, 0.5)}
-"""Weights of kinds in the loss: most of a frame is street and buildings, and another network names collectibles."""
+"""Class weights of kinds: most of a frame is street and buildings, and collectibles are named by another network."""
 
 LOOK_WEIGHTS = {"facade": 1.0, "wall": 0.5, "pattern": 0.1, "shape": 0.2, "shop": 0.1}
-"""Weights of looks in the loss, by group."""
+"""Loss weights of looks, by group."""
 
 LEAST = 0.04
-"""Least share of a block's pixels for it to count as showing a thing."""
+"""Minimum share of a block's pixels that show a category for it to be in the block."""
 
 _FIRST_THING, _FIRST_PROP = len(KINDS) - len(COLLECTIBLES), len(SURFACES)
 
 
 class LabelTable:
-    """The simulator's labels in the encoder's vocabulary.
+    """Mapping from the simulator's labels to the encoder's vocabulary.
 
     Args:
-        labels: (kind, colour, look) of each label, by its number in a segmentation.
+        labels: (kind, colour, look) of each label of the segmentation, by index.
 
     Raises:
-        ValueError: for a label that the vocabulary cannot express.
+        ValueError: if a label is not in the vocabulary.
     """
 
     def __init__(self, labels: Sequence[tuple[str, str, str]]) -> None:
@@ -41,9 +41,9 @@ class LabelTable:
         self._ranks = np.select([kinds >= _FIRST_THING, kinds >= _FIRST_PROP], [2, 1], 0).astype(np.uint8)
 
     def blocks(self, labels: npt.NDArray[np.uint16]) -> npt.NDArray[np.int64]:
-        """Return kind, colour and look of each block, (3, 28, 28), NONE where there is none.
+        """Return kind, colour and look of each block, (3, 28, 28), NONE for none.
 
-        A collectible wins over furniture, and furniture over everything else, if it covers LEAST of the block.
+        Collectibles take precedence over furniture, and furniture over all else, if they cover LEAST of the block.
 
         Args:
             labels: (size, size), a segmentation.
@@ -61,17 +61,17 @@ class LabelTable:
 
 @cache
 def _from_middle(side: int) -> npt.NDArray[np.int64]:
-    """Return the indices of a block's pixels from the middle outwards: ties go to the first."""
+    """Return the indices of a block's pixels from the centre outwards; the first one with the chosen label counts."""
     offset = np.abs(np.arange(side) - (side - 1) / 2)
     return np.argsort(np.hypot(offset[:, None], offset[None]).ravel(), kind="stable")
 
 
 def loss_of(predictions: Predictions, targets: Tensor) -> Tensor:
-    """Return the loss, a scalar: kinds, kinds among furniture alone, colours, and looks in their groups.
+    """Return the loss: cross-entropies of kinds, of kinds among furniture, of colours, and of looks by group.
 
     Args:
         predictions: logits, (B, n, rows, columns) each.
-        targets: (B, 3, rows, columns) int64 of `LabelTable.blocks`.
+        targets: (B, 3, rows, columns) int64 from `LabelTable.blocks`.
     """
     kinds, colours, looks = (part.permute(0, 2, 3, 1).flatten(0, 2) for part in predictions)
     kind, colour, look = (targets[:, number].flatten() for number in range(3))
@@ -87,7 +87,7 @@ def loss_of(predictions: Predictions, targets: Tensor) -> Tensor:
 
 
 def among(logits: Tensor, classes: Tensor, chosen: Tensor) -> Tensor:
-    """Return the mean cross entropy of the selected rows; 0 if there are none."""
+    """Return the mean cross-entropy of the selected rows; 0 if there are none."""
     rows = chosen.nonzero().squeeze(1)
     if not len(rows):
         return logits.sum() * 0.0

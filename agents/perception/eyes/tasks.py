@@ -1,4 +1,4 @@
-"""Training tasks of the encoder's two networks: batches of labelled frames, and their losses."""
+"""Training tasks of the encoder's two networks on labelled frames."""
 
 from collections.abc import Callable
 from typing import Protocol
@@ -8,25 +8,25 @@ import numpy.typing as npt
 import torch
 from torch.nn import functional
 
-from arramon_agents.perception.eyes.naming import NamingNetwork, to_network
-from arramon_agents.perception.eyes.network import EyesNetwork, Sizes, prepare
-from arramon_agents.perception.eyes.objects import Thing, crop, find_things
+from arramon_agents.perception.eyes.naming_network import NamingNetwork, to_network
+from arramon_agents.perception.eyes.network import EyesNetwork, EyesSizes, prepare
+from arramon_agents.perception.eyes.objects import FrameThing, crop, find_things
 from arramon_agents.perception.eyes.targets import LabelTable, among, loss_of
 from arramon_agents.perception.eyes.vocabulary import KINDS, NONE, look_slices
 from arramon_agents.training.trainer import Loss
 from arramon_client.world import COLLECTIBLES
 
-PUREST = 0.6
-"""Least share of a thing's pixels with the same label for the thing to be trained on."""
+MIN_PURITY = 0.6
+"""Minimum share of a thing's pixels with the same label for it to be a training example."""
 
 NAMED_LOOKS = {"pattern": 0.7, "shape": 0.5, "shop": 0.3}
-"""Weights of the looks of cut-out things in the loss; looks of walls and facades are predicted for blocks."""
+"""Loss weights of the looks of cut-out things; looks of walls and facades are predicted for blocks."""
 
 _FIRST_COLLECTIBLE = len(KINDS) - len(COLLECTIBLES)
 _WEIGHTS = torch.tensor([0.3 if kind in ("building", "wall") else 1.0 for kind in KINDS])
 
 
-class Frame(Protocol):
+class FrameWithLabels(Protocol):
     """A frame with the label of each pixel: rgb (size, size, 3), depth (size, size) in units, labels (size, size)."""
 
     @property
@@ -41,25 +41,25 @@ class Frame(Protocol):
 
     @property
     def labels(self) -> npt.NDArray[np.uint16]:
-        """Numbers in the table of labels."""
+        """Indices in the table of labels."""
         ...
 
 
-FrameOf = Callable[[int], Frame]
-"""Returns the frame with a number; deterministic."""
+FrameOf = Callable[[int], FrameWithLabels]
+"""Returns the frame with a number, deterministically."""
 
 
 class BlocksTask:
     """Training task: predict what is in each block of a frame.
 
     Args:
-        sizes: of the network.
+        sizes: sizes of the network.
         frame_of: returns frames.
-        table: meaning of their labels.
+        table: table of their labels.
         batch: number of frames in a batch.
     """
 
-    def __init__(self, sizes: Sizes, frame_of: FrameOf, table: LabelTable, batch: int) -> None:
+    def __init__(self, sizes: EyesSizes, frame_of: FrameOf, table: LabelTable, batch: int) -> None:
         self.network = EyesNetwork(sizes)
         self._frame_of, self._table, self._batch = frame_of, table, batch
 
@@ -72,11 +72,11 @@ class BlocksTask:
 
 
 class NamingTask:
-    """Training task: name the things that are cut out of frames.
+    """Training task: classify things cut out of frames.
 
     Args:
         frame_of: returns frames.
-        table: meaning of their labels.
+        table: table of their labels.
         batch: number of frames in a batch.
     """
 
@@ -91,7 +91,7 @@ class NamingTask:
             frame = self._frame_of(number)
             for thing in find_things(frame.depth):
                 label, share = label_of(frame, thing)
-                if share >= PUREST:
+                if share >= MIN_PURITY:
                     crops.append(crop(frame.rgb, frame.depth, thing))
                     measures.append(thing.measures)
                     codes.append(self._table.codes[label])
@@ -109,12 +109,12 @@ class NamingTask:
 
 
 def numbers_of(step: int, batch: int) -> range:
-    """Return the numbers of the frames in the batch of a step: every frame is used once."""
+    """Return the numbers of the frames in the batch of a step; every frame is used once."""
     return range(step * batch, (step + 1) * batch)
 
 
-def label_of(frame: Frame, thing: Thing) -> tuple[int, float]:
-    """Return the most frequent label of a thing's pixels, and its share."""
+def label_of(frame: FrameWithLabels, thing: FrameThing) -> tuple[int, float]:
+    """Return the most frequent label of a thing's pixels, and its share of them."""
     numbers, counts = np.unique(frame.labels[thing.rows, thing.columns][thing.mask], return_counts=True)
     most = int(counts.argmax())
     return int(numbers[most]), float(counts[most] / counts.sum())

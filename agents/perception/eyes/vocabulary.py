@@ -1,4 +1,4 @@
-"""The encoder's vocabulary: kinds, colours and looks, of which the simulator's labels are combinations."""
+"""Vocabulary of the encoder: kinds, colours and looks, whose combinations are the simulator's labels."""
 
 from typing import NamedTuple
 
@@ -20,16 +20,16 @@ COLOURS = (*COLLECTIBLE_COLOURS, "black", "orange", "silver", "concrete", "gold"
 FURNITURE_COLOURS = ("orange", "red", "blue", "green", "silver", "concrete", "white", "yellow", "gold")
 
 COLOURED = ("cone", "dumpster", "barrier", "barrel", "car", "kiosk", "awning")
-"""Furniture of several colours, besides banners."""
+"""Furniture that comes in several colours, without banners."""
 
 
 class LookGroup(NamedTuple):
     """A group of mutually exclusive looks, and the kinds that have them.
 
     Attributes:
-        name: of the property, such as the pattern.
-        kinds: which have these looks.
-        looks: their names.
+        name: name of the group, such as "pattern".
+        kinds: kinds of things that have these looks.
+        looks: names of the looks.
     """
 
     name: str
@@ -51,7 +51,7 @@ NONE = -1
 
 
 class Codes(NamedTuple):
-    """A label as codes: indices in KINDS, COLOURS and LOOKS, or NONE."""
+    """A label as indices in KINDS, COLOURS and LOOKS, or NONE."""
 
     kind: int
     colour: int
@@ -62,7 +62,7 @@ def codes_of(kind: str, colour: str, look: str) -> Codes:
     """Return the codes of a label.
 
     Raises:
-        ValueError: for a kind, colour or look that is not in the vocabulary.
+        ValueError: if kind, colour or look is not in the vocabulary.
     """
     group = next((group for group in LOOK_GROUPS if kind in group.kinds), None)
     if look and group is None:

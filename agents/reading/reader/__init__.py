@@ -1,1 +1,1 @@
-"""The learned reader: a small network that parses instructions of all its languages into steps."""
+"""The learned reader: a small sequence-to-sequence network that parses instructions of all languages to meanings."""

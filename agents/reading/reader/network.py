@@ -1,4 +1,4 @@
-"""The reader's network: a convolution and an LSTM in both directions over the words, and a decoder of rows of slots."""
+"""Network of the learned reader: bidirectional LSTM encoder, and a decoder with location-aware attention."""
 
 from dataclasses import dataclass
 
@@ -9,25 +9,25 @@ from torch.nn import functional
 from arramon_agents.reading.reader.slots import ACTION_SLOTS, MOST_ROWS, SLOTS, THING_SLOTS
 
 PARTS = (ACTION_SLOTS, *THING_SLOTS)
-"""Groups of slots that attend to the same words: the action, the first thing, the second thing."""
+"""Groups of slots, each with an attention head: the action, the first thing, the second thing."""
 
 PHRASE, MOVE = 5, 15
-"""Width in words of an attention window, and how far it may move from that of the previous row."""
+"""Kernel widths, in words: of the convolution over embeddings, and of the one over the previous attention weights."""
 
 State = tuple[Tensor, Tensor, Tensor, Tensor]
-"""The decoder's hidden and cell state, the attended words, and attention (B, 2 parts, words): last and summed."""
+"""Hidden and cell state of the decoder, context vectors, and attention (B, 2 parts, words): last weights and sums."""
 
 
 @dataclass(frozen=True, slots=True)
-class Sizes:
-    """Sizes of the network.
+class ReaderSizes:
+    """Sizes of the network. Field names are keys in files of weights.
 
     Attributes:
-        words: size of the vocabulary.
-        embedding: size of the embedding of a word, and of a slot's value.
-        encoder: hidden units in each direction.
-        decoder: hidden units.
-        dropout: probability of dropping an input of a layer in training.
+        words: vocabulary size.
+        embedding: embedding size of words and of slot values.
+        encoder: hidden size of the encoder in each direction.
+        decoder: hidden size of the decoder.
+        dropout: dropout probability.
     """
 
     words: int
@@ -38,16 +38,16 @@ class Sizes:
 
 
 class ReaderNetwork(nn.Module):
-    """Predicts the rows of a text one by one.
+    """Decodes the rows of a text one by one.
 
-    Each part of a row attends to the words anew, given where the previous row attended: instructions are in order
-    (location-aware attention, Chorowski et al. 2015).
+    Each part of a row has an attention head, whose scores depend on the attention of the previous row, as instructions
+    are in order (location-aware attention, Chorowski et al. 2015). Attribute names are tensor names in weights.
 
     Args:
-        sizes: of the network.
+        sizes: sizes of the network.
     """
 
-    def __init__(self, sizes: Sizes) -> None:
+    def __init__(self, sizes: ReaderSizes) -> None:
         super().__init__()
         self.sizes = sizes
         embedding, both, state = sizes.embedding, 2 * sizes.encoder, sizes.decoder
@@ -63,11 +63,11 @@ class ReaderNetwork(nn.Module):
         self.dropout = nn.Dropout(sizes.dropout)
 
     def forward(self, texts: Tensor, rows: Tensor) -> dict[str, Tensor]:
-        """Return the logits of every row by slot, (B, rows, values), by teacher forcing.
+        """Return the logits of all rows by slot, (B, rows, values), with teacher forcing.
 
         Args:
-            texts: (B, words) word ids, 0 after a text's end.
-            rows: (B, rows, slots) value ids.
+            texts: word ids, (B, words), padded with 0.
+            rows: value ids of the target rows, (B, rows, slots).
         """
         memory = self._encode(texts)
         state = self._first(texts, memory)
@@ -80,7 +80,7 @@ class ReaderNetwork(nn.Module):
 
     @torch.inference_mode()
     def read(self, texts: Tensor) -> Tensor:
-        """Return the most likely rows of texts by greedy decoding, (B, rows, slots); ignore what follows an end."""
+        """Decode texts greedily to rows, (B, rows, slots); rows after an end row are meaningless."""
         memory = self._encode(texts)
         state = self._first(texts, memory)
         row = torch.zeros(len(texts), 1, len(SLOTS), dtype=torch.long)
@@ -95,7 +95,7 @@ class ReaderNetwork(nn.Module):
         return torch.cat(rows, 1)
 
     def _encode(self, texts: Tensor) -> Tensor:
-        """Return the encoded words, (B, words, 2 encoder); 0 after a text's end."""
+        """Return the encoded words, (B, words, 2 encoder), 0 at padding."""
         is_word = (texts != 0)[:, :, None]
         words = self.dropout(self.words(texts))
         words = words + functional.relu(self.phrases(words.transpose(1, 2))).transpose(1, 2) * is_word
@@ -129,7 +129,7 @@ class ReaderNetwork(nn.Module):
         return dropped
 
     def _slots(self, features: Tensor) -> dict[str, Tensor]:
-        """Return logits by slot of features, (B, rows, parts, decoder + 2 encoder)."""
+        """Return logits by slot from features, (B, rows, parts, decoder + 2 encoder)."""
         features = self.dropout(features)
         heads = dict(zip(SLOTS, self.heads, strict=True))
         return {name: heads[name](features[:, :, part]) for part, names in enumerate(PARTS) for name in names}

@@ -1,4 +1,4 @@
-"""Reads instructions by a trained network, as meanings; the network's file."""
+"""The learned reader at play: from instructions to meanings; saving and loading its network."""
 
 from dataclasses import asdict
 from functools import lru_cache
@@ -6,7 +6,7 @@ from pathlib import Path
 
 import torch
 
-from arramon_agents.reading.reader.network import ReaderNetwork, Sizes
+from arramon_agents.reading.reader.network import ReaderNetwork, ReaderSizes
 from arramon_agents.reading.reader.slots import END, SLOTS, TYPES, Row, meaning_of
 from arramon_agents.reading.reader.words import Vocabulary
 from arramon_agents.weights import read_weights_file, write_weights_file
@@ -21,11 +21,11 @@ CACHED = 512
 
 
 class LearnedReader:
-    """Reads instructions as meanings, in any language of its training, without being given the language.
+    """Parses instructions to meanings, in any language of its training; the language need not be given.
 
     Args:
-        network: trained, in evaluation mode.
-        vocabulary: the one of its training.
+        network: trained network, in evaluation mode.
+        vocabulary: vocabulary of the network.
     """
 
     def __init__(self, network: ReaderNetwork, vocabulary: Vocabulary) -> None:
@@ -33,7 +33,7 @@ class LearnedReader:
         self._rows = lru_cache(CACHED)(self._read)
 
     def read(self, text: str, phase: str) -> Meaning:
-        """Return the meaning of an instruction, as far as it was understood.
+        """Return the meaning of an instruction, without inconsistent parts.
 
         Args:
             text: the instruction.
@@ -64,7 +64,7 @@ def read_reader(path: Path) -> tuple[ReaderNetwork, Vocabulary]:
     words = file.value("words", list)
     if not all(isinstance(word, str) for word in words):
         raise file.wrong("its header has 'words' that are no texts")
-    sizes = file.sizes("sizes", Sizes)
+    sizes = file.sizes("sizes", ReaderSizes)
     network = file.build(lambda: ReaderNetwork(sizes))
     file.fill(network)
     network.requires_grad_(requires_grad=False)

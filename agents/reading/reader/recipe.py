@@ -1,4 +1,4 @@
-"""Training recipes of the learned reader: on generated texts, and fine-tuned on people's."""
+"""Training recipes of the learned reader: training on generated texts, and fine-tuning on people's texts."""
 
 from dataclasses import dataclass, replace
 
@@ -8,12 +8,12 @@ class ReaderRecipe:
     """All settings of a training on generated texts in every language.
 
     Attributes:
-        split: whose instructions are read; new texts with other things are written from their plans.
-        texts: number of texts written anew.
+        split: split whose instructions are the source of meanings, from which new texts are written.
+        texts: number of new texts.
         passes: number of epochs.
         batch: number of texts in a batch.
-        learning_rate: the highest.
-        seed: of texts, their order and initial weights.
+        learning_rate: peak learning rate.
+        seed: seed of texts, order and initial weights.
     """
 
     split: str = "train"
@@ -29,14 +29,14 @@ class TuningRecipe:
     """All settings of fine-tuning on people's texts.
 
     Attributes:
-        languages: of people's texts.
-        split: of `arramon-server import-release`; every second episode in playing order is learned from, the second,
-            fourth and so on, and the others are left to test on.
-        init: weights to begin with; empty for the shipped ones.
+        languages: language of people's texts (exactly one).
+        split: imported split (`arramon-server import-release`). Every second episode in playing order, from the second
+            on, is used for training; the others are left for testing.
+        init: weights to fine-tune; empty for the shipped ones.
         passes: number of epochs.
         batch: number of texts in a batch.
-        learning_rate: the highest.
-        seed: of new texts and the order of all.
+        learning_rate: peak learning rate.
+        seed: seed of new texts and of the order.
     """
 
     languages: tuple[str, ...] = ("en",)

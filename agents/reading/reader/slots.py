@@ -1,6 +1,6 @@
-"""Meanings as rows of slots with few values each, which the reader predicts, and the conversion back to a meaning.
+"""Conversion between meanings and rows of categorical slots, which are the output of the learned reader.
 
-A row is a step, the object to pick up, the object to place, or a relation of the thing that an earlier row names.
+A row is a step, the object to pick up, the object to place, or a relation of a thing named in an earlier row.
 """
 
 from collections.abc import Sequence
@@ -30,7 +30,7 @@ from arramon_lang.meaning import (
 END, ROTATE, FACE, WALK, TARGET, PLACE, WHERE = TYPES = ("end", "rotate", "face", "walk", "target", "place", "where")
 
 MOST_STEPS = 12
-"""Largest number of steps of a walk; more count as this many."""
+"""Maximum of a walk's number of steps; larger numbers are clipped to it."""
 
 _KINDS = ("", *COLLECTIBLES, *FURNITURE, "building", "wall", *PLACES, "you")
 _COLOURS = ("", *COLOURS)
@@ -57,13 +57,13 @@ SLOTS: dict[str, tuple[str, ...]] = {
         )
     },
 }
-"""Values of each slot; the first one means that the slot is unused."""
+"""Values of each slot; the first value means "unused"."""
 
 ACTION_SLOTS = tuple(SLOTS)[:8]
 THING_SLOTS = tuple(tuple(name for name in SLOTS if name.endswith(str(number))) for number in (1, 2))
 
 MOST_ROWS = 20
-"""Largest number of rows of an instruction."""
+"""Maximum number of rows of an instruction."""
 
 Row = tuple[int, ...]
 """Value ids of a row, one for each slot."""
@@ -77,7 +77,7 @@ def rows_of(meaning: Meaning) -> list[Row]:
     Relations of things in relations, and of the second of two things, are left out.
 
     Raises:
-        ValueError: for a value outside the slots' values, or too many rows.
+        ValueError: if a value is not among the slots' values, or there are too many rows.
     """
     rows: list[Row] = []
     if isinstance(meaning, Navigation):
@@ -93,7 +93,7 @@ def rows_of(meaning: Meaning) -> list[Row]:
 
 
 def meaning_of(rows: Sequence[Row], phase: str) -> Meaning:
-    """Return the meaning of rows; inconsistent ones are left out.
+    """Return the meaning of rows; inconsistent rows are ignored.
 
     Args:
         rows: without the end row.

@@ -16,13 +16,13 @@ from arramon_agents.reading.reader.words import UNKNOWN
 from arramon_agents.training.trainer import Loss
 
 UNKNOWN_SHARE = 0.02
-"""Share of words that are replaced by the unknown word in training."""
+"""Probability of replacing a word by the unknown word in training."""
 
 POOL = 50
-"""Number of batches whose examples are sorted by length together, so that little of a batch is padding."""
+"""Number of batches per pool: examples are sorted by length within a pool, to reduce padding."""
 
-TESTED = 256
-"""Batch size of reading."""
+SCORE_BATCH = 256
+"""Batch size of evaluation."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,10 +30,10 @@ class Examples:
     """Texts with their meanings.
 
     Attributes:
-        texts: (n, most words) int64, 0 after a text's end.
-        rows: (n, most rows, slots) int64, the end included.
-        lengths: (n,) rows of each, the end included.
-        languages: of each text.
+        texts: word ids, (n, most words) int64, padded with 0.
+        rows: value ids, (n, most rows, slots) int64, with the end row.
+        lengths: (n,) number of rows of each text, with the end row.
+        languages: language of each text.
     """
 
     texts: Tensor
@@ -61,10 +61,10 @@ class ReadingTask:
     """Training task: predict the rows of texts.
 
     Args:
-        network: to be trained.
-        examples: training examples, in a new order in each epoch.
+        network: network to train.
+        examples: training examples, reshuffled in each epoch.
         batch: number of examples in a batch.
-        seed: of the orders.
+        seed: seed of the order.
     """
 
     def __init__(self, network: ReaderNetwork, examples: Examples, batch: int, seed: int) -> None:
@@ -72,7 +72,7 @@ class ReadingTask:
         self._epoch, self._places = 0, self._order(0)
 
     def loss(self, step: int) -> Loss:
-        """Return the loss of a batch, the sum over slots of the mean over rows."""
+        """Return the cross-entropy of a batch: the mean over rows, summed over slots."""
         chosen = self._chosen(step)
         texts, rows, lengths = (
             part[chosen] for part in (self._examples.texts, self._examples.rows, self._examples.lengths)
@@ -89,7 +89,7 @@ class ReadingTask:
         return Loss(torch.stack(losses).sum())
 
     def _chosen(self, step: int) -> Tensor:
-        """Return the indices of a batch's examples; a batch may reach from one epoch into the next."""
+        """Return the indices of the examples in a batch; a batch may span two epochs."""
         places = []
         for number in range(step * self._batch, (step + 1) * self._batch):
             epoch, place = divmod(number, len(self._examples.texts))
@@ -99,7 +99,7 @@ class ReadingTask:
         return torch.tensor(places)
 
     def _order(self, epoch: int) -> npt.NDArray[np.int64]:
-        """Return a random order of all examples, in which those of similar length share a batch."""
+        """Return a random order of all examples in which examples of similar length are in the same batch."""
         random = np.random.default_rng((self._seed, epoch))
         places = random.permutation(len(self._examples.texts))
         words = (self._examples.texts != 0).sum(1).numpy()
@@ -116,8 +116,8 @@ class ReadingScores:
     """Exact-match accuracies in [0, 1].
 
     Attributes:
-        rows: of the steps, targets and relations.
-        texts: of whole texts, all rows right.
+        rows: accuracy of rows, without end rows.
+        texts: accuracy of whole texts: all rows correct.
         count: number of texts.
     """
 
@@ -130,8 +130,8 @@ def score(network: ReaderNetwork, examples: Examples) -> Mapping[str, ReadingSco
     """Return the scores of examples by language."""
     network.eval()
     right: dict[str, list[tuple[int, int, bool]]] = {}
-    for first in range(0, len(examples.texts), TESTED):
-        some = slice(first, first + TESTED)
+    for first in range(0, len(examples.texts), SCORE_BATCH):
+        some = slice(first, first + SCORE_BATCH)
         texts = examples.texts[some]
         found = network.read(texts)
         for row, truth, length, language in zip(
@@ -139,7 +139,7 @@ def score(network: ReaderNetwork, examples: Examples) -> Mapping[str, ReadingSco
         ):
             said = functional.pad(row, (0, 0, 0, max(0, length - len(row))), value=-1)[:length]
             same = (said == truth[:length]).all(1)
-            # The end, which has no other slots, counts for the whole text alone.
+            # End rows, which have no other slots, count for the accuracy of whole texts only.
             has_ended = bool(said[length - 1, 0] == 0)
             rows = same[: length - 1]
             right.setdefault(language, []).append((int(rows.sum()), len(rows), bool(rows.all()) and has_ended))

@@ -1,4 +1,4 @@
-"""Training of the learned reader: on generated texts in every language, and fine-tuned on people's."""
+"""Training of the learned reader on generated texts in every language, and fine-tuning on people's texts."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
@@ -8,26 +8,26 @@ import torch
 
 import arramon_lang as lang
 from arramon_agents.process_settings import prepare_process
-from arramon_agents.reading.reader.network import ReaderNetwork, Sizes
+from arramon_agents.reading.reader.network import ReaderNetwork, ReaderSizes
 from arramon_agents.reading.reader.reader import WEIGHTS, read_reader, write_reader
 from arramon_agents.reading.reader.recipe import ReaderRecipe, TuningRecipe
 from arramon_agents.reading.reader.slots import rows_of
 from arramon_agents.reading.reader.task import Examples, ReadingTask, score
 from arramon_agents.reading.reader.words import UNKNOWN, Vocabulary
-from arramon_agents.simulated.meanings import Sample, draw_samples, read_samples, write_plans
+from arramon_agents.simulated.meanings import TextSample, draw_samples, read_samples, write_plans
 from arramon_agents.simulated.people import read_half
 from arramon_agents.training.checkpoint import Identity
-from arramon_agents.training.place import Place, Tell
 from arramon_agents.training.recipe import as_json
 from arramon_agents.training.schedule import warm_up_cosine
-from arramon_agents.training.trainer import Scores, Settings, Trainer
+from arramon_agents.training.trainer import Scores, Trainer, TrainerSettings
+from arramon_agents.training.workspace import Report, Workspace
 from arramon_agents.weights import SUFFIX, find_initial
 
 NAME, TUNING = "reader", "reader_tuning"
 """Names of checkpoint and log."""
 
 HELD_OUT = 10
-"""Of so many episodes of the split one is held out for validation."""
+"""One in HELD_OUT episodes of the split is held out for validation."""
 
 DECAY = 0.0001
 """Weight decay."""
@@ -36,7 +36,7 @@ VALIDATE_STEPS = 250
 """Steps between two validations."""
 
 
-def train(recipe: ReaderRecipe | TuningRecipe, place: Place, tell: Tell) -> Path:
+def train(recipe: ReaderRecipe | TuningRecipe, workspace: Workspace, report: Report) -> Path:
     """Train or fine-tune a reader, resuming from a checkpoint if there is one; return the path of the weights.
 
     Raises:
@@ -44,14 +44,14 @@ def train(recipe: ReaderRecipe | TuningRecipe, place: Place, tell: Tell) -> Path
         ValueError: if the output folder holds a checkpoint of another recipe or other data.
     """
     prepare_process()
-    place.output.mkdir(parents=True, exist_ok=True)
+    workspace.output.mkdir(parents=True, exist_ok=True)
     if isinstance(recipe, TuningRecipe):
         (language,) = recipe.languages
-        return tune(recipe, read_half(place.data, recipe.split, language), lang.available(), place, tell)
-    learned, tested, vocabulary = _examples(recipe, place.data)
-    tell(f"{NAME}: {len(learned.texts)} texts, {len(vocabulary)} words")
+        return tune(recipe, read_half(workspace.data, recipe.split, language), lang.available(), workspace, report)
+    learned, tested, vocabulary = _examples(recipe, workspace.data)
+    report(f"{NAME}: {len(learned.texts)} texts, {len(vocabulary)} words")
     torch.manual_seed(recipe.seed)
-    network = ReaderNetwork(Sizes(len(vocabulary)))
+    network = ReaderNetwork(ReaderSizes(len(vocabulary)))
 
     def validate() -> Scores:
         scores = score(network, tested)
@@ -60,12 +60,12 @@ def train(recipe: ReaderRecipe | TuningRecipe, place: Place, tell: Tell) -> Path
         }
 
     steps = recipe.passes * recipe.texts // recipe.batch
-    _learn(NAME, recipe, steps, network, learned, place, tell, validate)
-    return _write(place.output, network, vocabulary)
+    _learn(NAME, recipe, steps, network, learned, workspace, report, validate)
+    return _write(workspace.output, network, vocabulary)
 
 
 def _examples(recipe: ReaderRecipe, data: Path) -> tuple[Examples, Examples, Vocabulary]:
-    """Return the examples to learn from, those for validation, from other episodes, and the words of the former."""
+    """Return training examples, validation examples from other episodes, and the vocabulary of the training texts."""
     given = read_samples(data, recipe.split)
     each = 4 * len(lang.available())  # Texts of an episode.
     parts = [number // each % HELD_OUT == 0 for number in range(len(given))]
@@ -79,8 +79,8 @@ def _examples(recipe: ReaderRecipe, data: Path) -> tuple[Examples, Examples, Voc
     return examples_of(drawn, vocabulary), examples_of(list(written), vocabulary), vocabulary
 
 
-def examples_of(samples: Sequence[Sample], vocabulary: Vocabulary) -> Examples:
-    """Return samples as numbers; those with more rows than a reader can say are left out."""
+def examples_of(samples: Sequence[TextSample], vocabulary: Vocabulary) -> Examples:
+    """Encode samples as ids; those with too many rows for the reader are left out."""
     texts, rows, languages = [], [], []
     for sample in samples:
         try:
@@ -94,35 +94,41 @@ def examples_of(samples: Sequence[Sample], vocabulary: Vocabulary) -> Examples:
 
 
 def tune(
-    recipe: TuningRecipe, samples: Sequence[Sample], languages: Sequence[str], place: Place, tell: Tell = lambda _: None
+    recipe: TuningRecipe,
+    samples: Sequence[TextSample],
+    languages: Sequence[str],
+    workspace: Workspace,
+    report: Report = lambda _: None,
 ) -> Path:
     """Fine-tune a reader on people's texts, and return the path of the weights.
 
-    As many texts written anew from the same plans are learned besides, so that the reader does not forget them. Words
-    that it did not know are added.
+    The training data has as many generated texts with the same meanings, to prevent forgetting. New words are added to
+    the vocabulary.
 
     Args:
-        recipe: with the weights to begin with.
-        samples: people's texts, with their meanings.
-        languages: in which texts are written anew.
-        place: with the folder for the weights.
-        tell: receives lines of progress.
+        recipe: training settings; `init` names the weights to fine-tune.
+        samples: people's texts with their meanings.
+        languages: languages of the generated texts.
+        workspace: has the folder for the weights.
+        report: receives lines of progress.
     """
     known_network, known = read_reader(find_initial(recipe.init, NAME) if recipe.init else WEIGHTS)
     drawn = list(draw_samples([sample.meaning for sample in samples], languages, len(samples), recipe.seed))
     new = Vocabulary.of(sample.text for sample in samples)
     vocabulary = Vocabulary((*known.words, *(word for word in new.words if word not in set(known.words))))
     examples = examples_of([*samples, *drawn], vocabulary)
-    tell(f"{TUNING}: {len(samples)} texts of people, {len(vocabulary) - len(known)} new words")
-    network = widen(known_network, known, vocabulary)
-    _learn(TUNING, recipe, recipe.passes * len(examples.texts) // recipe.batch, network, examples, place, tell)
-    return _write(place.output, network, vocabulary)
+    report(f"{TUNING}: {len(samples)} texts of people, {len(vocabulary) - len(known)} new words")
+    network = extend_vocabulary(known_network, known, vocabulary)
+    _learn(TUNING, recipe, recipe.passes * len(examples.texts) // recipe.batch, network, examples, workspace, report)
+    return _write(workspace.output, network, vocabulary)
 
 
-def widen(network: ReaderNetwork, known: Vocabulary, vocabulary: Vocabulary) -> ReaderNetwork:
-    """Return a network with the same weights for a vocabulary with words added; they begin as unknown ones."""
+def extend_vocabulary(network: ReaderNetwork, known: Vocabulary, vocabulary: Vocabulary) -> ReaderNetwork:
+    """Return the network for a larger vocabulary; new words get the embedding of the unknown word."""
     sizes = network.sizes
-    wider = ReaderNetwork(Sizes(len(vocabulary), sizes.embedding, sizes.encoder, sizes.decoder, dropout=sizes.dropout))
+    wider = ReaderNetwork(
+        ReaderSizes(len(vocabulary), sizes.embedding, sizes.encoder, sizes.decoder, dropout=sizes.dropout)
+    )
     weights = {name: value.clone() for name, value in network.state_dict().items()}
     added = weights["words.weight"][UNKNOWN].repeat(len(vocabulary) - len(known), 1)
     weights["words.weight"] = torch.cat([weights["words.weight"], added])
@@ -136,22 +142,24 @@ def _learn(
     steps: int,
     network: ReaderNetwork,
     examples: Examples,
-    place: Place,
-    tell: Tell,
+    workspace: Workspace,
+    report: Report,
     validate: Callable[[], Scores] | None = None,
 ) -> None:
     """Train a network on examples to the end."""
-    settings = Settings(
+    settings = TrainerSettings(
         name,
         steps,
         warm_up_cosine(recipe.learning_rate, steps),
         recipe.seed,
         decay=DECAY,
         validate_steps=VALIDATE_STEPS,
-        checkpoint_steps=place.checkpoint_steps,
+        checkpoint_steps=workspace.checkpoint_steps,
         identity=Identity(as_json(recipe), examples.digest()),
     )
-    Trainer(ReadingTask(network, examples, recipe.batch, recipe.seed), settings, place.output, tell, validate).run()
+    Trainer(
+        ReadingTask(network, examples, recipe.batch, recipe.seed), settings, workspace.output, report, validate
+    ).run()
 
 
 def _write(folder: Path, network: ReaderNetwork, vocabulary: Vocabulary) -> Path:

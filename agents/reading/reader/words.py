@@ -1,4 +1,4 @@
-"""Splitting of texts into words in any script, and the reader's vocabulary."""
+"""Word tokenization in any script, and the vocabulary of the learned reader."""
 
 import re
 import unicodedata
@@ -9,7 +9,7 @@ UNKNOWN = 1
 """Id of words outside the vocabulary; 0 is padding."""
 
 _MARKS = re.compile(r"([^\w\u0900-\u097F'’-]|[\u0964\u0965])")
-"""Characters that are words of their own: all but letters, digits, Devanagari signs, apostrophes and hyphens."""
+"""Characters that are tokens of their own: all but letters, digits, Devanagari signs, apostrophes and hyphens."""
 
 
 def split(text: str) -> list[str]:
@@ -18,10 +18,10 @@ def split(text: str) -> list[str]:
 
 
 class Vocabulary:
-    """Words with their ids.
+    """Vocabulary of words with ids.
 
     Args:
-        words: in order; the first has id 2.
+        words: words in the order of their ids, from 2 on.
     """
 
     def __init__(self, words: Iterable[str]) -> None:
@@ -30,14 +30,14 @@ class Vocabulary:
 
     @classmethod
     def of(cls, texts: Iterable[str], fewest: int = 2) -> "Vocabulary":
-        """Return the vocabulary of all words that occur often enough in texts, the most frequent first."""
+        """Return the vocabulary of all words that occur at least `fewest` times, the most frequent first."""
         counts = Counter(word for text in texts for word in split(text))
         return cls(
             word for word, count in sorted(counts.items(), key=lambda item: (-item[1], item[0])) if count >= fewest
         )
 
     def __len__(self) -> int:
-        """Return the number of ids, those of unknown words and padding included."""
+        """Return the number of ids, including padding and the unknown word."""
         return len(self.words) + UNKNOWN + 1
 
     def numbers(self, text: str) -> list[int]:

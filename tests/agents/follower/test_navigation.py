@@ -8,9 +8,9 @@ import pytest
 
 from arramon_agents.follower.navigation import Navigator
 from arramon_agents.follower.navigation_places import find_openings
-from arramon_agents.mapping.body import Body
-from arramon_agents.mapping.ground_map import Map, index
-from arramon_agents.mapping.landmarks import Landmark, fits, landmarks_ahead
+from arramon_agents.mapping.body import AgentBody
+from arramon_agents.mapping.ground_map import GroundMap, index
+from arramon_agents.mapping.landmarks import MappedLandmark, fits, landmarks_ahead
 from arramon_agents.mapping.motion import can_step, find_path, turns
 from arramon_client.agent import Action, Label, Observation
 from arramon_dataset.trial import AGENT_LABELS
@@ -50,7 +50,7 @@ class Street:
     ) -> tuple[State, list[Action]]:
         """The state when the navigation has ended, and what was done."""
         layout = EpisodeLayout(start, (street, street), ())
-        state, body, actions = rules.begin(layout), Body(AGENT_LABELS), []
+        state, body, actions = rules.begin(layout), AgentBody(AGENT_LABELS), []
         navigator = Navigator(body, meaning)
         while state.phase is Phase.NAVIGATION:
             body.perceive(self.observe(state, layout))
@@ -123,7 +123,7 @@ def test_the_same_frames_give_the_same_actions(street: Street) -> None:
 
 def test_a_blocked_step_is_detected_by_the_frame(street: Street) -> None:
     layout = EpisodeLayout(Pose(0.0, -22.0, 180.0), (STREET, STREET), ())
-    state, body = rules.begin(layout), Body(AGENT_LABELS)
+    state, body = rules.begin(layout), AgentBody(AGENT_LABELS)
     for _ in range(3):  # the street ends at z = -23
         body.perceive(street.observe(state, layout))
         body.record_action(Action.FORWARD)
@@ -135,7 +135,7 @@ def test_a_blocked_step_is_detected_by_the_frame(street: Street) -> None:
 
 def test_landmarks_and_free_ground_are_located_in_a_frame(street: Street) -> None:
     layout = EpisodeLayout(START, (STREET, STREET), ())
-    body = Body(AGENT_LABELS)
+    body = AgentBody(AGENT_LABELS)
     body.perceive(street.observe(rules.begin(layout), layout))
     (booth,) = body.landmarks.fitting(BOOTH)
     assert math.dist((booth.x, booth.z), (2.4, 11.6)) < 0.5  # in the own frame, from where it begins
@@ -146,7 +146,7 @@ def test_landmarks_and_free_ground_are_located_in_a_frame(street: Street) -> Non
 
 def test_depth_and_segmentation_are_required() -> None:
     with pytest.raises(ValueError, match="depth and segmentation"):
-        Body(AGENT_LABELS).perceive(Observation("e", 1, "navigation", 0, "", 0, 150))
+        AgentBody(AGENT_LABELS).perceive(Observation("e", 1, "navigation", 0, "", 0, 150))
 
 
 @pytest.mark.parametrize(("heading", "to", "rotation"), [(0, 3, "RRR"), (0, 9, "LLL"), (11, 1, "RR"), (5, 5, "")])
@@ -155,7 +155,7 @@ def test_turns_take_the_shorter_direction(heading: int, to: int, rotation: str) 
 
 
 def test_a_path_goes_around_obstacles() -> None:
-    ground = Map()
+    ground = GroundMap()
     for i in range(-8, 9):
         ground.block(i * 0.25, 3.0)
     assert not can_step(ground, 0.0, 2.0, 0)
@@ -171,7 +171,7 @@ def test_a_path_goes_around_obstacles() -> None:
 
 
 def test_the_path_is_empty_at_the_goal() -> None:
-    assert find_path(Map(), (0.0, 0.0, 0), (0.3, 0.3), 0.6) == []
+    assert find_path(GroundMap(), (0.0, 0.0, 0), (0.3, 0.3), 0.6) == []
 
 
 @pytest.mark.parametrize(
@@ -194,7 +194,7 @@ CONE = Label("cone", "red")
 
 
 def test_near_landmarks_ahead_come_first() -> None:
-    marks = [Landmark(CONE, x, z, 1.0) for x, z in ((0.0, 9.0), (6.0, 4.0), (0.0, 5.0), (0.0, -4.0), (6.0, 1.0))]
+    marks = [MappedLandmark(CONE, x, z, 1.0) for x, z in ((0.0, 9.0), (6.0, 4.0), (0.0, 5.0), (0.0, -4.0), (6.0, 1.0))]
     assert [(mark.x, mark.z) for mark in landmarks_ahead(marks, 0.0, 0.0, 0.0)] == [(0.0, 5.0), (0.0, 9.0), (6.0, 4.0)]
 
 

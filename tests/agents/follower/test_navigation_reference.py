@@ -1,4 +1,4 @@
-"""Which landmarks the follower takes an instruction's things for."""
+"""Reference resolution of the follower: the landmarks that an instruction refers to."""
 
 import math
 
@@ -7,7 +7,7 @@ import pytest
 
 from arramon_agents.follower.navigation_places import Openings
 from arramon_agents.follower.navigation_reference import Referents
-from arramon_agents.mapping.ground_map import Map
+from arramon_agents.mapping.ground_map import GroundMap
 from arramon_agents.mapping.landmarks import Landmarks
 from arramon_agents.perception.scan import Scan, Sighting
 from arramon_client.agent import Label
@@ -62,7 +62,7 @@ def test_a_thing_is_the_same_again_and_another_is_another() -> None:
 
 
 def test_streets_are_counted_along_the_walk() -> None:
-    ground = Map()
+    ground = GroundMap()
     xs, zs = np.meshgrid(np.arange(-8.0, 8.0, 0.2), np.arange(-4.0, 16.0, 0.2))
     places = np.stack([xs.ravel(), zs.ravel()], axis=1)
     # A street along z, 6 units wide, with streets to the left at z = 3 to 6 and 10 to 13, and to the right at 10 to 13.

@@ -1,4 +1,4 @@
-"""Memories of what the encoder names, in streets and in the room."""
+"""Memories of landmarks and of the room with attribute probabilities."""
 
 import pytest
 

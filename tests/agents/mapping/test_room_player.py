@@ -1,4 +1,4 @@
-"""The room follower: placement from depth and segmentation alone."""
+"""The room follower: placement by depth and segmentation alone."""
 
 from dataclasses import replace
 
@@ -10,7 +10,7 @@ from arramon_agents.mapping.room_player import RoomFollower
 from arramon_client.agent import Observation
 from arramon_lang.meaning import Assembly, Thing, Where
 from arramon_server.sim.catalogue import ObjectType
-from tests.agents.playing_room import CLIENT_LABELS, begin, observe, play, things
+from tests.agents.room_simulation import CLIENT_LABELS, begin, observe, play, things
 
 ROOM = things(
     "dotted red mug 1 1 2",

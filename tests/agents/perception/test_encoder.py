@@ -1,10 +1,10 @@
-"""Visual encoders: the shape, range and repeatability that every one of them keeps to."""
+"""Contract of all visual encoders: shape, range and repeatability of features."""
 
 import numpy as np
 import numpy.typing as npt
 import pytest
 
-from arramon_agents.perception.encoder import GRID, FrameMemory, quantise, resize
+from arramon_agents.perception.encoder import GRID, FeatureCache, quantise, resize
 from arramon_agents.perception.pooled import COLOURS, PooledEncoder
 from arramon_agents.perception.registry import encoder_names, open_encoder
 
@@ -76,7 +76,7 @@ def test_equal_images_are_encoded_once_while_they_are_remembered() -> None:
     depth[1], rgb[1] = depth[0], rgb[0]
     depth[2] = depth[3]  # Not the image 3: the colours differ.
     encoder = CountingEncoder()
-    memory = FrameMemory(encoder, frames=2)
+    memory = FeatureCache(encoder, frames=2)
     expected = quantise(PooledEncoder().encode(rgb, depth))
     for images, computed in [([0, 1], 1), ([2, 0, 2], 2), ([0], 2), ([3], 3), ([0, 3], 3), ([2], 4)]:
         np.testing.assert_array_equal(memory.features(rgb[images], depth[images]), expected[images])

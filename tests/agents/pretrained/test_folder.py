@@ -1,4 +1,4 @@
-"""Text encoders and visual encoders from local folders of transformers, tiny and with random weights."""
+"""Text encoders and visual encoders from folders with tiny transformers models."""
 
 from pathlib import Path
 from typing import Any

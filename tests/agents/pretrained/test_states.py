@@ -1,4 +1,4 @@
-"""States of texts: computed once, kept on disk in training, forgotten at play."""
+"""Cache of text states: computed once, stored on disk in training, evicted at play."""
 
 from collections.abc import Sequence
 from pathlib import Path

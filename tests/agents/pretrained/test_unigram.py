@@ -1,4 +1,4 @@
-"""Cutting by a unigram model, as SentencePiece does it."""
+"""Unigram tokenization agrees with SentencePiece."""
 
 import pytest
 

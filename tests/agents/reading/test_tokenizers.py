@@ -1,4 +1,4 @@
-"""Tokenizers: Devanagari stays whole, what was dumped comes back, unknown words have a number."""
+"""Tokenizers: Devanagari stays whole, serialisation round-trips, unknown words have an id."""
 
 from pathlib import Path
 
@@ -6,29 +6,29 @@ import pytest
 
 from arramon_agents.reading.tokenizers import (
     UNKNOWN,
-    SentencePieces,
-    Tokenizer,
-    Words,
+    SentencePieceTokenizer,
+    TextTokenizer,
+    WordTokenizer,
     restore_tokenizer,
     train_tokenizer,
 )
-from tests.agents.pretrained.packing import PIECES
+from tests.agents.pretrained.packed_files import PIECES
 
 TEXTS = ["Turn left and walk to the bench.", "बाएँ मुड़ें और बेंच तक जाएँ।", "Walk to the bench.", "बेंच तक जाएँ।"]
 
 
 def test_words_of_hindi_stay_whole() -> None:
-    tokenizer = Words.train(TEXTS, least=1)
+    tokenizer = WordTokenizer.train(TEXTS, least=1)
     assert {"बाएँ", "मुड़ें", "बेंच", "जाएँ", "।"} <= set(tokenizer.vocabulary)
 
 
 def test_one_spelling_one_number() -> None:
-    tokenizer = Words.train(["लड़का"], least=1)
+    tokenizer = WordTokenizer.train(["लड़का"], least=1)
     assert tokenizer.encode("लड\u093cका") == tokenizer.encode("ल\u095cका") == tokenizer.encode("लड़\u200dका") == [2]
 
 
 def test_rare_and_unknown_words() -> None:
-    tokenizer = Words.train(TEXTS)
+    tokenizer = WordTokenizer.train(TEXTS)
     assert tokenizer.encode("Walk north") == [tokenizer.encode("walk")[0], UNKNOWN]
     assert tokenizer.encode("") == [UNKNOWN]
 
@@ -37,7 +37,7 @@ def test_rare_and_unknown_words() -> None:
 @pytest.mark.usefixtures("package")
 def test_dumped_and_restored(name: str) -> None:
     made = train_tokenizer(name, TEXTS * 20)
-    again: Tokenizer = restore_tokenizer(made.name, made.dump())
+    again: TextTokenizer = restore_tokenizer(made.name, made.dump())
     assert again.size == made.size
     for text in [*TEXTS, "नया शब्द", "new word"]:
         assert again.encode(text) == made.encode(text)
@@ -45,11 +45,11 @@ def test_dumped_and_restored(name: str) -> None:
 
 
 def test_sentencepiece_has_no_more_pieces_than_it_can_find() -> None:
-    assert SentencePieces.train(TEXTS * 20, pieces=5000).size < 200
+    assert SentencePieceTokenizer.train(TEXTS * 20, pieces=5000).size < 200
 
 
 def test_sentencepiece_keeps_frequent_words_whole() -> None:
-    tokenizer = SentencePieces.train([*TEXTS * 20, "benches"], pieces=60)
+    tokenizer = SentencePieceTokenizer.train([*TEXTS * 20, "benches"], pieces=60)
     assert len(tokenizer.encode("bench bench.")) == 3
     assert len(tokenizer.encode("बाएँ मुड़ें।")) == 3
     assert UNKNOWN not in tokenizer.encode("benchen")
@@ -58,7 +58,7 @@ def test_sentencepiece_keeps_frequent_words_whole() -> None:
 
 def test_another_model_of_sentencepiece(tmp_path: Path) -> None:
     path = tmp_path / "mine.model"
-    path.write_bytes(SentencePieces.train(TEXTS * 20, pieces=50).dump())
+    path.write_bytes(SentencePieceTokenizer.train(TEXTS * 20, pieces=50).dump())
     assert train_tokenizer(f"sentencepiece={path}", []).dump() == path.read_bytes()
     path.write_bytes(b"nothing of the kind")
     with pytest.raises(ValueError, match=r"mine.model is no model of SentencePiece"):

@@ -1,4 +1,4 @@
-"""The follower with learned eyes and a learned reader, with the shipped weights."""
+"""The follower with learned perception and reader, with the shipped weights."""
 
 from dataclasses import replace
 from random import Random

@@ -8,7 +8,7 @@ import pytest
 from arramon.v1.evaluation_pb2 import Obstacle, Oracle, Target
 from arramon.v1.types_pb2 import Cell, Position
 from arramon_agents.shortest_path import Agent
-from arramon_agents.shortest_path.ground import Ground
+from arramon_agents.shortest_path.ground import ClearanceMap
 from arramon_client import Action, Episode, Observation
 from tests.work import calls
 
@@ -172,4 +172,4 @@ def test_missing_sensors_are_named(missing: str) -> None:
 def test_ground_is_free_only_beyond_the_agents_radius(
     start: tuple[float, float], end: tuple[float, float], free: bool
 ) -> None:
-    assert Ground(BLOCKS, RADIUS).is_free(start, end) is free
+    assert ClearanceMap(BLOCKS, RADIUS).is_free(start, end) is free

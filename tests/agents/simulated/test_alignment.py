@@ -1,4 +1,4 @@
-"""Where along a path rows are carried out: at what they name, and where the path turns as they tell."""
+"""Alignment of instruction rows with a path, by named things and turns."""
 
 import math
 
@@ -8,7 +8,7 @@ import pytest
 from arramon_agents.reading.reader.slots import rows_of
 from arramon_agents.simulated.alignment import current_row, places_of
 from arramon_agents.simulated.courses import Course
-from arramon_agents.simulated.world import Things, World
+from arramon_agents.simulated.world import StreetWorld, Things
 from arramon_lang.meaning import Navigation, Rotate, Thing, Walk, Where
 from arramon_server.sim.catalogue import ObjectType
 from arramon_server.sim.geometry import Point
@@ -31,7 +31,7 @@ MUG = Thing("mug", "red", "dotted", where=(Where("near", (Thing("building", look
 
 @pytest.fixture(scope="module")
 def course() -> Course:
-    world = World(STREET)
+    world = StreetWorld(STREET)
     target = Collectible(ObjectType("dotted", "red", "mug"), Point(14.0, 0.1, 10.0))
     return Course(world, Things(world.props, [target]), (0.0, 0.0, 0.0), PATH, [target], 1, [])
 

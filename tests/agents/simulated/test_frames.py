@@ -1,4 +1,4 @@
-"""Labelled frames that the simulator draws."""
+"""Labelled frames from the simulator."""
 
 import numpy as np
 import pytest

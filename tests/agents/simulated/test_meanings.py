@@ -1,4 +1,4 @@
-"""Texts with meanings: exchanged things, plans put together, all languages."""
+"""Generated texts with meanings: exchanged things, combined steps, all languages."""
 
 from random import Random
 

@@ -1,4 +1,4 @@
-"""Walks without images: what a body sees of a small street, the right decisions, and walks that follow them."""
+"""Simulated walks: what the body perceives in a small street, labels of decisions, and walks that follow them."""
 
 import math
 from pathlib import Path
@@ -7,17 +7,17 @@ import numpy as np
 import pytest
 
 from arramon_agents.reading.reader.reader import load
-from arramon_agents.simulated.body import Faults, SimulatedBody
+from arramon_agents.simulated.body import PerceptionFaults, SimulatedBody
 from arramon_agents.simulated.courses import Course, training_courses
 from arramon_agents.simulated.walks import score, walk
-from arramon_agents.simulated.world import Things, World
+from arramon_agents.simulated.world import StreetWorld, Things
 from arramon_agents.vl_map.options import OPTIONS
 from arramon_client.agent import Action
 from arramon_lang.meaning import Thing
 from arramon_server.sim.section import Building, Prop, Section
 from tests import tiny
 
-PERFECT = Faults().scaled(0.0)
+PERFECT = PerceptionFaults().scaled(0.0)
 
 STREET = Section(
     "1",
@@ -32,13 +32,13 @@ STREET = Section(
 )
 
 
-def body(*, faults: Faults = PERFECT, heading: float = 0.0) -> SimulatedBody:
-    world = World(STREET)
+def body(*, faults: PerceptionFaults = PERFECT, heading: float = 0.0) -> SimulatedBody:
+    world = StreetWorld(STREET)
     return SimulatedBody(world, Things(world.props, []), (0.0, 0.0, heading), faults, np.random.default_rng(4))
 
 
 def test_rays() -> None:
-    solid, wall, house = World(STREET).cast(0.0, 0.0, np.array([0.0, math.atan2(1.0, 4.0), math.pi]), 30.0)
+    solid, wall, house = StreetWorld(STREET).cast(0.0, 0.0, np.array([0.0, math.atan2(1.0, 4.0), math.pi]), 30.0)
     assert solid[:2] == pytest.approx([11.0, 3.97], abs=0.2)
     assert wall[0] == pytest.approx(11.0, abs=0.2)
     assert house.tolist() == [1, 1, 0]
@@ -76,12 +76,14 @@ def test_a_step_into_something_solid_is_blocked() -> None:
 
 
 def test_faults_are_as_frequent_as_told() -> None:
-    found, world = {}, World(STREET)
+    found, world = {}, StreetWorld(STREET)
     for name, share in (("none", 0.0), ("many", 8.0)):
         names = []
         for number in range(40):
             random = np.random.default_rng(number)
-            seen = SimulatedBody(world, Things(world.props, []), (0.0, 0.0, 0.0), Faults().scaled(share), random)
+            seen = SimulatedBody(
+                world, Things(world.props, []), (0.0, 0.0, 0.0), PerceptionFaults().scaled(share), random
+            )
             seen.look()
             names += [mark.label.kind for mark in seen.landmarks.fitting(Thing("cone", "orange"))]
         found[name] = len(names)
@@ -115,7 +117,7 @@ def test_a_walk_by_the_right_decisions_picks_up_the_target(courses: list[Course]
 
 def test_walks_that_go_astray_come_back(courses: list[Course]) -> None:
     picked = [
-        walk(course, course.readings[0], Faults(), np.random.default_rng((1, number)), astray=0.4).picked
+        walk(course, course.readings[0], PerceptionFaults(), np.random.default_rng((1, number)), astray=0.4).picked
         for number in range(3)
         for course in courses
     ]

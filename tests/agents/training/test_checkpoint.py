@@ -1,4 +1,4 @@
-"""Checkpoints that cannot be resumed are refused with what is wrong."""
+"""Checkpoints that cannot be resumed are rejected with the reason."""
 
 from pathlib import Path
 
@@ -8,9 +8,9 @@ from safetensors.torch import save_file
 
 from arramon_agents.training.checkpoint import (
     GROUPS,
-    Checkpoint,
     Identity,
     OtherTraining,
+    TrainingCheckpoint,
     checkpoint_path,
     find_checkpoint,
     read_checkpoint,
@@ -24,7 +24,7 @@ IDENTITY = Identity({"languages": ["en", "hi"], "seed": 1}, "digest")
 def test_what_was_written_is_read(tmp_path: Path) -> None:
     path = checkpoint_path(tmp_path, "vl")
     tensors = {group: {f"{number}.weight": torch.full((2,), float(number))} for number, group in enumerate(GROUPS)}
-    write_checkpoint(path, Checkpoint(7, 1.5, {"nDTW": 0.25}, tensors), IDENTITY)
+    write_checkpoint(path, TrainingCheckpoint(7, 1.5, {"nDTW": 0.25}, tensors), IDENTITY)
     assert find_checkpoint(tmp_path, "vl") == path
     found = read_checkpoint(path, IDENTITY)
     assert (found.step, found.cpu_seconds, found.scores) == (7, 1.5, {"nDTW": 0.25})

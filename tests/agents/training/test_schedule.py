@@ -1,4 +1,4 @@
-"""Learning-rate schedules: where they rise and fall."""
+"""Learning-rate schedules: warm-up and decay."""
 
 import pytest
 import torch

@@ -1,4 +1,4 @@
-"""The training loop: resumed as if it had not been interrupted, averaged weights, the best weights by validation."""
+"""Training loop: exact resuming, averaged weights, selection of the best weights by validation."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -10,9 +10,9 @@ from torch import nn
 
 from arramon_agents.training.checkpoint import Identity, OtherTraining, checkpoint_path
 from arramon_agents.training.schedule import warm_up_cosine
-from arramon_agents.training.trainer import Loss, Scores, Settings, Trainer
+from arramon_agents.training.trainer import Loss, Scores, Trainer, TrainerSettings
 
-SETTINGS = Settings(
+SETTINGS = TrainerSettings(
     "line",
     steps=16,
     rate=warm_up_cosine(0.01, 16),

@@ -1,4 +1,4 @@
-"""Variants of demonstrations: what is seen, said and done changes alike."""
+"""Variants of demonstrations: features, instructions and actions change consistently."""
 
 from dataclasses import replace
 from random import Random
@@ -8,7 +8,7 @@ import pytest
 
 import arramon_lang as lang
 from arramon_agents.perception.eyes.grid import CHANNEL_NAMES
-from arramon_agents.training.demonstrations import Demonstration
+from arramon_agents.training.demonstrations import PhaseDemonstration
 from arramon_agents.training.exchange import read_meaning
 from arramon_agents.training.variants import Variants, mirrored
 from arramon_client.agent import Action
@@ -26,16 +26,16 @@ MEANT = Navigation(
 ACTIONS = [Action.LEFT, Action.FORWARD, Action.RIGHT, Action.RIGHT, Action.INTERACT]
 
 
-def demonstration(phase: str = "navigation", channels: int = len(CHANNEL_NAMES)) -> Demonstration:
+def demonstration(phase: str = "navigation", channels: int = len(CHANNEL_NAMES)) -> PhaseDemonstration:
     """In each image a red mug is in the left column."""
     features = np.zeros((len(ACTIONS), 7, 7, channels), np.uint8)
     for name in ("kind:mug", "colour:red") if channels else ():
         features[:, 3, 0, CHANNEL_NAMES.index(name)] = 200
     texts = {code: lang.load(code).write(MEANT, Random(1)) for code in ("en", "hi")}
-    return Demonstration("7", 1, phase, texts, np.array(ACTIONS, np.uint8), features)
+    return PhaseDemonstration("7", 1, phase, texts, np.array(ACTIONS, np.uint8), features)
 
 
-def variants(shown: Demonstration, count: int = 12, languages: tuple[str, ...] = ("en", "hi")) -> Variants:
+def variants(shown: PhaseDemonstration, count: int = 12, languages: tuple[str, ...] = ("en", "hi")) -> Variants:
     names = CHANNEL_NAMES if shown.features.shape[-1] else None
     return Variants([shown], languages, count, names, seed=3)
 

@@ -1,4 +1,4 @@
-"""These tests need PyTorch, and use one thread of it: several test processes share the cores."""
+"""Require PyTorch, and limit it to one thread: several test processes share the cores."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""The agent that plays with weights: alone or together, and what it says where something is missing."""
+"""The agent with trained weights: batched play equals single play, and errors name what is missing."""
 
 from pathlib import Path
 
@@ -8,24 +8,24 @@ import torch
 
 from arramon_agents import requirements
 from arramon_agents.perception.registry import open_encoder
-from arramon_agents.reading.tokenizers import Words
-from arramon_agents.training.rollouts import Plan, play
+from arramon_agents.reading.tokenizers import WordTokenizer
+from arramon_agents.training.rollouts import RolloutPlan, play
 from arramon_agents.vl import make_agent
 from arramon_agents.vl.agent import LearnedAgent
-from arramon_agents.vl.config import Config
+from arramon_agents.vl.config import ModelConfig
 from arramon_agents.vl.model import Model
-from arramon_agents.vl.policy import Policy, load_policy, save_policy
+from arramon_agents.vl.policy import VlPolicy, load_policy, save_policy
 from arramon_agents.weights import BadWeights, find_weights, write_tensors
 from arramon_client import AgentLoadError, Episode, Observation, load_agent
 
 
-def policy(*, sees: bool = True, reads: bool = True) -> Policy:
+def policy(*, sees: bool = True, reads: bool = True) -> VlPolicy:
     torch.manual_seed(1)
     encoder = open_encoder("pooled") if sees else None
-    tokenizer = Words.train(["go left", "बाएँ जाएँ", "put it there"], least=1)
+    tokenizer = WordTokenizer.train(["go left", "बाएँ जाएँ", "put it there"], least=1)
     channels = encoder.channels if encoder else 0
-    config = Config(tokenizer.size, channels, sees, reads, positions=True, word_size=8, action_size=4, hidden=16)
-    return Policy(Model(config).eval(), tokenizer, encoder, {"seed": 1})
+    config = ModelConfig(tokenizer.size, channels, sees, reads, positions=True, word_size=8, action_size=4, hidden=16)
+    return VlPolicy(Model(config).eval(), tokenizer, encoder, {"seed": 1})
 
 
 def observation(episode_id: str, step: int, phase: str = "navigation", text: str = "go left") -> Observation:
@@ -145,9 +145,9 @@ def test_rollouts_score_every_episode(data: Path) -> None:
             super().end(episode_id)
             ended.append(episode_id)
 
-    scores = play(Ending(policy(), "vl"), Plan(data, "train", ("en",), 0, 112))
+    scores = play(Ending(policy(), "vl"), RolloutPlan(data, "train", ("en",), 0, 112))
     assert sorted(scores) == sorted(ended)
     assert sorted(scores) == ["0", "1", "2", "3", "4", "5"]
     assert all(0 <= each["nDTW"] <= 1 for each in scores.values())
-    right = play(LearnedAgent(policy(), "vl"), Plan(data, "train", ("en", "hi"), 3, 112, phases=("assembly",)))
+    right = play(LearnedAgent(policy(), "vl"), RolloutPlan(data, "train", ("en", "hi"), 3, 112, phases=("assembly",)))
     assert [each["CTC-3"] for each in right.values()] == [1.0, 1.0, 1.0]

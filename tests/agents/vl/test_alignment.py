@@ -1,4 +1,4 @@
-"""Alignment: texts of one path find each other, whatever their padding, and reading them alike is not enough."""
+"""Alignment loss: independent of padding, and not minimised by collapsed encodings."""
 
 import random
 from dataclasses import replace
@@ -8,9 +8,9 @@ import torch
 
 from arramon_agents.vl.alignment import alignment_loss, other_texts
 from arramon_agents.vl.batches import as_tokens
-from arramon_agents.vl.model import START, Text
+from arramon_agents.vl.model import START_ACTION, Text
 from arramon_agents.vl.train import Imitation
-from tests.agents.made import demonstrations, place, recipe
+from tests.agents.training_fixtures import demonstrations, place, recipe
 
 
 def text(*rows: list[list[float]]) -> Text:
@@ -46,7 +46,7 @@ def test_training_pulls_languages_together(tmp_path: Path) -> None:
         made.run()
         module = made.policy.model.eval().of("navigation")
         tokens = as_tokens(["बाएँ जाएँ", "दाएँ जाएँ"], made.policy.tokenizer)
-        values, _ = module.act(module.read(tokens), torch.zeros(2, 1, 7, 7, 0), torch.full((2, 1), START))
+        values, _ = module.act(module.read(tokens), torch.zeros(2, 1, 7, 7, 0), torch.full((2, 1), START_ACTION))
         found[align] = values[:, 0].argmax(-1).tolist()
     assert found[1.0] == [1, 2]
     assert found[0.0] != [1, 2]

@@ -1,20 +1,20 @@
-"""The paper's models: sizes, and that they compute what the paper says."""
+"""The paper's models: parameter counts, and agreement with the paper's formulas."""
 
 import pytest
 import torch
 from torch import Tensor
 
-from arramon_agents.vl.config import Config
-from arramon_agents.vl.model import START, Model, Module, Text
+from arramon_agents.vl.config import ModelConfig
+from arramon_agents.vl.model import START_ACTION, Model, PhaseModel, Text
 
-SMALL = Config(vocabulary=20, channels=6, positions=True, word_size=8, action_size=4, hidden=16)
+SMALL = ModelConfig(vocabulary=20, channels=6, positions=True, word_size=8, action_size=4, hidden=16)
 
 
 @pytest.mark.parametrize(
     ("config", "millions"),
-    [(Config(), 1.83), (Config(reads=False), 0.73), (Config(sees=False), 1.11)],
+    [(ModelConfig(), 1.83), (ModelConfig(reads=False), 0.73), (ModelConfig(sees=False), 1.11)],
 )
-def test_sizes_are_the_papers(config: Config, millions: float) -> None:
+def test_sizes_are_the_papers(config: ModelConfig, millions: float) -> None:
     count = sum(parameter.numel() for parameter in Model(config).parameters())
     assert round(count / 1e6, 2) == millions
 
@@ -25,13 +25,13 @@ def inputs(steps: int = 5, tokens: int = 7) -> tuple[Tensor, Tensor, Tensor]:
     words[1, 4:] = 0
     cells = torch.rand(2, steps, 7, 7, 6, generator=random)
     before = torch.randint(0, 4, (2, steps), generator=random)
-    before[:, 0] = START
+    before[:, 0] = START_ACTION
     return words, cells, before
 
 
-def module(reader: str = "lstm", *, sees: bool = True, reads: bool = True) -> Module:
+def module(reader: str = "lstm", *, sees: bool = True, reads: bool = True) -> PhaseModel:
     torch.manual_seed(5)
-    made = Config(**{**vars(SMALL), "reader": reader, "sees": sees, "reads": reads})
+    made = ModelConfig(**{**vars(SMALL), "reader": reader, "sees": sees, "reads": reads})
     return Model(made).of("navigation").eval()
 
 
@@ -55,7 +55,7 @@ def test_values_at_some_steps_are_those_of_all(sees: bool, reads: bool) -> None:
     text = made.read(tokens)
     at = torch.tensor([[0, 2, 4], [1, 3, 4]])
     rows = torch.arange(2)[:, None]
-    some, _ = made.act(text, cells[rows, at], before, at=at)
+    some, _ = made.act(text, cells[rows, at], before, selected_steps=at)
     torch.testing.assert_close(some, made.act(text, cells, before)[0][rows, at])
 
 
@@ -67,7 +67,7 @@ def test_padding_changes_nothing() -> None:
     torch.testing.assert_close(short, both[1:])
 
 
-def fused_first(made: Module, past: Tensor, seen: Tensor, text: Text) -> list[Tensor]:
+def fused_first(made: PhaseModel, past: Tensor, seen: Tensor, text: Text) -> list[Tensor]:
     """The paper's order: fuse every cell and every word, then attend. For one text without padding."""
     found = []
     for step in range(past.shape[1]):
@@ -88,7 +88,7 @@ def test_attention_is_as_if_everything_were_fused_first() -> None:
     text = made.read(tokens[:1])
     random = torch.Generator().manual_seed(4)
     past, seen = torch.randn(1, 2, 16, generator=random), torch.randn(1, 2, 49, 16, generator=random)
-    torch.testing.assert_close(made._seen_and_read(past, seen, text), fused_first(made, past, seen, text))
+    torch.testing.assert_close(made._attend_to_both(past, seen, text), fused_first(made, past, seen, text))
 
 
 def test_places_of_cells_matter_only_with_positions() -> None:

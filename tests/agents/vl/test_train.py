@@ -1,4 +1,4 @@
-"""Imitation: it learns, goes on after a kill as if undisturbed, and keeps the best weights of each phase."""
+"""Imitation learning: it learns, resumes exactly after a kill, and keeps the best weights of each phase."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -10,13 +10,13 @@ import torch
 from arramon_agents.training import precision
 from arramon_agents.training.checkpoint import OtherTraining
 from arramon_agents.training.precision import has_bfloat16
-from arramon_agents.training.rollouts import Plan
+from arramon_agents.training.rollouts import RolloutPlan
 from arramon_agents.vl import train as imitation
 from arramon_agents.vl.agent import LearnedAgent
 from arramon_agents.vl.policy import load_policy
 from arramon_agents.vl.train import Imitation, demonstrations_of
 from tests import tiny
-from tests.agents.made import demonstrations, place, recipe
+from tests.agents.training_fixtures import demonstrations, place, recipe
 
 
 @pytest.mark.parametrize(("sees", "reads"), [(True, True), (True, False), (False, True)])
@@ -78,7 +78,7 @@ def test_the_best_weights_of_each_phase_are_kept(tmp_path: Path, monkeypatch: py
     """Of three validations, the second is best in the street, the first in the room."""
     values = {"navigation": iter([0.1, 0.3, 0.2]), "assembly": iter([0.5, 0.4, 0.4])}
 
-    def play(agent: LearnedAgent, plan: Plan) -> dict[str, Mapping[str, float]]:
+    def play(agent: LearnedAgent, plan: RolloutPlan) -> dict[str, Mapping[str, float]]:
         value = next(values[plan.phases[0]])
         return {"1": {"nDTW": value, "PTC": value}}
 
@@ -114,14 +114,14 @@ def test_a_precision_that_the_device_has_is_used(
 ) -> None:
     told: list[str] = []
     monkeypatch.setattr(precision, "has_bfloat16", lambda _device: has)
-    assert precision.usable(wanted, "cpu", told.append) == used
+    assert precision.usable_precision(wanted, "cpu", told.append) == used
     assert not told
 
 
 def test_a_precision_that_the_device_lacks_is_not_used_and_that_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     told: list[str] = []
     monkeypatch.setattr(precision, "has_bfloat16", lambda _device: False)
-    assert precision.usable("bfloat16", "cpu", told.append) == "float32"
+    assert precision.usable_precision("bfloat16", "cpu", told.append) == "float32"
     (line,) = told
     assert "no bfloat16" in line
 

@@ -1,4 +1,4 @@
-"""The agent: arguments, weights, what perfect eyes see, and an episode by RGB and depth or by the segmentation."""
+"""The agent: arguments, weights, perfect perception, and an episode with each kind of perception."""
 
 from pathlib import Path
 
@@ -9,10 +9,10 @@ torch = pytest.importorskip("torch", reason="the extra `agents` is not installed
 
 from arramon_agents.perception.eyes.encoder import load as load_eyes  # noqa: E402
 from arramon_agents.perception.eyes.grid import CHANNEL_NAMES  # noqa: E402
-from arramon_agents.reading.tokenizers import Words  # noqa: E402
+from arramon_agents.reading.tokenizers import WordTokenizer  # noqa: E402
 from arramon_agents.vl_grounded.network import (  # noqa: E402
     Grounded,
-    Weights,
+    GroundedWeights,
     read_weights,
     write_weights,
 )
@@ -26,13 +26,13 @@ from arramon_client.environments.players import open_backend  # noqa: E402
 from arramon_client.errors import AgentLoadError  # noqa: E402
 from tests import tiny  # noqa: E402
 
-WORDS = Words(["go", "mug", "बाएँ"])
+WORDS = WordTokenizer(["go", "mug", "बाएँ"])
 
 
-def made(eyes: str) -> Weights:
+def made(eyes: str) -> GroundedWeights:
     torch.set_num_threads(1)
     torch.manual_seed(1)
-    return Weights(Grounded(WORDS.size).eval(), WORDS, eyes, {"known": "nothing"})
+    return GroundedWeights(Grounded(WORDS.size).eval(), WORDS, eyes, {"known": "nothing"})
 
 
 @pytest.fixture(scope="module")

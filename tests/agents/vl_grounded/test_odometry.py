@@ -1,4 +1,4 @@
-"""Dead reckoning from actions."""
+"""Odometry features by dead reckoning from actions."""
 
 import numpy as np
 import pytest

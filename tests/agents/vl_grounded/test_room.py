@@ -1,4 +1,4 @@
-"""The room: looking around, things as the network is given them, and the way to the cell that it finds."""
+"""Assembly phase: look around, network inputs, and the path to the target cell."""
 
 import pytest
 
@@ -6,16 +6,16 @@ torch = pytest.importorskip("torch", reason="the extra `agents` is not installed
 
 from arramon_agents.mapping.room_beliefs import SeenRoom  # noqa: E402
 from arramon_agents.perception.eyes.sight import LABELS  # noqa: E402
-from arramon_agents.vl_grounded.look import WAY, Look, as_named  # noqa: E402
-from arramon_agents.vl_grounded.naming import KINDS  # noqa: E402
+from arramon_agents.vl_grounded.attributes import KINDS  # noqa: E402
+from arramon_agents.vl_grounded.look import TURNS, LookAround, attributes_in_rooms  # noqa: E402
 from arramon_agents.vl_grounded.network import Grounded  # noqa: E402
-from arramon_agents.vl_grounded.placer import Placer  # noqa: E402
+from arramon_agents.vl_grounded.placer import AssemblyPlayer  # noqa: E402
 from arramon_agents.vl_grounded.room import CELLS, LEVELS  # noqa: E402
 from arramon_lang.room import Standing  # noqa: E402
 
 
 def test_a_look_around_shows_each_heading_once() -> None:
-    look, headings = Look(SeenRoom(LABELS)), []
+    look, headings = LookAround(SeenRoom(LABELS)), []
     while True:
         if look.is_new():
             headings.append(look.heading)
@@ -26,7 +26,7 @@ def test_a_look_around_shows_each_heading_once() -> None:
 
 def test_things_by_cell_and_level() -> None:
     things = (Standing("mug", "red", "dotted", 1, 2, 1), Standing("tv", "blue", "striped", 1, 2, 2))
-    there = as_named([things, ()])
+    there = attributes_in_rooms([things, ()])
     assert there.kinds.shape == (2, CELLS * LEVELS, len(KINDS))
     filled = [divmod(place, LEVELS) for place in there.kinds[0, :, 0].nonzero()[:, 0].tolist()]
     assert filled == [(2 * 5 + 1, 0), (2 * 5 + 1, 1)]
@@ -36,7 +36,7 @@ def test_things_by_cell_and_level() -> None:
 @pytest.mark.parametrize(
     ("steps_left", "cell", "expected"),
     [
-        (150, 2 + 5 * 1, [*WAY, *[1] * 3, 3]),  # Straight ahead of the start tile, after the look around.
+        (150, 2 + 5 * 1, [*TURNS, *[1] * 3, 3]),  # Straight ahead of the start tile, after the look around.
         (20, 2 + 5 * 1, [3]),  # Without time to look.
         (20, 3, [2, 2, 2, 3]),
         (20, 2 + 5 * 2, [0, 3]),
@@ -47,7 +47,7 @@ def test_the_way(steps_left: int, cell: int, expected: list[int]) -> None:
     network = Grounded(9).eval()
     with torch.no_grad():
         network.room.anywhere.bias[cell] = 100.0
-    placer = Placer(network, torch.tensor([[2, 3]]), Look(SeenRoom(LABELS)))
+    placer = AssemblyPlayer(network, torch.tensor([[2, 3]]), LookAround(SeenRoom(LABELS)))
     actions: list[int] = []
     while not actions or actions[-1] != 3:
         actions.append(placer.act(steps_left - len(actions)))

@@ -1,4 +1,4 @@
-"""The walk: steps one at a time as in training, the guard on the pick-up, and what follows a step without effect."""
+"""Navigation phase: single steps agree with training, guard of the pick-up, and steps without effect."""
 
 import numpy as np
 import numpy.typing as npt
@@ -9,10 +9,10 @@ torch = pytest.importorskip("torch", reason="the extra `agents` is not installed
 from torch import nn  # noqa: E402
 
 from arramon_agents.perception.eyes.grid import CHANNEL_NAMES  # noqa: E402
-from arramon_agents.vl.model import START  # noqa: E402
+from arramon_agents.vl.model import START_ACTION  # noqa: E402
 from arramon_agents.vl_grounded.network import Grounded  # noqa: E402
 from arramon_agents.vl_grounded.odometry import odometry  # noqa: E402
-from arramon_agents.vl_grounded.walker import Walker, is_in_reach  # noqa: E402
+from arramon_agents.vl_grounded.walker import NavigationPlayer, is_in_reach  # noqa: E402
 
 FORWARD, LEFT, RIGHT, INTERACT = range(4)
 
@@ -53,14 +53,14 @@ def test_a_walk_is_the_same_step_by_step_as_at_once(network: Grounded) -> None:
     random = np.random.default_rng(1)
     features = random.integers(0, 256, (6, 7, 7, len(CHANNEL_NAMES))).astype(np.uint8)
     features[..., CHANNEL_NAMES.index("nearness of collectible")] = 0
-    walker = Walker(network, TOKENS)
+    walker = NavigationPlayer(network, TOKENS)
     depths = [np.full((4, 4), number, np.float32) for number in range(6)]
     actions = [walker.act(*given) for given in zip(features, depths, strict=True)]
     street, words = network.street, network.reading(TOKENS)
-    before = torch.tensor([[START, *actions[:-1]]])
+    before = torch.tensor([[START_ACTION, *actions[:-1]]])
     cells = torch.from_numpy(features)[None].float() / 255
     places = torch.from_numpy(odometry(actions[:-1]))[None]
-    seen = street.see(network.reading, street.read_target(words, TOKENS), cells, before, places)
+    seen = street.step_inputs(network.reading, street.read_target(words, TOKENS), cells, before, places)
     values = street(network.reading, words, TOKENS, seen)[0]
     assert values[:, :INTERACT].argmax(1).tolist() == actions  # Nothing is near: a pick-up is ruled out.
 
@@ -76,7 +76,7 @@ def test_what_is_aside_is_not_in_reach() -> None:
 
 
 def test_after_a_blocked_step_it_turns_on_until_it_can_walk(network: Grounded) -> None:
-    walker = Walker(network, TOKENS)
+    walker = NavigationPlayer(network, TOKENS)
     here = 0
     for moved, preferred, expected in (
         (True, (FORWARD, LEFT, RIGHT), FORWARD),
@@ -93,14 +93,14 @@ def test_after_a_blocked_step_it_turns_on_until_it_can_walk(network: Grounded) -
 
 
 def test_it_turns_no_farther_than_it_must(network: Grounded) -> None:
-    walker = Walker(preferring(network, LEFT), TOKENS)
+    walker = NavigationPlayer(preferring(network, LEFT), TOKENS)
     depths = [np.full((4, 4), number, np.float32) for number in (*range(7), 6, 7, 8)]
     # Half a circle, a step, which is blocked, and on.
     assert [walker.act(frame(), depth) for depth in depths] == [LEFT] * 6 + [FORWARD] + [LEFT] * 3
 
 
 def test_a_step_without_effect_is_as_if_it_had_not_been_taken(network: Grounded) -> None:
-    blocked, free = Walker(network, TOKENS), Walker(network, TOKENS)
+    blocked, free = NavigationPlayer(network, TOKENS), NavigationPlayer(network, TOKENS)
     start, later = np.zeros((4, 4), np.float32), np.ones((4, 4), np.float32)
     preferring(network, FORWARD, LEFT, RIGHT)
     assert [blocked.act(frame(), start), blocked.act(frame(), start)] == [FORWARD, LEFT]
@@ -108,5 +108,5 @@ def test_a_step_without_effect_is_as_if_it_had_not_been_taken(network: Grounded)
     assert free.act(frame(), start) == LEFT
     for walker in (blocked, free):
         walker.act(frame(0.3), later)
-    for one, other in zip(blocked.mind, free.mind, strict=True):
+    for one, other in zip(blocked.state, free.state, strict=True):
         torch.testing.assert_close(one, other)

@@ -1,4 +1,4 @@
-"""What `vl_grounded` learns from: things exchanged alike in images and words, names, rooms, and known words."""
+"""Training data of `vl_grounded`: consistent exchange of things, attributes, rooms, vocabulary."""
 
 from pathlib import Path
 from random import Random
@@ -11,15 +11,15 @@ import arramon_lang as lang
 from arramon_agents.perception.eyes.grid import CHANNEL_NAMES
 from arramon_agents.perception.eyes.vocabulary import COLOURS
 from arramon_agents.reading.reader.network import ReaderNetwork
-from arramon_agents.reading.reader.network import Sizes as ReaderSizes
+from arramon_agents.reading.reader.network import ReaderSizes as ReaderSizes
 from arramon_agents.reading.reader.words import Vocabulary
-from arramon_agents.training.demonstrations import Source
+from arramon_agents.training.demonstrations import DemonstrationSource
 from arramon_agents.training.exchange import Exchange, versions
-from arramon_agents.vl_grounded.naming import KINDS, LOOKS
-from arramon_agents.vl_grounded.reading import Reading
+from arramon_agents.vl_grounded.attributes import KINDS, LOOKS
+from arramon_agents.vl_grounded.instruction_encoder import InstructionEncoder
 from arramon_agents.vl_grounded.room_views import collect_views
-from arramon_agents.vl_grounded.task import names_ahead
-from arramon_agents.vl_grounded.words import begin, known_words
+from arramon_agents.vl_grounded.task import attributes_ahead
+from arramon_agents.vl_grounded.words import initialise_from_reader, tokenizer_with_reader
 from arramon_lang.meaning import Navigation, Thing, Walk
 from arramon_lang.room import Standing
 
@@ -84,31 +84,31 @@ def test_versions_say_what_is_meant() -> None:
 
 def test_what_was_picked_up_is_named_as_it_was_seen() -> None:
     frame = np.zeros((7, 7, len(CHANNEL_NAMES)), np.uint8)
-    assert names_ahead(frame) == (-1, -1, -1)
+    assert attributes_ahead(frame) == (-1, -1, -1)
     near = {"nearness of collectible": 100}
     frame[4, 3] = shown(kind__mug=250, kind__bowl=3, colour__blue=250, pattern__striped=250, **near)
     frame[4, 0] = shown(kind__tv=250, colour__red=250, pattern__dotted=250) + 2 * shown(**near)  # Nearer, but aside.
-    assert names_ahead(frame) == (KINDS.index("mug"), COLOURS.index("blue"), LOOKS.index(("pattern", "striped")))
+    assert attributes_ahead(frame) == (KINDS.index("mug"), COLOURS.index("blue"), LOOKS.index(("pattern", "striped")))
 
 
 def test_words_begin_as_the_reader_knows_them() -> None:
     torch.manual_seed(1)
     vocabulary = Vocabulary(["left", "mug", "बाएँ"])
     network = ReaderNetwork(ReaderSizes(len(vocabulary))).eval()
-    words = known_words(["go left go"], vocabulary)
+    words = tokenizer_with_reader(["go left go"], vocabulary)
     assert set(words.vocabulary) == {"go", "left", "mug", "बाएँ"}
-    reading = Reading(words.size).eval()
-    begin(reading, words, network, vocabulary)
+    reading = InstructionEncoder(words.size).eval()
+    initialise_from_reader(reading, words, network, vocabulary)
     for text in ("left mug", "बाएँ mug left xyz"):
         own = reading(torch.tensor([words.encode(text)]))
         torch.testing.assert_close(own, network._encode(torch.tensor([vocabulary.numbers(text)])))
     small = ReaderNetwork(ReaderSizes(len(vocabulary), embedding=8))
     with pytest.raises(ValueError, match="a reader's words have 8 numbers, not 64"):
-        begin(reading, words, small, vocabulary)
+        initialise_from_reader(reading, words, small, vocabulary)
 
 
 def test_rooms_are_seen_once_and_kept(data: Path, tmp_path: Path) -> None:
-    source = Source(data, "train", ("en", "hi"), "eyes", 3)
+    source = DemonstrationSource(data, "train", ("en", "hi"), "eyes", 3)
     first = [view for part in collect_views(source, tmp_path) for view in part]
     assert [view.turn for view in first] == [1, 2] * 3
     for view in first:

@@ -1,4 +1,4 @@
-"""The agent: arguments, weights, and a played episode by RGB and depth, or by the true segmentation."""
+"""The agent: arguments, weights, and an episode with each kind of perception."""
 
 from pathlib import Path
 
@@ -6,10 +6,10 @@ import pytest
 
 torch = pytest.importorskip("torch", reason="the extra `agents` is not installed: scripts/setup")
 
-from arramon_agents.vl_map.network import NEVER, PolicyNetwork, Sizes, batch_of  # noqa: E402
+from arramon_agents.vl_map.network import MASKED_LOGIT, PolicyNetwork, PolicySizes, batch_of  # noqa: E402
 from arramon_agents.vl_map.options import WAYPOINTS  # noqa: E402
 from arramon_agents.vl_map.policy import Networks, read_policy, write_policy  # noqa: E402
-from arramon_agents.vl_map.room import Placer  # noqa: E402
+from arramon_agents.vl_map.room import PlacementNetwork  # noqa: E402
 from arramon_agents.weights import CARD, BadWeights, find_weights, write_tensors  # noqa: E402
 from arramon_client import load_agent  # noqa: E402
 from arramon_client.agent import Episode, Observation  # noqa: E402
@@ -27,14 +27,14 @@ def weights(tmp_path_factory: pytest.TempPathFactory) -> Path:
     torch.set_num_threads(1)
     torch.manual_seed(1)
     path = tmp_path_factory.mktemp("weights") / "policy.safetensors"
-    write_policy(path, Networks(PolicyNetwork(Sizes()), Placer()), {"known": "nothing"})
+    write_policy(path, Networks(PolicyNetwork(PolicySizes()), PlacementNetwork()), {"known": "nothing"})
     return path
 
 
 def test_weights_are_what_was_written(weights: Path) -> None:
     networks, about = read_policy(weights)
     torch.manual_seed(1)
-    written = PolicyNetwork(Sizes()).eval()
+    written = PolicyNetwork(PolicySizes()).eval()
     given = batch_of([sample()[0]])
     torch.testing.assert_close(networks.policy(given), written(given), rtol=0.02, atol=0.02)  # Half precision.
     assert about == {"known": "nothing"}
@@ -94,7 +94,7 @@ def test_weights_come_along() -> None:
     assert about["recipe"]["languages"] == ["en", "hi"]
     given, beliefs = sample()
     values = networks.policy(batch_of([given]))[0]
-    assert values[WAYPOINTS + [each.mark.label.kind for each in beliefs].index("mug")] > NEVER
+    assert values[WAYPOINTS + [each.mark.label.kind for each in beliefs].index("mug")] > MASKED_LOGIT
     card = find_weights("vl_map").with_name(CARD).read_text(encoding="utf-8")
     assert f"{about['parameters']:,} parameters" in card
     assert about["data_hash"][:12] in card

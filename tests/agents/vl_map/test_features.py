@@ -1,13 +1,13 @@
-"""What the policy is given: shapes, places as the agent faces them, matches with what was read, mirror images."""
+"""Input features of the policy: shapes, egocentric positions, matches with the instruction, mirror images."""
 
 import math
 
 import numpy as np
 import pytest
 
-from arramon_agents.mapping.ground_map import Map
+from arramon_agents.mapping.ground_map import GroundMap
 from arramon_agents.mapping.landmark_beliefs import Belief, certain
-from arramon_agents.mapping.landmarks import Landmark
+from arramon_agents.mapping.landmarks import MappedLandmark
 from arramon_agents.perception.eyes.vocabulary import COLOURS, KINDS
 from arramon_agents.perception.scan import Scan
 from arramon_agents.reading.reader.slots import SLOTS, Row, rows_of
@@ -20,11 +20,11 @@ from arramon_agents.vl_map.features import (
     THINGS,
     TRACE,
     TRACE_VALUES,
-    Moment,
-    Sample,
+    AgentKnowledge,
+    PolicyInput,
     match_of,
     mirror,
-    sample_of,
+    policy_input,
 )
 from arramon_client.agent import Label
 from arramon_lang.meaning import Navigation, Rotate, Thing, Walk, Where
@@ -35,12 +35,12 @@ MEANING = Navigation((Rotate("left", "at", Thing("cone", "orange")), Walk("past"
 
 def belief(kind: str, colour: str = "", look: str = "", at: tuple[float, float] = (0.0, 0.0)) -> Belief:
     label = Label(kind, colour, look)
-    return Belief(Landmark(label, *at, 1.0), *certain(label))
+    return Belief(MappedLandmark(label, *at, 1.0), *certain(label))
 
 
-def ground(side: int = 1) -> Map:
+def ground(side: int = 1) -> GroundMap:
     """A street ahead, and a wall to one side (1 for the right)."""
-    known = Map()
+    known = GroundMap()
     ahead = np.arange(0.06, 12.0, 0.125)
     free = np.stack(np.meshgrid(np.arange(-1.5625, 1.6, 0.125), ahead), -1).reshape(-1, 2)
     wall = np.stack([np.full(len(ahead), 2.6 * side), ahead], 1)
@@ -48,7 +48,7 @@ def ground(side: int = 1) -> Map:
     return known
 
 
-def moment(side: int = 1, heading: float = 0.0) -> Moment:
+def moment(side: int = 1, heading: float = 0.0) -> AgentKnowledge:
     beliefs = [
         belief("cone", "orange", at=(2.0 * side, 3.0)),
         belief("bench", at=(-1.0 * side, -2.0)),
@@ -56,16 +56,16 @@ def moment(side: int = 1, heading: float = 0.0) -> Moment:
         belief("car", "blue", at=(0.0, 100.0)),
     ]
     trace = [(0.0, -4.0, 0.0), (0.0, -3.0, 0.0), (0.0, -2.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, heading)]
-    return Moment(ground(side), trace, beliefs, 100, 1)
+    return AgentKnowledge(ground(side), trace, beliefs, 100, 1)
 
 
-def sample(side: int = 1, meaning: Navigation = MEANING) -> tuple[Sample, list[Belief]]:
-    return sample_of(rows_of(meaning), moment(side))
+def sample(side: int = 1, meaning: Navigation = MEANING) -> tuple[PolicyInput, list[Belief]]:
+    return policy_input(rows_of(meaning), moment(side))
 
 
 def test_shapes() -> None:
     given, beliefs = sample()
-    shapes = {name: getattr(given, name).shape for name in Sample._fields}
+    shapes = {name: getattr(given, name).shape for name in PolicyInput._fields}
     assert shapes == {
         "rows": (ROWS, len(SLOTS)),
         "ground": (DIRECTIONS, len(RADII), GROUND_CHANNELS),
@@ -79,7 +79,7 @@ def test_shapes() -> None:
 
 
 def test_things_are_given_as_the_agent_faces_them() -> None:
-    given, _ = sample_of(rows_of(MEANING), moment(heading=math.pi / 2))  # It has turned to the right.
+    given, _ = policy_input(rows_of(MEANING), moment(heading=math.pi / 2))  # It has turned to the right.
     bench, cone, mug = given.things[:3]
     assert cone[1:3] == pytest.approx((-3.0, 2.0), abs=1e-6)
     assert mug[1:3] == pytest.approx((-6.0, -4.0), abs=1e-6)
@@ -107,7 +107,7 @@ def test_match_of_what_is_unsure() -> None:
     kinds, colours, looks = (part.copy() for part in certain(Label("mug", "red", "dotted")))
     kinds[KINDS.index("mug")], kinds[KINDS.index("bowl")] = 0.75, 0.25
     colours[COLOURS.index("red")] = 0.5
-    unsure = Belief(Landmark(Label("mug"), 0.0, 1.0, 1.0), kinds, colours, looks)
+    unsure = Belief(MappedLandmark(Label("mug"), 0.0, 1.0, 1.0), kinds, colours, looks)
     rows = rows_of(Navigation((), Thing("mug", "red", "dotted")))
     assert match_of(rows, [unsure])[0, 0].tolist() == [0.375]
 
@@ -140,5 +140,5 @@ def test_mirror_image() -> None:
     # The map's cells have no mirror image at their edges.
     assert (image.ground != other.ground).mean() < 0.01
     assert (given.ground != other.ground).mean() > 0.025
-    for name in Sample._fields:
+    for name in PolicyInput._fields:
         np.testing.assert_array_equal(getattr(mirror(image), name), getattr(given, name), err_msg=name)

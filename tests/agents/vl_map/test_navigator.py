@@ -1,4 +1,4 @@
-"""How decisions are carried out: looks, walks on the map, the pick-up, and what is not tried twice."""
+"""Execution of decisions: looking, walking on the map, pick-up, and options that are not repeated."""
 
 import math
 from collections.abc import Sequence
@@ -7,13 +7,13 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from arramon_agents.mapping.body import Body
+from arramon_agents.mapping.body import AgentBody
 from arramon_agents.mapping.landmark_beliefs import Belief
-from arramon_agents.mapping.landmarks import Landmark
+from arramon_agents.mapping.landmarks import MappedLandmark
 from arramon_agents.perception.eyes.sight import LABELS
 from arramon_agents.perception.scan import Scan
 from arramon_agents.reading.reader.slots import rows_of
-from arramon_agents.vl_map.features import Sample
+from arramon_agents.vl_map.features import PolicyInput
 from arramon_agents.vl_map.navigator import LOOK, MOVES, RESERVE, MapNavigator
 from arramon_agents.vl_map.options import DISTANCES, OPTIONS, WAYPOINTS
 from arramon_client.agent import Action, Label
@@ -23,13 +23,13 @@ AHEAD = DISTANCES.index(6.5)
 """The waypoint 6.5 units ahead."""
 
 
-class World(Body):
+class World(AgentBody):
     """A body on an open square, on which nothing but a mug lies."""
 
     def __init__(self, *mugs: tuple[float, float]) -> None:
         super().__init__(LABELS)
         number = next(number for number, label in enumerate(LABELS) if label.kind == "mug")
-        self.landmarks._by_label[number] = [Landmark(Label("mug"), *mug, 1.0) for mug in mugs]
+        self.landmarks._by_label[number] = [MappedLandmark(Label("mug"), *mug, 1.0) for mug in mugs]
         free = np.stack(np.meshgrid(np.arange(-15, 15, 0.2), np.arange(-15, 15, 0.2)), -1).reshape(-1, 2)
         self.ground.add(Scan(np.zeros((0, 2), np.float32), np.zeros(0, bool), free.astype(np.float32)))
 
@@ -45,7 +45,7 @@ class Choices:
         self.options = list(options)
         self.asked = 0
 
-    def __call__(self, sample: Sample, beliefs: Sequence[Belief]) -> npt.NDArray[np.float32]:
+    def __call__(self, sample: PolicyInput, beliefs: Sequence[Belief]) -> npt.NDArray[np.float32]:
         values = np.zeros(OPTIONS, np.float32)
         values[self.options[min(self.asked, len(self.options) - 1)]] = 1.0
         self.asked += 1

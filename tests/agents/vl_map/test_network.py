@@ -1,4 +1,4 @@
-"""The policy's network: its size, its options, and that samples of a batch do not affect each other."""
+"""Policy network: parameter count, options, and independence of inputs in a batch."""
 
 import math
 
@@ -7,12 +7,12 @@ import pytest
 
 torch = pytest.importorskip("torch", reason="the extra `agents` is not installed: scripts/setup")
 
-from arramon_agents.simulated.walks import Label  # noqa: E402
+from arramon_agents.simulated.walks import DecisionLabel  # noqa: E402
 from arramon_agents.vl_map.features import DIRECTIONS, mirror  # noqa: E402
-from arramon_agents.vl_map.network import NEVER, PolicyNetwork, Sizes, batch_of, directions_of, shares_of  # noqa: E402
+from arramon_agents.vl_map.network import MASKED_LOGIT, PolicyNetwork, PolicySizes, batch_of, direction_bins, soft_bins  # noqa: E402
 from arramon_agents.vl_map.options import DISTANCES, OPTIONS, WAYPOINTS  # noqa: E402
-from arramon_agents.vl_map.policy import Policy  # noqa: E402
-from arramon_agents.vl_map.task import targets_of  # noqa: E402
+from arramon_agents.vl_map.policy import MapPolicy  # noqa: E402
+from arramon_agents.vl_map.task import option_targets  # noqa: E402
 from arramon_lang.meaning import Navigation, Thing, Walk  # noqa: E402
 from tests.agents.vl_map.test_features import sample  # noqa: E402
 
@@ -21,7 +21,7 @@ from tests.agents.vl_map.test_features import sample  # noqa: E402
 def network() -> PolicyNetwork:
     torch.manual_seed(3)
     torch.set_num_threads(1)
-    return PolicyNetwork(Sizes()).eval()
+    return PolicyNetwork(PolicySizes()).eval()
 
 
 def test_size(network: PolicyNetwork) -> None:
@@ -32,12 +32,12 @@ def test_only_collectibles_can_be_picked_up(network: PolicyNetwork) -> None:
     given, beliefs = sample()
     values = network(batch_of([given]))[0]
     assert values.shape == (OPTIONS,)
-    can = [number for number in range(OPTIONS - WAYPOINTS) if values[WAYPOINTS + number] > NEVER]
+    can = [number for number in range(OPTIONS - WAYPOINTS) if values[WAYPOINTS + number] > MASKED_LOGIT]
     assert [beliefs[number].mark.label.kind for number in can] == ["mug"]
 
 
 def test_the_better_match_is_picked_up_rather() -> None:
-    network = PolicyNetwork(Sizes()).eval()
+    network = PolicyNetwork(PolicySizes()).eval()
     asked, other = (sample(meaning=Navigation((), Thing("mug", colour)))[0] for colour in ("red", "blue"))
     values = [network(batch_of([given]))[0, WAYPOINTS:].max() for given in (asked, other)]
     assert values[0] > values[1]
@@ -53,14 +53,14 @@ def test_samples_of_a_batch_do_not_affect_each_other(network: PolicyNetwork) -> 
 
 def test_the_policy_decides_alike_in_a_mirrored_world(network: PolicyNetwork) -> None:
     given, beliefs = sample()
-    policy = Policy(network)
+    policy = MapPolicy(network)
     values, mirrored = policy.choose(given, beliefs), policy.choose(mirror(given), beliefs)
     directions = -np.arange(DIRECTIONS) % DIRECTIONS
     shape = DIRECTIONS, len(DISTANCES)
     expected = values[:WAYPOINTS].reshape(shape)[directions]
     np.testing.assert_allclose(mirrored[:WAYPOINTS].reshape(shape), expected, rtol=1e-4, atol=1e-4)
     np.testing.assert_allclose(mirrored[WAYPOINTS:], values[WAYPOINTS:], rtol=1e-4, atol=1e-4)
-    alone = Policy(network, mirrored=False).choose(given, beliefs)
+    alone = MapPolicy(network, mirrored=False).choose(given, beliefs)
     np.testing.assert_allclose(alone, network(batch_of([given])).log_softmax(1)[0].detach(), rtol=1e-4, atol=1e-4)
     assert np.abs(alone - values).max() > 1e-3
 
@@ -70,7 +70,7 @@ def test_the_policy_decides_alike_in_a_mirrored_world(network: PolicyNetwork) ->
     [(0.0, 2.0, {0: 1.0}), (3.0, 0.0, {6: 1.0}), (-1.0, 0.0, {18: 1.0}), (-0.1316525, 1.0, {0: 0.5, 23: 0.5})],
 )
 def test_directions(right: float, ahead: float, shares: dict[int, float]) -> None:
-    found = directions_of(torch.tensor([right]), torch.tensor([ahead]))[0]
+    found = direction_bins(torch.tensor([right]), torch.tensor([ahead]))[0]
     expected = [shares.get(number, 0.0) for number in range(DIRECTIONS)]
     np.testing.assert_allclose(found.numpy(), expected, atol=1e-4)
 
@@ -80,12 +80,18 @@ def test_directions(right: float, ahead: float, shares: dict[int, float]) -> Non
     [(-1.0, [1, 0, 0]), (0.0, [1, 0, 0]), (0.5, [0.5, 0.5, 0]), (2.0, [0, 0.5, 0.5]), (9.0, [0, 0, 1])],
 )
 def test_shares(value: float, shares: list[float]) -> None:
-    np.testing.assert_allclose(shares_of(torch.tensor([value]), (0.0, 1.0, 3.0))[0].numpy(), shares, atol=1e-6)
+    np.testing.assert_allclose(soft_bins(torch.tensor([value]), (0.0, 1.0, 3.0))[0].numpy(), shares, atol=1e-6)
 
 
 def test_what_is_right() -> None:
-    targets = targets_of(
-        torch.tensor([Label(0.0, 4.0, -1, 0), Label(-math.sqrt(6.5 * 10.0), 0.0, -1, 0), Label(1.0, 1.0, 2, 0)])
+    targets = option_targets(
+        torch.tensor(
+            [
+                DecisionLabel(0.0, 4.0, -1, 0),
+                DecisionLabel(-math.sqrt(6.5 * 10.0), 0.0, -1, 0),
+                DecisionLabel(1.0, 1.0, 2, 0),
+            ]
+        )
     )
     assert targets.sum(1).tolist() == pytest.approx([1.0, 1.0, 1.0])
     assert targets[0, DISTANCES.index(4.0)] == pytest.approx(1.0)

@@ -1,4 +1,4 @@
-"""The network that finds the cell of the room: what it is given, and that it learns relations from rooms."""
+"""Placement network: inputs, and learning of relations from rooms."""
 
 from collections.abc import Sequence
 from random import Random
@@ -8,8 +8,17 @@ import pytest
 torch = pytest.importorskip("torch", reason="the extra `agents` is not installed: scripts/setup")
 
 from arramon_agents.reading.reader.slots import rows_of  # noqa: E402
-from arramon_agents.simulated.rooms import WALLS, Task, misnamed, tasks_of  # noqa: E402
-from arramon_agents.vl_map.room import CELLS, THING, WALL, YOU, Placement, Placer, given_of, several  # noqa: E402
+from arramon_agents.simulated.rooms import WALLS, RoomExample, misnamed, tasks_of  # noqa: E402
+from arramon_agents.vl_map.room import (  # noqa: E402
+    CELLS,
+    THING,
+    WALL,
+    YOU,
+    CellFinder,
+    PlacementNetwork,
+    placement_input,
+    stack_inputs,
+)
 from arramon_agents.vl_map.train import train_rooms  # noqa: E402
 from arramon_lang.meaning import Assembly, Thing, Where  # noqa: E402
 from arramon_lang.room import START, Room, Standing, find_cell  # noqa: E402
@@ -30,7 +39,7 @@ def test_what_it_is_given() -> None:
         (Where("behind", (Thing("mug", "red", "striped"),)), Where("near", (Thing("wall", look="wood"),), exactly=True),
          Where("in_front_of", (Thing("you"),))),
     )  # fmt: skip
-    given = given_of(rows_of(meaning), ROOM)
+    given = placement_input(rows_of(meaning), ROOM)
     assert given.turns.tolist() == [1, 0]
     assert [kind for _, _, kind in given.relations.tolist()] == [THING, WALL, YOU, THING]
     assert [exactly for _, exactly, _ in given.relations.tolist()] == [0, 1, 0, 0]
@@ -41,15 +50,15 @@ def test_what_it_is_given() -> None:
 
 
 def test_the_start_tile_is_never_the_cell() -> None:
-    values = Placer()(several([given_of(rows_of(near("left_of", Thing("mug"))), ROOM)]))[0]
+    values = PlacementNetwork()(stack_inputs([placement_input(rows_of(near("left_of", Thing("mug"))), ROOM)]))[0]
     assert values.shape == (len(CELLS),)
     assert values.argmin() == CELLS.index(START)
 
 
-def right_cells(network: Placer, tasks: Sequence[Task], reading: int) -> float:
+def right_cells(network: PlacementNetwork, tasks: Sequence[RoomExample], reading: int) -> float:
     """Return the share of tasks whose cell is found, given correctly named things."""
     with torch.inference_mode():
-        values = network(several([given_of(list(task.readings[reading]), task.room) for task in tasks]))
+        values = network(stack_inputs([placement_input(list(task.readings[reading]), task.room) for task in tasks]))
     found = [CELLS[number] for number in values.argmax(1).tolist()]
     return sum(cell == task.cell for cell, task in zip(found, tasks, strict=True)) / len(tasks)
 
@@ -60,7 +69,7 @@ def test_relations_are_learned() -> None:
     relations = ("left_of", "right_of", "in_front_of", "behind", "on_top_of")
     cells = [cell for cell in CELLS if cell != START]
     tasks = [
-        Task(room, [rows_of(meaning)], find_cell(meaning, room)[0])
+        RoomExample(room, [rows_of(meaning)], find_cell(meaning, room)[0])
         for turns in ((), ("left",))
         for cell in cells
         for relation in relations
@@ -74,7 +83,7 @@ def test_relations_are_learned() -> None:
     network, seconds = train_rooms(learned, seed=1, passes=9600 // len(learned))
     assert right_cells(network, held, 0) > 0.6
     assert seconds > 0.0
-    found = Placement(network).find(near("left_of", Thing("mug")), ROOM)
+    found = CellFinder(network).find(near("left_of", Thing("mug")), ROOM)
     assert found == (0, 2)
 
 

@@ -14,7 +14,7 @@ from arramon_lang.meaning import Assembly, Thing
 from arramon_server.sim.catalogue import ALL_TYPES, ObjectType
 from arramon_server.sim.room import START, RoomCell, RoomPosition
 from arramon_server.sim.rules import PlacedObject
-from tests.agents.playing_room import play, things
+from tests.agents.room_simulation import play, things
 
 MUG = ObjectType("dotted", "red", "mug")
 

@@ -1,4 +1,4 @@
-"""The grid of cells, from named things and from blocks."""
+"""The encoder's grid of cells, from named things and from blocks."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ import torch
 from arramon_agents.perception.eyes.grid import CHANNEL_NAMES, NAMED_CHANNELS, add_things, grid_of_blocks
 from arramon_agents.perception.eyes.names import NamedThing
 from arramon_agents.perception.eyes.network import Predictions, probabilities
-from arramon_agents.perception.eyes.objects import Thing
+from arramon_agents.perception.eyes.objects import FrameThing
 from arramon_agents.perception.eyes.vocabulary import COLOURS, KINDS, LOOKS, NONE, codes_of
 
 SURE = 20.0
@@ -20,7 +20,7 @@ def named(kind: str, colour: str, look: str, rows: slice, columns: slice, ahead:
         if code != NONE:
             chances[code] = 1.0
     mask = np.ones((rows.stop - rows.start, columns.stop - columns.start), bool)
-    return NamedThing(Thing(rows, columns, mask, 0.0, ahead, 0.3, 0.0, 0.3), kinds, colours, looks)
+    return NamedThing(FrameThing(rows, columns, mask, 0.0, ahead, 0.3, 0.0, 0.3), kinds, colours, looks)
 
 
 def lit(cell: np.ndarray) -> set[str]:

@@ -1,4 +1,4 @@
-"""The network's input: patches of pixels as the network takes them."""
+"""Input of the block network: the image as patches."""
 
 import numpy as np
 import pytest

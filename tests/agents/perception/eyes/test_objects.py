@@ -1,4 +1,4 @@
-"""Things cut out of depth images that are computed here."""
+"""Cutting things out of synthetic depth images."""
 
 import math
 

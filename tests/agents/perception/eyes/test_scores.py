@@ -1,4 +1,4 @@
-"""Scores of what the encoder says, on frames made by hand."""
+"""Scores of the encoder's predictions on synthetic frames."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The label image of a frame, from the encoder's blocks."""
+"""The segmentation that the encoder predicts from its blocks."""
 
 from functools import partial
 from typing import cast
@@ -11,7 +11,7 @@ from arramon_agents.perception.eyes.encoder import Eyes
 from arramon_agents.perception.eyes.lens import rays
 from arramon_agents.perception.eyes.sight import LABELS, see
 from arramon_agents.perception.eyes.vocabulary import COLOURS, KINDS, LOOKS
-from arramon_agents.perception.frame_memory import SeenFrames
+from arramon_agents.perception.frame_memory import FrameCache
 from arramon_client.world import EYE_HEIGHT
 
 SIZE, BLOCKS = 224, 28
@@ -75,7 +75,7 @@ class _Counting(_Blocks):
 
 def test_a_frame_is_seen_once_as_long_as_it_is_remembered() -> None:
     eyes = _Counting()
-    memory = SeenFrames(partial(see, cast(Eyes, eyes)), frames=3)
+    memory = FrameCache(partial(see, cast(Eyes, eyes)), frames=3)
     depth = np.ones((4, SIZE, SIZE), np.float32)
     rgb = np.zeros((4, SIZE, SIZE, 3), np.uint8)
     rgb[1:, 0, 0, 0] = 1, 2, 3

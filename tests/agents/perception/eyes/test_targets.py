@@ -1,10 +1,10 @@
-"""Targets of blocks, and the loss."""
+"""Training targets and loss of the block network."""
 
 import numpy as np
 import pytest
 import torch
 
-from arramon_agents.perception.eyes.network import EyesNetwork, Sizes
+from arramon_agents.perception.eyes.network import EyesNetwork, EyesSizes
 from arramon_agents.perception.eyes.targets import LabelTable, loss_of
 from arramon_agents.perception.eyes.vocabulary import NONE, codes_of
 
@@ -39,7 +39,7 @@ def test_a_block_shows_the_rarest_of_what_covers_enough_of_it(pixels: dict[int, 
 
 def test_the_loss_falls_when_it_is_minimised() -> None:
     torch.manual_seed(0)
-    network = EyesNetwork(Sizes(56, 8, 16, 16))
+    network = EyesNetwork(EyesSizes(56, 8, 16, 16))
     images = torch.rand(2, 6, 56, 56)
     labels = np.random.default_rng(0).integers(0, 4, (2, 56, 56)).astype(np.uint16)
     targets = torch.from_numpy(np.stack([LabelTable(LABELS).blocks(each) for each in labels]))

@@ -1,4 +1,4 @@
-"""The encoder's vocabulary against the simulator's labels."""
+"""The encoder's vocabulary covers the simulator's labels."""
 
 import pytest
 

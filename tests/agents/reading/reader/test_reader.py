@@ -1,4 +1,4 @@
-"""Files of the reader that cannot be read."""
+"""Errors for unreadable files of the learned reader."""
 
 import json
 from pathlib import Path

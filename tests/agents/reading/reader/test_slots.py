@@ -1,4 +1,4 @@
-"""Meanings as rows of slots, and back."""
+"""Conversion of meanings to rows of slots and back."""
 
 import pytest
 

@@ -1,17 +1,17 @@
-"""Learning to read a few texts by heart, and the scores of reading."""
+"""Training task of the reader: overfitting a few texts, and scores."""
 
 from pathlib import Path
 
 import pytest
 import torch
 
-from arramon_agents.reading.reader.network import ReaderNetwork, Sizes
+from arramon_agents.reading.reader.network import ReaderNetwork, ReaderSizes
 from arramon_agents.reading.reader.reader import load, write_reader
 from arramon_agents.reading.reader.slots import rows_of
 from arramon_agents.reading.reader.task import Examples, ReadingTask, score
 from arramon_agents.reading.reader.words import Vocabulary
 from arramon_agents.training.schedule import warm_up_cosine
-from arramon_agents.training.trainer import Settings, Trainer
+from arramon_agents.training.trainer import Trainer, TrainerSettings
 from arramon_agents.weights import BadWeights
 from arramon_lang.meaning import Meaning, Navigation, Rotate, Thing, Walk
 
@@ -37,10 +37,10 @@ def test_texts_are_learned_in_both_languages_and_read_from_a_file(tmp_path: Path
     vocabulary = Vocabulary.of([text for _, text, _ in TEXTS], fewest=1)
     given = examples(vocabulary)
     torch.manual_seed(0)
-    network = ReaderNetwork(Sizes(len(vocabulary), 16, 16, 32, dropout=0.0))
+    network = ReaderNetwork(ReaderSizes(len(vocabulary), 16, 16, 32, dropout=0.0))
     before = score(network, given)
     assert before["en"].texts == before["hi"].texts == 0.0
-    settings = Settings("reader", steps=120, rate=warm_up_cosine(0.02, 120), seed=0)
+    settings = TrainerSettings("reader", steps=120, rate=warm_up_cosine(0.02, 120), seed=0)
     Trainer(ReadingTask(network, given, batch=4, seed=0), settings).run()
     after = score(network, given)
     assert {language: (one.rows, one.texts, one.count) for language, one in after.items()} == {

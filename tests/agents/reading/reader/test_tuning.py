@@ -1,19 +1,19 @@
-"""Fine-tuning of the reader on texts that people could have written: halves, words added, what is learned."""
+"""Fine-tuning of the reader on people's texts: halves, added words, progress."""
 
 from pathlib import Path
 
 import pytest
 import torch
 
-from arramon_agents.reading.reader.network import ReaderNetwork, Sizes
+from arramon_agents.reading.reader.network import ReaderNetwork, ReaderSizes
 from arramon_agents.reading.reader.reader import load, write_reader
 from arramon_agents.reading.reader.recipe import TuningRecipe
 from arramon_agents.reading.reader.slots import rows_of
-from arramon_agents.reading.reader.train import tune, widen
+from arramon_agents.reading.reader.train import extend_vocabulary, tune
 from arramon_agents.reading.reader.words import Vocabulary
 from arramon_agents.simulated.people import halves, read_half, read_people
 from tests import tiny
-from tests.agents.made import place
+from tests.agents.training_fixtures import place
 
 
 def test_the_halves_share_no_episode(tmp_path: Path) -> None:
@@ -28,8 +28,8 @@ def test_the_halves_share_no_episode(tmp_path: Path) -> None:
 def test_a_wider_network_reads_as_before() -> None:
     torch.manual_seed(0)
     known, vocabulary = Vocabulary(["left", "turn"]), Vocabulary(["left", "turn", "sinistral"])
-    network = ReaderNetwork(Sizes(len(known), 8, 8, 16)).eval()
-    wider = widen(network, known, vocabulary).eval()
+    network = ReaderNetwork(ReaderSizes(len(known), 8, 8, 16)).eval()
+    wider = extend_vocabulary(network, known, vocabulary).eval()
     texts = torch.tensor([vocabulary.numbers("turn left")])
     assert torch.equal(wider.read(texts), network.read(texts))
     unknown = torch.tensor([known.numbers("turn sinistral")])
@@ -40,7 +40,7 @@ def test_peoples_texts_are_learned(tmp_path: Path) -> None:
     torch.manual_seed(0)
     torch.set_num_threads(1)
     known = Vocabulary(["go", "on", "to", "the"])
-    write_reader(tmp_path / "start.safetensors", ReaderNetwork(Sizes(len(known), 16, 16, 32, dropout=0.0)), known)
+    write_reader(tmp_path / "start.safetensors", ReaderNetwork(ReaderSizes(len(known), 16, 16, 32, dropout=0.0)), known)
     learned, _ = halves(tiny.write(tmp_path, "val_seen", 6), "en")
     samples = read_people(learned, "en")
     tuning = TuningRecipe(init=str(tmp_path / "start.safetensors"), passes=300, learning_rate=0.01)

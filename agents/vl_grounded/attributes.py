@@ -1,4 +1,4 @@
-"""Names of things for the networks: kinds, colours and looks, taken from the features of a cell."""
+"""Attributes of things, the networks' interface between words and vision: kinds, colours and looks seen in a cell."""
 
 from collections.abc import Iterable
 from typing import NamedTuple
@@ -13,30 +13,30 @@ from arramon_client.world import COLLECTIBLES, FURNITURE
 FACADES = next(group.looks for group in LOOK_GROUPS if group.name == "facade")
 
 KINDS = ("collectible", *COLLECTIBLES, *FURNITURE, "building", *(f"{look} building" for look in FACADES), "start_tile")
-"""Kinds; the first and "building" cover all collectibles and all facades."""
+"""Kinds; "collectible" and "building" are true for every collectible and for every facade."""
 
 LOOKS = tuple((group.name, look) for group in LOOK_GROUPS[:3] for look in group.looks)
 """Patterns of collectibles, shapes of banners, names of shops."""
 
 
-class Named(NamedTuple):
-    """What is in each of N places: kinds (..., N, K), colours (..., N, C) and looks (..., N, L), in [0, 1]."""
+class Attributes(NamedTuple):
+    """Attributes seen in each of N places: kinds (..., N, K), colours (..., N, C), looks (..., N, L), in [0, 1]."""
 
     kinds: Tensor
     colours: Tensor
     looks: Tensor
 
 
-def named(cells: Tensor) -> Named:
-    """Return the names that the visual encoder "eyes" gives to each cell.
+def attributes_of(cells: Tensor) -> Attributes:
+    """Return the attributes that the visual encoder "eyes" sees in each cell.
 
     Args:
-        cells: its features, (..., N, C).
+        cells: features of the encoder, (..., N, channels).
     """
     building = cells[..., _FACADES].amax(-1, keepdim=True)
     cells = torch.cat([cells, building, torch.zeros_like(building)], -1)
     colours = [cells.index_select(-1, each.to(cells.device)) for each in _COLOURS]
-    return Named(
+    return Attributes(
         cells.index_select(-1, _KINDS.to(cells.device)),
         torch.stack(colours).amax(0),
         cells.index_select(-1, _LOOKS.to(cells.device)),
@@ -48,7 +48,7 @@ _FACADES = [_PLACES[f"facade:{look}"] for look in FACADES]
 
 
 def _table(names: Iterable[str]) -> Tensor:
-    """Return the places of channels; those that there are not are 0 everywhere."""
+    """Return the indices of channels by name; a name without a channel gets one that is 0 everywhere."""
     return torch.tensor([_PLACES.get(name, _PLACES["nothing"]) for name in names])
 
 

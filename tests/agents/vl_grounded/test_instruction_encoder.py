@@ -1,4 +1,4 @@
-"""Reading: what fits what is meant, and that texts of a batch do not affect each other."""
+"""Text encoder: matches of named and seen attributes, and independence of texts in a batch."""
 
 import pytest
 
@@ -8,8 +8,14 @@ from torch import Tensor  # noqa: E402
 
 from arramon_agents.perception.eyes.grid import CHANNEL_NAMES  # noqa: E402
 from arramon_agents.perception.eyes.vocabulary import COLOURS  # noqa: E402
-from arramon_agents.vl_grounded.naming import KINDS, LOOKS, Named, named  # noqa: E402
-from arramon_agents.vl_grounded.reading import Attention, Meant, Reading, best_match, match  # noqa: E402
+from arramon_agents.vl_grounded.attributes import KINDS, LOOKS, Attributes, attributes_of  # noqa: E402
+from arramon_agents.vl_grounded.instruction_encoder import (  # noqa: E402
+    Attention,
+    AttributeProbabilities,
+    InstructionEncoder,
+    best_match,
+    match,
+)
 
 
 def cell(**channels: float) -> Tensor:
@@ -20,7 +26,7 @@ def cell(**channels: float) -> Tensor:
     return values
 
 
-def lit(there: Named) -> list[object]:
+def lit(there: Attributes) -> list[object]:
     """Return the names that are there for certain."""
     return [
         name
@@ -43,10 +49,10 @@ def lit(there: Named) -> list[object]:
     ],
 )  # fmt: skip
 def test_names_of_a_cell(channels: dict[str, float], names: list[object]) -> None:
-    assert lit(named(cell(**channels))) == names
+    assert lit(attributes_of(cell(**channels))) == names
 
 
-def meant(kind: str, colour: str = "", look: str = "") -> Meant:
+def meant(kind: str, colour: str = "", look: str = "") -> AttributeProbabilities:
     """Return what is meant by one read for certain, (1, 1, ...)."""
     parts = []
     for names, chosen in (
@@ -57,7 +63,7 @@ def meant(kind: str, colour: str = "", look: str = "") -> Meant:
         part = torch.zeros(1, 1, len(names))
         part[..., names.index(chosen)] = 1.0
         parts.append(part)
-    return Meant(*parts)
+    return AttributeProbabilities(*parts)
 
 
 @pytest.mark.parametrize(
@@ -81,7 +87,7 @@ def test_what_fits(asked: tuple[str, ...], expected: list[float]) -> None:
             cell(furniture__cone=1, furniture_colour__red=1),
         ]
     )
-    there = Named(*(part[None] for part in named(cells)))
+    there = Attributes(*(part[None] for part in attributes_of(cells)))
     assert match(meant(*asked), there)[0, 0].tolist() == expected
 
 
@@ -89,17 +95,17 @@ def test_what_fits(asked: tuple[str, ...], expected: list[float]) -> None:
 def test_what_would_fit_best(sure: float, colour: str, expected: float) -> None:
     """A colour that is not told fits as well as one that is."""
     parts = [part * sure for part in meant("mug", colour, "dotted")]
-    assert best_match(Meant(*parts)).tolist() == [[expected]]
+    assert best_match(AttributeProbabilities(*parts)).tolist() == [[expected]]
 
 
 def test_texts_of_a_batch_do_not_affect_each_other() -> None:
     torch.manual_seed(1)
-    reading, attention = Reading(20).eval(), Attention(4, 2).eval()
+    reading, attention = InstructionEncoder(20).eval(), Attention(4, 2).eval()
     texts = torch.tensor([[2, 3, 4, 5, 6], [7, 8, 0, 0, 0]])
     state = torch.randn(2, 4)
     words = reading(texts)
-    found, looks = attention(state, words, texts == 0, attention.first(texts))
+    found, looks = attention(state, words, texts == 0, attention.initial(texts))
     assert looks[1, :2, 2:].abs().max() == 0  # Nothing looks beyond a text's end.
     alone = texts[1:, :2]
-    read, _ = attention(state[1:], reading(alone), alone == 0, attention.first(alone))
+    read, _ = attention(state[1:], reading(alone), alone == 0, attention.initial(alone))
     torch.testing.assert_close(found[1:], read)

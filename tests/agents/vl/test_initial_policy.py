@@ -1,4 +1,4 @@
-"""The policy with which training begins: fine-tuning keeps what was known, adds words, and refuses other models."""
+"""Initial policy of a training: fine-tuning keeps weights, adds words, and rejects other models."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -6,12 +6,12 @@ from pathlib import Path
 import pytest
 import torch
 
-from arramon_agents.reading.tokenizers import SPECIAL, UNKNOWN, Words
+from arramon_agents.reading.tokenizers import SPECIAL, UNKNOWN, WordTokenizer
+from arramon_agents.vl.initial_policy import initial_policy
 from arramon_agents.vl.policy import load_policy, save_policy
-from arramon_agents.vl.start import initial_policy
 from arramon_agents.vl.train import Imitation
 from arramon_client.world import PHASES
-from tests.agents.made import demonstrations, place, recipe
+from tests.agents.training_fixtures import demonstrations, place, recipe
 
 NEW = ["veer left", "veer right", "once"]
 """Texts with one word that is new and occurs twice; "once" is not added."""
@@ -29,8 +29,8 @@ def test_words_are_added_and_begin_as_unknown_ones(is_folder: bool, weights: Pat
     known = load_policy(weights)
     init = replace(recipe(), init=str(weights.parent if is_folder else weights))
     policy = initial_policy(init, NEW, place(tmp_path), print)
-    assert isinstance(known.tokenizer, Words)
-    assert isinstance(policy.tokenizer, Words)
+    assert isinstance(known.tokenizer, WordTokenizer)
+    assert isinstance(policy.tokenizer, WordTokenizer)
     assert policy.tokenizer.vocabulary == (*known.tokenizer.vocabulary, "veer")
     assert policy.tokenizer.encode("veer once")[1] == UNKNOWN
     state = known.model.state_dict()

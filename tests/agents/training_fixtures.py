@@ -1,12 +1,12 @@
-"""Demonstrations and recipes of a few seconds."""
+"""Small recipes, workspaces and random demonstrations for tests of training."""
 
 from pathlib import Path
 
 import numpy as np
 
 from arramon_agents.perception.registry import open_encoder
-from arramon_agents.training.demonstrations import Demonstration
-from arramon_agents.training.place import Place
+from arramon_agents.training.demonstrations import PhaseDemonstration
+from arramon_agents.training.workspace import Workspace
 from arramon_agents.vl.recipe import Recipe
 from arramon_client.world import PHASES
 
@@ -25,11 +25,11 @@ def recipe(agent: str = "vl", *, sees: bool = True, reads: bool = True, validate
     )
 
 
-def place(output: Path, data: Path = Path("none"), checkpoint_steps: int = 100) -> Place:
-    return Place(data, output / "cache", output, checkpoint_steps=checkpoint_steps)
+def place(output: Path, data: Path = Path("none"), checkpoint_steps: int = 100) -> Workspace:
+    return Workspace(data, output / "cache", output, checkpoint_steps=checkpoint_steps)
 
 
-def demonstrations(count: int = 6, steps: int = 5) -> list[Demonstration]:
+def demonstrations(count: int = 6, steps: int = 5) -> list[PhaseDemonstration]:
     """Random features, from which the right action follows: left or right, as text and image say."""
     random = np.random.default_rng(7)
     channels = open_encoder("pooled").channels
@@ -42,5 +42,5 @@ def demonstrations(count: int = 6, steps: int = 5) -> list[Demonstration]:
             texts = {"en": f"go {'left' if side == 1 else 'right'}", "hi": f"{'बाएँ' if side == 1 else 'दाएँ'} जाएँ"}
             actions = np.full(len(features), side, np.uint8)
             actions[-1] = 3
-            found.append(Demonstration(str(number), 1, phase, texts, actions, features))
+            found.append(PhaseDemonstration(str(number), 1, phase, texts, actions, features))
     return found

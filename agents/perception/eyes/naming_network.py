@@ -1,4 +1,4 @@
-"""The network that names things cut out of a frame: kind, colour and look from a crop of 32x32 pixels."""
+"""Network that classifies things cut out of a frame: kind, colour and look from a crop of 32x32 pixels."""
 
 import numpy as np
 import numpy.typing as npt
@@ -9,13 +9,14 @@ from arramon_agents.perception.eyes.objects import CROP_CHANNELS, MEASURES
 from arramon_agents.perception.eyes.vocabulary import COLOURS, KINDS, LOOKS
 
 WIDTHS = (16, 32, 64, 128)
-"""Channels of the convolutions, at 32, 16, 8 and 4 rows and columns."""
+"""Channels of the convolutions, at resolutions 32, 16, 8 and 4."""
 
 HIDDEN = 128
+"""Hidden size."""
 
 
 class NamingNetwork(nn.Module):
-    """Predicts a thing's names from its crop and its measures."""
+    """Predicts kind, colour and look of a thing from its crop and measures. Attribute names are tensor names."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -31,8 +32,8 @@ class NamingNetwork(nn.Module):
         """Return logits of kinds, colours and looks, (B, n) each.
 
         Args:
-            crops: (B, 6, 32, 32), of `objects.crop` with the channels first.
-            measures: (B, 5), of `objects.Thing.measures`.
+            crops: (B, 6, 32, 32) from `objects.crop`, channels first.
+            measures: (B, 5) from `objects.FrameThing.measures`.
         """
         features = self.convolutions(crops).flatten(1)
         logits = self.head(self.hidden(torch.cat([features, measures], 1)))
@@ -41,5 +42,5 @@ class NamingNetwork(nn.Module):
 
 
 def to_network(crops: npt.NDArray[np.float32]) -> Tensor:
-    """Return crops, (B, 32, 32, 6), as the network's input, (B, 6, 32, 32)."""
+    """Convert crops, (B, 32, 32, 6), to the network's input, (B, 6, 32, 32)."""
     return torch.from_numpy(crops).permute(0, 3, 1, 2)  # The channels stay last in memory, which is faster.
