@@ -2,6 +2,6 @@
 
 from arramon_lang.language import Language, UnknownLanguage, available, identify, load
 from arramon_lang.reading.mentions import Mention
-from arramon_lang.reading.reader import CannotRead
+from arramon_lang.reading.parser import CannotRead
 
 __all__ = ["CannotRead", "Language", "Mention", "UnknownLanguage", "available", "identify", "load"]

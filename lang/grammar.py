@@ -77,7 +77,7 @@ class Table:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Look:
+class LookWording:
     """A wording for a thing's look; `after` if it follows the noun ("with a star")."""
 
     wording: Pattern
@@ -234,9 +234,9 @@ class Grammar:
     def _tabled(self, name: str, table: Mapping[str, Iterable[str]]) -> dict[str, tuple[Pattern, ...]]:
         return {key: self._patterns(f"{name}.{key}", texts) for key, texts in table.items()}
 
-    def _wordings(self, name: str, texts: Iterable[str]) -> tuple[Look, ...]:
+    def _wordings(self, name: str, texts: Iterable[str]) -> tuple[LookWording, ...]:
         return tuple(
-            Look(pattern, text.startswith("~"))
+            LookWording(pattern, text.startswith("~"))
             for text in texts
             for pattern in self._patterns(name, [text.removeprefix("~").strip()])
         )

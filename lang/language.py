@@ -11,8 +11,8 @@ from arramon_lang.grammar import Grammar
 from arramon_lang.lexicon import Lexicon
 from arramon_lang.meaning import Meaning
 from arramon_lang.reading.mentions import Mention, find_mentions
-from arramon_lang.reading.outline import Said
-from arramon_lang.reading.reader import Reader
+from arramon_lang.reading.outline import OutlineEntry
+from arramon_lang.reading.parser import InstructionParser
 from arramon_lang.reading.relations import Relations
 from arramon_lang.tokens import Tokenizer
 from arramon_lang.writing.voice import Voice, draw_voice
@@ -130,7 +130,7 @@ class Language:
         """
         return self._reading(text, phase)
 
-    def outline(self, text: str) -> tuple[Said, ...]:
+    def outline(self, text: str) -> tuple[OutlineEntry, ...]:
         """Return the turns of a navigation instruction and every thing that it mentions, in order.
 
         Nothing is raised for a text of which nothing is understood: its outline is empty.
@@ -138,10 +138,10 @@ class Language:
         return self._reader.outline(text)
 
     @cached_property
-    def _reader(self) -> Reader:
+    def _reader(self) -> InstructionParser:
         chunks = self._folder / "chunks.toml"
         data = _read(chunks) if chunks.exists() else None
-        return Reader(self.grammar, self._words, self._relation_words, self._tokenizer, data)
+        return InstructionParser(self.grammar, self._words, self._relation_words, self._tokenizer, data)
 
     @cached_property
     def _reading(self) -> Callable[[str, str], Meaning]:

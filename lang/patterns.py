@@ -28,7 +28,7 @@ class Slot:
 
 
 @dataclass(frozen=True, slots=True)
-class Choice:
+class Alternatives:
     """One of several sequences; an empty one makes it optional.
 
     Attributes:
@@ -40,7 +40,7 @@ class Choice:
     weights: tuple[float, ...] = ()
 
 
-Sequence: TypeAlias = tuple["str | Slot | Choice", ...]
+Sequence: TypeAlias = tuple["str | Slot | Alternatives", ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -98,8 +98,8 @@ def split_weight(text: str) -> tuple[float, str]:
 _CLOSING = {"(": ")", "[": "]"}
 
 
-def _parse(pieces: list[re.Match[str]], closing: str, text: str) -> Choice:
-    options: list[list[str | Slot | Choice]] = [[]]
+def _parse(pieces: list[re.Match[str]], closing: str, text: str) -> Alternatives:
+    options: list[list[str | Slot | Alternatives]] = [[]]
     weights = [1.0]
     while pieces:
         slot, marks, bracket, weight, literal, wrong = pieces.pop().groups()
@@ -126,10 +126,10 @@ def _parse(pieces: list[re.Match[str]], closing: str, text: str) -> Choice:
     raise ValueError(f"pattern {text!r}: unbalanced brackets")
 
 
-def _choice(options: list[list[str | Slot | Choice]], weights: list[float], *, optional: bool) -> Choice:
-    nothing: list[list[str | Slot | Choice]] = [[]] if optional else []
+def _choice(options: list[list[str | Slot | Alternatives]], weights: list[float], *, optional: bool) -> Alternatives:
+    nothing: list[list[str | Slot | Alternatives]] = [[]] if optional else []
     weights = [*weights, 1.0] if optional else weights
-    return Choice(tuple(map(tuple, [*options, *nothing])), () if set(weights) == {1.0} else tuple(weights))
+    return Alternatives(tuple(map(tuple, [*options, *nothing])), () if set(weights) == {1.0} else tuple(weights))
 
 
 def needed(body: Sequence, fillable: frozenset[str]) -> frozenset[str]:
@@ -138,7 +138,7 @@ def needed(body: Sequence, fillable: frozenset[str]) -> frozenset[str]:
     for part in body:
         if isinstance(part, Slot) and part.name in fillable:
             names.add(part.name)
-        elif isinstance(part, Choice):
+        elif isinstance(part, Alternatives):
             names |= frozenset.intersection(*(needed(option, fillable) for option in part.options))
     return frozenset(names)
 
@@ -152,7 +152,7 @@ def _slots(body: Sequence) -> Iterator[Slot]:
     for part in body:
         if isinstance(part, Slot):
             yield part
-        elif isinstance(part, Choice):
+        elif isinstance(part, Alternatives):
             for option in part.options:
                 yield from _slots(option)
 
@@ -167,7 +167,7 @@ def spell_out(body: Sequence, forms: Mapping[str, tuple[str, ...]]) -> Iterator[
         yield ""
         return
     first, rest = body[0], body[1:]
-    if isinstance(first, Choice):
+    if isinstance(first, Alternatives):
         heads = [text for option in first.options for text in spell_out(option, forms)]
     else:
         heads = [first] if isinstance(first, str) else list(forms[first.name])

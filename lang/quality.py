@@ -243,9 +243,9 @@ def _suspicious(
     letters = len(_letters(text))
     if letters and language.count_letters(text) < letters / 2:
         yield suspicious("script", f"less than half of the letters are {language.script}")
-    if phase == "assembly" and not words.first_of(rules.landmarks) and not _relates(text, language):
+    if phase == "assembly" and not words.first_of(rules.landmarks) and not _has_relation(text, language):
         yield suspicious("no_landmark", "names no landmark for the placement")
-    if target is not None and not _names(text, language, target):
+    if target is not None and not _names_target(text, language, target):
         called = " ".join(filter(None, (target.look, target.colour, target.kind)))
         yield suspicious("no_target", f"does not name the {called}")
     yield from _spelling(text, words, rules, language)
@@ -265,12 +265,12 @@ def _spelling(text: str, words: _Words, rules: _Rules, language: Language) -> It
         yield Failure("registers", SUSPICIOUS, f"mixes {mixed}")
 
 
-def _relates(text: str, language: Language) -> bool:
+def _has_relation(text: str, language: Language) -> bool:
     """Return whether an object mentioned in the text is the landmark of a relation."""
     return any(language.relation_of(text, mention) for mention in language.find_objects(text))
 
 
-def _names(text: str, language: Language, target: Thing) -> bool:
+def _names_target(text: str, language: Language, target: Thing) -> bool:
     """Return whether an object mentioned in the text may be the target: no stated attribute differs."""
     wanted = (target.kind, target.colour, target.look)
     for mention in language.find_objects(text):

@@ -45,7 +45,7 @@ EDGE = 0.7
 
 
 @dataclass(frozen=True, slots=True)
-class Standing:
+class RoomObject:
     """An object in the room; `level` 1 is on the floor."""
 
     kind: str
@@ -71,7 +71,7 @@ class Room:
             column, 2 before row 0, 3 before column 0.
     """
 
-    things: tuple[Standing, ...]
+    things: tuple[RoomObject, ...]
     walls: Mapping[str, int]
 
     def height(self, cell: Cell) -> int:
@@ -79,7 +79,7 @@ class Room:
         return max((thing.level for thing in self.things if thing.cell == cell), default=0)
 
 
-Landmark = Standing | int | None
+Referent = RoomObject | int | None
 """The landmark of a relation: an object, the quarter of a wall, or None for the agent."""
 
 
@@ -134,7 +134,7 @@ def weigh_cells(meaning: Assembly, room: Room) -> dict[Cell, float]:
     return weights
 
 
-def weigh_things(thing: Thing, room: Room, quarter: int, *, is_facing_stated: bool) -> list[tuple[float, Landmark]]:
+def weigh_things(thing: Thing, room: Room, quarter: int, *, is_facing_stated: bool) -> list[tuple[float, Referent]]:
     """Return the possible referents of a name with their likelihoods, from 0 to 1; empty if there is no such kind.
 
     Args:
@@ -148,12 +148,12 @@ def weigh_things(thing: Thing, room: Room, quarter: int, *, is_facing_stated: bo
     if thing.kind == "corner":  # Which one, nothing says that is understood.
         return []
     if thing.kind == "wall":
-        weights: list[tuple[float, Landmark]] = [
+        weights: list[tuple[float, Referent]] = [
             (_matching(thing, look=look) * (1.0 if thing.look or q == quarter else 0.5), q)
             for look, q in room.walls.items()
         ]
         return _likely(weights)
-    graded: list[tuple[float, Standing]] = []
+    graded: list[tuple[float, RoomObject]] = []
     for item in room.things:
         weight = _matching(thing, kind=item.kind, colour=item.colour, look=item.look)
         for where in thing.where:
@@ -179,7 +179,7 @@ def _matching(thing: Thing, **words: str) -> float:
     return weight
 
 
-def _counted(which: str, graded: list[tuple[float, Standing]]) -> list[tuple[float, Landmark]]:
+def _counted(which: str, graded: list[tuple[float, RoomObject]]) -> list[tuple[float, Referent]]:
     """Apply "first", "last" and the like to the best matches, ordered by distance from the agent."""
     if not which or not graded:
         return list(graded)
@@ -190,7 +190,7 @@ def _counted(which: str, graded: list[tuple[float, Standing]]) -> list[tuple[flo
     return [(weight if item == chosen else weight * 0.3, item) for weight, item in graded]
 
 
-def _likely(weights: list[tuple[float, Landmark]]) -> list[tuple[float, Landmark]]:
+def _likely(weights: list[tuple[float, Referent]]) -> list[tuple[float, Referent]]:
     """Return the candidates without those much less likely than the best."""
     most = max((weight for weight, _ in weights), default=0.0)
     return [(weight, landmark) for weight, landmark in weights if weight > 0.3 * most]
@@ -198,7 +198,7 @@ def _likely(weights: list[tuple[float, Landmark]]) -> list[tuple[float, Landmark
 
 def _landmarks(
     where: Where, room: Room, quarter: int, *, is_facing_stated: bool
-) -> list[tuple[float, tuple[Landmark, ...]]]:
+) -> list[tuple[float, tuple[Referent, ...]]]:
     """Return combinations of referents for a relation's things; empty if there is nothing of one's kind."""
     each = [weigh_things(thing, room, quarter, is_facing_stated=is_facing_stated) for thing in where.things]
     if len(each) == 1:
@@ -206,7 +206,7 @@ def _landmarks(
     return [(v * w, (one, other)) for v, one in each[0] for w, other in each[1] if one != other]
 
 
-def grade_relation(where: Where, cell: Cell, level: int, landmarks: tuple[Landmark, ...], quarter: int) -> float:
+def grade_relation(where: Where, cell: Cell, level: int, landmarks: tuple[Referent, ...], quarter: int) -> float:
     """Return how well an object at (cell, level) fits a relation to landmarks, from 0 to 1."""
     if where.relation == "between":
         grade = _grade_between(cell, landmarks)
@@ -249,7 +249,7 @@ def _grade_offset(relation: str, across: int, ahead: int) -> float:
     return 0.3 if along == abs(aside) == 1 else 0.1
 
 
-def _grade_between(cell: Cell, landmarks: tuple[Landmark, ...]) -> float:
+def _grade_between(cell: Cell, landmarks: tuple[Referent, ...]) -> float:
     """Return the grade for "between": highest in the middle of a straight line; a wall counts as the cell before it."""
     ends = [START if mark is None else mark.cell for mark in landmarks if not isinstance(mark, int)]
     walls = [mark for mark in landmarks if isinstance(mark, int)]

@@ -13,7 +13,7 @@ from arramon_agents.vl_grounded.naming import KINDS, LOOKS, Named
 from arramon_agents.vl_grounded.room import CELLS, LEVELS
 from arramon_client.agent import Action
 from arramon_client.world import COLLECTIBLES, COLUMNS, TURN
-from arramon_lang.room import Standing
+from arramon_lang.room import RoomObject
 
 DEGREES = round(TURN)
 
@@ -51,12 +51,12 @@ class Look:
         self.heading += DEGREES if action == Action.RIGHT else -DEGREES
         return action
 
-    def things(self) -> tuple[Standing, ...]:
+    def things(self) -> tuple[RoomObject, ...]:
         """Return the things seen so far."""
         return self.room.room().things
 
 
-def as_named(rooms: Sequence[Sequence[Standing]]) -> Named:
+def as_named(rooms: Sequence[Sequence[RoomObject]]) -> Named:
     """Return the things in rooms as a batch, (B, CELLS LEVELS, ...): cells row by row, each with its levels."""
     parts = [
         np.zeros((len(rooms), CELLS * LEVELS, size), np.float32) for size in (len(KINDS), len(COLOURS), len(LOOKS))

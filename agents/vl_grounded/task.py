@@ -26,7 +26,7 @@ from arramon_agents.vl_grounded.network import Grounded
 from arramon_agents.vl_grounded.odometry import odometry
 from arramon_agents.vl_grounded.room_views import RoomView
 from arramon_client.world import COLLECTIBLE_COLOURS, COLLECTIBLES, COLUMNS, NAVIGATION
-from arramon_lang.room import Standing
+from arramon_lang.room import RoomObject
 
 NAMING, PLACING = 0.3, 1.0
 """Weights in the loss: of naming the object to pick up, and of the room; the walk has weight 1."""
@@ -76,7 +76,7 @@ class Placing:
     view: RoomView
     versions: Sequence[Version]
 
-    def things(self, version: Version) -> Sequence[Standing]:
+    def things(self, version: Version) -> Sequence[RoomObject]:
         """Return the things in the room, exchanged as in a version."""
         return self.view.things if version.exchange is None else version.exchange.standing(self.view.things)
 

@@ -9,7 +9,7 @@ from arramon_lang.grammar import Grammar
 from arramon_lang.meaning import TURNS, Assembly, Rotate, Step, Thing, Walk, Where
 from arramon_lang.reading.matching import Bindings
 from arramon_lang.reading.noun_phrases import OWN, PRONOUN, SAME, NounPhrase
-from arramon_lang.reading.outline import Part
+from arramon_lang.reading.outline import PartMeaning
 from arramon_lang.reference import map_mentions, repeats
 
 BARE = " bare"
@@ -17,23 +17,23 @@ BARE = " bare"
 
 STEPS = ("turn", "face", "walk")
 
-GROUND = ("street", "alley", "square")
+GROUND_KINDS = ("street", "alley", "square")
 """Kinds of things that objects lie on."""
 
-POINTS = ("intersection", "t_junction", "zebra_crossing", "corner", "street_end")
+POINT_KINDS = ("intersection", "t_junction", "zebra_crossing", "corner", "street_end")
 """Kinds of places that one comes to."""
 
-CROSSED = ("zebra_crossing", "intersection", "street", "square")
+CROSSED_KINDS = ("zebra_crossing", "intersection", "street", "square")
 """Kinds of things that one goes over."""
 
 
 @dataclass(frozen=True, slots=True)
-class Item:
+class ParsedPart:
     """A part of the text that was understood, from `start` up to but excluding `end`.
 
     Attributes:
-        fresh: whether a clause may begin there.
-        also: whether its pattern is only read.
+        begins_clause: whether a clause may begin there.
+        only_read: whether its pattern is only read.
         joined: whether only a comma or "and" stands before it.
     """
 
@@ -42,15 +42,15 @@ class Item:
     bound: Bindings
     cost: float
     start: int = 0
-    fresh: bool = False
-    also: bool = False
+    begins_clause: bool = False
+    only_read: bool = False
     joined: bool = False
 
 
-def things_in(bound: Mapping[str, object], kind: str, *, is_between: bool) -> tuple[NounPhrase, ...]:
+def bound_things(bound: Mapping[str, object], kind: str, *, is_between: bool) -> tuple[NounPhrase, ...]:
     """Return the things of a clause or relation; `kind` is the rest of its key ("same", "you")."""
     if kind in ("same", "you", "corner"):
-        return (NounPhrase("", back=PRONOUN) if kind == "same" else NounPhrase(kind),)
+        return (NounPhrase("", reference=PRONOUN) if kind == "same" else NounPhrase(kind),)
     things = tuple(
         bound[slot]
         for slot in ("thing", "landmark", "holder", "pair", "several", "other", "further", "wall")
@@ -74,7 +74,7 @@ class Discourse:
     named_things: list[Thing] = field(default_factory=list)
     identities: int = 0
 
-    def part(self, item: Item) -> tuple[Part, ...]:
+    def meanings_of(self, item: ParsedPart) -> tuple[PartMeaning, ...]:
         """Return what one item of a navigation instruction says: steps, the object to pick up, or its relations."""
         kind, bound = item.label.split()[0], dict(item.bound)
         if kind in (*STEPS, "landmark"):
@@ -89,7 +89,7 @@ class Discourse:
         self.mentioned_things.append(thing)
         return thing
 
-    def assembly(self, items: Sequence[Item], *, is_written: bool = False) -> Assembly:
+    def assembly(self, items: Sequence[ParsedPart], *, is_written: bool = False) -> Assembly:
         """Return the meaning of an assembly instruction: turns, the object to place, all relations.
 
         The object is the one that a clause says to place, or else the first that is named and is no landmark: "There is
@@ -127,7 +127,7 @@ class Discourse:
                 if wheres and wheres[-1].things[-1].kind in COLLECTIBLES:
                     self.focus = wheres[-1].things[-1]
                 wheres += tuple(map(self._of_last_kinds, self.wheres(bound["where"])))
-        wheres = tuple(each for where in wheres for each in _plainly(where, () if is_written else wheres))
+        wheres = tuple(each for where in wheres for each in _simplified(where, () if is_written else wheres))
         landmarks = [thing for where in wheres for thing in where.things]
         carried = placed or [thing for thing in named if not any(thing.is_same(each) for each in landmarks)]
         thing = next(iter(carried), Thing("") if named and landmarks else next(iter(named), Thing("")))
@@ -135,15 +135,15 @@ class Discourse:
         assert isinstance(meaning, Assembly)
         return meaning
 
-    def step(self, item: Item) -> list[Step]:
+    def step(self, item: ParsedPart) -> list[Step]:
         """Return a clause's step, one for each of its things ("past the bench and the cone"), or none if unclear."""
         bound = dict(item.bound)
         direction, side = self.attribute(bound, "direction"), self.attribute(bound, "side")
         words = ("walk past" if item.label == "landmark" else item.label.removesuffix(BARE)).split()
         size = 2 if words[0] == "walk" or (len(words) > 1 and words[0] == "turn") else 1
         key, rest = " ".join(words[:size]), words[size:]
-        named = things_in(bound, "same" if rest == ["same"] else "", is_between=key == "walk between")
-        if len(named) == 2 and not (named[1].kind or named[1].back):
+        named = bound_things(bound, "same" if rest == ["same"] else "", is_between=key == "walk between")
+        if len(named) == 2 and not (named[1].kind or named[1].reference):
             named = named[0], replace(named[1], kind=named[0].kind)  # "The glass building and the brick one."
         things = self.things(named)
         if rest == ["crossed"]:
@@ -154,7 +154,9 @@ class Discourse:
             return [Rotate(direction), *(Walk("along", (thing,)) for thing in things)]
         if item.label == "landmark":
             things = tuple(thing for thing in things if thing.kind != "street")
-        things = tuple(self._of_last_kind(thing, CROSSED if rest == ["zebra_crossing"] else ()) for thing in things)
+        things = tuple(
+            self._of_last_kind(thing, CROSSED_KINDS if rest == ["zebra_crossing"] else ()) for thing in things
+        )
         each = [things] if key == "walk between" or len(things) < 2 else [(thing,) for thing in things]
         count = int(self.attribute(bound, "count") or 0)
         try:
@@ -210,15 +212,15 @@ class Discourse:
 
     def _thing(self, named: NounPhrase) -> Thing:
         """Return the thing that a noun phrase means, resolving references to things mentioned before."""
-        if named.back == PRONOUN:
+        if named.reference == PRONOUN:
             return self.focus or (self.mentioned_things[-1] if self.mentioned_things else Thing(""))
-        if named.back == SAME:
+        if named.reference == SAME:
             last = next((thing for thing in reversed(self.mentioned_things) if thing.kind == named.kind), None)
             if last is None and named.kind == "building":
                 last = next((thing for thing in reversed(self.mentioned_things) if thing.kind == "shop_sign"), None)
             if last is not None:
                 return last
-        if named.back == OWN:
+        if named.reference == OWN:
             owners = [thing for thing in self.mentioned_things if thing.kind in ("building", "shop_sign", "wall")]
             named = replace(named, colour=owners[-1].colour, look=owners[-1].look) if owners else named
         wheres = self.wheres(named.where)
@@ -252,11 +254,11 @@ class Discourse:
         return tuple(wheres)
 
 
-def _plainly(where: Where, wheres: Sequence[Where]) -> Iterator[Where]:
+def _simplified(where: Where, wheres: Sequence[Where]) -> Iterator[Where]:
     """Yield what a relation in the room says: between two walls is at both; what is left of a thing is near it."""
     if where.relation == "on_top_of" and where.things[0].kind == "corner":
         yield replace(where, relation="near")
-    elif where.relation == "on_top_of" and where.things[0].kind in GROUND:
+    elif where.relation == "on_top_of" and where.things[0].kind in GROUND_KINDS:
         return  # "On the square before you": a cell.
     elif where.relation == "between" and all(thing.kind == "wall" for thing in where.things):
         yield from (Where("against", (thing,)) for thing in where.things)

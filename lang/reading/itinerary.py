@@ -4,17 +4,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from arramon_lang.meaning import Navigation, Rotate, Step, Thing, Walk, Where
-from arramon_lang.reading.discourse import BARE, CROSSED, GROUND, STEPS, Discourse, Item, things_in
+from arramon_lang.reading.discourse import BARE, CROSSED_KINDS, GROUND_KINDS, STEPS, Discourse, ParsedPart, bound_things
 from arramon_lang.reading.noun_phrases import NounPhrase
 
 _AROUND = Rotate("around")
 
-_AT = {"at": "near", "before": "in_front_of", "after": "behind"}
+_RELATION_OF_POSITION = {"at": "near", "before": "in_front_of", "after": "behind"}
 
-_PLACED = {relation: at for at, relation in _AT.items()}
+_POSITION_OF_RELATION = {relation: at for at, relation in _RELATION_OF_POSITION.items()}
 
 
-def read_navigation(discourse: Discourse, items: Sequence[Item]) -> Navigation:
+def read_navigation(discourse: Discourse, items: Sequence[ParsedPart]) -> Navigation:
     """Return the meaning of a navigation instruction: steps in order, and the last target that is named.
 
     Before a target is named, things by themselves are passed ("past the bench, the tree, a cone"); after it they say
@@ -35,7 +35,7 @@ class _Itinerary:
         steps: in order.
         targets: what is to be picked up, by a clause that says so.
         mentioned: other things that can be picked up.
-        before: places that were told before what they are the place of.
+        places_before: places that were told before what they are the place of.
         last: the last clause that is a step.
         short_of: the thing shortly before which the walk has ended.
     """
@@ -44,16 +44,16 @@ class _Itinerary:
     steps: list[Step] = field(default_factory=list)
     targets: list[Thing] = field(default_factory=list)
     mentioned: list[Thing] = field(default_factory=list)
-    before: tuple[Where, ...] = ()
-    last: Item | None = None
+    places_before: tuple[Where, ...] = ()
+    last: ParsedPart | None = None
     short_of: Thing | None = None
 
-    def add(self, item: Item) -> None:
+    def add(self, item: ParsedPart) -> None:
         """Add what a part of the text says."""
         kind, bound = item.label.split()[0], dict(item.bound)
         listed = self.targets or self.mentioned
         if kind == "all":
-            _put_aside(self.steps, self.discourse.attribute(bound, "side"))
+            _set_side(self.steps, self.discourse.attribute(bound, "side"))
         elif kind == "short":
             self._add_walk_short_of(item)
         elif listed and (where := self._place_of(item)) is not None:
@@ -77,58 +77,58 @@ class _Itinerary:
         fullest = [thing for thing in kinds if _count_words(thing) >= most]
         return Navigation(tuple(self.steps), self._in_full(fullest[-1], [*collectibles, *self.mentioned]))
 
-    def _add_walk_short_of(self, item: Item) -> None:
-        things = self.discourse.things(things_in(dict(item.bound), "", is_between=False))
+    def _add_walk_short_of(self, item: ParsedPart) -> None:
+        things = self.discourse.things(bound_things(dict(item.bound), "", is_between=False))
         self.short_of, self.last = things[0], item
         self.steps.append(Walk("towards", things[:1]))
 
-    def _add_steps(self, item: Item) -> None:
+    def _add_steps(self, item: ParsedPart) -> None:
         found = self.discourse.step(item)
-        if item.also:
-            found = _at_place(self.before, found)
+        if item.only_read:
+            found = _at_place(self.places_before, found)
         turn = found[0] if found else None
         if self.short_of is not None and isinstance(turn, Rotate) and turn.thing is None:
             self.steps[-1:] = [replace(turn, at="before", thing=self.short_of), *found[1:]]
         else:
             self._add_without_repeating(item, found)
-        self.before, self.last, self.short_of = (), item, None
+        self.places_before, self.last, self.short_of = (), item, None
 
-    def _add_without_repeating(self, item: Item, found: list[Step]) -> None:
+    def _add_without_repeating(self, item: ParsedPart, found: list[Step]) -> None:
         """Add steps, but one turn for two that are said right after each other: "go back, turn right around"."""
         last, is_close = self.last, self.last is not None and item.start <= self.last.end + 1
-        is_free = item.also or (last is not None and last.also)
+        is_free = item.only_read or (last is not None and last.only_read)
         is_repeated = self.steps[-1:] == [_AROUND] or (is_free and is_close)
-        if found[:1] == [_AROUND] and _on_the_spot(self.steps) and is_repeated:
+        if found[:1] == [_AROUND] and _ends_in_turn(self.steps) and is_repeated:
             self.steps.pop()
-        if not (self.steps[-1:] == [_AROUND] and item.also and is_close and _on_the_spot(found)):
+        if not (self.steps[-1:] == [_AROUND] and item.only_read and is_close and _ends_in_turn(found)):
             self.steps += found
 
-    def _add_target(self, item: Item, *, is_first: bool) -> None:
+    def _add_target(self, item: ParsedPart, *, is_first: bool) -> None:
         last = self.last
-        if is_first and last is not None and last.also and _is_by_side(last):
-            self.before += _place_of_turn(self.steps, is_place=_is_told_as_place(last))
-        named = self.discourse.with_where(self.discourse.target(dict(item.bound)), self.before)
+        if is_first and last is not None and last.only_read and _is_by_side(last):
+            self.places_before += _place_of_turn(self.steps, is_place=_is_worded_as_place(last))
+        named = self.discourse.with_where(self.discourse.target(dict(item.bound)), self.places_before)
         (self.targets if item.label.startswith("target") else self.mentioned).append(named)
-        self.before = ()
+        self.places_before = ()
 
-    def _add_place(self, item: Item, listed: list[Thing]) -> None:
+    def _add_place(self, item: ParsedPart, listed: list[Thing]) -> None:
         placed = dict(item.bound)["where"]
         if listed:
             listed[-1] = self.discourse.with_where(listed[-1], self.discourse.wheres(placed))
-        elif item.fresh or (item.end - item.start > 1 and _is_of_reader(placed)):
-            self.before += self.discourse.wheres(placed)
+        elif item.begins_clause or (item.end - item.start > 1 and _is_of_reader(placed)):
+            self.places_before += self.discourse.wheres(placed)
 
-    def _place_of(self, item: Item) -> tuple[Where, ...] | None:
+    def _place_of(self, item: ParsedPart) -> tuple[Where, ...] | None:
         """Return what a clause says of where the target is, that has been named before it; None if it is none such."""
         bound = dict(item.bound)
-        if item.label == "landmark" or (item.label.startswith("walk past") and item.also):
-            things = self.discourse.things(things_in(bound, "", is_between=False))
-            return tuple(Where("near", (thing,)) for thing in things if thing.kind not in GROUND)
+        if item.label == "landmark" or (item.label.startswith("walk past") and item.only_read):
+            things = self.discourse.things(bound_things(bound, "", is_between=False))
+            return tuple(Where("near", (thing,)) for thing in things if thing.kind not in GROUND_KINDS)
         slight, _, side = self.discourse.attribute(bound, "direction").rpartition(" ")
-        about = self.discourse.things(things_in(bound, "", is_between=False))
+        about = self.discourse.things(bound_things(bound, "", is_between=False))
         at = item.label.removesuffix(BARE).removeprefix("turn ")
-        if item.label.endswith(BARE) and at in _AT and about:  # "The mug, right before the tree."
-            return () if about[0].kind in GROUND else (Where(_AT[at], about[:1]),)
+        if item.label.endswith(BARE) and at in _RELATION_OF_POSITION and about:  # "The mug, right before the tree."
+            return () if about[0].kind in GROUND_KINDS else (Where(_RELATION_OF_POSITION[at], about[:1]),)
         if item.label == "turn bare" or (item.label == "turn" and slight):
             return (Where(f"{side}_of", (Thing("you"),)),) if side in ("left", "right") else None
         return None
@@ -157,23 +157,23 @@ def _place_of_turn(steps: list[Step], *, is_place: bool) -> tuple[Where, ...]:
     if not isinstance(turn, Rotate) or not is_side:
         return ()
     steps.pop()
-    at = () if turn.thing is None else (Where(_AT[turn.at], (turn.thing,)),)
+    at = () if turn.thing is None else (Where(_RELATION_OF_POSITION[turn.at], (turn.thing,)),)
     return (*at, Where(f"{turn.direction.rpartition(' ')[2]}_of", (Thing("you"),)))
 
 
 def _at_place(places: tuple[Where, ...], steps: list[Step]) -> list[Step]:
     """Return steps with the places that were told before them: "at the bank, where it opens up, go left"."""
-    told = [where for where in places if where.relation in _PLACED and where.things[0].kind != "you"]
+    told = [where for where in places if where.relation in _POSITION_OF_RELATION and where.things[0].kind != "you"]
     if not told:
         return steps
     *others, last = told
     walks: list[Step] = [Walk("past" if each.relation == "behind" else "to", each.things) for each in others]
     if steps and isinstance(steps[0], Rotate) and steps[0].thing is None and steps[0] != _AROUND:
-        return [*walks, replace(steps[0], at=_PLACED[last.relation], thing=last.things[0]), *steps[1:]]
+        return [*walks, replace(steps[0], at=_POSITION_OF_RELATION[last.relation], thing=last.things[0]), *steps[1:]]
     return [*walks, Walk("past" if last.relation == "behind" else "to", last.things), *steps]
 
 
-def _with_shared_sides(items: Sequence[Item]) -> list[Item]:
+def _with_shared_sides(items: Sequence[ParsedPart]) -> list[ParsedPart]:
     """Return items where three things or more that are only listed have the side of the last one."""
     found = list(items)
     for last, item in enumerate(items):
@@ -189,27 +189,27 @@ def _with_shared_sides(items: Sequence[Item]) -> list[Item]:
     return found
 
 
-def _is_crossed(item: Item) -> bool:
+def _is_crossed(item: ParsedPart) -> bool:
     """Return whether a clause names something that one goes over, which is on no side."""
-    return any(isinstance(named, NounPhrase) and named.kind in CROSSED for _, named in item.bound)
+    return any(isinstance(named, NounPhrase) and named.kind in CROSSED_KINDS for _, named in item.bound)
 
 
-def _put_aside(steps: list[Step], side: str) -> None:
+def _set_side(steps: list[Step], side: str) -> None:
     """Say of the things passed last that all are on a side."""
     for number in range(len(steps) - 1, -1, -1):
         step = steps[number]
         if not isinstance(step, Walk) or step.way != "past" or step.side:
             return
-        if not any(thing.kind in CROSSED for thing in step.things):
+        if not any(thing.kind in CROSSED_KINDS for thing in step.things):
             steps[number] = replace(step, side=side)
 
 
-def _on_the_spot(steps: Sequence[Step]) -> bool:
+def _ends_in_turn(steps: Sequence[Step]) -> bool:
     """Return whether the last step is a turn without a place."""
     return bool(steps) and isinstance(steps[-1], Rotate) and steps[-1].thing is None
 
 
-def _is_told_as_place(item: Item) -> bool:
+def _is_worded_as_place(item: ParsedPart) -> bool:
     """Return whether a turn without a verb is put as a place is: "to the left", not "left"."""
     return item.label == "turn" + BARE and item.end - item.start >= len(("to", "the", "left"))
 
@@ -220,6 +220,6 @@ def _is_of_reader(placed: object) -> bool:
     return all(thing.kind == "you" for where in placed for thing in where.things)
 
 
-def _is_by_side(item: Item) -> bool:
+def _is_by_side(item: ParsedPart) -> bool:
     """Return whether an item is a turn that says only to which side, not by a verb of its own ("bear left")."""
     return item.label.startswith("turn") and "bearing" not in dict(item.bound)

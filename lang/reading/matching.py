@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 
-from arramon_lang.patterns import Choice, Pattern
+from arramon_lang.patterns import Alternatives, Pattern
 from arramon_lang.patterns import Sequence as Body
 
 Keys = tuple[str, ...]
@@ -23,12 +23,12 @@ class PatternLabel:
 
     Attributes:
         key: its key in `phrases.toml`.
-        also: whether the pattern is only read, never written.
+        only_read: whether the pattern is only read, never written.
         main_only: whether it is valid as a main clause only.
     """
 
     key: str
-    also: bool = False
+    only_read: bool = False
     main_only: bool = False
 
 
@@ -92,10 +92,10 @@ class Automaton:
         self._start = Node()
         self.vocabulary: set[str] = set()
 
-    def add(self, key: str, patterns: Iterable[Pattern], *, also: bool = False) -> None:
-        """Add patterns with this key; `also` marks those that are only read."""
+    def add(self, key: str, patterns: Iterable[Pattern], *, only_read: bool = False) -> None:
+        """Add patterns with this key; `only_read` marks those that are only read."""
         for pattern in patterns:
-            self.add_body(PatternLabel(key, also, pattern.main_only), pattern.body)
+            self.add_body(PatternLabel(key, only_read, pattern.main_only), pattern.body)
 
     def add_body(self, label: PatternLabel, body: Body) -> None:
         """Add a pattern's body with a label."""
@@ -111,7 +111,7 @@ class Automaton:
                     else:
                         self.vocabulary.add(word)
                     after = before
-            elif isinstance(part, Choice):
+            elif isinstance(part, Alternatives):
                 before = Node()
                 for option in part.options:
                     before.join(self._compiled(option, after))
@@ -125,7 +125,7 @@ class Automaton:
         keys: Sequence[str],
         start: int,
         read: Callable[[str, int], Iterable[tuple[int, object]]],
-        closed: Sequence[frozenset[str]] = (),
+        excluded: Sequence[frozenset[str]] = (),
     ) -> Iterator[Match]:
         """Yield all matches that begin at `keys[start]`.
 
@@ -134,8 +134,8 @@ class Automaton:
             start: index of the first word.
             read: returns, for a slot's name and an index, all possible ends and values there (None if a slot has no
                 value).
-            closed: for each index, the text's end included, names of slots for which `read` would return nothing there:
-                it is not asked. Empty if none are known.
+            excluded: for each index, including the text's end, names of slots that nothing there can fill, for which
+                `read` is not called. Empty if unknown.
         """
         size = len(keys)
         pending: list[tuple[Node, int, Bindings]] = [(self._start, start, ())]
@@ -147,7 +147,7 @@ class Automaton:
             if after is not None:
                 pending.append((after, at + 1, bound))
             if node.slots:
-                without = closed[at] if closed else ()
+                without = excluded[at] if excluded else ()
                 for slot in node.slots:
                     if slot not in without:
                         for end, value in read(slot, at):

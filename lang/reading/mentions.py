@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from arramon_lang.lexicon import JOINTS, Lexicon, Part, Word
+from arramon_lang.lexicon import JOINTS, Lexicon, LexiconEntry, WordRole
 from arramon_lang.tokens import Token
 
-_ATTRIBUTES = (Part.PATTERN, Part.COLOUR)
+_ATTRIBUTES = (WordRole.PATTERN, WordRole.COLOUR)
 
 _COMMAS = (",", "/")
 """Punctuation allowed within a noun phrase: "the dotted, green ball"."""
@@ -36,15 +36,15 @@ class _Phrase:
     """A noun phrase whose noun has not been reached yet."""
 
     first: int = -1
-    said: dict[Part, str] = field(default_factory=dict)
+    said: dict[WordRole, str] = field(default_factory=dict)
 
-    def add(self, word: Word, at: int) -> None:
-        if word.part in self.said:  # A second colour begins another phrase.
+    def add(self, word: LexiconEntry, at: int) -> None:
+        if word.role in self.said:  # A second colour begins another phrase.
             self.first, self.said = at, {}
         if self.first < 0:
             self.first = at
-        if word.part in _ATTRIBUTES:
-            self.said[word.part] = word.value
+        if word.role in _ATTRIBUTES:
+            self.said[word.role] = word.value
 
 
 def find_mentions(tokens: Sequence[Token], lexicon: Lexicon) -> list[Mention]:
@@ -59,26 +59,26 @@ def find_mentions(tokens: Sequence[Token], lexicon: Lexicon) -> list[Mention]:
     phrase, i = _Phrase(), 0
     while i < len(tokens):
         word = lexicon.read(keys, i)
-        if word is None or word.part is Part.HAVING:
+        if word is None or word.role is WordRole.HAVING:
             if not (keys[i] in _COMMAS and phrase.first >= 0):
                 mentions += _kindless(phrase, tokens, i, stand_in=False)
                 phrase = _Phrase()
             i += 1
-        elif word.part in (*_ATTRIBUTES, Part.MODIFIER):
-            if word.part in phrase.said:
+        elif word.role in (*_ATTRIBUTES, WordRole.MODIFIER):
+            if word.role in phrase.said:
                 mentions += _kindless(phrase, tokens, i, stand_in=False)
             phrase.add(word, i)
             i += word.length
-        elif word.part is Part.KIND or (word.part is Part.PATTERNED_KIND and Part.PATTERN in phrase.said):
+        elif word.role is WordRole.KIND or (word.role is WordRole.PATTERNED_KIND and WordRole.PATTERN in phrase.said):
             first = phrase.first if phrase.first >= 0 else i
             i += word.length
-            pattern, i = _described_after(phrase.said.get(Part.PATTERN), keys, i, lexicon)
+            pattern, i = _described_after(phrase.said.get(WordRole.PATTERN), keys, i, lexicon)
             start, end = tokens[first].start, tokens[i - 1].end
-            mentions.append(Mention(pattern, phrase.said.get(Part.COLOUR), word.value, start, end))
+            mentions.append(Mention(pattern, phrase.said.get(WordRole.COLOUR), word.value, start, end))
             phrase = _Phrase()
         else:
             i += word.length
-            if word.part is Part.STAND_IN:
+            if word.role is WordRole.STAND_IN:
                 mentions += _kindless(phrase, tokens, i, stand_in=True)
             phrase = _Phrase()
     return mentions + _kindless(phrase, tokens, len(tokens), stand_in=False)
@@ -89,7 +89,7 @@ def _kindless(phrase: _Phrase, tokens: Sequence[Token], after: int, *, stand_in:
     if not phrase.said or (len(phrase.said) < len(_ATTRIBUTES) and not stand_in):
         return []
     last = after - 2 if tokens[after - 1].text in _COMMAS else after - 1
-    pattern, colour = phrase.said.get(Part.PATTERN), phrase.said.get(Part.COLOUR)
+    pattern, colour = phrase.said.get(WordRole.PATTERN), phrase.said.get(WordRole.COLOUR)
     return [Mention(pattern, colour, None, tokens[phrase.first].start, tokens[last].end)]
 
 
@@ -99,13 +99,13 @@ def _described_after(pattern: str | None, keys: Sequence[str], i: int, lexicon: 
     A pattern that is followed by another noun ("with a striped red bowl") belongs to that noun.
     """
     having = lexicon.read(keys, i) if i < len(keys) and pattern is None else None
-    if having is None or having.part is not Part.HAVING:
+    if having is None or having.role is not WordRole.HAVING:
         return pattern, i
     described, after = None, i + having.length
     while after < len(keys) and (word := lexicon.read(keys, after)) is not None:
-        if word.part is Part.PATTERN and described is None:
+        if word.role is WordRole.PATTERN and described is None:
             described = word.value
-        elif word.part is not Part.MODIFIER:
+        elif word.role is not WordRole.MODIFIER:
             return pattern, i
         after += word.length
     return (described, after) if described else (pattern, i)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from arramon_lang.meaning import Face, Rotate, Step, Thing, Walk, Where
 from arramon_lang.reference import things_of
 
-Part = Step | Thing | Where
+PartMeaning = Step | Thing | Where
 """A part of a text that is understood: a step, the object to pick up, or a relation of it."""
 
 MANNERS = (
@@ -21,7 +21,7 @@ after it; or the object to pick up has a relation to it."""
 
 
 @dataclass(frozen=True, slots=True)
-class Said:
+class OutlineEntry:
     """A turn, or a mention of a thing.
 
     Attributes:
@@ -41,24 +41,24 @@ class Said:
     tied: bool = False
 
 
-def said_of(part: Part) -> Iterator[Said]:
+def entries_of(part: PartMeaning) -> Iterator[OutlineEntry]:
     """Yield what a part of a text says, in order."""
     if isinstance(part, Where):
-        yield from _said_of_target((part,))
+        yield from _entries_of_target((part,))
     elif isinstance(part, Thing):
-        yield from _said_of_target(part.where)
+        yield from _entries_of_target(part.where)
     elif isinstance(part, Rotate):
-        yield Said(direction=part.direction)
+        yield OutlineEntry(direction=part.direction)
         for thing in things_of(part):
-            yield Said(thing=thing, manner=part.at, tied=True)
+            yield OutlineEntry(thing=thing, manner=part.at, tied=True)
     else:
         manner = "faced" if isinstance(part, Face) else part.way
         for thing in things_of(part):
-            yield Said(thing=thing, manner=manner, side=part.side if isinstance(part, Walk) else "")
+            yield OutlineEntry(thing=thing, manner=manner, side=part.side if isinstance(part, Walk) else "")
 
 
-def _said_of_target(wheres: tuple[Where, ...]) -> Iterator[Said]:
+def _entries_of_target(wheres: tuple[Where, ...]) -> Iterator[OutlineEntry]:
     for where in wheres:
         for thing in where.things:
             if thing.kind != "you":
-                yield Said(thing=thing, manner="target", relation=where.relation)
+                yield OutlineEntry(thing=thing, manner="target", relation=where.relation)

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from arramon_lang.lexicon import FUZZY_LENGTH, Lexicon, Part, keys_of, within_one_edit
+from arramon_lang.lexicon import FUZZY_LENGTH, Lexicon, WordRole, keys_of, within_one_edit
 from arramon_lang.reading.mentions import Mention
 from arramon_lang.tokens import Token, Tokenizer
 
@@ -98,7 +98,7 @@ class Relations:
                     break
             else:
                 break
-            noun = noun or word.part in (Part.KIND, Part.PATTERNED_KIND, Part.OTHER)
+            noun = noun or word.role in (WordRole.KIND, WordRole.PATTERNED_KIND, WordRole.OTHER)
             end += length
         return end if noun else start
 

@@ -6,21 +6,21 @@ from random import Random
 from typing import Protocol, TypeVar
 
 from arramon_lang.clauses import Value, focus_of, thing_slots
-from arramon_lang.grammar import INSIDE, SLOTS, Grammar, Lexeme, Look
+from arramon_lang.grammar import INSIDE, SLOTS, Grammar, Lexeme, LookWording
 from arramon_lang.meaning import Thing, Where
-from arramon_lang.patterns import Choice, Pattern, Sequence, needed, possible
+from arramon_lang.patterns import Alternatives, Pattern, Sequence, needed, possible
 from arramon_lang.writing.voice import Voice, draw_voice
 
 Filler = Callable[[Mapping[str, str]], str]
 """Returns a slot's text with the features that its marks require."""
 
-REFER_BACK = 0.6
+ANAPHORA_PROBABILITY = 0.6
 """Probability of an anaphoric reference to a thing that was just mentioned, where it is unambiguous."""
 
 NOUN = "\0"
 """Marks the beginning of a noun in a noun phrase while it is put together."""
 
-REPEATED = 0.4
+REPEATED_FACTOR = 0.4
 """Factor of the weight of a wording that the text has used already."""
 
 
@@ -51,7 +51,7 @@ class Phraser:
         self.focus: Thing | None = None
         self.mentioned_things: list[Thing] = []
         self._used: set[tuple[str, object]] = set()
-        self._looks: dict[tuple[str, str], Look] = {}
+        self._looks: dict[tuple[str, str], LookWording] = {}
 
     # Choosing and filling
 
@@ -64,7 +64,7 @@ class Phraser:
         options = [option for option in options if option.weight > 0]
         if not options:
             raise ValueError(f"no wording for {about}")
-        weights = [option.weight * (REPEATED if (about, option) in self._used else 1.0) for option in options]
+        weights = [option.weight * (REPEATED_FACTOR if (about, option) in self._used else 1.0) for option in options]
         (chosen,) = self.random.choices(options, weights)
         self._used.add((about, chosen))
         return chosen
@@ -102,7 +102,7 @@ class Phraser:
         for part in body:
             if isinstance(part, str):
                 text += part
-            elif isinstance(part, Choice):
+            elif isinstance(part, Alternatives):
                 text += self._sequence(self._option(part, fillers.keys()), fillers, features)
             elif part.name in fillers:
                 text += fillers[part.name](self.grammar.features_of(part.marks))
@@ -112,7 +112,7 @@ class Phraser:
                 text += self.pick(words, f"{part.name!r} as {', '.join(marked.values())}").form(marked) or ""
         return text
 
-    def _option(self, choice: Choice, said: Iterable[str]) -> Sequence:
+    def _option(self, choice: Alternatives, said: Iterable[str]) -> Sequence:
         """Return a random option among those with the most slots, of those whose slots can all be filled."""
         known, said = SLOTS | self.grammar.tables.keys(), frozenset(said)
         weights = choice.weights or (1.0,) * len(choice.options)
@@ -161,7 +161,7 @@ class Phraser:
             if slot in ("pair", "several"):
                 fillers[slot] = self._plural(thing, noun, slot)
             elif self._must_be_short(thing) or (
-                self._may_be_short(thing) and (thing.is_same(self.focus) or self.random.random() < REFER_BACK)
+                self._may_be_short(thing) and (thing.is_same(self.focus) or self.random.random() < ANAPHORA_PROBABILITY)
             ):
                 fillers[slot] = self._short(thing, noun)
             else:
@@ -242,7 +242,7 @@ class Phraser:
         """Return the words for the colours of things of a kind."""
         return {**self.voice.colours, **self.voice.colours_of.get(kind, {})}
 
-    def _look(self, kind: str, value: str) -> Look:
+    def _look(self, kind: str, value: str) -> LookWording:
         """Return the wording of a look, one for the whole text: the voice's, or one that stands behind the noun."""
         if (kind, value) not in self._looks:
             usual = self.voice.looks[kind, value]
@@ -289,7 +289,7 @@ class Phraser:
             patterns = self.fitting(listed.get(f"{where.relation} you", ()), said.keys() - {"thing"}, tables)
         elif not top and f"{where.relation} nested" in listed:
             patterns = self.fitting(listed[f"{where.relation} nested"], said, tables)
-        elif "thing" in said and where.things[0].is_same(self.focus) and self.random.random() < REFER_BACK:
+        elif "thing" in said and where.things[0].is_same(self.focus) and self.random.random() < ANAPHORA_PROBABILITY:
             patterns = self.fitting(listed.get(f"{where.relation} same", ()), said.keys() - {"thing"}, tables)
         patterns = patterns or self.fitting(listed.get(where.relation, ()), said, tables)
         nouns = self.nouns(said)

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from random import Random
 from typing import TypeVar
 
-from arramon_lang.grammar import Grammar, Lexeme, Look
+from arramon_lang.grammar import Grammar, Lexeme, LookWording
 from arramon_lang.patterns import Pattern
 
-_T = TypeVar("_T", Lexeme, Look, Pattern)
+_T = TypeVar("_T", Lexeme, LookWording, Pattern)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -31,7 +31,7 @@ class Voice:
     colours: Mapping[str, Pattern]
     colours_of: Mapping[str, Mapping[str, Pattern]]
     whiches: Mapping[str, Pattern]
-    looks: Mapping[tuple[str, str], Look]
+    looks: Mapping[tuple[str, str], LookWording]
 
 
 def draw_voice(grammar: Grammar, random: Random) -> Voice:

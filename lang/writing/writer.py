@@ -16,13 +16,13 @@ from arramon_lang.writing.voice import Voice, draw_voice
 ATTEMPTS = 48
 """Maximum number of drafts until enough pass the checks."""
 
-DRAFTS = {"navigation": (2, 2, 3, 4), "assembly": (1, 1, 1, 2)}
+DRAFT_COUNTS = {"navigation": (2, 2, 3, 4), "assembly": (1, 1, 1, 2)}
 """Numbers of good drafts of which the shortest is returned, one drawn for each text: most people are brief."""
 
-FEWEST_WORDS = 6
+MIN_WORDS = 6
 """Minimum number of words in the paper's automated checks."""
 
-MARKS = ",.;:।"
+PUNCTUATION = ",.;:।"
 """Punctuation at the ends of words."""
 
 STREETS = ("street", "alley")
@@ -31,22 +31,22 @@ STREETS = ("street", "alley")
 PAST_INTERSECTION = "walk past intersection"
 """The clause for which the general patterns are not used: one crosses an intersection, one does not walk past it."""
 
-_SENTENCES = (1, 1, 2, 2, 2, 3)
+_CLAUSES_PER_SENTENCE = (1, 1, 2, 2, 2, 3)
 """Distribution of the number of clauses per sentence."""
 
-_TARGET_JOINED = 0.55
+_TARGET_JOINED_PROBABILITY = 0.55
 """Probability that the object to pick up is stated in the last step's sentence."""
 
-_TURN_JOINED = 0.6
+_TURN_JOINED_PROBABILITY = 0.6
 """Probability that an assembly instruction states its turns in the sentence about the placement."""
 
-_OPENED = {"first": 0.04, "later": 0.25, "last": 0.2}
+_OPENING_PROBABILITIES = {"first": 0.04, "later": 0.25, "last": 0.2}
 """Probability that a sentence has opening words, by its place in the text."""
 
 NOT_REACHED = ("face", "walk towards", "walk until")
 """Clauses after which one is not at the thing that they are about."""
 
-SHORTER = 12
+PRONOUN_WORDING_FACTOR = 12
 """Factor of the weight of wordings without a noun for the thing that was spoken of last ("walk to it")."""
 
 _LABELS = "abc"
@@ -72,16 +72,16 @@ class Writer:
         voice = voice or draw_voice(self._grammar, random)
         drafts: list[str] = []
         text = ""
-        wanted = random.choice(DRAFTS[phase])
+        wanted = random.choice(DRAFT_COUNTS[phase])
         for _ in range(ATTEMPTS):
             draft = _Draft(self._grammar, random, voice)
             try:
                 text = draft.navigation(meaning) if isinstance(meaning, Navigation) else draft.assembly(meaning)
             except _Misleading:
                 continue
-            words = [word.casefold().strip(MARKS) for word in text.split()]
+            words = [word.casefold().strip(PUNCTUATION) for word in text.split()]
             clumsy = _is_clumsy(words) or any(re.search(pattern, text) for pattern in self._grammar.clumsy)
-            if len(words) >= FEWEST_WORDS and not clumsy:
+            if len(words) >= MIN_WORDS and not clumsy:
                 drafts.append(text)
             if len(drafts) == wanted:
                 break
@@ -99,15 +99,15 @@ class _Draft(Phraser):
     """The sentences of one text being written.
 
     Attributes:
-        is_there: whether the last clause leads to what it is about, so that "there" may be said of it.
+        is_at_thing: whether the last clause leads to what it is about, so that "there" may be said of it.
     """
 
-    is_there = False
+    is_at_thing = False
 
     def navigation(self, meaning: Navigation) -> str:
         clauses = [clause_of(step) for step in meaning.steps]
         groups = self._group_clauses(clauses)
-        joined = bool(groups) and len(groups[-1]) < len(_LABELS) and self.random.random() < _TARGET_JOINED
+        joined = bool(groups) and len(groups[-1]) < len(_LABELS) and self.random.random() < _TARGET_JOINED_PROBABILITY
         sentences = []
         for i, group in enumerate(groups):
             target = meaning.target if joined and i == len(groups) - 1 else None
@@ -121,7 +121,7 @@ class _Draft(Phraser):
 
     def assembly(self, meaning: Assembly) -> str:
         parts = [self._turn(direction) for direction in meaning.turns]
-        if parts and self.random.random() < _TURN_JOINED:
+        if parts and self.random.random() < _TURN_JOINED_PROBABILITY:
             return self._finish_text([self._join_assembly([*parts, self._place(meaning, joined=True)])])
         apart = [self._join_assembly(parts)] if parts else []
         return self._finish_text([*apart, self._place(meaning, joined=False)])
@@ -158,7 +158,7 @@ class _Draft(Phraser):
         """Return the clauses of each sentence."""
         groups = []
         while clauses:
-            size = self.random.choice(_SENTENCES)
+            size = self.random.choice(_CLAUSES_PER_SENTENCE)
             groups.append(clauses[:size])
             clauses = clauses[size:]
         return groups
@@ -166,9 +166,11 @@ class _Draft(Phraser):
     def _join_clauses(self, clauses: list[Clause], target: Thing | None) -> str:
         """Return the clauses as one sentence, ending with the target if it is given."""
         labels = _LABELS[: len(clauses) + (target is not None)]
-        bendable = {label for label, clause in zip(labels, clauses, strict=False) if self._patterns(clause, bent=True)}
+        can_be_subordinate = {
+            label for label, clause in zip(labels, clauses, strict=False) if self._patterns(clause, subordinate=True)
+        }
         joins = self.fitting(self.grammar.joins["sentence"], labels)
-        join = self.pick([join for join in joins if _bent(join) <= bendable], "join")
+        join = self.pick([join for join in joins if _subordinate_labels(join) <= can_be_subordinate], "join")
         marks = {part.name: self.grammar.features_of(part.marks) for part in join.body if isinstance(part, Slot)}
         fillers = {
             label: constant(self._clause(clause, marks[label], front=label == labels[0]))
@@ -180,46 +182,49 @@ class _Draft(Phraser):
 
     def _add_opening(self, place: str, body: str) -> str:
         """Return a sentence, possibly with opening words for its place in the text: "first", "later" or "last"."""
-        if self.random.random() >= _OPENED[place]:
+        if self.random.random() >= _OPENING_PROBABILITIES[place]:
             return body
         opening = self.pick(self.grammar.joins[place], place)
         return self.render(opening, {"a": constant(body)}, self.features)
 
-    def _patterns(self, clause: Clause, *, bent: bool) -> list[Pattern]:
+    def _patterns(self, clause: Clause, *, subordinate: bool) -> list[Pattern]:
         """Return the patterns for a clause: by its key, its thing's kind, and short ones if that was just mentioned."""
         listed, said = self.grammar.steps, clause.said.keys()
         tables = self.table_fillers(clause.said)
         plural = said & {"pair", "several"}
         if plural and clause.key != "walk between":
             patterns = self.fitting(listed.get(f"{clause.key} group", ()), said, tables)
-            return [pattern for pattern in patterns if not (bent and pattern.main_only)]
+            return [pattern for pattern in patterns if not (subordinate and pattern.main_only)]
         patterns = self.fitting(listed.get(clause.key, ()), said, tables)
         thing = clause.said.get("thing")
         if isinstance(thing, Thing):
             own_key = f"{clause.key} {thing.kind}"
             special = self.fitting(listed.get(own_key, ()), said, tables)
             short: list[Pattern] = []
-            if thing.is_same(self.focus) and (self.is_there or clause.key != "turn at"):
+            if thing.is_same(self.focus) and (self.is_at_thing or clause.key != "turn at"):
                 short = self.fitting(listed.get(f"{clause.key} same", ()), said - {"thing"}, tables)
             if short:
-                patterns = short if special or thing.kind in PLACES else patterns + SHORTER * short
+                patterns = short if special or thing.kind in PLACES else patterns + PRONOUN_WORDING_FACTOR * short
             elif special and (thing.kind in STREETS or own_key == PAST_INTERSECTION):
                 patterns = special
             else:
                 patterns += 2 * special
-        return [pattern for pattern in patterns if not (bent and pattern.main_only)]
+        return [pattern for pattern in patterns if not (subordinate and pattern.main_only)]
 
     def _clause(self, clause: Clause, marked: Mapping[str, str], *, front: bool) -> str:
         """Return a clause's text; at the front of a sentence and unmarked, it may be of any pattern."""
-        bent = bool(marked) or not front
-        pattern = self.pick(self._patterns(clause, bent=bent) or self._patterns(clause, bent=bool(marked)), clause.key)
+        subordinate = bool(marked) or not front
+        pattern = self.pick(
+            self._patterns(clause, subordinate=subordinate) or self._patterns(clause, subordinate=bool(marked)),
+            clause.key,
+        )
         nouns = self.nouns(clause.said)
         given = dict(nouns["thing"].given) if "thing" in nouns else {}
         fillers = self.table_fillers(clause.said) | self.thing_fillers(clause.said, nouns)
         text = self.render(pattern, fillers, {**self.features, **given, **marked})
         if not clause.straight and self.grammar.straight and re.search(self.grammar.straight, text):
             raise _Misleading(text)
-        self.is_there = clause.key not in NOT_REACHED
+        self.is_at_thing = clause.key not in NOT_REACHED
         things = [value for value in clause.said.values() if isinstance(value, Thing)]
         self.focus = focus_of(
             tuple(things) * (2 if clause.key == "walk between" and "pair" in clause.said else 1), self.focus
@@ -248,13 +253,13 @@ class _Draft(Phraser):
     def _finish_text(self, sentences: list[str]) -> str:
         """Return the final text: sentences ended, spacing and spelling fixed, capitals where the script has them."""
         end = self.grammar.sentence_end
-        text = " ".join(sentence.strip().rstrip(f"{MARKS} ") + end for sentence in sentences)
-        text = re.sub(rf"\s+([{MARKS}])", r"\1", " ".join(text.split()))
+        text = " ".join(sentence.strip().rstrip(f"{PUNCTUATION} ") + end for sentence in sentences)
+        text = re.sub(rf"\s+([{PUNCTUATION}])", r"\1", " ".join(text.split()))
         for pattern, replacement in self.grammar.spelling:
             text = re.sub(pattern, replacement, text)
         return re.sub(r"(^|[.।] )(\S)", lambda match: match[1] + match[2].upper(), text)
 
 
-def _bent(join: Pattern) -> frozenset[str]:
+def _subordinate_labels(join: Pattern) -> frozenset[str]:
     """Return the labels of the clauses that a join requires in another form."""
     return frozenset(part.name for part in join.body if isinstance(part, Slot) and part.marks)

@@ -3,14 +3,16 @@
 from itertools import pairwise
 
 from arramon_lang import load
-from arramon_lang.patterns import Choice, Sequence, Slot
+from arramon_lang.patterns import Alternatives, Sequence, Slot
 
 
 def readings(body: Sequence) -> list[list[str | Slot]]:
     """All sequences of words and slots that a pattern can be."""
     found: list[list[str | Slot]] = [[]]
     for part in body:
-        options = [each for option in part.options for each in readings(option)] if isinstance(part, Choice) else []
+        options = (
+            [each for option in part.options for each in readings(option)] if isinstance(part, Alternatives) else []
+        )
         more = options or [[part] if isinstance(part, Slot) else list(str(part).split())]
         found = [[*before, *after] for before in found for after in more]
     return found

@@ -209,11 +209,15 @@ def test_one_turns_there_at_the_intersection_that_one_has_walked_to() -> None:
 @pytest.mark.parametrize(("code", "there"), [("en", r"(?<!From )\bthere\b|\bat it\b"), ("hi", "वहाँ|वहीं|उसी के पास")])
 def test_one_turns_there_only_where_one_has_come_to(code: str, there: str) -> None:
     pattern = unicodedata.normalize("NFC", there)
-    for step, is_there in ((Walk("to", (BARREL,)), True), (Face(BARREL), False), (Walk("towards", (BARREL,)), False)):
+    for step, is_at_thing in (
+        (Walk("to", (BARREL,)), True),
+        (Face(BARREL), False),
+        (Walk("towards", (BARREL,)), False),
+    ):
         meaning = Navigation((step, Rotate("left", "at", BARREL)), MUG)
         texts = [load(code).write(meaning, Random(seed)) for seed in range(60)]
         said = [text for text in texts if re.search(pattern, re.sub("जहाँ[^,]*, वहाँ|वहाँ[^,]*(दिखेगा|मिलेगा)", "", text))]
-        assert bool(said) == is_there, said
+        assert bool(said) == is_at_thing, said
 
 
 @pytest.mark.parametrize(

@@ -6,13 +6,13 @@ from typing import Any
 
 from arramon_lang.patterns import parse, spell_out
 from arramon_lang.reading.matching import SplitWords
-from arramon_lang.reading.noun_phrases import NounPhrase, NounPhraseReader
+from arramon_lang.reading.noun_phrases import NounPhrase, NounPhraseParser
 
 THING, SIDE, LOOK, RELATION = "thing", "side", "look", "relation"
 
 Keys = tuple[str, ...]
 
-_YOURS = 8
+_MAX_OWN_PLACE_WORDS = 8
 """Maximum number of words in a phrase about the reader's own place."""
 
 
@@ -29,7 +29,7 @@ class Chunk:
         things: what a THING names: one, or two that share a noun.
         slight: whether a side is "slightly".
         nominal: whether a side is named as a place ("the left side") rather than as a way to turn.
-        also: whether "too" is said of a thing.
+        is_additional: whether "too" is said of a thing.
         exactly: whether a relation is said to be direct.
     """
 
@@ -40,7 +40,7 @@ class Chunk:
     things: tuple[NounPhrase, ...] = ()
     slight: bool = False
     nominal: bool = False
-    also: bool = False
+    is_additional: bool = False
     exactly: bool = False
 
 
@@ -55,20 +55,20 @@ class Chunker:
 
     Attributes:
         vocabulary: all words of the phrases.
-        is_before: whether the words that relate things stand before them, or else behind them.
+        has_prepositions: whether the words that relate things stand before them, or else behind them.
     """
 
     def __init__(
         self,
         data: Mapping[str, Any],
-        noun_phrases: NounPhraseReader,
+        noun_phrases: NounPhraseParser,
         conjunctions: frozenset[str],
         split: SplitWords,
     ) -> None:
         self._split = split
         self._noun_phrases = noun_phrases
         self._conjunctions = conjunctions
-        self.is_before: bool = data["position"] == "before"
+        self.has_prepositions: bool = data["position"] == "before"
         self._soft = frozenset(data["soft"])
         self._own = frozenset(data["own"])
         self._suffixes = tuple(data.get("suffixes", ()))
@@ -110,14 +110,14 @@ class Chunker:
 
     def _longest(self, keys: Sequence[str], at: int) -> Chunk | None:
         words = list(self._words(keys, at))
-        is_thing = not self.is_before or all(word.kind != RELATION for word in words)
+        is_thing = not self.has_prepositions or all(word.kind != RELATION for word in words)
         found: list[Chunk] = [
             *self._side(keys, at),
             *words,
             *(self._things(keys, at) if is_thing else ()),
             *self._yours(keys, at),
         ]
-        found.sort(key=lambda chunk: (chunk.end, self.is_before and _refers_back(chunk)), reverse=True)
+        found.sort(key=lambda chunk: (chunk.end, self.has_prepositions and _refers_back(chunk)), reverse=True)
         longest = found[0] if found else None
         if longest is None or longest.kind == THING:
             return longest
@@ -154,17 +154,19 @@ class Chunker:
         if keys[at] in self._own:
             yield Chunk("yours", at, at + 1)
             for of in self._of:
-                for chunk in self._words((of, *keys[at + 1 : at + _YOURS]), 0):
+                for chunk in self._words((of, *keys[at + 1 : at + _MAX_OWN_PLACE_WORDS]), 0):
                     if chunk.kind == RELATION and chunk.end > 1:
                         yield Chunk("yours", at, at + chunk.end, chunk.value)
 
     def _things(self, keys: Sequence[str], at: int) -> Iterator[Chunk]:
-        named = [(end, (one,)) for end, one in self._noun_phrases.read(keys, at) if not (one.back and not one.kind)]
-        joins = keys[at] not in self._own and not (self.is_before and self._are_joined_wholes(keys, named))
+        named = [
+            (end, (one,)) for end, one in self._noun_phrases.read(keys, at) if not (one.reference and not one.kind)
+        ]
+        joins = keys[at] not in self._own and not (self.has_prepositions and self._are_joined_wholes(keys, named))
         joined = self._noun_phrases.read_joined(keys, at, self._conjunctions) if joins else []
         for end, things in (*named, *joined):
             if things[0].kind or self._noun_phrases.is_collectible(things[0]):
-                yield Chunk(THING, at, end, things=things, also=not self._also.isdisjoint(keys[end : end + 2]))
+                yield Chunk(THING, at, end, things=things, is_additional=not self._also.isdisjoint(keys[end : end + 2]))
 
     def _are_joined_wholes(self, keys: Sequence[str], named: Iterable[tuple[int, object]]) -> bool:
         """Return whether "and" follows a whole name: "the bank and two crossings" share no noun."""
@@ -205,4 +207,4 @@ class Chunker:
 
 
 def _refers_back(chunk: Chunk) -> bool:
-    return any(named.back for named in chunk.things)
+    return any(named.reference for named in chunk.things)

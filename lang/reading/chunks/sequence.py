@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from arramon_lang.reading.chunks.chunker import LOOK, RELATION, THING, Chunk
-from arramon_lang.reading.noun_phrases import NounPhrase, NounPhraseReader
+from arramon_lang.reading.noun_phrases import NounPhrase, NounPhraseParser
 
 
 @dataclass(frozen=True, slots=True)
@@ -14,28 +14,28 @@ class ChunkSequence:
     Attributes:
         chunks: in order.
         noun_phrases: reader of the language's noun phrases, which knows what can be picked up.
-        denies_before: whether "not" stands before what is not meant, or else behind it.
+        negates_before: whether "not" stands before what is not meant, or else behind it.
     """
 
     chunks: Sequence[Chunk]
-    noun_phrases: NounPhraseReader
-    denies_before: bool = False
+    noun_phrases: NounPhraseParser
+    negates_before: bool = False
 
     def is_collectible(self, number: int) -> bool:
         """Return whether a chunk names one thing that can be picked up."""
         chunk = self.chunks[number]
         return chunk.kind == THING and len(chunk.things) == 1 and self.noun_phrases.is_collectible(chunk.things[0])
 
-    def is_denied(self, number: int) -> bool:
+    def is_negated(self, number: int) -> bool:
         """Return whether it is said of a thing that it is not the one to pick up."""
-        if self.denies_before and self._is_told_not(range(number - 1, -1, -1), ("stop", "comma", "but")):
+        if self.negates_before and self._meets_negation(range(number - 1, -1, -1), ("stop", "comma", "but")):
             return True
         after = range(number + 1, len(self.chunks))
-        if self.denies_before:
-            return self._is_told_not(after, ("stop", "comma", THING)) and not self._is_about_next(number)
-        return self._is_told_not(after, ("stop",))
+        if self.negates_before:
+            return self._meets_negation(after, ("stop", "comma", THING)) and not self._is_about_next(number)
+        return self._meets_negation(after, ("stop",))
 
-    def _is_told_not(self, numbers: range, ends: Sequence[str]) -> bool:
+    def _meets_negation(self, numbers: range, ends: Sequence[str]) -> bool:
         """Return whether "not" is the first of these chunks that ends what is said of a thing."""
         for n in numbers:
             if self.chunks[n].kind in ("not", *ends) or self.is_collectible(n):
@@ -52,7 +52,7 @@ class ChunkSequence:
         found = [(self._score(n), n) for n in range(len(self.chunks)) if self.is_collectible(n)]
         return max(found)[1] if found else None
 
-    def described_later(self, number: int) -> NounPhrase:
+    def later_description(self, number: int) -> NounPhrase:
         """Return what is said of the target after it: "the ball over there, the striped one"."""
         for n in range(number + 1, len(self.chunks)):
             chunk = self.chunks[n]
@@ -87,4 +87,6 @@ class ChunkSequence:
     def _score(self, number: int) -> tuple[bool, int]:
         chunk = self.chunks[number]
         named = chunk.things[0]
-        return not (chunk.also or self.is_denied(number)), sum(map(bool, (named.kind, named.colour, named.look)))
+        return not (chunk.is_additional or self.is_negated(number)), sum(
+            map(bool, (named.kind, named.colour, named.look))
+        )

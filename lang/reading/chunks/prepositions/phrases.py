@@ -35,7 +35,7 @@ _STRAIGHT = ("there", "straight", "ahead")
 
 
 @dataclass(slots=True)
-class Named:
+class ListedThing:
     """A thing, with its side if that is said; `joined` is what stands before it in its list."""
 
     thing: Thing
@@ -61,7 +61,7 @@ class Phrase:
     value: str
     joined: str
     chunk: Chunk
-    named: list[Named] = field(default_factory=list)
+    named: list[ListedThing] = field(default_factory=list)
     is_pronoun: bool = False
 
     @property
@@ -71,7 +71,7 @@ class Phrase:
 
 
 @dataclass(frozen=True, slots=True)
-class Phrases:
+class PhraseSequence:
     """The phrases of a text in order, and what is around each of them.
 
     Attributes:

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 from arramon_lang.meaning import Thing, Where
 from arramon_lang.reading.chunks.chunker import SIDE
-from arramon_lang.reading.chunks.prepositions.phrases import OTHER, PLACES, SIDES, STOP, THINGS, Phrase, Phrases
-from arramon_lang.reading.discourse import GROUND
+from arramon_lang.reading.chunks.prepositions.phrases import OTHER, PLACES, SIDES, STOP, THINGS, Phrase, PhraseSequence
+from arramon_lang.reading.discourse import GROUND_KINDS
 
 _WHERES = {
     "on": "on_top_of", "into": "on_top_of", "before": "in_front_of", "in_front_of": "in_front_of",
@@ -26,10 +26,12 @@ def relations(phrase: Phrase) -> Iterator[Where]:
         yield Where("between", things[:2])
         return
     relation = "near" if relation == "between" else relation
-    yield from (Where(relation, (thing,)) for thing in things if not (thing.kind in GROUND and relation == "near"))
+    yield from (
+        Where(relation, (thing,)) for thing in things if not (thing.kind in GROUND_KINDS and relation == "near")
+    )
 
 
-def relations_after(phrases: Phrases) -> Iterator[Where]:
+def relations_after(phrases: PhraseSequence) -> Iterator[Where]:
     """Yield what is said of the object to pick up after it has been named."""
     is_other = False
     for number in range(phrases.target + 1, len(phrases.listed)):
@@ -48,20 +50,20 @@ def relations_after(phrases: Phrases) -> Iterator[Where]:
             yield Where(f"{phrase.value}_of", (Thing("you"),))
 
 
-def _is_shown_by_target(phrases: Phrases, number: int) -> bool:
+def _is_shown_by_target(phrases: PhraseSequence, number: int) -> bool:
     """Return whether it is told where something is of the object to pick up: "the pharmacy is behind it"."""
     phrase, place = phrases.listed[number], _place_after(phrases, number)
     is_of_it = place.is_pronoun and not place.joined and place.value in _OPPOSITES
     return phrase.kind == THINGS and not phrase.value and is_of_it
 
 
-def _place_after(phrases: Phrases, number: int) -> Phrase:
+def _place_after(phrases: PhraseSequence, number: int) -> Phrase:
     """Return the things that follow within two phrases, or else the phrase itself."""
     after = phrases.listed[number + 1 : number + 3]
     return next((each for each in after if each.kind == THINGS), phrases.listed[number])
 
 
-def _is_place(phrases: Phrases, number: int) -> bool:
+def _is_place(phrases: PhraseSequence, number: int) -> bool:
     """Return whether things say where the object is, not what another thing looks like."""
     phrase, before = phrases.listed[number], phrases.listed[number - 1]
     if phrase.is_pronoun and _is_shown_by_target(phrases, number - 1):
@@ -69,7 +71,7 @@ def _is_place(phrases: Phrases, number: int) -> bool:
     return phrase.value != "with" and not (before.kind == THINGS and phrase.value == "of")
 
 
-def _is_stress(phrases: Phrases, number: int) -> bool:
+def _is_stress(phrases: PhraseSequence, number: int) -> bool:
     """Return whether "right" only stresses what follows: "right there"."""
     phrase = phrases.listed[number]
     return phrase.value == "right" and not phrase.chunk.nominal and phrases.is_next(number, "there", "ahead", THINGS)

@@ -5,17 +5,17 @@ from dataclasses import dataclass, replace
 from arramon_lang.grammar import Grammar
 from arramon_lang.meaning import Face, Navigation, Rotate, Thing, Walk, Where
 from arramon_lang.reading.chunks.chunker import RELATION, SIDE, THING
-from arramon_lang.reading.chunks.postpositions.sides import BOUNDARIES, MOVING, STANDING, SidedRoute
-from arramon_lang.reading.chunks.postpositions.steps import PASSED, Named, Place
-from arramon_lang.reading.discourse import GROUND, POINTS, Discourse
+from arramon_lang.reading.chunks.postpositions.route_draft import PASSED, PendingPlace, PendingThing
+from arramon_lang.reading.chunks.postpositions.side_parser import BOUNDARIES, MOVING, STANDING, SideParser
+from arramon_lang.reading.discourse import GROUND_KINDS, POINT_KINDS, Discourse
 from arramon_lang.reading.noun_phrases import NounPhrase
 
-_SIGNS = ("there", "back_again", "which", "one_side", "other_side", "repeat", "until")
+_FLAGS = ("there", "back_again", "which", "one_side", "other_side", "repeat", "until")
 """Words that change what the next chunks mean."""
 
 
 @dataclass(slots=True, kw_only=True)
-class RouteReader(SidedRoute):
+class PostpositionRouteParser(SideParser):
     """Reads one text's chunks.
 
     Attributes:
@@ -50,8 +50,8 @@ class RouteReader(SidedRoute):
 
     def _thing(self, discourse: Discourse, named: NounPhrase) -> Thing:
         thing = discourse.mention(named)
-        if not thing.kind and not self.text.noun_phrases.is_collectible(named) and self._said:
-            thing = replace(thing, kind=self._said[-1].kind)
+        if not thing.kind and not self.text.noun_phrases.is_collectible(named) and self._mentioned:
+            thing = replace(thing, kind=self._mentioned[-1].kind)
         return thing
 
     def _name(self, number: int, things: list[Thing], chosen: int) -> int:
@@ -68,57 +68,62 @@ class RouteReader(SidedRoute):
         return number
 
     def _is_distracter(self, number: int) -> bool:
-        if self._target is None or self.text.is_denied(number) or self.text.next_kind(number) != RELATION:
-            return self._target is not None or self.text.is_denied(number)
+        if self._target is None or self.text.is_negated(number) or self.text.next_kind(number) != RELATION:
+            return self._target is not None or self.text.is_negated(number)
         return self.text.is_relation(number + 1, "of", "having", "object")
 
     def _add(self, thing: Thing) -> None:
-        at: tuple[Place, ...] = ()
-        if self._describes and self._named:
-            size = self._joined_size() if thing.kind in (*POINTS, "street", "alley") else 1
-            at = (Place("near", tuple(self._named[-size:])),)
-            del self._named[-size:]
+        at: tuple[PendingPlace, ...] = ()
+        if self._describes and self._pending:
+            size = self._joined_size() if thing.kind in (*POINT_KINDS, "street", "alley") else 1
+            at = (PendingPlace("near", tuple(self._pending[-size:])),)
+            del self._pending[-size:]
         elif self._describes and self._places:
             at = (self._places.pop(),)
         shown = at[0].named[0].thing if at else thing
         is_shop = thing.kind in ("building", "shop_sign") and shown.kind == "shop_sign" and bool(shown.look)
         if at and (is_shop or (thing.kind == "corner" and shown.kind in ("building", "shop_sign"))):
             thing, at = shown, ()  # The building with the cinema's sign, or the cinema's corner: the cinema.
-        self._named.append(Named(thing, self._joined, self._side, at))
-        self._said.append(thing)
-        if "other_side" in self._signs and len(self._named) > 1:
-            self._signs.discard("one_side")
-            pair = (self._named[-2], self._named[-1])
-            self._named[-2:] = []
-            self._places.append(Place("between", pair))
+        self._pending.append(PendingThing(thing, self._joined, self._side, at))
+        self._mentioned.append(thing)
+        if "other_side" in self._flags and len(self._pending) > 1:
+            self._flags.discard("one_side")
+            pair = (self._pending[-2], self._pending[-1])
+            self._pending[-2:] = []
+            self._places.append(PendingPlace("between", pair))
         self._describes = False
-        self._signs.discard("other_side")
+        self._flags.discard("other_side")
         self._joined = ""
 
     def _found(self, thing: Thing, number: int) -> None:
-        self._pass(self._named)
-        self._named = []
+        self._pass(self._pending)
+        self._pending = []
         self._place_target()
         if not thing.look or not thing.colour:
-            later = self.text.described_later(number)
+            later = self.text.later_description(number)
             thing = replace(thing, look=thing.look or later.look, colour=thing.colour or later.colour)
-        if "there" in self._signs and not self._where and self._said and self._said[-1].kind not in GROUND:
-            self._where.append(Where("near", (self._said[-1],)))
+        if (
+            "there" in self._flags
+            and not self._where
+            and self._mentioned
+            and self._mentioned[-1].kind not in GROUND_KINDS
+        ):
+            self._where.append(Where("near", (self._mentioned[-1],)))
         self._target = thing
         self._side = ""
 
     def _pass_over(self, number: int, thing: Thing) -> int:
         """Skip what is said of an object that is not to be picked up."""
         if self._target is None:
-            self._pass(self._named)
-        self._named, self._places, self._side = [], [], ""
+            self._pass(self._pending)
+        self._pending, self._places, self._side = [], [], ""
         end = number
         for n, chunk in enumerate(self.text.chunks[number + 1 :], number + 1):
             if chunk.kind == "stop":
                 break
             if chunk.kind == "not" or self._target is not None:
                 end = n
-        self._said.append(thing)
+        self._mentioned.append(thing)
         return end
 
     # What stands behind things, verbs and joining words.
@@ -135,12 +140,12 @@ class RouteReader(SidedRoute):
             self._join(chunk.kind)
         elif chunk.kind in ("it", "them"):
             self._refer(number)
-        elif chunk.kind == "all" and self._named:
-            self._named = [replace(each, joined="comma") for each in self._named]
+        elif chunk.kind == "all" and self._pending:
+            self._pending = [replace(each, joined="comma") for each in self._pending]
             self._joined = ""
-        elif chunk.kind in _SIGNS:
-            self._signs.add(chunk.kind)
-        elif chunk.kind in ("straight", "ahead") and not self._named:
+        elif chunk.kind in _FLAGS:
+            self._flags.add(chunk.kind)
+        elif chunk.kind in ("straight", "ahead") and not self._pending:
             if self._is_passing("through_between"):
                 self._resolve()
             self._ahead()
@@ -165,9 +170,11 @@ class RouteReader(SidedRoute):
         if self.text.next_kind(number) != RELATION:
             return
         size = 2 if self.text.chunks[number].kind == "them" else 1
-        within = [thing for thing in self._said if thing.kind in GROUND]
+        within = [thing for thing in self._mentioned if thing.kind in GROUND_KINDS]
         is_in = self.text.chunks[number + 1].value == "in" and bool(within)
-        self._named += [Named(thing, "and", again=True) for thing in (within if is_in else self._said)[-size:]]
+        self._pending += [
+            PendingThing(thing, "and", again=True) for thing in (within if is_in else self._mentioned)[-size:]
+        ]
 
     def _behind(self, value: str, number: int) -> None:
         if value == "steps_behind":  # "Turn back from the bank", "behind the bank".
@@ -180,13 +187,13 @@ class RouteReader(SidedRoute):
         following = self.text.next_kind(number)
         if value in ("of", "having"):
             side = self.text.chunks[number + 1] if following == SIDE else None
-            if side is not None and side.value in ("left", "right") and self._named:
+            if side is not None and side.value in ("left", "right") and self._pending:
                 self._place(f"{side.value}_of")
                 self._relation = number + 1
             else:
                 self._describes = following == THING
             return
-        if value == "object" or not self._named:
+        if value == "object" or not self._pending:
             return
         self._place(value)
 
@@ -195,8 +202,8 @@ class RouteReader(SidedRoute):
             self._stands(value)
         elif value == "pass" and self._target is None:
             self._resolve()
-            self._pass(self._named)
-            self._named = []
+            self._pass(self._pending)
+            self._pending = []
         elif value in ("walk", "return"):
             if not self.text.is_relation(number + 1, "having"):
                 self._walk_verb(is_return=value == "return")
@@ -210,21 +217,21 @@ class RouteReader(SidedRoute):
             elif self.text.next_kind(number) != SIDE:
                 self._rotate("around")
         elif value == "turn_round" or (
-            value == "turn" and "back_again" in self._signs and self.text.next_kind(number) != SIDE
+            value == "turn" and "back_again" in self._flags and self.text.next_kind(number) != SIDE
         ):
             self._rotate("around")
 
     def _stands(self, value: str) -> None:
         """Take things of which a verb says that they are somewhere, come, are seen or kept on a side."""
-        if value == "come" and not (self._named and self._named[-1].side):
-            self._signs.add("there")
-        if "one_side" in self._signs or not self._named:
+        if value == "come" and not (self._pending and self._pending[-1].side):
+            self._flags.add("there")
+        if "one_side" in self._flags or not self._pending:
             return
-        named, self._named = self._named, []
+        named, self._pending = self._pending, []
         if self._target is not None:
             self._where += [Where("near", (each.thing,)) for each in named]
-        elif "which" in self._signs:
-            del self._said[-len(named) :]
+        elif "which" in self._flags:
+            del self._mentioned[-len(named) :]
         else:
             if value == "be" and self._places and self._places[-1].value == "at" and not named[-1].side:
                 named = list(self._places.pop().named)  # "On the building is a flag": it is the building.
@@ -235,12 +242,12 @@ class RouteReader(SidedRoute):
                 self._come_beside(named[-1])
             else:
                 self._walk("past" if named[-1].side else "until", named[-1])
-        self._signs.discard("which")
+        self._flags.discard("which")
 
     def _walk_verb(self, *, is_return: bool) -> None:
         if self._target is not None:
             return
-        if (is_return or "back_again" in self._signs) and not self.steps and not self._places:
+        if (is_return or "back_again" in self._flags) and not self.steps and not self._places:
             self._rotate("around")
         last = self._places[-1] if self._places else None
         self._resolve(reaching=last is not None and last.value in ("at", "near", "in_front_of"))
@@ -252,10 +259,10 @@ class RouteReader(SidedRoute):
     def _stop(self) -> None:
         if self._target is None:
             self._resolve()
-            self._pass(self._named)
+            self._pass(self._pending)
         else:
             self._place_target()
-            self._where += [Where("near", (each.thing,)) for each in self._named]
-        self._named, self._joined, self._side = [], "then", ""
+            self._where += [Where("near", (each.thing,)) for each in self._pending]
+        self._pending, self._joined, self._side = [], "then", ""
         self._describes = False
-        self._signs.clear()
+        self._flags.clear()

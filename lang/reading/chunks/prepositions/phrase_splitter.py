@@ -13,11 +13,11 @@ from arramon_lang.reading.chunks.prepositions.phrases import (
     THEN,
     THINGS,
     VERB,
-    Named,
+    ListedThing,
     Phrase,
 )
 from arramon_lang.reading.chunks.sequence import ChunkSequence
-from arramon_lang.reading.discourse import CROSSED, GROUND, Discourse
+from arramon_lang.reading.discourse import CROSSED_KINDS, GROUND_KINDS, Discourse
 from arramon_lang.reading.noun_phrases import NounPhrase
 
 SHOWN = ("banner", "awning", "shop_sign", "building_corner", "wall", "corner")
@@ -38,7 +38,7 @@ _JOINTS = ("comma", "and")
 
 
 @dataclass(slots=True, kw_only=True)
-class Phraser:
+class PhraseSplitter:
     """Divides one text into phrases.
 
     Attributes:
@@ -90,7 +90,7 @@ class Phraser:
             relation = self._open.value if self._open is not None and not self._open.named else ""
             if self._open is not None and not self._open.named:
                 self.phrases.remove(self._open)
-            self.phrases.append(Phrase(kind, relation, self._joined, chunk, [Named(things[0])]))
+            self.phrases.append(Phrase(kind, relation, self._joined, chunk, [ListedThing(things[0])]))
             self._open, self._joined, self._side = None, "", ""
         else:
             self._add(things, number)
@@ -122,10 +122,10 @@ class Phraser:
             self._begin("", number)
         self._corrects = False
         assert self._open is not None
-        if self.text.chunks[number].also and not self._side:
+        if self.text.chunks[number].is_additional and not self._side:
             self._side = self._last_side
         for thing in things:
-            self._open.named.append(Named(thing, self._side, self._joined if self._open.named else ""))
+            self._open.named.append(ListedThing(thing, self._side, self._joined if self._open.named else ""))
             self._joined = "and"
         if not self._is_shown(things):
             self._said += things
@@ -185,7 +185,7 @@ class Phraser:
 
     def _meant(self, value: str, pronoun: str) -> list[Thing]:
         """Return the last thing, or two; for what one follows, the last way if there is one."""
-        grounds = [thing for thing in self._said[-3:] if thing.kind in GROUND]
+        grounds = [thing for thing in self._said[-3:] if thing.kind in GROUND_KINDS]
         if value == "along" and grounds:
             return grounds[-1:]
         return self._said[-2:] if pronoun == "them" else self._said[-1:]
@@ -227,7 +227,7 @@ class Phraser:
 
     def _crossed_kind(self) -> str:
         if self._open is not None and self._open.value == "over":
-            return next((each.kind for each in reversed(self._said) if each.kind in CROSSED), "zebra_crossing")
+            return next((each.kind for each in reversed(self._said) if each.kind in CROSSED_KINDS), "zebra_crossing")
         return self._said[-1].kind if self._said else "zebra_crossing"
 
     # Sides.

@@ -33,7 +33,7 @@ _WITHIN_YOURS = {"beyond": "in_front_of", "ahead": "in_front_of"}
 
 
 @dataclass(slots=True, kw_only=True)
-class RoomReader:
+class PlacementParser:
     """Reads one text's chunks.
 
     Attributes:
@@ -47,10 +47,10 @@ class RoomReader:
     _open: list[Where] = field(default_factory=list)
     """Relations of which what follows says whether they are the object's or a landmark's."""
     _where: list[Where] = field(default_factory=list)
-    _named: list[Thing] = field(default_factory=list)
+    _pending: list[Thing] = field(default_factory=list)
     """Things that nothing has been said of yet."""
-    _said: list[Thing] = field(default_factory=list)
-    _shown: list[Thing] = field(default_factory=list)
+    _mentioned: list[Thing] = field(default_factory=list)
+    _located: list[Thing] = field(default_factory=list)
     """Things that are said to be somewhere, with their relations."""
     _object: Thing | None = None
     _is_stated: bool = False
@@ -78,7 +78,7 @@ class RoomReader:
             else:
                 self._word(number)
         self._settle()
-        self._where = [replace(each, things=tuple(map(self._as_shown, each.things))) for each in self._where]
+        self._where = [replace(each, things=tuple(map(self._with_location, each.things))) for each in self._where]
         if not self._where:
             return None
         thing = self._object or Thing("")
@@ -105,7 +105,7 @@ class RoomReader:
             self._settle()
 
     def _ahead(self, number: int) -> None:
-        if self.text.is_relation(number - 1, "from") and self._named[-1:] == [_YOU]:
+        if self.text.is_relation(number - 1, "from") and self._pending[-1:] == [_YOU]:
             self._relate("in_front_of")
         elif self.text.chunks[number].kind == "ahead" and not self._is_of_thing(number):
             self._open.append(Where("in_front_of", (_YOU,)))
@@ -120,29 +120,29 @@ class RoomReader:
         if self._describes and self._open:
             thing = replace(thing, where=(*thing.where, self._open.pop()))
         self._describes = False
-        self._named.append(self._in_full(thing))
+        self._pending.append(self._in_full(thing))
 
     def _in_full(self, thing: Thing) -> Thing:
         """Return a thing with the colour and pattern that it had when it was named before ("the bucket")."""
         if thing.colour or thing.look or thing.kind in ("", "you", *_FIXED):
             return thing
-        return next((each for each in reversed(self._said) if each.kind == thing.kind), thing)
+        return next((each for each in reversed(self._mentioned) if each.kind == thing.kind), thing)
 
     def _judge(self, number: int) -> None:
         """Say whether the last named thing is the object or a landmark, if no relation to it follows."""
         following = self.text.chunks[number + 1] if number + 1 < len(self.text.chunks) else None
-        thing = self._named[-1]
+        thing = self._pending[-1]
         if following is not None and following.kind == RELATION and following.value == "object":
             self._take_object(thing)
             self._is_stated = True
         elif following is not None and following.kind in (RELATION, "and", "which"):
             return
-        elif self._is_shown(number):
-            self._show(thing)
+        elif self._is_located(number):
+            self._add_located(thing)
         elif thing.kind not in _FIXED:
             self._take_object(thing)
 
-    def _is_shown(self, number: int) -> bool:
+    def _is_located(self, number: int) -> bool:
         """Return whether a thing is said to be somewhere, not placed: a verb of being, or a later "on it"."""
         for chunk in self.text.chunks[number + 1 :]:
             if chunk.kind == "verb":
@@ -153,22 +153,22 @@ class RoomReader:
                 return False
         return False
 
-    def _show(self, thing: Thing) -> None:
+    def _add_located(self, thing: Thing) -> None:
         thing = replace(thing, where=(*thing.where, *self._open))
         self._open = []
-        self._shown.append(thing)
-        self._said.append(thing)
-        self._named, self._is_open = [], True
+        self._located.append(thing)
+        self._mentioned.append(thing)
+        self._pending, self._is_open = [], True
 
     def _take_object(self, thing: Thing) -> None:
         if self._object is None or not (self._is_stated or self._object.colour or self._object.look):
             self._object = thing
-        self._named, self._is_open = [], False
+        self._pending, self._is_open = [], False
 
     def _refer(self, count: int) -> None:
         self._is_open = False
-        earlier = [thing for thing in self._said if thing.kind not in _FIXED] or self._said
-        self._named = earlier[-count:]
+        earlier = [thing for thing in self._mentioned if thing.kind not in _FIXED] or self._mentioned
+        self._pending = earlier[-count:]
 
     def _take_side(self, number: int) -> None:
         chunk, following = self.text.chunks[number], self.text.next_kind(number)
@@ -180,7 +180,7 @@ class RoomReader:
             self.turns.append(f"slightly {direction}" if chunk.slight and direction != "around" else direction)
         elif chunk.value in _SIDES:
             before = self.text.chunks[number - 1] if number else None
-            if before is not None and before.kind == RELATION and before.value in ("of", "from") and self._named:
+            if before is not None and before.kind == RELATION and before.value in ("of", "from") and self._pending:
                 self._relate(f"{chunk.value}_of", exactly=chunk.exactly)
             elif following in (THING, SIDE) or self._is_description(number + 1):
                 self._side = chunk.value
@@ -205,28 +205,28 @@ class RoomReader:
         if value in _DESCRIBING:
             if following == SIDE:
                 return
-            if self._named and following == THING:
+            if self._pending and following == THING:
                 self._open.append(Where("near", (self._take(),)))
             before = self.text.chunks[number - 1] if number else None
             is_place = before is not None and (before.kind in (THING, RELATION, "yours") or before.value in _SIDES)
             self._describes = following == THING and is_place and bool(self._open)
-        elif value == "towards" and self._named[-1:] == [_YOU]:
+        elif value == "towards" and self._pending[-1:] == [_YOU]:
             if self._open:  # "One this way from the ball, towards the tile."
-                self._named = []
+                self._pending = []
             else:
                 self._relate("in_front_of")
         elif value == "from":
             if following not in (SIDE, "straight", "ahead"):
-                self._named = []
-        elif value in ("in", "on") and self._named and self._named[-1].kind in _FIXED:
+                self._pending = []
+        elif value in ("in", "on") and self._pending and self._pending[-1].kind in _FIXED:
             self._relate("near")
-        elif value in _RELATIONS and self._named:
+        elif value in _RELATIONS and self._pending:
             self._relate(_RELATIONS[value], exactly=self.text.chunks[number].exactly)
 
     def _yours(self, number: int) -> None:
         value = self.text.chunks[number].value
         if value in ("between", "through_between"):
-            self._named.append(_YOU)
+            self._pending.append(_YOU)
             self._relate("between")
         elif value and value != "towards":
             self._open.append(
@@ -235,25 +235,25 @@ class RoomReader:
                 )
             )
         elif self.text.next_kind(number) == "and":
-            self._named.append(_YOU)
+            self._pending.append(_YOU)
 
     def _relate(self, relation: str, *, exactly: bool = False) -> None:
-        if relation == "between" and len(self._named) > 1:
-            self._open.append(Where(relation, tuple(self._named[-2:]), exactly))
-            landmarks = self._named[-2:]
+        if relation == "between" and len(self._pending) > 1:
+            self._open.append(Where(relation, tuple(self._pending[-2:]), exactly))
+            landmarks = self._pending[-2:]
         else:
             relation = "near" if relation == "between" else relation
-            landmarks = self._named[-1:]
+            landmarks = self._pending[-1:]
             self._open.append(Where(relation, (landmarks[0],), exactly))
-        self._said += [thing for thing in landmarks if thing.kind not in ("you", "wall", "corner")]
-        rest = self._named[: -len(landmarks)]
-        self._named = []
+        self._mentioned += [thing for thing in landmarks if thing.kind not in ("you", "wall", "corner")]
+        rest = self._pending[: -len(landmarks)]
+        self._pending = []
         if rest and rest[0].kind != "you":
             self._take_object(rest[0])
 
     def _take(self) -> Thing:
-        thing = self._named[-1]
-        self._named = []
+        thing = self._pending[-1]
+        self._pending = []
         return thing
 
     def _settle(self) -> None:
@@ -261,14 +261,14 @@ class RoomReader:
         if self._side:
             self._open.append(Where(f"{self._side}_of", (_YOU,)))
         if self._is_open and self._open:  # "There is a ball, to the right of the bowl."
-            self._show(self._shown.pop())
+            self._add_located(self._located.pop())
         self._is_open = False
         self._where += self._open
         self._open, self._side, self._describes = [], "", False
 
-    def _as_shown(self, thing: Thing) -> Thing:
+    def _with_location(self, thing: Thing) -> Thing:
         """Return a landmark with the relations that were said of it."""
-        shown = next((each for each in self._shown if each.is_same(thing)), None)
+        shown = next((each for each in self._located if each.is_same(thing)), None)
         return thing if shown is None or thing.where else shown
 
     def _is_of_thing(self, number: int) -> bool:
@@ -285,4 +285,4 @@ class RoomReader:
 
 
 def _refers_back(chunk: Chunk) -> bool:
-    return chunk.kind in ("it", "verb") or (chunk.kind == THING and bool(chunk.things[0].back))
+    return chunk.kind in ("it", "verb") or (chunk.kind == THING and bool(chunk.things[0].reference))

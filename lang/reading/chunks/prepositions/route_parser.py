@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from arramon_lang.grammar import Grammar
 from arramon_lang.meaning import Face, Navigation, Thing, Walk, Where
 from arramon_lang.reading.chunks.chunker import SIDE
-from arramon_lang.reading.chunks.prepositions.phraser import SHOWN, Phraser
+from arramon_lang.reading.chunks.prepositions.phrase_splitter import SHOWN, PhraseSplitter
 from arramon_lang.reading.chunks.prepositions.phrases import (
     ATS,
     OTHER,
@@ -17,19 +17,19 @@ from arramon_lang.reading.chunks.prepositions.phrases import (
     THEN,
     THINGS,
     VERB,
-    Phrases,
+    PhraseSequence,
 )
-from arramon_lang.reading.chunks.prepositions.route import Route
+from arramon_lang.reading.chunks.prepositions.step_builder import StepBuilder
 from arramon_lang.reading.chunks.prepositions.target import relations, relations_after
 from arramon_lang.reading.chunks.sequence import ChunkSequence
-from arramon_lang.reading.discourse import POINTS, Discourse
+from arramon_lang.reading.discourse import POINT_KINDS, Discourse
 
 _DESCRIBING = ("with", "of", "at", "by", "near", "on", "in_front_of", "under")
 """Words by which a thing is told apart, right behind it: "the house with the awning"."""
 
 
 @dataclass(slots=True, kw_only=True)
-class RouteReader:
+class PrepositionRouteParser:
     """Reads one text's chunks.
 
     Attributes:
@@ -39,7 +39,7 @@ class RouteReader:
 
     text: ChunkSequence
     grammar: Grammar
-    _route: Route = field(default_factory=Route)
+    _route: StepBuilder = field(default_factory=StepBuilder)
     _where: list[Where] = field(default_factory=list)
     _is_there: bool = False
     """Whether "there" has been said of what was passed or reached last."""
@@ -49,19 +49,19 @@ class RouteReader:
         chosen = self.text.target()
         if chosen is None:
             return None
-        listed = Phraser(text=self.text, discourse=Discourse(self.grammar), target=chosen).read()
-        phrases = Phrases(listed, next(n for n, phrase in enumerate(listed) if phrase.kind == TARGET))
+        listed = PhraseSplitter(text=self.text, discourse=Discourse(self.grammar), target=chosen).read()
+        phrases = PhraseSequence(listed, next(n for n, phrase in enumerate(listed) if phrase.kind == TARGET))
         number = 0
         while number < phrases.target:
             number = self._take(phrases, number)
         target = listed[phrases.target].last
         if not target.look or not target.colour:
-            later = self.text.described_later(chosen)
+            later = self.text.later_description(chosen)
             target = replace(target, look=target.look or later.look, colour=target.colour or later.colour)
         where = dict.fromkeys((*self._where, *relations_after(phrases)))
         return Navigation(tuple(self._route.steps), replace(target, where=tuple(where)))
 
-    def _take(self, phrases: Phrases, number: int) -> int:
+    def _take(self, phrases: PhraseSequence, number: int) -> int:
         """Take a phrase before the object to pick up is named; return the number of the next one."""
         phrase = phrases.listed[number]
         if phrase.kind == THINGS:
@@ -82,7 +82,7 @@ class RouteReader:
 
     # Things.
 
-    def _take_things(self, phrases: Phrases, number: int) -> int:
+    def _take_things(self, phrases: PhraseSequence, number: int) -> int:
         phrase = phrases.listed[number]
         turn = self._turn_at(phrases, number)
         if turn is not None:
@@ -103,7 +103,7 @@ class RouteReader:
             self._route.walk(phrase)
         return number + 1
 
-    def _turn_at(self, phrases: Phrases, number: int) -> int | None:
+    def _turn_at(self, phrases: PhraseSequence, number: int) -> int | None:
         """Return the number of the turn that is made at a phrase's things, if there is one."""
         phrase = phrases.listed[number]
         is_rounded = phrase.value == "around" or (not phrase.value and phrases.is_after_verb(number, "turn"))
@@ -116,7 +116,7 @@ class RouteReader:
         has_own_place = phrases.listed[turn].joined and phrases.place_of_turn(turn) is not None
         return None if has_own_place else turn  # "At the end, right around the kiosk."
 
-    def _describes(self, phrases: Phrases, number: int) -> bool:
+    def _describes(self, phrases: PhraseSequence, number: int) -> bool:
         """Return whether things only tell the one before them apart: "the white house with the banner"."""
         phrase, before = phrases.listed[number], phrases.before(number)
         if before is None or not phrases.is_behind_thing(number) or phrase.value not in _DESCRIBING:
@@ -130,11 +130,11 @@ class RouteReader:
             return is_shown
         if phrase.last.kind == "street_end":
             return False
-        return before.value in ("to", "towards", "until") or phrase.value == "of" or before.last.kind not in POINTS
+        return before.value in ("to", "towards", "until") or phrase.value == "of" or before.last.kind not in POINT_KINDS
 
     # Turns.
 
-    def _take_side(self, phrases: Phrases, number: int) -> int:
+    def _take_side(self, phrases: PhraseSequence, number: int) -> int:
         if phrases.listed[number].value not in SIDES:
             self._route.rotate_around()
             return number + 1
@@ -160,7 +160,7 @@ class RouteReader:
         self._is_there = False
         return number + 1
 
-    def _turn_around(self, phrases: Phrases, number: int) -> int:
+    def _turn_around(self, phrases: PhraseSequence, number: int) -> int:
         """Take "back" or "round" for a turn around if nothing else says how one turns; return the next number."""
         verb, before = phrases.verb_of_side(number), phrases.before(number)
         if phrases.listed[number].kind == "back":
@@ -176,27 +176,27 @@ class RouteReader:
         return number + 2 if phrases.is_next(number, SIDE) else number + 1
 
 
-def _direction(phrases: Phrases, number: int) -> str:
+def _direction(phrases: PhraseSequence, number: int) -> str:
     phrase = phrases.listed[number]
     is_slight = phrase.chunk.slight or phrases.verb_of_side(number) == "bear"
     return f"slightly {phrase.value}" if is_slight else phrase.value
 
 
-def _is_street_beside(phrases: Phrases, number: int) -> bool:
+def _is_street_beside(phrases: PhraseSequence, number: int) -> bool:
     """Return whether one is to take a street that is on a side."""
     phrase = phrases.listed[number]
     is_taken = phrases.is_after_verb(number, "turn") and phrase.last.kind in ("street", "alley")
     return is_taken and bool(phrase.named[-1].side)
 
 
-def _is_faced(phrases: Phrases, number: int) -> bool:
+def _is_faced(phrases: PhraseSequence, number: int) -> bool:
     """Return whether one is to turn to a thing: "face the bank", "turn towards the bank"."""
     value = phrases.listed[number].value
     is_turned = value == "towards" and phrases.is_after_verb(number, "turn", "look")
     return is_turned or (not value and phrases.is_after_verb(number, "look"))
 
 
-def _after_clause(phrases: Phrases, number: int) -> int:
+def _after_clause(phrases: PhraseSequence, number: int) -> int:
     """Return the number of the phrase after what is said of something else."""
     following: Iterator[int] = iter(range(number + 1, phrases.target))
     ends = (n for n in following if phrases.listed[n].kind in (STOP, THEN) or phrases.listed[n].joined == "comma")

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from arramon_lang.meaning import Rotate, Step, Thing, Walk
-from arramon_lang.reading.chunks.prepositions.phrases import Named, Phrase
-from arramon_lang.reading.discourse import CROSSED, POINTS
+from arramon_lang.reading.chunks.prepositions.phrases import ListedThing, Phrase
+from arramon_lang.reading.discourse import CROSSED_KINDS, POINT_KINDS
 
 _WAYS = {"to": "to", "until": "until", "towards": "towards", "along": "along", "up": "along", "into": "along"}
 """How one walks to or along things that these words relate; past others."""
@@ -15,7 +15,7 @@ _REACHED = ("at", "near", "on", "before", "in_front_of")
 
 
 @dataclass(slots=True)
-class Route:
+class StepBuilder:
     """The steps so far.
 
     Attributes:
@@ -39,7 +39,7 @@ class Route:
             if value != "with" or not each.side:
                 self.last, self.last_at = each.thing, "before" if value == "before" else "at"
 
-    def pass_all(self, named: Sequence[Named]) -> None:
+    def pass_all(self, named: Sequence[ListedThing]) -> None:
         """Walk past things."""
         for each in named:
             self._walk_to("past", each)
@@ -78,16 +78,16 @@ class Route:
         if isinstance(last, Walk) and last.things and not last.side:
             self.steps[-1] = replace(last, way="past" if last.way in ("to", "until") else last.way, side=side)
 
-    def _walk_to(self, value: str, named: Named) -> None:
+    def _walk_to(self, value: str, named: ListedThing) -> None:
         kind, thing = named.thing.kind, named.thing
         way = _WAYS.get(value, "to" if value in _REACHED else "past")
         if kind == "street":
             thing = replace(thing, which="")
         if kind in ("street", "alley") and value not in ("over", "out_of") and way != "towards":
             way = "along"
-        elif way == "along" and (kind in POINTS or value != "along"):
-            way = "to" if kind in POINTS and value != "along" else "past"
-        side = "" if kind in CROSSED and value != "until" else named.side
+        elif way == "along" and (kind in POINT_KINDS or value != "along"):
+            way = "to" if kind in POINT_KINDS and value != "along" else "past"
+        side = "" if kind in CROSSED_KINDS and value != "until" else named.side
         if value == "keep" and self._is_last(thing):
             self.put_beside(side)
             return

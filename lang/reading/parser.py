@@ -9,20 +9,20 @@ from arramon_client.world import PHASES
 from arramon_lang.grammar import Grammar, Table
 from arramon_lang.lexicon import FUZZY_LENGTH, keys_of, within_one_edit
 from arramon_lang.meaning import Meaning
-from arramon_lang.patterns import Choice, Pattern, Slot
+from arramon_lang.patterns import Alternatives, Pattern, Slot
 from arramon_lang.patterns import Sequence as Body
 from arramon_lang.reading.chunks import postpositions, prepositions
 from arramon_lang.reading.chunks.chunker import Chunker
 from arramon_lang.reading.chunks.sequence import ChunkSequence
-from arramon_lang.reading.discourse import BARE, Discourse, Item
+from arramon_lang.reading.discourse import BARE, Discourse, ParsedPart
 from arramon_lang.reading.itinerary import read_navigation
 from arramon_lang.reading.matching import OPTIONAL, Automaton, PatternLabel, Phrasebook
-from arramon_lang.reading.noun_phrases import NounPhraseReader
-from arramon_lang.reading.outline import Said, said_of
-from arramon_lang.reading.parsing import TextParser
+from arramon_lang.reading.noun_phrases import NounPhraseParser
+from arramon_lang.reading.outline import OutlineEntry, entries_of
+from arramon_lang.reading.segmentation import TextSegmenter
 from arramon_lang.tokens import Tokenizer
 
-ALSO_IN_NAVIGATION = (
+ONLY_READ_CLAUSES = (
     *("turn with", "short of", "all sides", "walk past crossed", "walk past zebra_crossing"),
     *("target", "landmark", "not target", "detail"),
 )
@@ -37,7 +37,7 @@ class CannotRead(ValueError):
     """Nothing in the text is understood; the message says what was expected."""
 
 
-class Reader:
+class InstructionParser:
     """Reads one language's instructions.
 
     Args:
@@ -60,7 +60,7 @@ class Reader:
         self._grammar = grammar
         self._tokenizer = tokenizer
         self.conjunctions = frozenset(relations["conjunctions"])
-        self.noun_phrase_reader = NounPhraseReader(grammar, lexicon, self.split, self.conjunctions)
+        self.noun_phrase_parser = NounPhraseParser(grammar, lexicon, self.split, self.conjunctions)
         self.books = self._books()
         also = grammar.also_read
         nested = {key: also[key] for key in also if key == "nested"}
@@ -68,7 +68,7 @@ class Reader:
         self.clauses = {
             "navigation": self._automaton(
                 {**grammar.steps, **targets},
-                {key: also[key] for key in also if key.removesuffix(BARE) in (*grammar.steps, *ALSO_IN_NAVIGATION)},
+                {key: also[key] for key in also if key.removesuffix(BARE) in (*grammar.steps, *ONLY_READ_CLAUSES)},
             ),
             "assembly": self._automaton(grammar.assembly, {key: also[key] for key in also if key in grammar.assembly}),
         }
@@ -80,7 +80,9 @@ class Reader:
         )
         for relation, phrases in relations["phrases"].items():
             for phrase in set(phrases) - set(relations.get("by_themselves", [])):
-                self.relations.add_body(PatternLabel(relation, also=True), _phrase_body(relation, phrase, relations))
+                self.relations.add_body(
+                    PatternLabel(relation, only_read=True), _phrase_body(relation, phrase, relations)
+                )
         self.joins = {
             True: self._joins(("where", "where of more", "where after clause")),
             False: self._joins(("nested where",)),
@@ -92,17 +94,17 @@ class Reader:
         self.openers = frozenset(key for word in grammar.openers for key in self.split(word)) | OPTIONAL
         self.chunker = None
         if chunks is not None:
-            self.chunker = Chunker(chunks, self.noun_phrase_reader, self.conjunctions, self.split)
+            self.chunker = Chunker(chunks, self.noun_phrase_parser, self.conjunctions, self.split)
         self._asides = Phrasebook()
         for phrase in grammar.asides:
             self._asides.add(self.split(phrase), None)
         self._vocabulary = frozenset(self._all_words())
-        self.noun_phrase_reader.known = self._vocabulary
+        self.noun_phrase_parser.known_words = self._vocabulary
         self._long = [word for word in self._vocabulary if len(word) >= FUZZY_LENGTH]
         self._folded = self._spelt_alike()
         self._never_fuzzy = frozenset(word.casefold() for word in lexicon["not_misspelt"])
         self._corrected: dict[str, str] = {}
-        self._closed: dict[str | None, frozenset[str]] = {}
+        self._excluded: dict[str | None, frozenset[str]] = {}
 
     def split(self, text: str) -> tuple[str, ...]:
         """Return the comparison keys of a text."""
@@ -124,7 +126,7 @@ class Reader:
         """
         if phase not in PHASES:
             raise ValueError(f"phase {phase!r}; expected {' or '.join(PHASES)}")
-        items, meaning, is_written = self._understood(text, phase)
+        items, meaning, is_written = self._parse_parts(text, phase)
         if meaning is not None:
             return meaning
         if not items:
@@ -135,37 +137,37 @@ class Reader:
             return read_navigation(discourse, items)
         return discourse.assembly(items, is_written=is_written)
 
-    def outline(self, text: str) -> tuple[Said, ...]:
+    def outline(self, text: str) -> tuple[OutlineEntry, ...]:
         """Return the turns of a navigation instruction and the things that it mentions, in order; `outline` says how.
 
         Nothing is raised for a text of which nothing is understood: its outline is empty.
         """
         keys = self._keys(text)
         discourse = Discourse(self._grammar)
-        said: list[Said] = []
-        words, at = TextParser(self, keys, "navigation"), 0
+        said: list[OutlineEntry] = []
+        words, at = TextSegmenter(self, keys, "navigation"), 0
         for start, item in words.items():
-            parts = [each for part in discourse.part(item) for each in said_of(part)]
-            known = {each.thing.kind for each in parts if each.thing is not None}
-            passing = [*words.names(at, start, set()), *words.names(start, item.end, known)]
-            said += [*(Said(thing=discourse.mention(named), manner="seen") for named in passing), *parts]
+            parts = [each for part in discourse.meanings_of(item) for each in entries_of(part)]
+            known_words = {each.thing.kind for each in parts if each.thing is not None}
+            passing = [*words.names(at, start, set()), *words.names(start, item.end, known_words)]
+            said += [*(OutlineEntry(thing=discourse.mention(named), manner="seen") for named in passing), *parts]
             at = item.end
         rest = words.names(at, len(keys), set())
-        return (*said, *(Said(thing=discourse.mention(named), manner="seen") for named in rest))
+        return (*said, *(OutlineEntry(thing=discourse.mention(named), manner="seen") for named in rest))
 
-    def closed_slots(self, key: str | None) -> frozenset[str]:
+    def excluded_slots(self, key: str | None) -> frozenset[str]:
         """Return the slots of words and tables that no text fills from this word on; None for the text's end."""
-        if key not in self._closed:
-            self._closed[key] = frozenset(slot for slot, book in self.books.items() if not book.may_begin(key))
-        return self._closed[key]
+        if key not in self._excluded:
+            self._excluded[key] = frozenset(slot for slot, book in self.books.items() if not book.may_begin(key))
+        return self._excluded[key]
 
-    def _understood(self, text: str, phase: str) -> tuple[list[Item], Meaning | None, bool]:
+    def _parse_parts(self, text: str, phase: str) -> tuple[list[ParsedPart], Meaning | None, bool]:
         """Return a text's parts by the written patterns if they cover it, or else by all; or its chunks' meaning.
 
         The last value says whether the written patterns cover it.
         """
         keys = self._keys(text)
-        written = TextParser(self, keys, phase, written_only=True)
+        written = TextSegmenter(self, keys, phase, written_only=True)
         parts = written.items()
         is_written = written.is_covered_by(parts)
         if not is_written:
@@ -173,17 +175,21 @@ class Reader:
             meaning = self._read_chunks(keys, phase)
             if meaning is not None:
                 return [], meaning, False
-            parts = TextParser(self, keys, phase).items()
+            parts = TextSegmenter(self, keys, phase).items()
         return [item for _, item in parts], None, is_written
 
     def _read_chunks(self, keys: Sequence[str], phase: str) -> Meaning | None:
         """Return the meaning of a text by its chunks, or None if the language has none or they say too little."""
-        if self.chunker is None or (phase == "assembly" and self.chunker.is_before):
+        if self.chunker is None or (phase == "assembly" and self.chunker.has_prepositions):
             return None
-        text = ChunkSequence(self.chunker.chunks(keys), self.noun_phrase_reader, self.chunker.is_before)
+        text = ChunkSequence(self.chunker.chunks(keys), self.noun_phrase_parser, self.chunker.has_prepositions)
         if phase == "assembly":
-            return postpositions.RoomReader(text=text, grammar=self._grammar).read()
-        reader = prepositions.RouteReader if self.chunker.is_before else postpositions.RouteReader
+            return postpositions.PlacementParser(text=text, grammar=self._grammar).read()
+        reader = (
+            prepositions.PrepositionRouteParser
+            if self.chunker.has_prepositions
+            else postpositions.PostpositionRouteParser
+        )
         return reader(text=text, grammar=self._grammar).read()
 
     def _without_asides(self, keys: tuple[str, ...]) -> tuple[str, ...]:
@@ -250,12 +256,12 @@ class Reader:
                     books[slot].add(self.split(text), value)
         return books
 
-    def _automaton(self, listed: _Listed, also: _Listed) -> Automaton:
+    def _automaton(self, listed: _Listed, only_read: _Listed) -> Automaton:
         automaton = Automaton(self.split)
         for key, patterns in listed.items():
             automaton.add(key, patterns)
-        for key, patterns in also.items():
-            automaton.add(key, patterns, also=True)
+        for key, patterns in only_read.items():
+            automaton.add(key, patterns, only_read=True)
         return automaton
 
     def _joins(self, names: Iterable[str]) -> Automaton:
@@ -285,7 +291,7 @@ class Reader:
     def _all_words(self) -> Iterable[str]:
         yield from self.fillers
         yield from self._asides.vocabulary
-        yield from self.noun_phrase_reader.vocabulary
+        yield from self.noun_phrase_parser.vocabulary
         yield from () if self.chunker is None else self.chunker.vocabulary
         for book in self.books.values():
             yield from book.vocabulary
@@ -295,8 +301,8 @@ class Reader:
 
 def _phrase_body(relation: str, phrase: str, relations: Mapping[str, Any]) -> Body:
     """Return the pattern of a phrase of `relations.toml`, with its landmark after or before it."""
-    landmark: Body = (Choice(((Slot("thing"),), (Slot("joined"),))),)
+    landmark: Body = (Alternatives(((Slot("thing"),), (Slot("joined"),))),)
     if relation == "between":
         two: Body = (Slot("thing"), f" {relations['conjunctions'][0]} ", Slot("other"))
-        landmark = (Choice((two, (Slot("pair"),), (Slot("joined"),))),)
+        landmark = (Alternatives((two, (Slot("pair"),), (Slot("joined"),))),)
     return (f"{phrase} ", *landmark) if relations["position"] == "before" else (*landmark, f" {phrase}")

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 from arramon_lang.meaning import Rotate
 from arramon_lang.reading.chunks.chunker import RELATION, SIDE, THING
-from arramon_lang.reading.chunks.postpositions.steps import Route
+from arramon_lang.reading.chunks.postpositions.route_draft import RouteDraft
 from arramon_lang.reading.chunks.sequence import ChunkSequence
 
 BOUNDARIES = ("comma", "then", "stop", "and")
@@ -22,7 +22,7 @@ _ROUND = ("around", "back")
 
 
 @dataclass(slots=True, kw_only=True)
-class SidedRoute(Route):
+class SideParser(RouteDraft):
     """A route whose sides are told by what is around them in the text.
 
     Attributes:
@@ -43,14 +43,14 @@ class SidedRoute(Route):
             if verb == "turn_round" or self._is_round(number):
                 self._rotate("around")
             return end
-        if self._named and not self._joined and verb != "turn":
+        if self._pending and not self._joined and verb != "turn":
             return self._side_of_named(number)
         direction = f"slightly {chunk.value}" if chunk.slight else chunk.value
         if verb in MOVING:
             if not self._is_repeated(direction):
                 self._rotate(direction)
             return end
-        if self.text.is_relation(number + 1, "from") and self.steps[-1:] == [Rotate("around")] and not self._named:
+        if self.text.is_relation(number + 1, "from") and self.steps[-1:] == [Rotate("around")] and not self._pending:
             return number  # "Turn around, from the right."
         if verb in STANDING or (verb == "pass" and not self._places) or self._is_repeated(direction):
             return number
@@ -71,29 +71,29 @@ class SidedRoute(Route):
     def _is_repeated(self, direction: str) -> bool:
         """Return whether the last turn is only said again ("yes, left")."""
         last = self.steps[-1] if self.steps else None
-        return "repeat" in self._signs and isinstance(last, Rotate) and last.direction == direction
+        return "repeat" in self._flags and isinstance(last, Rotate) and last.direction == direction
 
     def _side_of_named(self, number: int) -> int:
         """Pass the named things on a side that is said behind them."""
         side, is_coming = self.text.chunks[number].value, self.text.verb_after(number) == "come"
         self._resolve()
         if is_coming:
-            self._pass(self._named[:-1], side)
-            self._come_beside(replace(self._named[-1], side=side))
+            self._pass(self._pending[:-1], side)
+            self._come_beside(replace(self._pending[-1], side=side))
         else:
-            self._pass(self._named, side)
-        self._named = []
+            self._pass(self._pending, side)
+        self._pending = []
         return number + is_coming
 
     def _side_or_turn(self, number: int, direction: str) -> int:
         """Take a side for that of the thing that follows, or else for a turn; return the last chunk explained."""
         side, following = self.text.chunks[number].value, self.text.next_kind(number)
-        if following == THING and self._named and self._named[-1].side and self._joined == "and":
+        if following == THING and self._pending and self._pending[-1].side and self._joined == "and":
             self._side = side
         elif following == THING and not self._is_way(number + 1):
             self._resolve()
-            self._pass(self._named)
-            self._named, self._side = [], side
+            self._pass(self._pending)
+            self._pending, self._side = [], side
         elif self.text.is_relation(number + 1, "of", "having"):
             if self._is_way(number + 2):
                 self._rotate(direction)
@@ -126,7 +126,7 @@ class SidedRoute(Route):
         return self.text.next_kind(number) not in BOUNDARIES and not self._is_way(number + 1)
 
     def _is_first(self) -> bool:
-        return not self.steps and not self._named and not self._places
+        return not self.steps and not self._pending and not self._places
 
     def _is_alone(self, number: int, end: int) -> bool:
         """Return whether things are named there about which no more is said than on which side they are."""
