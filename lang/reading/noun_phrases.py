@@ -15,8 +15,8 @@ class NounPhrase:
     """A noun phrase; its attributes are those of `arramon_lang.meaning.Thing`.
 
     Attributes:
-        reference: SAME for an earlier thing of its kind ("that bench"), PRONOUN for the last thing mentioned ("it"), OWN
-            for a corner of the last building ("its corner"), otherwise PLAIN.
+        reference: SAME for an earlier thing of its kind ("that bench"), PRONOUN for the last thing mentioned ("it"),
+            OWN for a corner of the last building ("its corner"), otherwise PLAIN.
         number: as in `arramon_lang.meaning.Thing`; "several" also for a plural without a number.
         arms: as in `arramon_lang.meaning.Thing`, if the noun implies it.
     """

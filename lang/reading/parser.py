@@ -182,7 +182,7 @@ class InstructionParser:
         """Return the meaning of a text by its chunks, or None if the language has none or they say too little."""
         if self.chunker is None or (phase == "assembly" and self.chunker.has_prepositions):
             return None
-        text = ChunkSequence(self.chunker.chunks(keys), self.noun_phrase_parser, self.chunker.has_prepositions)
+        text = ChunkSequence(self.chunker.chunks(keys), self.noun_phrase_parser, self.chunker.rules)
         if phase == "assembly":
             return postpositions.PlacementParser(text=text, grammar=self._grammar).read()
         reader = (

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from arramon_lang.patterns import parse, spell_out
+from arramon_lang.reading.chunks.rules import load_rules
 from arramon_lang.reading.matching import SplitWords
 from arramon_lang.reading.noun_phrases import NounPhrase, NounPhraseParser
 
@@ -69,6 +70,7 @@ class Chunker:
         self._noun_phrases = noun_phrases
         self._conjunctions = conjunctions
         self.has_prepositions: bool = data["position"] == "before"
+        self.rules = load_rules(data)
         self._soft = frozenset(data["soft"])
         self._own = frozenset(data["own"])
         self._suffixes = tuple(data.get("suffixes", ()))

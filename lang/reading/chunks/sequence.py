@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from arramon_lang.reading.chunks.chunker import LOOK, RELATION, THING, Chunk
+from arramon_lang.reading.chunks.rules import ChunkRules
 from arramon_lang.reading.noun_phrases import NounPhrase, NounPhraseParser
 
 
@@ -14,12 +15,12 @@ class ChunkSequence:
     Attributes:
         chunks: in order.
         noun_phrases: reader of the language's noun phrases, which knows what can be picked up.
-        negates_before: whether "not" stands before what is not meant, or else behind it.
+        rules: meanings of the language's relations and verbs.
     """
 
     chunks: Sequence[Chunk]
     noun_phrases: NounPhraseParser
-    negates_before: bool = False
+    rules: ChunkRules
 
     def is_collectible(self, number: int) -> bool:
         """Return whether a chunk names one thing that can be picked up."""
@@ -28,10 +29,10 @@ class ChunkSequence:
 
     def is_negated(self, number: int) -> bool:
         """Return whether it is said of a thing that it is not the one to pick up."""
-        if self.negates_before and self._meets_negation(range(number - 1, -1, -1), ("stop", "comma", "but")):
+        if self.rules.negates_before and self._meets_negation(range(number - 1, -1, -1), ("stop", "comma", "but")):
             return True
         after = range(number + 1, len(self.chunks))
-        if self.negates_before:
+        if self.rules.negates_before:
             return self._meets_negation(after, ("stop", "comma", THING)) and not self._is_about_next(number)
         return self._meets_negation(after, ("stop",))
 

@@ -8,28 +8,12 @@ from arramon_lang.reading.chunks.chunker import RELATION, SIDE, THING, Chunk
 from arramon_lang.reading.chunks.sequence import ChunkSequence
 from arramon_lang.reading.discourse import Discourse
 
-_RELATIONS = {
-    "on": "on_top_of", "on_top_of": "on_top_of", "near": "near", "along": "near", "at": "near", "by": "near",
-    "against": "against", "in_front_of": "in_front_of", "beyond": "in_front_of", "before": "in_front_of",
-    "behind": "behind", "steps_behind": "behind", "after": "behind", "through": "behind",
-    "between": "between", "through_between": "between",
-    "left_of": "left_of", "right_of": "right_of", "diagonal": "diagonal_to",
-}  # fmt: skip
-"""The relation that each phrase names; the others name none."""
-
 _YOU = Thing("you")
 
 _FIXED = ("wall", "corner")
 """Kinds that a side tells apart: the right wall is not something to the right."""
 
-_DESCRIBING = ("of", "having")
-"""Phrases after which the thing follows that they describe."""
-
-_STEPS_FROM = ("beyond", "before", "steps_behind", "after")
-
 _SIDES = ("left", "right")
-
-_WITHIN_YOURS = {"beyond": "in_front_of", "ahead": "in_front_of"}
 
 
 @dataclass(slots=True, kw_only=True)
@@ -195,14 +179,17 @@ class PlacementParser:
     def _is_more(self, number: int) -> bool:
         """Return whether a side goes on from a relation: "and" between them."""
         before = self.text.chunks[number - 2 : number] if number > 1 else []
-        return [chunk.kind for chunk in before] == [RELATION, "and"] and before[0].value in _STEPS_FROM
+        return [chunk.kind for chunk in before] == [RELATION, "and"] and self._is_stepping(before[0])
+
+    def _is_stepping(self, chunk: Chunk) -> bool:
+        return self.text.rules.is_in(chunk.value, "stepping")
 
     def _is_after_place(self, number: int) -> bool:
         return number > 0 and self.text.chunks[number - 1].kind in (RELATION, "yours")
 
     def _behind(self, number: int) -> None:
         value, following = self.text.chunks[number].value, self.text.next_kind(number)
-        if value in _DESCRIBING:
+        if self.text.rules.is_in(value, "describing"):
             if following == SIDE:
                 return
             if self._pending and following == THING:
@@ -220,8 +207,8 @@ class PlacementParser:
                 self._pending = []
         elif value in ("in", "on") and self._pending and self._pending[-1].kind in _FIXED:
             self._relate("near")
-        elif value in _RELATIONS and self._pending:
-            self._relate(_RELATIONS[value], exactly=self.text.chunks[number].exactly)
+        elif value in self.text.rules.room_relations and self._pending:
+            self._relate(self.text.rules.room_relations[value], exactly=self.text.chunks[number].exactly)
 
     def _yours(self, number: int) -> None:
         value = self.text.chunks[number].value
@@ -229,11 +216,8 @@ class PlacementParser:
             self._pending.append(_YOU)
             self._relate("between")
         elif value and value != "towards":
-            self._open.append(
-                Where(
-                    _WITHIN_YOURS.get(value, _RELATIONS.get(value, "near")), (_YOU,), self.text.chunks[number].exactly
-                )
-            )
+            relation = self.text.rules.room_relations.get(value, "near")
+            self._open.append(Where(relation, (_YOU,), self.text.chunks[number].exactly))
         elif self.text.next_kind(number) == "and":
             self._pending.append(_YOU)
 
@@ -281,7 +265,7 @@ class PlacementParser:
 
     def _is_description(self, number: int) -> bool:
         chunk = self.text.chunks[number] if number < len(self.text.chunks) else None
-        return chunk is not None and chunk.kind == RELATION and chunk.value in _DESCRIBING
+        return chunk is not None and chunk.kind == RELATION and self.text.rules.is_in(chunk.value, "describing")
 
 
 def _refers_back(chunk: Chunk) -> bool:

@@ -4,23 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from arramon_lang.meaning import Rotate, Step, Thing, Walk, Where
+from arramon_lang.reading.chunks.sequence import ChunkSequence
 from arramon_lang.reading.discourse import GROUND_KINDS, POINT_KINDS
 
 _FACADES = ("building", "awning", "shop_sign", "wall")
 """Kinds of things that something stands in front of, where of others it is said to be beyond them."""
-
-PASSED = ("by", "through", "beyond", "after")
-"""Phrases that say of all things that are listed before them that they are passed."""
-
-_ATS = {"before": "before", "after": "after", "beyond": "after", "through": "after", "behind": "after"}
-"""Where a turn is made that follows such a phrase; otherwise at the thing."""
-
-_WHERES = {
-    "at": "near", "near": "near", "in_front_of": "in_front_of", "before": "in_front_of", "behind": "behind",
-    "between": "between", "on_top_of": "on_top_of", "left_of": "left_of", "right_of": "right_of", "along": "near",
-    "against": "near", "diagonal": "diagonal_to",
-}  # fmt: skip
-"""Relations of the target that phrases name; the others say that something has been passed or reached."""
 
 
 @dataclass(slots=True)
@@ -54,9 +42,11 @@ class RouteDraft:
     """The steps of a text so far, and what has been named of which nothing is known yet.
 
     Attributes:
+        text: its chunks.
         steps: in order.
     """
 
+    text: ChunkSequence
     steps: list[Step] = field(default_factory=list)
     _pending: list[PendingThing] = field(default_factory=list)
     _places: list[PendingPlace] = field(default_factory=list)
@@ -69,7 +59,7 @@ class RouteDraft:
     def _place(self, value: str) -> None:
         """Take the last named things for a place; those that are listed before them are passed."""
         size = 2 if value in ("between", "through_between") else self._joined_size()
-        if value in PASSED:
+        if self.text.rules.is_in(value, "passing"):
             size = len(self._pending)
         listed, self._pending = self._pending[:-size], self._pending[-size:]
         if listed:
@@ -129,15 +119,16 @@ class RouteDraft:
     def _resolve(self, *, reaching: bool = False) -> None:
         """Take the places that nothing has been said to happen at for things on the way."""
         for number, place in enumerate(self._places, 1):
+            way = self.text.rules.walks.get(place.value)
             if place.value in ("between", "through_between") and len(place.named) > 1:
                 one, other = place.named[:2]
                 self.steps.append(Walk("between", (one.thing, other.thing)))
-            elif place.value in ("to", "towards", "along"):
+            elif way == "until":
                 for each in place.named:
-                    self._walk_to(place.value, each)
-            elif place.value == "before":
+                    self._walk(way, each)
+            elif way is not None:
                 for each in place.named:
-                    self._walk("until", each)
+                    self._walk_to(way, each)
             elif reaching and number == len(self._places):
                 for each in place.named:
                     self._walk_to("along" if each.thing.kind in GROUND_KINDS else "to", each)
@@ -162,7 +153,7 @@ class RouteDraft:
         """Return the relation of the target that a place says, or None if that is passed or reached."""
         if place.value == "beyond" and place.named[-1].thing.kind in _FACADES:
             return "in_front_of" if place is last or last.named[0].thing.kind in ("corner", "street") else None
-        relation = _WHERES.get(place.value)
+        relation = self.text.rules.target_relations.get(place.value)
         if self._target is not None and place.value in ("beyond", "after"):
             return "behind"
         return "near" if relation == "between" and len(place.named) < 2 else relation
@@ -221,4 +212,4 @@ class RouteDraft:
         if last.thing.kind in ("street", "alley") and place.value in ("at", "near", "in_front_of"):
             self.steps += [Rotate(direction), Walk("along", (last.thing,))]
         else:
-            self.steps.append(Rotate(direction, _ATS.get(place.value, "at"), last.thing))
+            self.steps.append(Rotate(direction, self.text.rules.turn_positions.get(place.value, "at"), last.thing))

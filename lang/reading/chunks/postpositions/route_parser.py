@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 from arramon_lang.grammar import Grammar
 from arramon_lang.meaning import Face, Navigation, Rotate, Thing, Walk, Where
 from arramon_lang.reading.chunks.chunker import RELATION, SIDE, THING
-from arramon_lang.reading.chunks.postpositions.route_draft import PASSED, PendingPlace, PendingThing
-from arramon_lang.reading.chunks.postpositions.side_parser import BOUNDARIES, MOVING, STANDING, SideParser
+from arramon_lang.reading.chunks.postpositions.route_draft import PendingPlace, PendingThing
+from arramon_lang.reading.chunks.postpositions.side_parser import BOUNDARIES, SideParser
 from arramon_lang.reading.discourse import GROUND_KINDS, POINT_KINDS, Discourse
 from arramon_lang.reading.noun_phrases import NounPhrase
 
@@ -163,7 +163,8 @@ class PostpositionRouteParser(SideParser):
 
     def _is_passing(self, *more: str) -> bool:
         """Return whether what was said last, before the target, is that something is passed."""
-        return self._target is None and bool(self._places) and self._places[-1].value in (*PASSED, *more)
+        last = self._places[-1].value if self._places and self._target is None else None
+        return last is not None and (last in more or self.text.rules.is_in(last, "passing"))
 
     def _refer(self, number: int) -> None:
         """Take what a pronoun means: the last thing, or two, or the last place that one can be in."""
@@ -178,14 +179,14 @@ class PostpositionRouteParser(SideParser):
 
     def _behind(self, value: str, number: int) -> None:
         if value == "steps_behind":  # "Turn back from the bank", "behind the bank".
-            is_turn = self.text.verb_after(number) in MOVING
+            is_turn = self.text.rules.is_in(self.text.verb_after(number), "moving")
             self._place("at" if is_turn else "behind")
             if is_turn:
                 self._rotate("around")
             return
         value = "at" if value in ("on", "in", "from") else value
         following = self.text.next_kind(number)
-        if value in ("of", "having"):
+        if self.text.rules.is_in(value, "describing"):
             side = self.text.chunks[number + 1] if following == SIDE else None
             if side is not None and side.value in ("left", "right") and self._pending:
                 self._place(f"{side.value}_of")
@@ -198,7 +199,7 @@ class PostpositionRouteParser(SideParser):
         self._place(value)
 
     def _verb(self, value: str, number: int) -> None:
-        if value in STANDING:
+        if self.text.rules.is_in(value, "standing"):
             self._stands(value)
         elif value == "pass" and self._target is None:
             self._resolve()

@@ -5,18 +5,8 @@ from dataclasses import dataclass, replace
 from arramon_lang.meaning import Rotate
 from arramon_lang.reading.chunks.chunker import RELATION, SIDE, THING
 from arramon_lang.reading.chunks.postpositions.route_draft import RouteDraft
-from arramon_lang.reading.chunks.sequence import ChunkSequence
 
 BOUNDARIES = ("comma", "then", "stop", "and")
-
-MOVING = ("turn", "turn_round", "walk", "return", "become", "look")
-"""Verbs that make a side a turn."""
-
-STANDING = ("see", "be", "keep", "place", "come")
-"""Verbs that say of things where they are, not that one moves."""
-
-_WAYS = ("to", "towards", "by", "through", "along", "through_between")
-"""Phrases behind things that are walked to, along or past."""
 
 _ROUND = ("around", "back")
 
@@ -29,7 +19,6 @@ class SideParser(RouteDraft):
         text: its chunks.
     """
 
-    text: ChunkSequence
     _side: str = ""
     _relation: int = -1
 
@@ -46,13 +35,17 @@ class SideParser(RouteDraft):
         if self._pending and not self._joined and verb != "turn":
             return self._side_of_named(number)
         direction = f"slightly {chunk.value}" if chunk.slight else chunk.value
-        if verb in MOVING:
+        if self.text.rules.is_in(verb, "moving"):
             if not self._is_repeated(direction):
                 self._rotate(direction)
             return end
         if self.text.is_relation(number + 1, "from") and self.steps[-1:] == [Rotate("around")] and not self._pending:
             return number  # "Turn around, from the right."
-        if verb in STANDING or (verb == "pass" and not self._places) or self._is_repeated(direction):
+        if (
+            self.text.rules.is_in(verb, "standing")
+            or (verb == "pass" and not self._places)
+            or self._is_repeated(direction)
+        ):
             return number
         if self._is_of_target(number, chosen) and not self._is_alone(number + 1, chosen):
             if self._places and self.text.is_relation(number - 1, "from"):
@@ -64,7 +57,7 @@ class SideParser(RouteDraft):
         """Return whether one is to turn around: by a verb of moving, or because nothing else is said."""
         is_whole = self.text.next_kind(number) in (*BOUNDARIES, "")
         is_around = self.text.chunks[number].value == "around"
-        return self.text.verb_after(number) in MOVING or (
+        return self.text.rules.is_in(self.text.verb_after(number), "moving") or (
             (is_whole or self._is_first()) if is_around else (is_whole and self._is_first())
         )
 
@@ -143,7 +136,8 @@ class SideParser(RouteDraft):
                 if chunk.things[0].kind in ("street", "alley"):
                     return True
             elif chunk.kind == RELATION and chunk.value not in ("of", "having"):
-                return chunk.value in _WAYS and self._closing_verb(n) not in STANDING
+                is_standing = self.text.rules.is_in(self._closing_verb(n), "standing")
+                return self.text.rules.is_in(chunk.value, "leading") and not is_standing
             elif (chunk.kind == "and" and self.text.next_kind(n) == SIDE) or chunk.kind not in ("and", RELATION):
                 return False
         return False

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
+from arramon_client.world import COLLECTIBLE_PATTERNS
 from arramon_lang.meaning import Thing
 from arramon_lang.reading.chunks.chunker import RELATION, SIDE, THING, Chunk
 from arramon_lang.reading.chunks.prepositions.phrases import (
@@ -22,15 +23,6 @@ from arramon_lang.reading.noun_phrases import NounPhrase
 
 SHOWN = ("banner", "awning", "shop_sign", "building_corner", "wall", "corner")
 """Kinds of things that a building is told apart by; they are not on the way themselves."""
-
-_LISTED = ("past", "over", "under", "through", "with", "keep", "")
-"""Words that relate all things of a list; other words relate only those that "and" joins."""
-
-_RELATING = {"pass": "past", "cross": "over", "follow": "along", "keep": "keep"}
-"""Verbs that relate the thing that follows, as these words do."""
-
-_NAMING = {"end": "street_end", "bend": "corner"}
-"""Words that relate a place that they name themselves: "to the end"."""
 
 _PRONOUNS = ("it", "them")
 
@@ -97,7 +89,7 @@ class PhraseSplitter:
 
     def _mentioned(self, named: NounPhrase) -> Thing:
         thing = self.discourse.mention(named)
-        if not thing.kind and thing.look not in ("dotted", "striped") and self._said:
+        if not thing.kind and thing.look not in COLLECTIBLE_PATTERNS and self._said:
             thing = replace(thing, kind=self._said[-1].kind)
         if self._open is not None and self._open.value == "at_end" and not self._open.named:
             self._open.value = "at"
@@ -143,7 +135,11 @@ class PhraseSplitter:
         if self._open.value == "between":
             return self._joined == "and"
         is_sided = bool(self._open.named[-1].side) and self._open.value in ("past", "over", "through", "under")
-        return self._joined == "and" or (self._joined == "comma" and self._open.value in _LISTED and not is_sided)
+        return self._joined == "and" or (self._joined == "comma" and self._relates_list() and not is_sided)
+
+    def _relates_list(self) -> bool:
+        assert self._open is not None
+        return self.text.rules.is_in(self._open.value, "listing")
 
     def _begin(self, value: str, number: int) -> None:
         self._open = Phrase(THINGS, value, self._joined, self.text.chunks[number])
@@ -155,9 +151,9 @@ class PhraseSplitter:
         if value == "bend" and self._is_at_place():
             self._is_aside = True
             return
-        if value in _NAMING:
+        if value in self.text.rules.named_places:
             self._begin("at", number)
-            self._add([Thing(_NAMING[value])], number)
+            self._add([Thing(self.text.rules.named_places[value])], number)
             return
         is_told = self.text.next_is_relation(number, "left_of", "right_of")
         if following is None and value == "around" and not is_told:
@@ -237,7 +233,7 @@ class PhraseSplitter:
         following = self.text.next_kind(number)
         is_ended = following in ("comma", "and", "stop", "then", "")
         before = self.text.chunks[number - 1].kind if number else ""
-        if before in _PRONOUNS and following == RELATION and chunk.value == "right":
+        if before in _PRONOUNS and following == RELATION and self.text.rules.is_in(chunk.value, "stressing"):
             return  # "Follow it right down to the hydrant."
         if chunk.value not in SIDES:
             self._add_word(chunk)
@@ -304,8 +300,8 @@ class PhraseSplitter:
     def _take_verb(self, number: int) -> None:
         chunk = self.text.chunks[number]
         following = self._following(number)
-        if chunk.value in _RELATING and following is not None:
-            self._relate(number, _RELATING[chunk.value])
+        if chunk.value in self.text.rules.verb_relations and following is not None:
+            self._relate(number, self.text.rules.verb_relations[chunk.value])
         elif not (self._open is not None and self._is_before_side(number)):
             self._add_word(chunk)
 

@@ -5,31 +5,11 @@ from dataclasses import dataclass, field
 
 from arramon_lang.meaning import Thing
 from arramon_lang.reading.chunks.chunker import SIDE, Chunk
+from arramon_lang.reading.chunks.rules import ChunkRules
 
 THINGS, TARGET, OTHER, VERB, STOP, THEN = "things", "target", "other", "verb", "stop", "then"
 
 SIDES = ("left", "right")
-
-ATS = {
-    "at": "at", "by": "at", "near": "at", "on": "at", "around": "at", "until": "at", "before": "before",
-    "in_front_of": "before", "after": "after", "behind": "after",
-}  # fmt: skip
-"""Words that relate to a thing the place of a turn, and where it is made."""
-
-ATTACHED = tuple(value for value in ATS if value != "until")
-"""Those that may follow the turn."""
-
-PLACES = (*(value for value in ATTACHED if value != "around"), "under", "left_of", "right_of")
-"""Words that say where another thing is."""
-
-_STRESSED = ("after", "before", "behind", "in_front_of", "near")
-"""Words that "right" may stress."""
-
-_LEADING = ("to", "towards", "along", "up", "into", "over", "through", "between")
-"""Words by which one goes on, not is somewhere."""
-
-_MOVING = ("turn", "bear", "walk", "keep")
-"""Verbs that make a side a turn."""
 
 _STRAIGHT = ("there", "straight", "ahead")
 
@@ -76,11 +56,13 @@ class PhraseSequence:
 
     Attributes:
         listed: all of them.
-        target: number of the one that names what is to be picked up.
+        target: index of the phrase that names the target.
+        rules: meanings of the language's relations and verbs.
     """
 
     listed: Sequence[Phrase]
     target: int
+    rules: ChunkRules
 
     def before(self, number: int) -> Phrase | None:
         """Return the phrase before one, or None."""
@@ -135,7 +117,7 @@ class PhraseSequence:
                 return None
             if phrase.kind == SIDE:
                 return at if self.is_turn(at) else None
-            is_verb = phrase.kind == VERB and phrase.value in (*_MOVING, "see", "be")
+            is_verb = phrase.kind == VERB and self.rules.is_in(phrase.value, "moving", "standing")
             if phrase.kind not in _STRAIGHT and not is_verb:
                 return None
         return None
@@ -149,7 +131,7 @@ class PhraseSequence:
             phrase = self.listed[at]
             if phrase.kind == THINGS:
                 is_ground = phrase.named[0].thing.kind in ("street", "alley") and phrase.value == "on"
-                is_place = phrase.value in ATTACHED and not phrase.named[0].side and not is_ground
+                is_place = self.rules.is_in(phrase.value, "at_turn") and not phrase.named[0].side and not is_ground
                 return at if is_place and self._is_of_turn(at) else None
             if phrase.kind not in _STRAIGHT:
                 return None
@@ -171,12 +153,12 @@ class PhraseSequence:
     def is_side_of_target(self, number: int) -> bool:
         """Return whether a side says where the object to pick up is."""
         chunk, verb = self.listed[number].chunk, self.verb_of_side(number)
-        if verb in _MOVING or verb == "look":
+        if verb == "look" or self.rules.is_in(verb, "moving"):
             return verb == "look"
         is_free = all(
             each.kind in _STRAIGHT
-            or (each.kind == VERB and each.value in ("be", "see"))
-            or (each.kind == THINGS and each.value in ATTACHED)
+            or (each.kind == VERB and self.rules.is_in(each.value, "standing"))
+            or (each.kind == THINGS and self.rules.is_in(each.value, "at_turn"))
             for each in self.listed[number + 1 : self.target]
         )
         return is_free and (chunk.slight or chunk.end - chunk.start > 1)
@@ -185,7 +167,7 @@ class PhraseSequence:
         """Return whether nothing but places is said between a phrase and the object to pick up."""
         for at in range(number + 1, self.target):
             phrase = self.listed[at]
-            is_place = phrase.kind == THINGS and phrase.value not in _LEADING
+            is_place = phrase.kind == THINGS and not self.rules.is_in(phrase.value, "leading")
             is_said = phrase.kind == VERB and phrase.value in ("be", "see", "look", "end")
             is_side = phrase.kind == SIDE and self.is_side_of_target(at)
             if not (is_place or is_said or is_side or phrase.kind in (*_STRAIGHT, "not", "but", OTHER)):
@@ -204,7 +186,9 @@ class PhraseSequence:
     def _is_stress(self, number: int) -> bool:
         """Return whether "right" only stresses what follows: "Right after the crossing there is a mug"."""
         phrase, after = self.listed[number], self.listed[number + 1 : self.target]
-        if phrase.chunk.slight or phrase.value != "right" or self.verb_of_side(number) in _MOVING or not after:
+        if phrase.chunk.slight or not self.rules.is_in(phrase.value, "stressing") or not after:
+            return False
+        if self.rules.is_in(self.verb_of_side(number), "moving"):
             return False
         if self.is_next(number, "ahead"):
             return True
@@ -212,10 +196,11 @@ class PhraseSequence:
             return False
         before = self.before(number)
         is_apart = before is None or before.kind == STOP or phrase.joined == "comma"
-        is_shown = any(each.kind == VERB and each.value in ("be", "see") for each in after)
-        stressed = _STRESSED if is_apart else PLACES if phrase.joined == "and" else ()
-        if is_shown and after[0].value in stressed:
+        is_shown = any(each.kind == VERB and self.rules.is_in(each.value, "standing") for each in after)
+        group = "stressed" if is_apart else "placing"
+        may_stress = is_apart or phrase.joined == "and"
+        if is_shown and may_stress and self.rules.is_in(after[0].value, group):
             return self.leads_to_target(number)
-        turn = self.turn_after(number + 1) if is_apart and after[0].value in _STRESSED else None
+        turn = self.turn_after(number + 1) if is_apart and self.rules.is_in(after[0].value, "stressed") else None
         # "Right after the bin, turn left."
         return turn is not None and any(each.kind == VERB for each in self.listed[number:turn])

@@ -8,9 +8,7 @@ from arramon_lang.meaning import Face, Navigation, Thing, Walk, Where
 from arramon_lang.reading.chunks.chunker import SIDE
 from arramon_lang.reading.chunks.prepositions.phrase_splitter import SHOWN, PhraseSplitter
 from arramon_lang.reading.chunks.prepositions.phrases import (
-    ATS,
     OTHER,
-    PLACES,
     SIDES,
     STOP,
     TARGET,
@@ -24,9 +22,6 @@ from arramon_lang.reading.chunks.prepositions.target import relations, relations
 from arramon_lang.reading.chunks.sequence import ChunkSequence
 from arramon_lang.reading.discourse import POINT_KINDS, Discourse
 
-_DESCRIBING = ("with", "of", "at", "by", "near", "on", "in_front_of", "under")
-"""Words by which a thing is told apart, right behind it: "the house with the awning"."""
-
 
 @dataclass(slots=True, kw_only=True)
 class PrepositionRouteParser:
@@ -39,10 +34,13 @@ class PrepositionRouteParser:
 
     text: ChunkSequence
     grammar: Grammar
-    _route: StepBuilder = field(default_factory=StepBuilder)
+    _route: StepBuilder = field(init=False)
     _where: list[Where] = field(default_factory=list)
     _is_there: bool = False
     """Whether "there" has been said of what was passed or reached last."""
+
+    def __post_init__(self) -> None:
+        self._route = StepBuilder(self.text.rules)
 
     def read(self) -> Navigation | None:
         """Return the meaning, or None if nothing to pick up is named."""
@@ -50,7 +48,8 @@ class PrepositionRouteParser:
         if chosen is None:
             return None
         listed = PhraseSplitter(text=self.text, discourse=Discourse(self.grammar), target=chosen).read()
-        phrases = PhraseSequence(listed, next(n for n, phrase in enumerate(listed) if phrase.kind == TARGET))
+        target_at = next(n for n, phrase in enumerate(listed) if phrase.kind == TARGET)
+        phrases = PhraseSequence(listed, target_at, self.text.rules)
         number = 0
         while number < phrases.target:
             number = self._take(phrases, number)
@@ -87,12 +86,14 @@ class PrepositionRouteParser:
         turn = self._turn_at(phrases, number)
         if turn is not None:
             self._route.pass_all(phrase.named[:-1])
-            self._route.rotate(_direction(phrases, turn), ATS.get(phrase.value, "at"), phrase.last)
+            self._route.rotate(
+                _direction(phrases, turn), phrases.rules.turn_positions.get(phrase.value, "at"), phrase.last
+            )
             return turn + 1
         if phrase.value == "away" or self._describes(phrases, number):
             return number + 1
-        if phrase.value in PLACES and phrases.leads_to_target(number):
-            self._where += relations(phrase)
+        if phrases.rules.is_in(phrase.value, "placing") and phrases.leads_to_target(number):
+            self._where += relations(phrase, phrases.rules)
         elif _is_street_beside(phrases, number):
             self._route.rotate(phrase.named[-1].side, "at", phrase.last)
         elif _is_faced(phrases, number):
@@ -111,7 +112,7 @@ class PrepositionRouteParser:
         if behind is not None:
             return behind
         turn = phrases.turn_after(number)
-        if turn is None or phrase.value not in ATS or phrase.named[-1].side:
+        if turn is None or phrase.value not in phrases.rules.turn_positions or phrase.named[-1].side:
             return None
         has_own_place = phrases.listed[turn].joined and phrases.place_of_turn(turn) is not None
         return None if has_own_place else turn  # "At the end, right around the kiosk."
@@ -119,7 +120,7 @@ class PrepositionRouteParser:
     def _describes(self, phrases: PhraseSequence, number: int) -> bool:
         """Return whether things only tell the one before them apart: "the white house with the banner"."""
         phrase, before = phrases.listed[number], phrases.before(number)
-        if before is None or not phrases.is_behind_thing(number) or phrase.value not in _DESCRIBING:
+        if before is None or not phrases.is_behind_thing(number) or not phrases.rules.is_in(phrase.value, "describing"):
             return False
         if phrase.value == "with":
             is_shown = before.last.kind == "building" and phrase.named[0].thing.kind in SHOWN
@@ -147,7 +148,7 @@ class PrepositionRouteParser:
         is_there_next = phrases.is_next(number, "there")
         if place is not None:
             phrase = phrases.listed[place]
-            self._route.rotate(direction, ATS[phrase.value], phrase.named[0].thing)
+            self._route.rotate(direction, phrases.rules.turn_positions[phrase.value], phrase.named[0].thing)
             if phrases.leads_into_alley(number + 1):
                 self._route.walk(phrases.listed[number + 1])
             self._route.pass_all(phrase.named[1:])

@@ -5,13 +5,8 @@ from dataclasses import dataclass, field, replace
 
 from arramon_lang.meaning import Rotate, Step, Thing, Walk
 from arramon_lang.reading.chunks.prepositions.phrases import ListedThing, Phrase
+from arramon_lang.reading.chunks.rules import ChunkRules
 from arramon_lang.reading.discourse import CROSSED_KINDS, POINT_KINDS
-
-_WAYS = {"to": "to", "until": "until", "towards": "towards", "along": "along", "up": "along", "into": "along"}
-"""How one walks to or along things that these words relate; past others."""
-
-_REACHED = ("at", "near", "on", "before", "in_front_of")
-"""Words that relate to a thing a place that one walks to."""
 
 
 @dataclass(slots=True)
@@ -19,11 +14,13 @@ class StepBuilder:
     """The steps so far.
 
     Attributes:
+        rules: meanings of the language's relations and verbs.
         steps: in order.
         last: what was passed or reached last.
         last_at: where one is at it, as in `Rotate.at`.
     """
 
+    rules: ChunkRules
     steps: list[Step] = field(default_factory=list)
     last: Thing | None = None
     last_at: str = "at"
@@ -80,7 +77,7 @@ class StepBuilder:
 
     def _walk_to(self, value: str, named: ListedThing) -> None:
         kind, thing = named.thing.kind, named.thing
-        way = _WAYS.get(value, "to" if value in _REACHED else "past")
+        way = self.rules.walks.get(value, "to" if self.rules.is_in(value, "reached") else "past")
         if kind == "street":
             thing = replace(thing, which="")
         if kind in ("street", "alley") and value not in ("over", "out_of") and way != "towards":

@@ -5,23 +5,15 @@ from dataclasses import replace
 
 from arramon_lang.meaning import Thing, Where
 from arramon_lang.reading.chunks.chunker import SIDE
-from arramon_lang.reading.chunks.prepositions.phrases import OTHER, PLACES, SIDES, STOP, THINGS, Phrase, PhraseSequence
+from arramon_lang.reading.chunks.prepositions.phrases import OTHER, SIDES, STOP, THINGS, Phrase, PhraseSequence
+from arramon_lang.reading.chunks.rules import ChunkRules
 from arramon_lang.reading.discourse import GROUND_KINDS
 
-_WHERES = {
-    "on": "on_top_of", "into": "on_top_of", "before": "in_front_of", "in_front_of": "in_front_of",
-    "until": "in_front_of", "after": "behind", "behind": "behind", "past": "behind", "over": "behind",
-    "between": "between", "left_of": "left_of", "right_of": "right_of",
-}  # fmt: skip
-"""Relations that words name; others say that it is near."""
 
-_OPPOSITES = {"behind": "before", "after": "before", "before": "behind", "in_front_of": "behind"}
-
-
-def relations(phrase: Phrase) -> Iterator[Where]:
+def relations(phrase: Phrase, rules: ChunkRules) -> Iterator[Where]:
     """Yield the relations of the object to pick up to the things of a phrase."""
     things = tuple(each.thing for each in phrase.named)
-    relation = _WHERES.get(phrase.value, "near")
+    relation = rules.target_relations.get(phrase.value, "near")
     if relation == "between" and len(things) > 1:
         yield Where("between", things[:2])
         return
@@ -39,13 +31,15 @@ def relations_after(phrases: PhraseSequence) -> Iterator[Where]:
         if phrase.kind == "not":
             return
         if phrase.kind in (STOP, OTHER):
-            is_other = phrase.kind == OTHER and phrase.value not in (*PLACES, "between", "past")
+            is_placing = phrase.value in ("between", "past") or phrases.rules.is_in(phrase.value, "placing")
+            is_other = phrase.kind == OTHER and not is_placing
         if is_other:
             continue
         if _is_shown_by_target(phrases, number):
-            yield from relations(replace(phrase, value=_OPPOSITES[_place_after(phrases, number).value]))
+            opposite = phrases.rules.opposites[_place_after(phrases, number).value]
+            yield from relations(replace(phrase, value=opposite), phrases.rules)
         elif phrase.kind == OTHER or (phrase.kind == THINGS and _is_place(phrases, number)):
-            yield from relations(phrase)
+            yield from relations(phrase, phrases.rules)
         elif phrase.kind == SIDE and phrase.value in SIDES and not _is_stress(phrases, number):
             yield Where(f"{phrase.value}_of", (Thing("you"),))
 
@@ -53,7 +47,7 @@ def relations_after(phrases: PhraseSequence) -> Iterator[Where]:
 def _is_shown_by_target(phrases: PhraseSequence, number: int) -> bool:
     """Return whether it is told where something is of the object to pick up: "the pharmacy is behind it"."""
     phrase, place = phrases.listed[number], _place_after(phrases, number)
-    is_of_it = place.is_pronoun and not place.joined and place.value in _OPPOSITES
+    is_of_it = place.is_pronoun and not place.joined and place.value in phrases.rules.opposites
     return phrase.kind == THINGS and not phrase.value and is_of_it
 
 
@@ -74,4 +68,5 @@ def _is_place(phrases: PhraseSequence, number: int) -> bool:
 def _is_stress(phrases: PhraseSequence, number: int) -> bool:
     """Return whether "right" only stresses what follows: "right there"."""
     phrase = phrases.listed[number]
-    return phrase.value == "right" and not phrase.chunk.nominal and phrases.is_next(number, "there", "ahead", THINGS)
+    may_stress = phrases.rules.is_in(phrase.value, "stressing") and not phrase.chunk.nominal
+    return may_stress and phrases.is_next(number, "there", "ahead", THINGS)
