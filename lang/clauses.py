@@ -1,4 +1,4 @@
-"""Clauses: which entry of `phrases.toml` expresses a step, and the values of its slots."""
+"""Conversion between steps and clauses: the key in `phrases.toml` that expresses a step, and its slots' values."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ class Clause:
     Attributes:
         key: key in the table of `phrases.toml`: "turn", "turn at", "face", "walk past".
         said: value of each slot that must be filled.
-        straight: whether it may say that what it leads to is straight ahead.
+        straight: whether its thing is straight ahead, so that the clause may say so.
     """
 
     key: str
@@ -68,7 +68,7 @@ def step_of(key: str, direction: str, things: tuple[Thing, ...], side: str, coun
 
 
 def focus_of(things: tuple[Thing, ...], before: Thing | None) -> Thing | None:
-    """Return what "it" means after a clause about `things`: the one thing; None after several; unchanged after none."""
+    """Return the referent of "it" after a clause: its only thing, None if it has several, unchanged if it has none."""
     if not things:
         return before
     return things[0] if len(things) == 1 and not things[0].number else None

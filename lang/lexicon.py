@@ -15,10 +15,10 @@ JOINTS = frozenset("-‐‑–")
 
 
 class WordRole(Enum):
-    """The role of a word in a noun phrase; values are the keys of `lexicon.toml`."""
+    """Role of a word in a noun phrase; the values are keys of `lexicon.toml`."""
 
     KIND = "kinds"
-    PATTERNED_KIND = "patterned_kinds"  # a kind only if a pattern is stated: its other referents have none
+    PATTERNED_KIND = "patterned_kinds"  # a kind only with a stated pattern ("striped can"); otherwise street furniture
     PATTERN = "patterns"
     COLOUR = "colours"
     MODIFIER = "modifiers"  # possible in a noun phrase, without meaning in the catalogue
@@ -29,11 +29,11 @@ class WordRole(Enum):
 
 @dataclass(frozen=True, slots=True)
 class LexiconEntry:
-    """An entry found in a text.
+    """An entry of the lexicon, found in a text.
 
     Attributes:
         role: its role.
-        value: the catalogue's word for a kind, a pattern or a colour; otherwise "".
+        value: the catalogue's name of the kind, pattern or colour; "" in other roles.
         length: number of tokens.
     """
 
@@ -43,11 +43,11 @@ class LexiconEntry:
 
 
 _FUZZY_ROLES = (WordRole.KIND, WordRole.PATTERN, WordRole.COLOUR)
-"""Parts in which a typing error is accepted; other words are too similar to real words ("light", "right")."""
+"""Roles whose words may have a typing error; others resemble common words too closely ("light", "right")."""
 
 
 class Lexicon:
-    """The entries of one language's `lexicon.toml`.
+    """One language's words for collectibles, from its `lexicon.toml`.
 
     Args:
         data: the file's content.
@@ -87,12 +87,12 @@ class Lexicon:
 
 
 def keys_of(tokens: Iterable[Token]) -> tuple[str, ...]:
-    """Return the comparison keys of tokens, without joints."""
+    """Return the comparison keys of tokens, without hyphens that join words."""
     return tuple(token.key for token in tokens if token.text not in JOINTS)
 
 
 def within_one_edit(a: str, b: str) -> bool:
-    """Return whether at most one letter must be added, removed, replaced or swapped with the next for `a` to be `b`."""
+    """Return whether one insertion, deletion, substitution or transposition at most turns `a` into `b`."""
     if abs(len(a) - len(b)) > 1:
         return False
     if len(a) > len(b):

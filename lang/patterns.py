@@ -1,12 +1,12 @@
-"""The notation for phrases in a language's files: words, slots, choices.
+"""Notation of phrase patterns in a language's files: words, slots and alternatives.
 
 {name}          a slot: filled with a value, or with an inflected word
 {name:a.b}      the same with marks: required features ("oblique", "plural")
-(this|that)     one of these
-[this|that]     one of these or nothing
-3* at the front of a pattern or of one of these: its weight; 0* is read and never written
-<name>          a fragment, put in as it stands; in what is only read
-^ at the front  a main clause only: never transformed ("after walking ...")
+(this|that)     one of the alternatives
+[this|that]     one of the alternatives, or nothing
+3* in front of a pattern or an alternative: its weight; 0* is read but never written
+<name>          a fragment, inserted verbatim; only in patterns that are only read
+^ at the front  valid as a main clause only, never in another form ("after walking ...")
 """
 
 import re
@@ -21,7 +21,7 @@ _FRAGMENT = re.compile(r"<(\w+)>")
 
 @dataclass(frozen=True, slots=True)
 class Slot:
-    """A place to be filled; `marks` are the features required of its filling."""
+    """A slot; `marks` are the grammatical features that its text must have."""
 
     name: str
     marks: tuple[str, ...] = ()
@@ -29,11 +29,11 @@ class Slot:
 
 @dataclass(frozen=True, slots=True)
 class Alternatives:
-    """One of several sequences; an empty one makes it optional.
+    """Alternative sequences; an empty one makes the whole optional.
 
     Attributes:
         options: the sequences.
-        weights: of each option, by which one is drawn; empty if they are equal.
+        weights: relative probability of each option; empty if they are equal.
     """
 
     options: tuple["Sequence", ...]
@@ -51,7 +51,7 @@ class Pattern:
         body: its parts, in order.
         main_only: whether it is valid as a main clause only.
         text: its notation.
-        weight: how often it is drawn, relative to others; 0 if it is only read.
+        weight: relative probability of being written; 0 if it is only read.
     """
 
     body: Sequence
@@ -60,7 +60,7 @@ class Pattern:
     weight: float = 1.0
 
     def slots(self) -> tuple[Slot, ...]:
-        """Return all slots, including those in choices."""
+        """Return all slots, including those in alternatives."""
         return tuple(_slots(self.body))
 
 
@@ -77,7 +77,7 @@ def parse(text: str) -> Pattern:
 
 
 def with_fragments(text: str, fragments: Mapping[str, str]) -> str:
-    """Return the notation with the fragments that it names, and those that they name, put in.
+    """Return the notation with its fragments expanded, recursively.
 
     Raises:
         ValueError: if a fragment is not known; names the pattern.
@@ -90,7 +90,7 @@ def with_fragments(text: str, fragments: Mapping[str, str]) -> str:
 
 
 def split_weight(text: str) -> tuple[float, str]:
-    """Return the weight at the front of a text ("3* walk"), 1 if there is none, and the rest."""
+    """Split the leading weight off a text ("3* walk"); it is 1 by default."""
     weight = _WEIGHT.match(text)
     return (float(weight[1]), text[weight.end() :]) if weight else (1.0, text)
 
@@ -133,7 +133,7 @@ def _choice(options: list[list[str | Slot | Alternatives]], weights: list[float]
 
 
 def needed(body: Sequence, fillable: frozenset[str]) -> frozenset[str]:
-    """Return the `fillable` slots that are in every variant of the sequence."""
+    """Return the `fillable` slots that every variant of the sequence contains."""
     names: set[str] = set()
     for part in body:
         if isinstance(part, Slot) and part.name in fillable:
@@ -144,7 +144,7 @@ def needed(body: Sequence, fillable: frozenset[str]) -> frozenset[str]:
 
 
 def possible(body: Sequence, fillable: frozenset[str]) -> frozenset[str]:
-    """Return the `fillable` slots that are in some variant of the sequence."""
+    """Return the `fillable` slots that some variant of the sequence contains."""
     return frozenset(slot.name for slot in _slots(body) if slot.name in fillable)
 
 
@@ -158,7 +158,7 @@ def _slots(body: Sequence) -> Iterator[Slot]:
 
 
 def spell_out(body: Sequence, forms: Mapping[str, tuple[str, ...]]) -> Iterator[str]:
-    """Yield every text of the sequence; `forms` are the possible fillings of each slot.
+    """Yield every text that the sequence can produce; `forms` are the possible texts of each slot.
 
     Raises:
         KeyError: if a slot has no forms.

@@ -1,4 +1,4 @@
-"""Wording of things, relations and clauses: chooses patterns and fills their slots with inflected words."""
+"""Wording of things, relations and clauses: random choice of patterns, whose slots are filled with inflected words."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
@@ -12,16 +12,16 @@ from arramon_lang.patterns import Alternatives, Pattern, Sequence, needed, possi
 from arramon_lang.writing.voice import Voice, draw_voice
 
 Filler = Callable[[Mapping[str, str]], str]
-"""Returns a slot's text with the features that its marks require."""
+"""Function from the features that a slot's marks require to the slot's text."""
 
 ANAPHORA_PROBABILITY = 0.6
-"""Probability of an anaphoric reference to a thing that was just mentioned, where it is unambiguous."""
+"""Probability of an anaphoric reference ("that bench") to a thing that was just mentioned, if it is unambiguous."""
 
 NOUN = "\0"
-"""Marks the beginning of a noun in a noun phrase while it is put together."""
+"""Marks the start of the noun while a noun phrase is composed."""
 
 REPEATED_FACTOR = 0.4
-"""Factor of the weight of a wording that the text has used already."""
+"""Factor on the weight of a wording that the text has already used."""
 
 
 class Weighted(Protocol):
@@ -29,7 +29,7 @@ class Weighted(Protocol):
 
     @property
     def weight(self) -> float:
-        """How often it is drawn, relative to others; 0 if it is only read."""
+        """Relative probability of being written; 0 if it is only read."""
 
 
 _T = TypeVar("_T", bound=Weighted)
@@ -41,7 +41,7 @@ def constant(text: str) -> Filler:
 
 
 class Phraser:
-    """The state of one text being written: random choices, register, things mentioned so far."""
+    """State of one text being written: random choices, register, and the things mentioned so far."""
 
     def __init__(self, grammar: Grammar, random: Random, voice: Voice | None = None) -> None:
         self.grammar = grammar
@@ -56,7 +56,7 @@ class Phraser:
     # Choosing and filling
 
     def pick(self, options: Iterable[_T], about: str) -> _T:
-        """Return an option, drawn by weight; less often one that this text has used already.
+        """Draw an option by weight, with lower weights for options that this text has already used.
 
         Raises:
             ValueError: if there are no options with a weight above 0.
@@ -72,12 +72,12 @@ class Phraser:
     def fitting(
         self, patterns: Iterable[Pattern], said: Iterable[str], fillers: Mapping[str, Filler] | None = None
     ) -> list[Pattern]:
-        """Return the patterns to write that express exactly the given content.
+        """Return the writable patterns that express exactly the given content.
 
         Args:
             patterns: candidates.
             said: names of slots, and of attributes with wordings in tables.
-            fillers: the available fillers, needed where tables' slots may occur.
+            fillers: available fillers; required if the patterns contain tables' slots.
         """
         said, fillers = frozenset(said), fillers or {}
         tables = self.grammar.tables
@@ -94,7 +94,7 @@ class Phraser:
         return fitting
 
     def render(self, pattern: Pattern, fillers: Mapping[str, Filler], features: Mapping[str, str]) -> str:
-        """Return the pattern's text, with random choices, and inflected words in the required form."""
+        """Return the text of a pattern, with alternatives drawn at random and words inflected as required."""
         return self._sequence(pattern.body, fillers, features)
 
     def _sequence(self, body: Sequence, fillers: Mapping[str, Filler], features: Mapping[str, str]) -> str:
@@ -113,7 +113,7 @@ class Phraser:
         return text
 
     def _option(self, choice: Alternatives, said: Iterable[str]) -> Sequence:
-        """Return a random option among those with the most slots, of those whose slots can all be filled."""
+        """Draw one of the options that fill the most slots, among those whose slots can all be filled."""
         known, said = SLOTS | self.grammar.tables.keys(), frozenset(said)
         weights = choice.weights or (1.0,) * len(choice.options)
         allowed = [(o, w) for o, w in zip(choice.options, weights, strict=True) if w and needed(o, known) <= said]
@@ -123,7 +123,7 @@ class Phraser:
         return chosen
 
     def table_fillers(self, said: Mapping[str, Value]) -> dict[str, Filler]:
-        """Return a filler for the slot of each table that has a wording for the given value of its attribute."""
+        """Return a filler for each table's slot, if the table has a wording for the given value."""
         fillers: dict[str, Filler] = {}
         for slot, table in self.grammar.tables.items():
             value = said.get(table.attribute)
@@ -169,7 +169,7 @@ class Phraser:
         return fillers
 
     def thing(self, thing: Thing, noun: Lexeme, attached: Iterable[Pattern], *, top: bool) -> Filler:
-        """Return a filler for a thing: its noun phrase, with its relations added by one of the `attached` patterns."""
+        """Return a filler for a thing: its noun phrase, to which one of the `attached` patterns adds its relations."""
         given, phrases = dict(noun.given), self.grammar.noun_phrases_of(thing.kind)
         if thing.which == "another":
             thing, phrases = replace(thing, which=""), self.grammar.another_phrases_of(thing.kind)
@@ -192,28 +192,30 @@ class Phraser:
         return lambda features: self._described(bare, noun, {**self.features, **features, **given}, phrases)
 
     def _plural(self, thing: Thing, noun: Lexeme, slot: str) -> Filler:
-        """Return a filler for two or several things that are named together."""
+        """Return a filler for two or several things with one description."""
         given = {**dict(noun.given), **self.grammar.features_of(self.grammar.pair_marks)}
         grammar = self.grammar
         phrases = (grammar.pair_phrases_of if slot == "pair" else grammar.several_phrases_of)(thing.kind)
         return lambda features: self._described(thing, noun, {**self.features, **features, **given}, phrases)
 
     def _may_be_short(self, thing: Thing) -> bool:
-        """Return whether "that bench" suffices: this one has been mentioned, and no other of its kind."""
+        """Return whether "that bench" is unambiguous: the only mentioned thing of its kind."""
         mentioned = [each for each in self.mentioned_things if each.kind == thing.kind]
         return bool(thing.kind and mentioned) and all(map(thing.is_same, mentioned))
 
     def _must_be_short(self, thing: Thing) -> bool:
-        """Return whether only "that bench" is right: "another bench" and "the next bench" name a thing once.
+        """Return whether only "that bench" is correct, as "another bench" and "the next bench" can name a thing only once.
 
         Raises:
-            ValueError: if "that bench" would mean another one.
+            ValueError: if "that bench" would refer to another thing.
         """
         if thing.which not in ("next", "another") or not any(map(thing.is_same, self.mentioned_things)):
             return False
         last = next(each for each in reversed(self.mentioned_things) if each.kind == thing.kind)
         if not thing.is_same(last):
-            raise ValueError(f"no name for a {thing.kind} that was called {thing.which!r}, as another was named since")
+            raise ValueError(
+                f"no name for a {thing.kind} first called {thing.which!r}: another one was mentioned since"
+            )
         return True
 
     def _described(self, thing: Thing, noun: Lexeme, own: Mapping[str, str], patterns: Iterable[Pattern]) -> str:
@@ -239,11 +241,11 @@ class Phraser:
         return divided.replace(INSIDE, described) if INSIDE in divided else text
 
     def _colours(self, kind: str) -> Mapping[str, Pattern]:
-        """Return the words for the colours of things of a kind."""
+        """Return the colour words for a kind of thing."""
         return {**self.voice.colours, **self.voice.colours_of.get(kind, {})}
 
     def _look(self, kind: str, value: str) -> LookWording:
-        """Return the wording of a look, one for the whole text: the voice's, or one that stands behind the noun."""
+        """Return the text's wording of a look: the voice's, or one that follows the noun."""
         if (kind, value) not in self._looks:
             usual = self.voice.looks[kind, value]
             behind = [each for each in self.grammar.looks[kind][value] if each.after and each.weight]
@@ -258,7 +260,7 @@ class Phraser:
     # Relations
 
     def wheres(self, wheres: tuple[Where, ...], *, top: bool) -> str:
-        """Return relations as one text; `top` if their subject is the sentence's, rather than a landmark."""
+        """Return relations as one text; `top` if their subject is the sentence's subject, not a landmark."""
         text, focus = "", self.focus
         for number, where in enumerate(wheres):
             said = self._where(where, top=top)

@@ -1,4 +1,4 @@
-"""Voice of an episode's instructions: what one speaker says in the same way in all of them."""
+"""Voice of an episode's instructions: choices of register and vocabulary that one speaker keeps in all texts."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -13,16 +13,16 @@ _T = TypeVar("_T", Lexeme, LookWording, Pattern)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Voice:
-    """One speaker's constant choices.
+    """Choices that one speaker makes once for all texts.
 
     Attributes:
-        features: a value for each axis of `text.per_episode` in `grammar.toml`, such as the register in Hindi.
-        nouns: the noun for each kind of thing.
-        junctions: the noun for kinds of junctions whose name depends on how many streets meet there, by that number.
-        colours: the word for each colour.
-        colours_of: the same for kinds of things whose colours are called otherwise.
-        whiches: the word for each of `arramon_lang.meaning.WHICHES`.
-        looks: the usual wording for each kind's looks.
+        features: value for each axis of `text.per_episode` in `grammar.toml`, such as the register in Hindi.
+        nouns: noun for each kind of thing.
+        junctions: noun by (kind, number of streets), for junctions whose noun depends on that number.
+        colours: word for each colour.
+        colours_of: the same for kinds of things with colour words of their own.
+        whiches: word for each of `arramon_lang.meaning.WHICHES`.
+        looks: usual wording by (kind, look).
     """
 
     features: Mapping[str, str]
@@ -35,7 +35,7 @@ class Voice:
 
 
 def draw_voice(grammar: Grammar, random: Random) -> Voice:
-    """Return a random voice, by the weights in the language's data."""
+    """Draw a voice by the weights in the language's data."""
 
     def one(options: Iterable[_T]) -> _T:
         listed = list(options)

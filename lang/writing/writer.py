@@ -1,4 +1,4 @@
-"""Writer of instructions: arranges a meaning's clauses in sentences."""
+"""Writer of instructions: arranges the clauses of a meaning in sentences."""
 
 import re
 from collections.abc import Iterable, Mapping
@@ -14,10 +14,10 @@ from arramon_lang.writing.phrasing import Filler, Phraser, constant
 from arramon_lang.writing.voice import Voice, draw_voice
 
 ATTEMPTS = 48
-"""Maximum number of drafts until enough pass the checks."""
+"""Maximum number of drafts; writing stops earlier once enough drafts pass the checks."""
 
 DRAFT_COUNTS = {"navigation": (2, 2, 3, 4), "assembly": (1, 1, 1, 2)}
-"""Numbers of good drafts of which the shortest is returned, one drawn for each text: most people are brief."""
+"""Distribution of the number of acceptable drafts, of which the shortest is returned: most people are brief."""
 
 MIN_WORDS = 6
 """Minimum number of words in the paper's automated checks."""
@@ -26,34 +26,34 @@ PUNCTUATION = ",.;:।"
 """Punctuation at the ends of words."""
 
 STREETS = ("street", "alley")
-"""Kinds for which the general patterns are not used, only those of the kind: one turns into a street, not at it."""
+"""Kinds that use only their own patterns, not the general ones: one turns into a street, not at it."""
 
 PAST_INTERSECTION = "walk past intersection"
-"""The clause for which the general patterns are not used: one crosses an intersection, one does not walk past it."""
+"""Clause that uses only its own patterns, not the general ones: one crosses an intersection, not walks past it."""
 
 _CLAUSES_PER_SENTENCE = (1, 1, 2, 2, 2, 3)
 """Distribution of the number of clauses per sentence."""
 
 _TARGET_JOINED_PROBABILITY = 0.55
-"""Probability that the object to pick up is stated in the last step's sentence."""
+"""Probability that the target is stated in the last step's sentence."""
 
 _TURN_JOINED_PROBABILITY = 0.6
 """Probability that an assembly instruction states its turns in the sentence about the placement."""
 
 _OPENING_PROBABILITIES = {"first": 0.04, "later": 0.25, "last": 0.2}
-"""Probability that a sentence has opening words, by its place in the text."""
+"""Probability of opening words ("Then"), by the sentence's place in the text."""
 
 NOT_REACHED = ("face", "walk towards", "walk until")
-"""Clauses after which one is not at the thing that they are about."""
+"""Clauses that do not end at their thing, so that "there" cannot refer to it."""
 
 PRONOUN_WORDING_FACTOR = 12
-"""Factor of the weight of wordings without a noun for the thing that was spoken of last ("walk to it")."""
+"""Factor on the weight of wordings with a pronoun for the last thing mentioned ("walk to it")."""
 
 _LABELS = "abc"
 
 
 class _Misleading(Exception):
-    """A clause of a draft says "straight" of what is not straight ahead."""
+    """A clause says "straight" although its thing is not straight ahead."""
 
 
 class Writer:
@@ -63,10 +63,10 @@ class Writer:
         self._grammar = grammar
 
     def write(self, meaning: Meaning, random: Random, voice: Voice | None = None) -> str:
-        """Return the meaning as a text, which depends on the arguments alone; without a voice, one is drawn.
+        """Return a text for a meaning, a deterministic function of the arguments; draw a voice if none is given.
 
         Raises:
-            ValueError: if the language's data have no words for some part of it.
+            ValueError: if the language's data lack words for some part of it.
         """
         phase = "navigation" if isinstance(meaning, Navigation) else "assembly"
         voice = voice or draw_voice(self._grammar, random)
@@ -86,12 +86,12 @@ class Writer:
             if len(drafts) == wanted:
                 break
         if not text:
-            raise ValueError("every wording says 'straight' of what is not straight ahead")
+            raise ValueError("every wording says 'straight' although the thing is not straight ahead")
         return min(drafts, key=lambda each: len(each.split())) if drafts else text
 
 
 def _is_clumsy(words: list[str]) -> bool:
-    """Return whether a word is repeated in a row, or too few words are different (the paper's checks: 40 per cent)."""
+    """Return whether a word occurs twice in a row, or under 40% of the words are distinct (the paper's checks)."""
     return any(a == b for a, b in pairwise(words)) or len(set(words)) < 0.4 * len(words)
 
 
@@ -99,7 +99,7 @@ class _Draft(Phraser):
     """The sentences of one text being written.
 
     Attributes:
-        is_at_thing: whether the last clause leads to what it is about, so that "there" may be said of it.
+        is_at_thing: whether the last clause ends at its thing, so that "there" may refer to it.
     """
 
     is_at_thing = False
@@ -132,7 +132,7 @@ class _Draft(Phraser):
         return self.render(self.pick(patterns, f"turn {direction}"), fillers, self.features)
 
     def _place(self, meaning: Assembly, *, joined: bool) -> str:
-        """Return the clause about the placement; `joined` if it shares a sentence with turns."""
+        """Return the placement clause; `joined` if it shares a sentence with turns."""
         thing, wheres = meaning.thing, meaning.where
         named = bool(thing.kind or thing.colour or thing.look)
         said: dict[str, Filler] = {}
@@ -155,7 +155,7 @@ class _Draft(Phraser):
         return self.render(join, fillers, self.features)
 
     def _group_clauses(self, clauses: list[Clause]) -> list[list[Clause]]:
-        """Return the clauses of each sentence."""
+        """Divide the clauses among sentences."""
         groups = []
         while clauses:
             size = self.random.choice(_CLAUSES_PER_SENTENCE)
@@ -181,14 +181,14 @@ class _Draft(Phraser):
         return self.render(join, fillers, self.features)
 
     def _add_opening(self, place: str, body: str) -> str:
-        """Return a sentence, possibly with opening words for its place in the text: "first", "later" or "last"."""
+        """Return a sentence, possibly with opening words for its place in the text ("first", "later" or "last")."""
         if self.random.random() >= _OPENING_PROBABILITIES[place]:
             return body
         opening = self.pick(self.grammar.joins[place], place)
         return self.render(opening, {"a": constant(body)}, self.features)
 
     def _patterns(self, clause: Clause, *, subordinate: bool) -> list[Pattern]:
-        """Return the patterns for a clause: by its key, its thing's kind, and short ones if that was just mentioned."""
+        """Return the patterns of a clause: general, for its thing's kind, and with a pronoun if it was just mentioned."""
         listed, said = self.grammar.steps, clause.said.keys()
         tables = self.table_fillers(clause.said)
         plural = said & {"pair", "several"}
@@ -212,7 +212,7 @@ class _Draft(Phraser):
         return [pattern for pattern in patterns if not (subordinate and pattern.main_only)]
 
     def _clause(self, clause: Clause, marked: Mapping[str, str], *, front: bool) -> str:
-        """Return a clause's text; at the front of a sentence and unmarked, it may be of any pattern."""
+        """Return a clause's text; unmarked and at the front of a sentence, it may use any pattern."""
         subordinate = bool(marked) or not front
         pattern = self.pick(
             self._patterns(clause, subordinate=subordinate) or self._patterns(clause, subordinate=bool(marked)),
@@ -233,7 +233,7 @@ class _Draft(Phraser):
         return text
 
     def _target(self, target: Thing, patterns: Iterable[Pattern], marked: Mapping[str, str]) -> tuple[str, bool]:
-        """Return what to pick up, and whether other words may open its sentence."""
+        """Return the target's clause, and whether opening words may precede it."""
         if target.is_same(self.focus):
             fitting = [p for p in self.grammar.target["same"] if p.weight and not (marked and p.main_only)]
             return self.render(self.pick(fitting, "to pick it up"), {}, {**self.features, **marked}), True
@@ -261,5 +261,5 @@ class _Draft(Phraser):
 
 
 def _subordinate_labels(join: Pattern) -> frozenset[str]:
-    """Return the labels of the clauses that a join requires in another form."""
+    """Return the labels of the clauses that a join needs in a subordinate form."""
     return frozenset(part.name for part in join.body if isinstance(part, Slot) and part.marks)
