@@ -27,8 +27,8 @@ SLOTS = frozenset(
     )
 )
 """Slots that are neither words nor tables. These occur only in patterns that are only read: "joined", two things that
-share a noun; "landmark" and "further", things that cannot be picked up; "wall"; "holder", a thing that can be picked up;
-"detail", a thing that describes the one before it."""
+share a noun; "landmark" and "further", things that cannot be picked up; "wall"; "holder", a thing that can be picked
+up; "detail", a thing that describes the one before it."""
 
 INSIDE = "~"
 """Marks the place of adjectives within a noun of several words: "the end of the ~street"."""
@@ -203,7 +203,7 @@ class Grammar:
         return self._phrases_of["noun_phrases_of"].get(kind, self.noun_phrases)
 
     def pair_phrases_of(self, kind: str) -> tuple[Pattern, ...]:
-        """Return the noun phrases for two things of a kind with equal descriptions: specific to the kind, or general."""
+        """Return the noun phrases for two things of a kind described alike: specific to the kind, or general."""
         return self._phrases_of["pair_phrases_of"].get(kind, self.pair_phrases)
 
     def several_phrases_of(self, kind: str) -> tuple[Pattern, ...]:

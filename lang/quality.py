@@ -31,8 +31,9 @@ MAX_WORDS = 100
 """Word count above which a text is suspicious; the longest in the release's val-seen has 97 words."""
 
 MIN_TURN = 45.0
-"""Initial turn of the path, in degrees, above which the text must say "turn". The paper gives no value. In the release's
-val-seen, 29% of the 319 instructions that start with a turn of 30 degrees lack "turn", and 0.2% of those with more."""
+"""Initial turn of the path, in degrees, above which the text must say "turn". The paper gives no value. In val-seen of
+the release, 29% of the 319 instructions that start with a turn of 30 degrees lack "turn", and 0.2% of those with
+more."""
 
 _TABLES = frozenset(("general", *PHASES, "wanted", "suspicious", "counts", "landmarks", "registers", "misspelt"))
 _KEYS = {

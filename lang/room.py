@@ -141,7 +141,8 @@ def weigh_things(thing: Thing, room: Room, quarter: int, *, is_facing_stated: bo
         thing: the name.
         room: all known objects.
         quarter: viewing direction of the agent.
-        is_facing_stated: whether the instruction states that direction, which makes things in front of the agent likelier.
+        is_facing_stated: whether the instruction states that direction, so that things in front of the agent are
+            likelier.
     """
     if thing.kind == "you":
         return [(1.0, None)]

@@ -1,7 +1,7 @@
 """Distances and angles that words for streets mean, shared by planners and followers.
 
-The paper gives no numbers. With these, the follower does best on the release's human instructions; the planner uses them
-to predict where its instructions lead.
+The paper gives no numbers. With these, the follower does best on the release's human instructions; the planner uses
+them to predict where its instructions lead.
 """
 
 DEGREES = {"slightly left": -30.0, "slightly right": 30.0, "left": -90.0, "right": 90.0, "around": 180.0}

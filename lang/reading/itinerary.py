@@ -1,4 +1,4 @@
-"""Combination of the parts of a navigation text, in order, into steps and the object to pick up."""
+"""Combination of a navigation text's parsed parts into steps and the target."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -15,10 +15,10 @@ _POSITION_OF_RELATION = {relation: at for at, relation in _RELATION_OF_POSITION.
 
 
 def read_navigation(discourse: Discourse, items: Sequence[ParsedPart]) -> Navigation:
-    """Return the meaning of a navigation instruction: steps in order, and the last target that is named.
+    """Return the meaning of a navigation instruction: steps in order, and the last target named.
 
-    Before a target is named, things by themselves are passed ("past the bench, the tree, a cone"); after it they say
-    where it is, and so do sides ("the red mug, left, by the bench").
+    Before a target is named, bare things are passed ("past the bench, the tree, a cone"); after it, bare things and
+    sides say where the target is ("the red mug, left, by the bench").
     """
     itinerary = _Itinerary(discourse)
     for item in _with_shared_sides(items):
@@ -28,16 +28,16 @@ def read_navigation(discourse: Discourse, items: Sequence[ParsedPart]) -> Naviga
 
 @dataclass(slots=True)
 class _Itinerary:
-    """What has been read of a text so far.
+    """Meaning of the text read so far.
 
     Attributes:
         discourse: resolves references.
-        steps: in order.
-        targets: what is to be picked up, by a clause that says so.
-        mentioned: other things that can be picked up.
-        places_before: places that were told before what they are the place of.
-        last: the last clause that is a step.
-        short_of: the thing shortly before which the walk has ended.
+        steps: steps in order.
+        targets: objects that a clause says to pick up.
+        mentioned: other collectibles.
+        places_before: places stated before the target or step that they belong to.
+        last: the last part that is a step.
+        short_of: the thing just before which the last walk ends.
     """
 
     discourse: Discourse
@@ -49,7 +49,7 @@ class _Itinerary:
     short_of: Thing | None = None
 
     def add(self, item: ParsedPart) -> None:
-        """Add what a part of the text says."""
+        """Add the content of a parsed part."""
         kind, bound = item.label.split()[0], dict(item.bound)
         listed = self.targets or self.mentioned
         if kind == "all":
@@ -68,7 +68,7 @@ class _Itinerary:
             self._add_place(item, listed)
 
     def navigation(self) -> Navigation:
-        """Return the steps and the last target; if no clause says which, the last of the things with the most words."""
+        """Return the steps and the last target; without an explicit target, the last of the best described ones."""
         patterns = self.discourse.grammar.looks["collectible"]
         collectibles = [thing for thing in self.discourse.mentioned_things if thing.look in patterns]
         candidates = self.targets or self.mentioned or collectibles or [Thing("")]
@@ -94,7 +94,7 @@ class _Itinerary:
         self.places_before, self.last, self.short_of = (), item, None
 
     def _add_without_repeating(self, item: ParsedPart, found: list[Step]) -> None:
-        """Add steps, but one turn for two that are said right after each other: "go back, turn right around"."""
+        """Add steps, but merge two turns stated in immediate succession: "go back, turn right around"."""
         last, is_close = self.last, self.last is not None and item.start <= self.last.end + 1
         is_free = item.only_read or (last is not None and last.only_read)
         is_repeated = self.steps[-1:] == [_AROUND] or (is_free and is_close)
@@ -119,7 +119,7 @@ class _Itinerary:
             self.places_before += self.discourse.wheres(placed)
 
     def _place_of(self, item: ParsedPart) -> tuple[Where, ...] | None:
-        """Return what a clause says of where the target is, that has been named before it; None if it is none such."""
+        """Return the relations that a clause states for a target named before it; None for other clauses."""
         bound = dict(item.bound)
         if item.label == "landmark" or (item.label.startswith("walk past") and item.only_read):
             things = self.discourse.things(bound_things(bound, "", is_between=False))
@@ -134,7 +134,7 @@ class _Itinerary:
         return None
 
     def _in_full(self, target: Thing, said: Sequence[Thing]) -> Thing:
-        """Return the target with colour and look from an earlier mention if it lacks both ("Pick up the bucket.")."""
+        """Return the target with an earlier mention's colour and look if it states neither ("Pick up the bucket.")."""
         if target.colour or target.look:
             return target
         fuller = [thing for thing in said if thing.kind == target.kind and thing.colour]
@@ -146,11 +146,11 @@ def _count_words(thing: Thing) -> int:
 
 
 def _place_of_turn(steps: list[Step], *, is_place: bool) -> tuple[Where, ...]:
-    """Take away a turn at the end and return it as a place: "before the tree, a bit left, is the mug".
+    """Remove a turn at the end of the steps and return it as a place: "before the tree, a bit left, is the mug".
 
     Args:
-        steps: those before the target.
-        is_place: whether the words of a right angle are those of a place too ("to the left").
+        steps: steps before the target, modified in place.
+        is_place: whether the wording of a right-angle turn also fits a place ("to the left").
     """
     turn = steps[-1] if steps else None
     is_side = isinstance(turn, Rotate) and (turn.direction.startswith("slightly") or (is_place and turn != _AROUND))
@@ -162,7 +162,7 @@ def _place_of_turn(steps: list[Step], *, is_place: bool) -> tuple[Where, ...]:
 
 
 def _at_place(places: tuple[Where, ...], steps: list[Step]) -> list[Step]:
-    """Return steps with the places that were told before them: "at the bank, where it opens up, go left"."""
+    """Return steps, at the places stated before them: "at the bank, where it opens up, go left"."""
     told = [where for where in places if where.relation in _POSITION_OF_RELATION and where.things[0].kind != "you"]
     if not told:
         return steps
@@ -174,7 +174,7 @@ def _at_place(places: tuple[Where, ...], steps: list[Step]) -> list[Step]:
 
 
 def _with_shared_sides(items: Sequence[ParsedPart]) -> list[ParsedPart]:
-    """Return items where three things or more that are only listed have the side of the last one."""
+    """Return the parts, with the side of the last thing given to all of a list of three or more bare things."""
     found = list(items)
     for last, item in enumerate(items):
         side = [value for value in item.bound if value[0] == "side"]
@@ -190,12 +190,12 @@ def _with_shared_sides(items: Sequence[ParsedPart]) -> list[ParsedPart]:
 
 
 def _is_crossed(item: ParsedPart) -> bool:
-    """Return whether a clause names something that one goes over, which is on no side."""
+    """Return whether a clause names something that is crossed, which has no side."""
     return any(isinstance(named, NounPhrase) and named.kind in CROSSED_KINDS for _, named in item.bound)
 
 
 def _set_side(steps: list[Step], side: str) -> None:
-    """Say of the things passed last that all are on a side."""
+    """Give a side to all things passed last."""
     for number in range(len(steps) - 1, -1, -1):
         step = steps[number]
         if not isinstance(step, Walk) or step.way != "past" or step.side:
@@ -205,21 +205,21 @@ def _set_side(steps: list[Step], side: str) -> None:
 
 
 def _ends_in_turn(steps: Sequence[Step]) -> bool:
-    """Return whether the last step is a turn without a place."""
+    """Return whether the last step is a turn on the spot."""
     return bool(steps) and isinstance(steps[-1], Rotate) and steps[-1].thing is None
 
 
 def _is_worded_as_place(item: ParsedPart) -> bool:
-    """Return whether a turn without a verb is put as a place is: "to the left", not "left"."""
+    """Return whether a turn without a verb is worded like a place: "to the left", not "left"."""
     return item.label == "turn" + BARE and item.end - item.start >= len(("to", "the", "left"))
 
 
 def _is_of_reader(placed: object) -> bool:
-    """Return whether relations are all to who reads them: "look left"."""
+    """Return whether all relations are to the reader: "on your left"."""
     assert isinstance(placed, tuple)
     return all(thing.kind == "you" for where in placed for thing in where.things)
 
 
 def _is_by_side(item: ParsedPart) -> bool:
-    """Return whether an item is a turn that says only to which side, not by a verb of its own ("bear left")."""
+    """Return whether a part is a turn that states only a side, without a turning verb of its own ("bear left")."""
     return item.label.startswith("turn") and "bearing" not in dict(item.bound)

@@ -1,4 +1,4 @@
-"""Search for patterns in a text's words, with an automaton that tries many patterns at once."""
+"""Pattern matching on a text's words, with an automaton that tries many patterns at once."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -8,10 +8,10 @@ from arramon_lang.patterns import Sequence as Body
 
 Keys = tuple[str, ...]
 Bindings = tuple[tuple[str, object], ...]
-"""The value of each slot that has one, in order."""
+"""(slot, value) pairs in order, without slots that have no value."""
 
 SplitWords = Callable[[str], Keys]
-"""Splits a text into comparison keys."""
+"""Function that splits a text into comparison keys."""
 
 OPTIONAL = frozenset(",.;:।-–")
 """Punctuation in patterns that texts may omit."""
@@ -22,7 +22,7 @@ class PatternLabel:
     """Identifies the pattern that matched.
 
     Attributes:
-        key: its key in `phrases.toml`.
+        key: key in `phrases.toml`.
         only_read: whether the pattern is only read, never written.
         main_only: whether it is valid as a main clause only.
     """
@@ -49,17 +49,17 @@ class Node:
         self.accepted.extend(label for label in other.accepted if label not in self.accepted)
 
     def after_word(self, word: str) -> "Node | None":
-        """Return the state after that word, or None."""
+        """Return the state after a word, or None."""
         nodes = self.words.get(word)
         return _merged(nodes) if nodes else None
 
     def after_slot(self, slot: str) -> "Node":
-        """Return the state after that slot."""
+        """Return the state after a slot."""
         return _merged(self.slots[slot])
 
 
 def _merged(nodes: list[Node]) -> Node:
-    """Return one state equivalent to all of these; the list is replaced by it, so that it is built once."""
+    """Return one state equivalent to all of these, and replace the list by it, so that it is built once."""
     if len(nodes) > 1:
         one = Node()
         for node in {id(node): node for node in nodes}.values():
@@ -70,7 +70,7 @@ def _merged(nodes: list[Node]) -> Node:
 
 @dataclass(frozen=True, slots=True)
 class Match:
-    """A match of the pattern with this label, up to but excluding `end`."""
+    """A match of the labelled pattern, up to but excluding word `end`."""
 
     end: int
     label: PatternLabel
@@ -78,10 +78,10 @@ class Match:
 
 
 class Automaton:
-    """Labelled patterns, compiled for search.
+    """Automaton for labelled patterns.
 
     Args:
-        split: of the language.
+        split: splits a text into comparison keys.
 
     Attributes:
         vocabulary: all words of the patterns.
@@ -93,7 +93,7 @@ class Automaton:
         self.vocabulary: set[str] = set()
 
     def add(self, key: str, patterns: Iterable[Pattern], *, only_read: bool = False) -> None:
-        """Add patterns with this key; `only_read` marks those that are only read."""
+        """Add patterns with a key; `only_read` if they are never written."""
         for pattern in patterns:
             self.add_body(PatternLabel(key, only_read, pattern.main_only), pattern.body)
 

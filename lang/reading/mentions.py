@@ -1,4 +1,4 @@
-"""Search for mentions of collectible objects in texts."""
+"""Detection of mentions of collectibles in texts."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -14,7 +14,7 @@ _COMMAS = (",", "/")
 
 @dataclass(frozen=True, slots=True)
 class Mention:
-    """A noun phrase for a collectible, in the catalogue's words; it may be incomplete.
+    """A noun phrase for a collectible, possibly incomplete, with the catalogue's names.
 
     Attributes:
         pattern: "dotted" or "striped"; None if not stated.
@@ -33,7 +33,7 @@ class Mention:
 
 @dataclass(slots=True)
 class _Phrase:
-    """A noun phrase whose noun has not been reached yet."""
+    """A noun phrase before its noun."""
 
     first: int = -1
     said: dict[WordRole, str] = field(default_factory=dict)
@@ -50,8 +50,8 @@ class _Phrase:
 def find_mentions(tokens: Sequence[Token], lexicon: Lexicon) -> list[Mention]:
     """Return the mentions of collectibles, in order.
 
-    A phrase without a kind is a mention if it has both a pattern and a colour, or a stand-in for the kind; so "the
-    striped wall" and "the red banner" are not.
+    A phrase without a kind counts if it has both a pattern and a colour, or a stand-in for the kind ("the dotted one");
+    "the striped wall" and "the red banner" do not.
     """
     tokens = [token for token in tokens if token.text not in JOINTS]
     keys = [token.key for token in tokens]
@@ -85,7 +85,7 @@ def find_mentions(tokens: Sequence[Token], lexicon: Lexicon) -> list[Mention]:
 
 
 def _kindless(phrase: _Phrase, tokens: Sequence[Token], after: int, *, stand_in: bool) -> list[Mention]:
-    """Return a phrase that ends before `tokens[after]` as a mention without kind, or nothing if it says too little."""
+    """Return a phrase that ends before `tokens[after]` as a mention without kind, if it states enough attributes."""
     if not phrase.said or (len(phrase.said) < len(_ATTRIBUTES) and not stand_in):
         return []
     last = after - 2 if tokens[after - 1].text in _COMMAS else after - 1
@@ -96,7 +96,7 @@ def _kindless(phrase: _Phrase, tokens: Sequence[Token], after: int, *, stand_in:
 def _described_after(pattern: str | None, keys: Sequence[str], i: int, lexicon: Lexicon) -> tuple[str | None, int]:
     """Return the pattern, possibly stated after the noun ("with black dots"), and the index after it.
 
-    A pattern that is followed by another noun ("with a striped red bowl") belongs to that noun.
+    A pattern before another noun ("with a striped red bowl") belongs to that noun.
     """
     having = lexicon.read(keys, i) if i < len(keys) and pattern is None else None
     if having is None or having.role is not WordRole.HAVING:

@@ -1,4 +1,4 @@
-"""Reader of noun phrases: a thing with adjectives in any order."""
+"""Parser of noun phrases: a noun with adjectives in any order."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -33,7 +33,7 @@ class NounPhrase:
 
 @dataclass(frozen=True, slots=True)
 class RelationPhrase:
-    """A relation in a text; see `arramon_lang.meaning.Where`."""
+    """A relation with unresolved noun phrases; see `arramon_lang.meaning.Where`."""
 
     relation: str
     things: tuple[NounPhrase, ...]
@@ -50,35 +50,35 @@ class _WordSense:
 
 
 _PATTERNED = "\0"
-"""Kind of a noun that denotes a collectible only if a pattern is stated."""
+"""Placeholder kind of a noun that denotes a collectible only if a pattern is stated."""
 
 _JOINED_WITHIN = 5
-"""Maximum distance in words of the conjunction of two things that share a noun."""
+"""Maximum distance in words of the conjunction from the start of two noun phrases that share a noun."""
 
 _DIVIDED_WITHIN = 5
-"""Maximum number of words within a noun."""
+"""Maximum number of words inside a divided noun."""
 
 _CORNER, _OWNERS = "building_corner", ("building", "shop_sign")
-"""Kind of a corner with the look of its building, and kinds of what has one."""
+"""Kind of a corner identified by its building, and kinds of things that have such corners."""
 
 _PLURAL = "plural"
-"""`_WordSense.kind` of a noun's form that is always a plural."""
+"""`_WordSense.kind` of noun forms that are always plural."""
 
 _DESCRIBING = ("look", "colour", "which", "two", "several", "modifier")
-"""Roles of adjectives; of a word's possible roles, the first that suits the noun is used."""
+"""Roles of adjectives; the first of a word's roles that suits the noun applies."""
 
 
 class NounPhraseParser:
-    """Reads the noun phrases of one language.
+    """Parser of one language's noun phrases.
 
     Args:
-        grammar: of the language.
-        lexicon: the content of its `lexicon.toml`, whose words for collectibles are recognised too.
+        grammar: the language's grammar.
+        lexicon: content of its `lexicon.toml`, whose words for collectibles are recognised too.
         split: splits a text into comparison keys.
         conjunctions: words that join two adjectives ("white and black").
 
     Attributes:
-        known_words: all words that mean something; others may stand before a noun ("the rusty barrel").
+        known_words: the parser's whole vocabulary; unknown words may precede a noun ("the rusty barrel").
     """
 
     def __init__(
@@ -172,11 +172,11 @@ class NounPhraseParser:
                 self._book.add(self._split(phrase), _WordSense("look", value, "collectible"))
 
     def is_collectible(self, named: NounPhrase) -> bool:
-        """Return whether the thing is of a collectible's kind, or has attributes but no kind."""
+        """Return whether a noun phrase names a collectible's kind, or attributes without a kind."""
         return named.kind in self._collectibles and bool(named.kind or named.colour or named.look)
 
     def read(self, keys: Sequence[str], start: int) -> list[tuple[int, NounPhrase]]:
-        """Return the noun phrases that begin at `keys[start]`, each with its end."""
+        """Return (end, noun phrase) pairs for all noun phrases that begin at `keys[start]`."""
         found = [*self._read_whole(keys, start), *self._read_divided(keys, start)]
         owns = any(True for _ in self._own.at(keys, start))
         corners = (corner for end, named in found for corner in self._corners(keys, end, named, owns=owns))
@@ -200,7 +200,7 @@ class NounPhraseParser:
                     yield after, replace(named, kind=_CORNER, number="")
 
     def _read_divided(self, keys: Sequence[str], start: int) -> Iterator[tuple[int, NounPhrase]]:
-        """Yield noun phrases whose adjectives stand within the noun: they are read as if they stood before it."""
+        """Yield noun phrases with adjectives inside the noun, parsed as if the adjectives preceded it."""
         for at, noun in self._divided.at(keys, start):
             assert isinstance(noun, tuple)
             tail = noun[at - start :]
@@ -246,11 +246,11 @@ class NounPhraseParser:
             described.append(tuple(word for end, word in adjectives if end == at))
 
     def _is_described(self, kind: str, described: Sequence[tuple[_WordSense, ...]]) -> bool:
-        """Return whether a kind is a collectible's that all of these adjectives suit."""
+        """Return whether a kind is a collectible's and all adjectives suit it."""
         return kind in self._collectibles and all(any(self._suits(w, kind) for w in group) for group in described)
 
     def _is_unknown_adjective(self, keys: Sequence[str], at: int) -> bool:
-        """Return whether a word is one of no meaning before a word of a noun phrase."""
+        """Return whether an unknown word precedes a word of the noun phrase."""
         is_unknown = (
             bool(self.known_words)
             and keys[at : at + 1]
@@ -262,7 +262,7 @@ class NounPhraseParser:
     def _without_noun(
         self, end: int, described: Sequence[tuple[_WordSense, ...]], *, another: bool
     ) -> list[tuple[int, NounPhrase]]:
-        """Return what stands for a noun by itself: "over another", "over a second"."""
+        """Return a noun phrase that consists of a determiner or an ordinal: "over another", "over a second"."""
         which = next((word.value for group in described for word in group if word.role == "which"), "")
         if another and not described:
             return [(end, NounPhrase("", which="another"))]
@@ -271,7 +271,7 @@ class NounPhraseParser:
     def read_joined(
         self, keys: Sequence[str], start: int, conjunctions: frozenset[str]
     ) -> list[tuple[int, tuple[NounPhrase, NounPhrase]]]:
-        """Return pairs of things that share a noun ("the brick and wooden walls") and begin at `keys[start]`."""
+        """Return pairs of noun phrases that share a noun ("the brick and wooden walls") and begin at `keys[start]`."""
         found: list[tuple[int, tuple[NounPhrase, NounPhrase]]] = []
         if any(
             word.role in ("modifier", "two") for _, word in self._words(self._book, keys, start)
@@ -338,11 +338,11 @@ class NounPhraseParser:
             yield from self._described_behind(keys, end, named)
 
     def _shop(self, described: Sequence[tuple[_WordSense, ...]]) -> str:
-        """Return which shop's building is described ("the brown cinema building")."""
+        """Return the shop whose building is described ("the brown cinema building"), or ""."""
         return next((w.value for group in described for w in group if w.role == "look" and w.kind == "shop_sign"), "")
 
     def _described_behind(self, keys: Sequence[str], at: int, named: NounPhrase) -> Iterator[tuple[int, NounPhrase]]:
-        """Yield a collectible with adjectives behind its noun: "the bucket: blue, striped", "the TV, the brown one"."""
+        """Yield a collectible with adjectives after its noun: "the bucket: blue, striped", "the TV, the brown one"."""
         said: dict[str, str] = {}
         end = at
         while at < len(keys):
@@ -364,20 +364,20 @@ class NounPhraseParser:
         )
 
     def _says_more(self, word: _WordSense, named: NounPhrase) -> bool:
-        """Return whether a word describes the thing."""
+        """Return whether an adjective can describe the thing further."""
         return word.role in ("look", "colour", "modifier") and self._suits(word, named.kind)
 
     def _is_determiner(self, keys: Sequence[str], at: int) -> bool:
         return any(word.role == "determiner" for _, word in self._words(self._book, keys, at))
 
     def _is_another_thing(self, group: Sequence[_WordSense], kind: str) -> bool:
-        """Return whether what stands before a noun is a shop, of which that is a part: "the bank's corner"."""
+        """Return whether the adjectives name a shop that the noun belongs to: "the bank's corner"."""
         return kind not in ("", "building", "zebra_crossing") and all(  # "The pharmacy crossing" is one thing.
             word.role == "look" and word.kind == "shop_sign" and not self._suits(word, kind) for word in group
         )
 
     def _suits(self, word: _WordSense, kind: str) -> bool:
-        """Return whether the adjective can describe things of that kind."""
+        """Return whether an adjective can describe things of a kind."""
         if word.role == "look":
             return word.kind == self._grammar.look_kind(kind) or (
                 word.kind == "collectible" and kind in self._collectibles

@@ -1,4 +1,4 @@
-"""Reader of instructions: matches the language's patterns against a text and skips what it does not understand."""
+"""Parser of instructions: matches a language's patterns against a text, and skips parts that it does not understand."""
 
 import re
 from collections import Counter
@@ -26,27 +26,27 @@ ONLY_READ_CLAUSES = (
     *("turn with", "short of", "all sides", "walk past crossed", "walk past zebra_crossing"),
     *("target", "landmark", "not target", "detail"),
 )
-"""Keys of clauses in navigation that are only read: of a turn and a walk along something, of a place shortly before
-something, of the side of all that was passed last, of a walk over what is not named or is a crossing; of a thing that
-is passed, what is not to be picked up, and what describes the thing before it."""
+"""Keys of navigation clauses that are only read: a turn and a walk along something, a place just before something, the
+side of all things passed last, crossing a street or a zebra crossing, the target, a passed thing, an object not to pick
+up, and a description of the thing before."""
 
 _Listed = Mapping[str, tuple[Pattern, ...]]
 
 
 class CannotRead(ValueError):
-    """Nothing in the text is understood; the message says what was expected."""
+    """No part of the text was understood; the message says what was expected."""
 
 
 class InstructionParser:
-    """Reads one language's instructions.
+    """Parser of one language's instructions.
 
     Args:
-        grammar: of the language.
-        lexicon: the content of its `lexicon.toml`.
-        relations: the content of its `relations.toml`, whose phrases are recognised too.
-        tokenizer: of the language.
-        chunks: the content of its `chunks.toml`, by which texts are read that its own phrases do not cover; None if the
-            language has none, so that those texts are read by phrases too, as far as they go.
+        grammar: the language's grammar.
+        lexicon: content of its `lexicon.toml`.
+        relations: content of its `relations.toml`, whose phrases are recognised too.
+        tokenizer: the language's tokenizer.
+        chunks: content of its `chunks.toml`, for texts that the written phrases do not cover; None to parse those
+            texts by phrases alone.
     """
 
     def __init__(
@@ -113,16 +113,16 @@ class InstructionParser:
     def read(self, text: str, phase: str) -> Meaning:
         """Return the meaning of a text, as far as it is understood.
 
-        A text is read by the patterns that are written, if they cover all of it. So what is read of free texts can be
-        understood widely, by chunks or by all patterns, and takes nothing from what is written.
+        If the written patterns cover the whole text, they alone determine its meaning. Otherwise it is parsed by
+        chunks, or by all patterns; so rules for free texts cannot change the meaning of written ones.
 
         Args:
             text: the instruction.
             phase: "navigation" or "assembly".
 
         Raises:
-            ValueError: if the phase is another.
-            CannotRead: if no part of it is understood.
+            ValueError: if the phase is unknown.
+            CannotRead: if no part of the text is understood.
         """
         if phase not in PHASES:
             raise ValueError(f"phase {phase!r}; expected {' or '.join(PHASES)}")
@@ -138,9 +138,9 @@ class InstructionParser:
         return discourse.assembly(items, is_written=is_written)
 
     def outline(self, text: str) -> tuple[OutlineEntry, ...]:
-        """Return the turns of a navigation instruction and the things that it mentions, in order; `outline` says how.
+        """Return the turns and mentioned things of a navigation instruction, in order.
 
-        Nothing is raised for a text of which nothing is understood: its outline is empty.
+        The outline is empty if no part of the text is understood.
         """
         keys = self._keys(text)
         discourse = Discourse(self._grammar)
@@ -156,15 +156,17 @@ class InstructionParser:
         return (*said, *(OutlineEntry(thing=discourse.mention(named), manner="seen") for named in rest))
 
     def excluded_slots(self, key: str | None) -> frozenset[str]:
-        """Return the slots of words and tables that no text fills from this word on; None for the text's end."""
+        """Return the slots that no phrase beginning with this word can fill; None for the end of the text."""
         if key not in self._excluded:
             self._excluded[key] = frozenset(slot for slot, book in self.books.items() if not book.may_begin(key))
         return self._excluded[key]
 
     def _parse_parts(self, text: str, phase: str) -> tuple[list[ParsedPart], Meaning | None, bool]:
-        """Return a text's parts by the written patterns if they cover it, or else by all; or its chunks' meaning.
+        """Parse a text by the written patterns if they cover it, or else by chunks, or else by all patterns.
 
-        The last value says whether the written patterns cover it.
+        Returns:
+            The parts, empty if it was parsed by chunks; the meaning by chunks, or None; whether the written patterns
+            cover the text.
         """
         keys = self._keys(text)
         written = TextSegmenter(self, keys, phase, written_only=True)
@@ -179,7 +181,7 @@ class InstructionParser:
         return [item for _, item in parts], None, is_written
 
     def _read_chunks(self, keys: Sequence[str], phase: str) -> Meaning | None:
-        """Return the meaning of a text by its chunks, or None if the language has none or they say too little."""
+        """Return the meaning of a text by its chunks, or None if the language has no chunks or they are not enough."""
         if self.chunker is None or (phase == "assembly" and self.chunker.has_prepositions):
             return None
         text = ChunkSequence(self.chunker.chunks(keys), self.noun_phrase_parser, self.chunker.rules)
@@ -193,7 +195,7 @@ class InstructionParser:
         return reader(text=text, grammar=self._grammar).read()
 
     def _without_asides(self, keys: tuple[str, ...]) -> tuple[str, ...]:
-        """Return a text's words without those that only say how sure or how friendly the writer is."""
+        """Return a text's words without hedges and courtesies ("I think", "please")."""
         kept: list[str] = []
         at = 0
         while at < len(keys):
@@ -203,18 +205,18 @@ class InstructionParser:
         return tuple(kept)
 
     def _keys(self, text: str, rules: Iterable[tuple[str, str]] = ()) -> tuple[str, ...]:
-        """Return a text's words for comparison, with typing errors corrected.
+        """Return a text's comparison keys, with typing errors corrected.
 
         Args:
-            text: as it is given.
-            rules: further regular expressions and what takes the place of what they find.
+            text: the original text.
+            rules: additional (regular expression, replacement) pairs.
         """
         for pattern, replacement in (*self._grammar.reading, *rules):
             text = re.sub(pattern, replacement, text)
         return tuple(map(self._correct, self.split(self._tokenizer.normalise(text))))
 
     def _correct(self, key: str) -> str:
-        """Return the word, corrected if one known word alone is spelt alike, or is within one typing error."""
+        """Return the word, or the only known word with the same folded spelling or within one typing error."""
         if key in self._vocabulary or key in self._never_fuzzy:
             return key
         alike = self._folded.get(self._fold(key))
@@ -230,13 +232,13 @@ class InstructionParser:
         return self._corrected[key]
 
     def _fold(self, word: str) -> str:
-        """Return a word without the differences of spelling that people do not keep to."""
+        """Return a word with spelling variants folded together."""
         for one, other in self._grammar.folding:
             word = word.replace(one, other)
         return word
 
     def _spelt_alike(self) -> dict[str, str]:
-        """Return, for each folded spelling that only one known word has, that word."""
+        """Return the known word of each folded spelling that belongs to a single one."""
         found: dict[str, str] = {}
         if self._grammar.folding:
             folded = [(self._fold(word), word) for word in self._vocabulary]
@@ -245,7 +247,7 @@ class InstructionParser:
         return found
 
     def _books(self) -> dict[str, Phrasebook]:
-        """Return, for each word and table slot, its possible forms."""
+        """Return a phrasebook of all possible texts for each word and table slot."""
         books = {name: Phrasebook() for name in (*self._grammar.words, *self._grammar.tables)}
         for name, forms in self._grammar.word_forms().items():
             for form in forms:
@@ -274,7 +276,7 @@ class InstructionParser:
         return automaton
 
     def _fillers(self) -> frozenset[str]:
-        """Return words that join clauses without a meaning of their own, and punctuation."""
+        """Return words that only join clauses, and punctuation."""
         joins = Automaton(self.split)
         for patterns in self._grammar.joins.values():
             joins.add("", patterns)
@@ -282,7 +284,7 @@ class InstructionParser:
         return (frozenset(joins.vocabulary) - self.turns) | OPTIONAL
 
     def _only_words(self, table: Table) -> Iterable[str]:
-        """Yield the keys of a table's wordings that have only one."""
+        """Yield the wordings of a table that are a single word."""
         for patterns in table.values.values():
             for text in (text for pattern in patterns for text in self._grammar.spellings(pattern)):
                 if len(keys := self.split(text)) == 1:

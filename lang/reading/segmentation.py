@@ -1,4 +1,4 @@
-"""Division of one text into the parts that are understood, at the least cost."""
+"""Segmentation of a text into understood parts, at minimum cost."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
@@ -12,32 +12,35 @@ if TYPE_CHECKING:
     from arramon_lang.reading.parser import InstructionParser
 
 DEPTH = 2
-"""Maximum nesting of landmarks described by landmarks."""
+"""Maximum nesting depth of landmarks described by other landmarks."""
 
 _CLAUSE, _WHERE, _WHERE_MORE, _MENTION, _FILLER, _UNKNOWN = 0.2, 0.28, 0.37, 0.8, 0.06, 1.0
-"""Costs of reading a clause, a relation alone, each further one joined to it, or a thing alone; of skipping a joining
-word, and any other word."""
+"""Costs of a clause, a separate relation, each relation joined to it, and a separate thing; of skipping a joining word,
+and any other word."""
 
 _SLOT_BONUS = 0.01
-"""By how much a clause that is only read costs less for each slot that it fills: one that says more is preferred."""
+"""Discount per filled slot of a clause that is only read, so that more specific clauses win."""
 
 _WHERE_JOINED = 0.08
-"""Extra cost of each further relation that is joined to one within a clause that is only read."""
+"""Extra cost of each additional relation within a clause that is only read."""
 
 _WHERE_AT_TURN = 0.35
-"""Extra cost of a relation alone where a turn may begin: "left to the planter" is no place to the left of it."""
+"""Extra cost of a separate relation where a turn may begin: "left to the planter" is not a place to its left."""
 
 _ONLY_READ, _NOT_INITIAL, _OTHER_KIND, _NO_KIND = 0.05, 0.3, 0.1, 0.02
-"""Extra costs of a clause that is only read, of a main clause that begins after other words, of one about a thing
-of another kind than its pattern is for, and about a thing of no kind where another pattern says the kind."""
+"""Extra costs of a clause that is only read, of a main clause in the middle of a sentence, of a thing whose kind
+differs from the pattern's, and of a thing without a kind if another pattern states one."""
 
 
 @dataclass(slots=True)
 class TextSegmenter:
-    """One text being read, with a memo of what was found at each index.
+    """Segmentation of one text, with a memo of the matches at each index.
 
     Attributes:
-        written_only: whether patterns that are only read are left out.
+        parser: the language's parser.
+        keys: the text's words.
+        phase: "navigation" or "assembly".
+        written_only: whether patterns that are only read are excluded.
     """
 
     parser: "InstructionParser"
@@ -52,7 +55,7 @@ class TextSegmenter:
         self._excluded = [self.parser.excluded_slots(key) for key in (*self.keys, None)]
 
     def items(self) -> list[tuple[int, ParsedPart]]:
-        """Return the understood parts in order, each with its start, from the cheapest division of the text."""
+        """Return the (start, part) pairs of the cheapest segmentation, in order."""
         size = len(self.keys)
         best: list[tuple[float, ParsedPart | None]] = [(0.0, None)] * (size + 1)
         for start in range(size - 1, -1, -1):
@@ -77,7 +80,7 @@ class TextSegmenter:
         return items
 
     def is_covered_by(self, items: list[tuple[int, ParsedPart]]) -> bool:
-        """Return whether clauses and joining words are all that the text consists of, with the object to pick up."""
+        """Return whether clauses and joining words cover the whole text, including a target in navigation."""
         at, is_found = 0, self.phase == "assembly"
         for start, item in items:
             if item.label == "mention" or (item.label == "where" and not is_found) or self._skips_words(at, start):
@@ -86,7 +89,7 @@ class TextSegmenter:
         return is_found and not self._skips_words(at, len(self.keys))
 
     def _is_joined(self, start: int, end: int) -> bool:
-        """Return whether nothing but commas and "and" stands between two words."""
+        """Return whether there are only commas and "and" between two words, and at least one."""
         return start < end and all(key == "," or key in self.parser.conjunctions for key in self.keys[start:end])
 
     def _skips_words(self, start: int, end: int) -> bool:
@@ -130,7 +133,7 @@ class TextSegmenter:
 
     @staticmethod
     def _is_nameless(match: Match) -> bool:
-        """Return whether a match is about something whose kind is not said ("another one")."""
+        """Return whether a match contains a thing without a kind ("another one")."""
         named = [value for _, value in match.bound if isinstance(value, NounPhrase)]
         return any(not each.kind and not each.reference for each in named)
 
@@ -181,7 +184,7 @@ class TextSegmenter:
         ]
 
     def unparsed_things(self, start: int, end: int, known: set[str]) -> Iterator[NounPhrase]:
-        """Yield things named between two words, long names first: no collectibles, and no kinds that are known."""
+        """Yield street things named between two words, the longest name at each place, except those of known kinds."""
         at = start
         while at < end:
             found = [
@@ -231,7 +234,7 @@ class TextSegmenter:
         return found
 
     def _joins_at(self, at: int, *, top: bool) -> Iterator[int]:
-        """Yield where a further relation may begin; in free texts right there ("in the road just past the tree")."""
+        """Yield where a further relation may begin; in free texts also at `at` ("in the road just past the tree")."""
         yield from (join.end for join in self.parser.joins[top].find(self.keys, at, lambda *_: ()))
         if top and not self.written_only:
             yield at
@@ -239,7 +242,7 @@ class TextSegmenter:
     def _relations_at(
         self, at: int, depth: int, *, is_joined: bool = True
     ) -> list[tuple[int, tuple[RelationPhrase, ...]]]:
-        """Return relations: a single one, or one to each of two things that share a noun."""
+        """Return (end, relations) pairs: one relation, or one to each of two things that share a noun."""
         key = (at, depth, is_joined)
         if key not in self._related:
             self._related[key] = self._read_relations(at, depth, is_joined=is_joined)

@@ -204,7 +204,7 @@ class Phraser:
         return bool(thing.kind and mentioned) and all(map(thing.is_same, mentioned))
 
     def _must_be_short(self, thing: Thing) -> bool:
-        """Return whether only "that bench" is correct, as "another bench" and "the next bench" can name a thing only once.
+        """Return whether only "that bench" is correct: "another bench" and "the next bench" can name a thing only once.
 
         Raises:
             ValueError: if "that bench" would refer to another thing.

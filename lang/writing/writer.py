@@ -188,7 +188,7 @@ class _Draft(Phraser):
         return self.render(opening, {"a": constant(body)}, self.features)
 
     def _patterns(self, clause: Clause, *, subordinate: bool) -> list[Pattern]:
-        """Return the patterns of a clause: general, for its thing's kind, and with a pronoun if it was just mentioned."""
+        """Return the patterns of a clause: general, for its thing's kind, and with a pronoun for the thing in focus."""
         listed, said = self.grammar.steps, clause.said.keys()
         tables = self.table_fillers(clause.said)
         plural = said & {"pair", "several"}
