@@ -1,4 +1,4 @@
-"""Readers of chunks in languages whose words that relate things stand behind them, such as Hindi."""
+"""Parsers of chunks for languages with postpositions, such as Hindi."""
 
 from arramon_lang.reading.chunks.postpositions.placement_parser import PlacementParser
 from arramon_lang.reading.chunks.postpositions.route_parser import PostpositionRouteParser

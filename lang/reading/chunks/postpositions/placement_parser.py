@@ -1,4 +1,4 @@
-"""Assembly instructions read by chunks: the object to place, and its relations to what stands in the room."""
+"""Parser of free assembly texts with postpositions: the object to place, and its relations."""
 
 from dataclasses import dataclass, field, replace
 
@@ -11,40 +11,41 @@ from arramon_lang.reading.discourse import Discourse
 _YOU = Thing("you")
 
 _FIXED = ("wall", "corner")
-"""Kinds that a side tells apart: the right wall is not something to the right."""
+"""Kinds that a side identifies: "the right wall" is not something to the right of the reader."""
 
 _SIDES = ("left", "right")
 
 
 @dataclass(slots=True, kw_only=True)
 class PlacementParser:
-    """Reads one text's chunks.
+    """Parser of one text.
 
     Attributes:
-        text: its chunks.
-        grammar: of the language.
+        text: chunks of the text.
+        grammar: grammar of the language.
+        turns: turns so far.
     """
 
     text: ChunkSequence
     grammar: Grammar
     turns: list[str] = field(default_factory=list)
     _open: list[Where] = field(default_factory=list)
-    """Relations of which what follows says whether they are the object's or a landmark's."""
+    """Relations whose subject is still unknown: the object to place, or a landmark."""
     _where: list[Where] = field(default_factory=list)
     _pending: list[Thing] = field(default_factory=list)
-    """Things that nothing has been said of yet."""
+    """Things whose role is still unknown."""
     _mentioned: list[Thing] = field(default_factory=list)
     _located: list[Thing] = field(default_factory=list)
-    """Things that are said to be somewhere, with their relations."""
+    """Things that the text locates, with their relations."""
     _object: Thing | None = None
     _is_stated: bool = False
     _is_open: bool = False
-    """Whether what is said next is of the thing that was shown last."""
+    """Whether the next relations belong to the last located thing."""
     _side: str = ""
     _describes: bool = False
 
     def read(self) -> Assembly | None:
-        """Return the meaning, or None if it names no relation."""
+        """Return the meaning, or None if the text states no relation."""
         discourse = Discourse(self.grammar)
         aside = False
         for number, chunk in enumerate(self.text.chunks):
@@ -107,13 +108,13 @@ class PlacementParser:
         self._pending.append(self._in_full(thing))
 
     def _in_full(self, thing: Thing) -> Thing:
-        """Return a thing with the colour and pattern that it had when it was named before ("the bucket")."""
+        """Return a thing with the colour and pattern of an earlier mention ("the bucket")."""
         if thing.colour or thing.look or thing.kind in ("", "you", *_FIXED):
             return thing
         return next((each for each in reversed(self._mentioned) if each.kind == thing.kind), thing)
 
     def _judge(self, number: int) -> None:
-        """Say whether the last named thing is the object or a landmark, if no relation to it follows."""
+        """Decide whether the last named thing is the object to place or a landmark, unless a relation to it follows."""
         following = self.text.chunks[number + 1] if number + 1 < len(self.text.chunks) else None
         thing = self._pending[-1]
         if following is not None and following.kind == RELATION and following.value == "object":
@@ -127,7 +128,7 @@ class PlacementParser:
             self._take_object(thing)
 
     def _is_located(self, number: int) -> bool:
-        """Return whether a thing is said to be somewhere, not placed: a verb of being, or a later "on it"."""
+        """Return whether the text locates a thing rather than places it: by a verb of being, or a later "on it"."""
         for chunk in self.text.chunks[number + 1 :]:
             if chunk.kind == "verb":
                 return chunk.value in ("be", "see")
@@ -177,7 +178,7 @@ class PlacementParser:
                 self._open.append(Where(f"{chunk.value}_of", (beside,), chunk.exactly))
 
     def _is_more(self, number: int) -> bool:
-        """Return whether a side goes on from a relation: "and" between them."""
+        """Return whether a side continues a relation after "and"."""
         before = self.text.chunks[number - 2 : number] if number > 1 else []
         return [chunk.kind for chunk in before] == [RELATION, "and"] and self._is_stepping(before[0])
 
@@ -241,7 +242,7 @@ class PlacementParser:
         return thing
 
     def _settle(self) -> None:
-        """Take what is open at the end of a sentence for the object's."""
+        """Assign open relations to the object to place at the end of a sentence."""
         if self._side:
             self._open.append(Where(f"{self._side}_of", (_YOU,)))
         if self._is_open and self._open:  # "There is a ball, to the right of the bowl."
@@ -251,12 +252,12 @@ class PlacementParser:
         self._open, self._side, self._describes = [], "", False
 
     def _with_location(self, thing: Thing) -> Thing:
-        """Return a landmark with the relations that were said of it."""
+        """Return a landmark with the relations that locate it."""
         shown = next((each for each in self._located if each.is_same(thing)), None)
         return thing if shown is None or thing.where else shown
 
     def _is_of_thing(self, number: int) -> bool:
-        """Return whether "ahead" describes a thing: "the wall ahead"."""
+        """Return whether "ahead" describes the next thing: "the wall ahead"."""
         at = number + 1 + self._is_description(number + 1)
         following = self.text.chunks[at] if at < len(self.text.chunks) else None
         if following is None or following.kind != THING:

@@ -1,4 +1,4 @@
-"""Steps of a route that a text read by chunks describes, and the places of which it is open what happens there."""
+"""Draft of a route: its steps so far, and things and places whose role the text has not yet revealed."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -8,18 +8,19 @@ from arramon_lang.reading.chunks.sequence import ChunkSequence
 from arramon_lang.reading.discourse import GROUND_KINDS, POINT_KINDS
 
 _FACADES = ("building", "awning", "shop_sign", "wall")
-"""Kinds of things that something stands in front of, where of others it is said to be beyond them."""
+"""Kinds of things for which "beyond" means in front of them."""
 
 
 @dataclass(slots=True)
 class PendingThing:
-    """A thing that has been named, and what is said of it before the phrase or the verb that it belongs to.
+    """A named thing whose postposition or verb has not been read yet.
 
     Attributes:
-        joined: what stands between it and the one before: "", "and", "comma" or "then".
-        side: "left" or "right" if said before it.
-        at: things that tell it apart ("the crossing by the bank"), passed as well.
-        again: whether a pronoun names it.
+        thing: the thing.
+        joined: conjunction between it and the thing before: "", "and", "comma" or "then".
+        side: "left" or "right" if stated before it.
+        at: landmarks that identify it ("the crossing by the bank"), which are passed as well.
+        again: whether a pronoun refers to it.
     """
 
     thing: Thing
@@ -31,7 +32,7 @@ class PendingThing:
 
 @dataclass(frozen=True, slots=True)
 class PendingPlace:
-    """Things and the phrase behind them, of which what follows says whether they are passed, turned at or beside."""
+    """Things with their postposition; the following words decide whether they are passed, turned at or landmarks."""
 
     value: str
     named: tuple[PendingThing, ...]
@@ -39,11 +40,11 @@ class PendingPlace:
 
 @dataclass(slots=True, kw_only=True)
 class RouteDraft:
-    """The steps of a text so far, and what has been named of which nothing is known yet.
+    """Steps of a text so far, and things and places whose role is still open.
 
     Attributes:
-        text: its chunks.
-        steps: in order.
+        text: chunks of the text.
+        steps: steps in order.
     """
 
     text: ChunkSequence
@@ -57,7 +58,7 @@ class RouteDraft:
     _target: Thing | None = None
 
     def _place(self, value: str) -> None:
-        """Take the last named things for a place; those that are listed before them are passed."""
+        """Turn the last pending things into a place, and pass those listed before them."""
         size = 2 if value in ("between", "through_between") else self._joined_size()
         if self.text.rules.is_in(value, "passing"):
             size = len(self._pending)
@@ -92,7 +93,7 @@ class RouteDraft:
             self.steps.append(Walk("past", (each.thing,), own))
 
     def _is_passed(self, named: PendingThing) -> bool:
-        """Return whether the same thing has been passed just before, so that it is only named again."""
+        """Return whether the last walk already passed the same thing."""
         last = [
             step for step in self.steps[-2 if named.again else -1 :] if isinstance(step, Walk) and step.way == "past"
         ]
@@ -100,7 +101,7 @@ class RouteDraft:
         return not may_be_another and any(named.thing.is_same(step.things[0]) for step in last)
 
     def _pass_beside(self, named: PendingThing, side: str = "") -> None:
-        """Pass what tells a place of the way apart."""
+        """Pass the landmarks that identify a place on the way."""
         for place in named.at:
             if place.value == "between" and len(place.named) > 1 and named.thing.kind in ("street", "alley"):
                 self.steps.append(Walk("between", tuple(each.thing for each in place.named[:2])))
@@ -117,7 +118,7 @@ class RouteDraft:
         self._walk(way, named)
 
     def _resolve(self, *, reaching: bool = False) -> None:
-        """Take the places that nothing has been said to happen at for things on the way."""
+        """Turn the open places into walks."""
         for number, place in enumerate(self._places, 1):
             way = self.text.rules.walks.get(place.value)
             if place.value in ("between", "through_between") and len(place.named) > 1:
@@ -139,7 +140,7 @@ class RouteDraft:
         self._places = []
 
     def _place_target(self) -> None:
-        """Take the places that are open for those of the target."""
+        """Turn the open places into relations of the target."""
         places, self._places = self._places, []
         for place in places:
             relation = self._target_relation(place, places[-1])
@@ -150,7 +151,7 @@ class RouteDraft:
                 self._resolve()
 
     def _target_relation(self, place: PendingPlace, last: PendingPlace) -> str | None:
-        """Return the relation of the target that a place says, or None if that is passed or reached."""
+        """Return the target's relation to a place, or None if the place is passed or reached."""
         if place.value == "beyond" and place.named[-1].thing.kind in _FACADES:
             return "in_front_of" if place is last or last.named[0].thing.kind in ("corner", "street") else None
         relation = self.text.rules.target_relations.get(place.value)
@@ -195,7 +196,7 @@ class RouteDraft:
         self._joined = "then"
 
     def _turning_place(self) -> tuple[PendingPlace | None, Sequence[Thing]]:
-        """Take the place where a turn is made, and what "there" means."""
+        """Remove and return the place of a turn, and the referent of "there"."""
         place = self._places.pop() if self._places else None
         before = self._mentioned[-1:]
         if place is not None and place.named[-1].thing.kind == "corner" and place.value == "at":

@@ -1,4 +1,4 @@
-"""Navigation instructions read by chunks: what is passed and reached, turns, and where the object to pick up is."""
+"""Parser of free navigation texts with postpositions: chunks to steps and the target."""
 
 from dataclasses import dataclass, replace
 
@@ -11,22 +11,22 @@ from arramon_lang.reading.discourse import GROUND_KINDS, POINT_KINDS, Discourse
 from arramon_lang.reading.noun_phrases import NounPhrase
 
 _FLAGS = ("there", "back_again", "which", "one_side", "other_side", "repeat", "until")
-"""Words that change what the next chunks mean."""
+"""Kinds of words that change the meaning of the next chunks."""
 
 
 @dataclass(slots=True, kw_only=True)
 class PostpositionRouteParser(SideParser):
-    """Reads one text's chunks.
+    """Parser of one text.
 
     Attributes:
-        grammar: of the language.
+        grammar: grammar of the language.
     """
 
     grammar: Grammar
     _describes: bool = False
 
     def read(self) -> Navigation | None:
-        """Return the meaning, or None if nothing to pick up is named."""
+        """Return the meaning, or None if the text names no target."""
         discourse = Discourse(self.grammar)
         chosen = self.text.target()
         if chosen is None:
@@ -55,7 +55,7 @@ class PostpositionRouteParser(SideParser):
         return thing
 
     def _name(self, number: int, things: list[Thing], chosen: int) -> int:
-        """Take note of what a chunk names; return the number of the last chunk that this explains."""
+        """Handle the things of a chunk; return the index of the last chunk consumed."""
         if number == chosen:
             self._found(things[0], number)
         elif self.text.is_collectible(number) and self._is_distracter(number):
@@ -113,7 +113,7 @@ class PostpositionRouteParser(SideParser):
         self._side = ""
 
     def _pass_over(self, number: int, thing: Thing) -> int:
-        """Skip what is said of an object that is not to be picked up."""
+        """Skip the description of an object that is not the target."""
         if self._target is None:
             self._pass(self._pending)
         self._pending, self._places, self._side = [], [], ""
@@ -162,12 +162,12 @@ class PostpositionRouteParser(SideParser):
             self._side = ""
 
     def _is_passing(self, *more: str) -> bool:
-        """Return whether what was said last, before the target, is that something is passed."""
+        """Return whether the last place before the target is one that is passed."""
         last = self._places[-1].value if self._places and self._target is None else None
         return last is not None and (last in more or self.text.rules.is_in(last, "passing"))
 
     def _refer(self, number: int) -> None:
-        """Take what a pronoun means: the last thing, or two, or the last place that one can be in."""
+        """Resolve a pronoun to the last one or two things, or to the last street or square for "in it"."""
         if self.text.next_kind(number) != RELATION:
             return
         size = 2 if self.text.chunks[number].kind == "them" else 1
@@ -223,7 +223,7 @@ class PostpositionRouteParser(SideParser):
             self._rotate("around")
 
     def _stands(self, value: str) -> None:
-        """Take things of which a verb says that they are somewhere, come, are seen or kept on a side."""
+        """Handle things with a verb of location: they are somewhere, appear, are visible, or stay on a side."""
         if value == "come" and not (self._pending and self._pending[-1].side):
             self._flags.add("there")
         if "one_side" in self._flags or not self._pending:

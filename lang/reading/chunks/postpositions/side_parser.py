@@ -1,4 +1,4 @@
-"""Sides in navigation instructions read by chunks: of a turn, of a thing on the way, or of the object to pick up."""
+"""Interpretation of sides in free navigation texts with postpositions: of a turn, a thing passed, or the target."""
 
 from dataclasses import dataclass, replace
 
@@ -13,17 +13,13 @@ _ROUND = ("around", "back")
 
 @dataclass(slots=True, kw_only=True)
 class SideParser(RouteDraft):
-    """A route whose sides are told by what is around them in the text.
-
-    Attributes:
-        text: its chunks.
-    """
+    """Route draft that interprets each side by its neighbours in the text."""
 
     _side: str = ""
     _relation: int = -1
 
     def _turn_or_side(self, number: int, chosen: int) -> int:
-        """Take a side for a turn, for that of a thing, or for that of the target; return the last chunk explained."""
+        """Read a side as a turn, a thing's side, or the target's side; return the index of the last chunk consumed."""
         chunk, verb = self.text.chunks[number], self.text.verb_after(number)
         end = number + (verb in ("turn", "turn_round"))
         if self._target is not None or (self._relation == number and end == number):
@@ -54,7 +50,7 @@ class SideParser(RouteDraft):
         return self._side_or_turn(number, direction)
 
     def _is_round(self, number: int) -> bool:
-        """Return whether one is to turn around: by a verb of moving, or because nothing else is said."""
+        """Return whether a side means a turn around: with a verb of moving, or as a clause of its own."""
         is_whole = self.text.next_kind(number) in (*BOUNDARIES, "")
         is_around = self.text.chunks[number].value == "around"
         return self.text.rules.is_in(self.text.verb_after(number), "moving") or (
@@ -62,12 +58,12 @@ class SideParser(RouteDraft):
         )
 
     def _is_repeated(self, direction: str) -> bool:
-        """Return whether the last turn is only said again ("yes, left")."""
+        """Return whether a turn only repeats the last one ("yes, left")."""
         last = self.steps[-1] if self.steps else None
         return "repeat" in self._flags and isinstance(last, Rotate) and last.direction == direction
 
     def _side_of_named(self, number: int) -> int:
-        """Pass the named things on a side that is said behind them."""
+        """Pass the pending things on a side stated after them."""
         side, is_coming = self.text.chunks[number].value, self.text.verb_after(number) == "come"
         self._resolve()
         if is_coming:
@@ -79,7 +75,7 @@ class SideParser(RouteDraft):
         return number + is_coming
 
     def _side_or_turn(self, number: int, direction: str) -> int:
-        """Take a side for that of the thing that follows, or else for a turn; return the last chunk explained."""
+        """Read a side as that of the next thing, or else as a turn; return the index of the last chunk consumed."""
         side, following = self.text.chunks[number].value, self.text.next_kind(number)
         if following == THING and self._pending and self._pending[-1].side and self._joined == "and":
             self._side = side
@@ -122,14 +118,14 @@ class SideParser(RouteDraft):
         return not self.steps and not self._pending and not self._places
 
     def _is_alone(self, number: int, end: int) -> bool:
-        """Return whether things are named there about which no more is said than on which side they are."""
+        """Return whether things are named there with no relation, only a side."""
         if self.text.chunks[number].kind != THING:
             return False
         after = next((chunk for chunk in self.text.chunks[number:end] if chunk.kind not in (THING, "and")), None)
         return after is not None and after.kind != RELATION
 
     def _is_way(self, number: int) -> bool:
-        """Return whether the thing there is one that is walked to or along, not one that is beside the way."""
+        """Return whether the thing there is walked to or along, rather than beside the way."""
         for n in range(number, len(self.text.chunks)):
             chunk = self.text.chunks[n]
             if chunk.kind == THING:

@@ -1,4 +1,4 @@
-"""Readers of chunks in languages whose words that relate things stand before them, such as English."""
+"""Parser of chunks for languages with prepositions, such as English."""
 
 from arramon_lang.reading.chunks.prepositions.route_parser import PrepositionRouteParser
 

@@ -1,4 +1,4 @@
-"""Division of a text into phrases, from left to right."""
+"""Grouping of an English-like text's chunks into phrases, from left to right."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -22,7 +22,7 @@ from arramon_lang.reading.discourse import CROSSED_KINDS, GROUND_KINDS, Discours
 from arramon_lang.reading.noun_phrases import NounPhrase
 
 SHOWN = ("banner", "awning", "shop_sign", "building_corner", "wall", "corner")
-"""Kinds of things that a building is told apart by; they are not on the way themselves."""
+"""Kinds of features that identify a building and are not landmarks of their own."""
 
 _PRONOUNS = ("it", "them")
 
@@ -31,12 +31,13 @@ _JOINTS = ("comma", "and")
 
 @dataclass(slots=True, kw_only=True)
 class PhraseSplitter:
-    """Divides one text into phrases.
+    """Grouping of one text's chunks into phrases.
 
     Attributes:
-        text: its chunks.
+        text: chunks of the text.
         discourse: resolves references.
-        target: number of the chunk that names what is to be picked up.
+        target: index of the chunk that names the target.
+        phrases: phrases found so far.
     """
 
     text: ChunkSequence
@@ -53,7 +54,7 @@ class PhraseSplitter:
     _open: Phrase | None = None
 
     def read(self) -> list[Phrase]:
-        """Return the phrases in order."""
+        """Return the phrases in order, without empty ones."""
         for number, chunk in enumerate(self.text.chunks):
             self._is_aside = self._is_aside and number != self.target and not _ends_aside(chunk)
             if self._is_aside:
@@ -97,11 +98,11 @@ class PhraseSplitter:
         return thing
 
     def _is_of_street(self, number: int, thing: Thing) -> bool:
-        """Return whether what is named only by a colour is of the kind of a thing on the way ("the white one")."""
+        """Return whether a name without a noun ("the white one") refers to street furniture mentioned before."""
         return number < self.target and bool(self._said) and thing.kind == self._said[-1].kind
 
     def _add(self, things: Sequence[Thing], number: int) -> None:
-        """Add things to the open phrase if that goes on, or else to a new one."""
+        """Add things to the open phrase if it continues, or else to a new phrase."""
         if self._open is not None and self._open.named and not self._joined and things[0].kind == "corner":
             return  # "The barrel's corner."
         last = self.phrases[-1] if self.phrases else None
@@ -124,7 +125,7 @@ class PhraseSplitter:
         self._joined = ""
 
     def _is_shown(self, things: Sequence[Thing]) -> bool:
-        """Return whether things are only what a building is told apart by ("the white one with the banner")."""
+        """Return whether things only identify a building ("the white one with the banner")."""
         assert self._open is not None
         return self._open.value == "with" and not self._open.joined and things[0].kind in SHOWN
 
@@ -170,7 +171,7 @@ class PhraseSplitter:
             self.phrases[-1].is_pronoun = True
 
     def _tells_corner_apart(self, value: str, following: Chunk) -> bool:
-        """Take the building by which a corner is told apart for it; or what a thing is of for no other thing."""
+        """Replace a corner by the building that identifies it; return whether the relation names no further thing."""
         if self._open is None or not self._open.named or self._joined or not following.things:
             return False
         kind, before = following.things[0].kind, self._open.last.kind
@@ -180,14 +181,14 @@ class PhraseSplitter:
         return value == "with" and kind == before
 
     def _meant(self, value: str, pronoun: str) -> list[Thing]:
-        """Return the last thing, or two; for what one follows, the last way if there is one."""
+        """Return the referents of a pronoun: the last one or two things, or the last street for "follow it"."""
         grounds = [thing for thing in self._said[-3:] if thing.kind in GROUND_KINDS]
         if value == "along" and grounds:
             return grounds[-1:]
         return self._said[-2:] if pronoun == "them" else self._said[-1:]
 
     def _take_where(self, number: int) -> None:
-        """Take "where" for a place, or if one has been named for what it looks like there."""
+        """Read "where" as a place, or as a description of the place named before it."""
         if self._is_at_place():
             self._is_aside = True
         elif self.text.next_kind(number) == THING:
@@ -196,12 +197,12 @@ class PhraseSplitter:
             self._add_word(replace(self.text.chunks[number], kind="there"))
 
     def _is_at_place(self) -> bool:
-        """Return whether a place has been named, so that "where" only tells what it looks like."""
+        """Return whether a place has just been named, which "where" then describes."""
         is_open = self._open is not None and bool(self._open.named)
         return is_open and self._open is not None and self._open.value in ("at", "by", "near", "to", "until")
 
     def _leave_behind(self) -> None:
-        """Take away what is said to be behind one after a turn; until it is behind one, it is passed."""
+        """Drop a thing that is behind the walker after a turn; "until it is behind you" means past it."""
         last = next((phrase for phrase in reversed(self.phrases) if phrase.kind != VERB), None)
         if last is not None and last.kind == THINGS and last.value == "until":
             last.value = "past"
@@ -209,7 +210,7 @@ class PhraseSplitter:
             self.phrases.remove(last)
 
     def _following(self, number: int) -> Chunk | None:
-        """Return the chunk of the thing that a word relates, if there is one."""
+        """Return the chunk of the thing that a relation applies to, or None."""
         for chunk in self.text.chunks[number + 1 : number + 3]:
             if chunk.kind == "round" or (chunk.kind == "comma" and self.text.chunks[number].value == "at"):
                 continue  # "To about the barrel"; "left at, yes, the barrel".
@@ -249,7 +250,7 @@ class PhraseSplitter:
             self._add_word(chunk)
 
     def _is_of_thing(self, chunk: Chunk, *, is_ended: bool) -> bool:
-        """Return whether a side right behind a thing is its own: "dumpster left", "the booth to your left"."""
+        """Return whether a side right after a thing belongs to it: "dumpster left", "the booth to your left"."""
         phrase = self._open
         assert phrase is not None
         before = self.phrases[-2] if len(self.phrases) > 1 else None
@@ -259,7 +260,7 @@ class PhraseSplitter:
         return is_placed or phrase.value in ("", "with", "keep") or (is_ended and phrase.value == "past")
 
     def _put_beside(self, side: str) -> None:
-        """Give a side to the things that are joined before it."""
+        """Give a side to the things joined by "and" before it."""
         assert self._open is not None
         named = self._open.named
         self._last_side = side
@@ -278,7 +279,7 @@ class PhraseSplitter:
     # Verbs and other words.
 
     def _take_word(self, number: int) -> None:
-        """Take a word that says how to understand what is around it, or else a phrase of its own."""
+        """Handle a word that modifies its neighbours; other words become a phrase of their own."""
         chunk = self.text.chunks[number]
         following = self.text.next_kind(number)
         if chunk.kind == "where":
@@ -306,7 +307,7 @@ class PhraseSplitter:
             self._add_word(chunk)
 
     def _is_before_side(self, number: int) -> bool:
-        """Return whether a verb only says on which side something is ("the kiosk, which is on the right")."""
+        """Return whether a verb only introduces a thing's side ("the kiosk, which is on the right")."""
         following = self.text.chunks[number + 1] if number + 1 < len(self.text.chunks) else None
         if following is None or following.kind != SIDE or not following.nominal:
             return False
@@ -323,7 +324,7 @@ class PhraseSplitter:
         self._joined = THEN if chunk.kind in (STOP, THEN) else ""
 
     def _correct_side(self) -> None:
-        """Take away the side that is said once more ("left, no, right")."""
+        """Remove the side that is being corrected ("left, no, right")."""
         last = next((phrase for phrase in reversed(self.phrases) if phrase.kind != VERB), None)
         if last is not None and last.kind == SIDE:
             self._joined = last.joined

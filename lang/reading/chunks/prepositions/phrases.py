@@ -1,4 +1,4 @@
-"""Phrases of a text that is read by chunks: things with the word that relates them and their sides; turns; the rest."""
+"""Phrases of a free text: things with their relation and sides, turns, verbs and other words."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -16,7 +16,7 @@ _STRAIGHT = ("there", "straight", "ahead")
 
 @dataclass(slots=True)
 class ListedThing:
-    """A thing, with its side if that is said; `joined` is what stands before it in its list."""
+    """A thing in a list, with its side if stated; `joined` is the conjunction before it."""
 
     thing: Thing
     side: str = ""
@@ -25,16 +25,16 @@ class ListedThing:
 
 @dataclass(slots=True)
 class Phrase:
-    """A part of a text.
+    """A group of chunks with one function.
 
     Attributes:
-        kind: THINGS, SIDE, TARGET, OTHER (what is not to be picked up), VERB, STOP, THEN, or a key of `words` in
-            `chunks.toml`.
-        value: what relates the things, "" if nothing does; the kind of a verb; the side.
-        joined: what stands before it: "", "comma", "and", or "then" for what ends a clause.
+        kind: THINGS, SIDE, TARGET, OTHER (a collectible that is not the target), VERB, STOP, THEN, or a key of `words`
+            in `chunks.toml`.
+        value: the relation of the things, "" without one; the verb; the side.
+        joined: what precedes it: "", "comma", "and", or "then" for the end of a clause.
         named: the things.
-        chunk: its first one.
-        is_pronoun: whether a pronoun names the things.
+        chunk: its first chunk.
+        is_pronoun: whether a pronoun refers to the things.
     """
 
     kind: str
@@ -52,10 +52,10 @@ class Phrase:
 
 @dataclass(frozen=True, slots=True)
 class PhraseSequence:
-    """The phrases of a text in order, and what is around each of them.
+    """Phrases of a text in order, with queries about their neighbours.
 
     Attributes:
-        listed: all of them.
+        listed: all phrases.
         target: index of the phrase that names the target.
         rules: meanings of the language's relations and verbs.
     """
@@ -65,31 +65,31 @@ class PhraseSequence:
     rules: ChunkRules
 
     def before(self, number: int) -> Phrase | None:
-        """Return the phrase before one, or None."""
+        """Return the previous phrase, or None."""
         return self.listed[number - 1] if number else None
 
     def is_after_verb(self, number: int, *values: str) -> bool:
-        """Return whether one of these verbs is right before a phrase."""
+        """Return whether the previous phrase is one of these verbs."""
         before = self.before(number)
         return before is not None and before.kind == VERB and before.value in values
 
     def is_next(self, number: int, *kinds: str) -> bool:
-        """Return whether the next phrase is one of these kinds, and nothing divides the two."""
+        """Return whether the next phrase is of one of these kinds and follows without a conjunction."""
         after = self.listed[number + 1] if number + 1 < len(self.listed) else None
         return after is not None and after.kind in kinds and not after.joined
 
     def is_behind_thing(self, number: int) -> bool:
-        """Return whether a phrase stands right behind a thing."""
+        """Return whether a phrase follows a thing directly."""
         before = self.before(number)
         return before is not None and before.kind == THINGS and bool(before.named) and not self.listed[number].joined
 
     def ends_clause(self, number: int) -> bool:
-        """Return whether nothing that belongs to a phrase follows it."""
+        """Return whether a phrase is the last of its clause."""
         after = self.listed[number + 1]
         return bool(after.joined) or after.kind in (STOP, THEN)
 
     def verb_of_side(self, number: int) -> str:
-        """Return the verb that a side belongs to, "" if none does."""
+        """Return the verb that a side belongs to, or ""."""
         for phrase in reversed(self.listed[:number]):
             if phrase.kind == VERB:
                 return phrase.value
@@ -105,11 +105,11 @@ class PhraseSequence:
         return not (self.is_side_of_target(number) or self._is_stress(number))
 
     def turn_after(self, number: int, *, is_close: bool = False) -> int | None:
-        """Return the number of the turn that is made at a phrase's things, if one follows.
+        """Return the index of a following turn that is made at a phrase's things, or None.
 
         Args:
-            number: of the phrase.
-            is_close: whether only one that follows without a comma counts.
+            number: index of the phrase.
+            is_close: whether the turn must follow without a comma.
         """
         for at in range(number + 1, self.target):
             phrase = self.listed[at]
@@ -123,7 +123,7 @@ class PhraseSequence:
         return None
 
     def place_of_turn(self, number: int) -> int | None:
-        """Return the number of the phrase behind a turn that says where it is made, if there is one."""
+        """Return the index of a phrase after a turn that says where it is made, or None."""
         after = number + 1
         if self.leads_into_alley(after):
             after += 1  # "Left into the lane by the bank."
@@ -138,7 +138,7 @@ class PhraseSequence:
         return None
 
     def leads_into_alley(self, number: int) -> bool:
-        """Return whether a phrase says into which alley a turn leads, and the next one where that is."""
+        """Return whether a phrase names the alley that a turn leads into, and the next phrase says where it is."""
         if number + 1 >= self.target:
             return False
         phrase = self.listed[number]
@@ -146,12 +146,12 @@ class PhraseSequence:
         return is_into and phrase.last.kind == "alley" and self.is_next(number, THINGS)
 
     def side_behind(self, number: int) -> int | None:
-        """Return the number of a turn that is said right behind a phrase: "round the house to the left"."""
+        """Return the index of a turn right after a phrase ("round the house to the left"), or None."""
         is_side = number + 1 < self.target and self.is_next(number, SIDE)
         return number + 1 if is_side and self.listed[number + 1].value in SIDES else None
 
     def is_side_of_target(self, number: int) -> bool:
-        """Return whether a side says where the object to pick up is."""
+        """Return whether a side says where the target is."""
         chunk, verb = self.listed[number].chunk, self.verb_of_side(number)
         if verb == "look" or self.rules.is_in(verb, "moving"):
             return verb == "look"
@@ -164,7 +164,7 @@ class PhraseSequence:
         return is_free and (chunk.slight or chunk.end - chunk.start > 1)
 
     def leads_to_target(self, number: int) -> bool:
-        """Return whether nothing but places is said between a phrase and the object to pick up."""
+        """Return whether there are only places between a phrase and the target."""
         for at in range(number + 1, self.target):
             phrase = self.listed[at]
             is_place = phrase.kind == THINGS and not self.rules.is_in(phrase.value, "leading")
@@ -175,7 +175,7 @@ class PhraseSequence:
         return True
 
     def _is_of_turn(self, number: int) -> bool:
-        """Return whether a place belongs to the turn before it, from which a comma may divide it."""
+        """Return whether a place belongs to the turn before it, possibly after a comma."""
         phrase = self.listed[number]
         is_last = self.listed[number + 1].kind in (STOP, THEN) and len(phrase.named) == 1
         is_close = phrase.value in ("before", "around", "in_front_of") or (is_last and phrase.value in ("by", "at"))
@@ -184,7 +184,7 @@ class PhraseSequence:
         return self.turn_after(number, is_close=True) is None
 
     def _is_stress(self, number: int) -> bool:
-        """Return whether "right" only stresses what follows: "Right after the crossing there is a mug"."""
+        """Return whether a side only stresses the next relation: "Right after the crossing there is a mug"."""
         phrase, after = self.listed[number], self.listed[number + 1 : self.target]
         if phrase.chunk.slight or not self.rules.is_in(phrase.value, "stressing") or not after:
             return False

@@ -1,4 +1,4 @@
-"""Navigation instructions read by phrases: what is passed and reached, turns, and where the object to pick up is."""
+"""Parser of free navigation texts with prepositions: phrases to steps and the target."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
@@ -25,11 +25,11 @@ from arramon_lang.reading.discourse import POINT_KINDS, Discourse
 
 @dataclass(slots=True, kw_only=True)
 class PrepositionRouteParser:
-    """Reads one text's chunks.
+    """Parser of one text.
 
     Attributes:
-        text: its chunks.
-        grammar: of the language.
+        text: chunks of the text.
+        grammar: grammar of the language.
     """
 
     text: ChunkSequence
@@ -37,13 +37,13 @@ class PrepositionRouteParser:
     _route: StepBuilder = field(init=False)
     _where: list[Where] = field(default_factory=list)
     _is_there: bool = False
-    """Whether "there" has been said of what was passed or reached last."""
+    """Whether "there" refers to the last thing passed or reached."""
 
     def __post_init__(self) -> None:
         self._route = StepBuilder(self.text.rules)
 
     def read(self) -> Navigation | None:
-        """Return the meaning, or None if nothing to pick up is named."""
+        """Return the meaning, or None if the text names no target."""
         chosen = self.text.target()
         if chosen is None:
             return None
@@ -61,7 +61,7 @@ class PrepositionRouteParser:
         return Navigation(tuple(self._route.steps), replace(target, where=tuple(where)))
 
     def _take(self, phrases: PhraseSequence, number: int) -> int:
-        """Take a phrase before the object to pick up is named; return the number of the next one."""
+        """Handle a phrase before the target; return the index of the next phrase."""
         phrase = phrases.listed[number]
         if phrase.kind == THINGS:
             self._is_there = False
@@ -105,7 +105,7 @@ class PrepositionRouteParser:
         return number + 1
 
     def _turn_at(self, phrases: PhraseSequence, number: int) -> int | None:
-        """Return the number of the turn that is made at a phrase's things, if there is one."""
+        """Return the index of the turn that is made at a phrase's things, or None."""
         phrase = phrases.listed[number]
         is_rounded = phrase.value == "around" or (not phrase.value and phrases.is_after_verb(number, "turn"))
         behind = phrases.side_behind(number) if is_rounded else None
@@ -118,7 +118,7 @@ class PrepositionRouteParser:
         return None if has_own_place else turn  # "At the end, right around the kiosk."
 
     def _describes(self, phrases: PhraseSequence, number: int) -> bool:
-        """Return whether things only tell the one before them apart: "the white house with the banner"."""
+        """Return whether things only identify the thing before them: "the white house with the banner"."""
         phrase, before = phrases.listed[number], phrases.before(number)
         if before is None or not phrases.is_behind_thing(number) or not phrases.rules.is_in(phrase.value, "describing"):
             return False
@@ -162,7 +162,7 @@ class PrepositionRouteParser:
         return number + 1
 
     def _turn_around(self, phrases: PhraseSequence, number: int) -> int:
-        """Take "back" or "round" for a turn around if nothing else says how one turns; return the next number."""
+        """Read "back" or "round" as a turn around, unless another direction is stated; return the next index."""
         verb, before = phrases.verb_of_side(number), phrases.before(number)
         if phrases.listed[number].kind == "back":
             is_free = not self._route.steps and (before is None or before.kind not in (SIDE, "round"))
@@ -184,21 +184,21 @@ def _direction(phrases: PhraseSequence, number: int) -> str:
 
 
 def _is_street_beside(phrases: PhraseSequence, number: int) -> bool:
-    """Return whether one is to take a street that is on a side."""
+    """Return whether a phrase is a street to turn into, on a stated side."""
     phrase = phrases.listed[number]
     is_taken = phrases.is_after_verb(number, "turn") and phrase.last.kind in ("street", "alley")
     return is_taken and bool(phrase.named[-1].side)
 
 
 def _is_faced(phrases: PhraseSequence, number: int) -> bool:
-    """Return whether one is to turn to a thing: "face the bank", "turn towards the bank"."""
+    """Return whether a phrase is a thing to face: "face the bank", "turn towards the bank"."""
     value = phrases.listed[number].value
     is_turned = value == "towards" and phrases.is_after_verb(number, "turn", "look")
     return is_turned or (not value and phrases.is_after_verb(number, "look"))
 
 
 def _after_clause(phrases: PhraseSequence, number: int) -> int:
-    """Return the number of the phrase after what is said of something else."""
+    """Return the index after a clause about an object that is not the target."""
     following: Iterator[int] = iter(range(number + 1, phrases.target))
     ends = (n for n in following if phrases.listed[n].kind in (STOP, THEN) or phrases.listed[n].joined == "comma")
     return next(ends, phrases.target)

@@ -1,4 +1,4 @@
-"""Steps of a route, as phrases add them."""
+"""Builder of a route's steps from phrases."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -11,13 +11,13 @@ from arramon_lang.reading.discourse import CROSSED_KINDS, POINT_KINDS
 
 @dataclass(slots=True)
 class StepBuilder:
-    """The steps so far.
+    """Steps of a route so far.
 
     Attributes:
         rules: meanings of the language's relations and verbs.
-        steps: in order.
-        last: what was passed or reached last.
-        last_at: where one is at it, as in `Rotate.at`.
+        steps: steps in order.
+        last: the last thing passed or reached.
+        last_at: position relative to that thing, as in `Rotate.at`.
     """
 
     rules: ChunkRules
@@ -26,7 +26,7 @@ class StepBuilder:
     last_at: str = "at"
 
     def walk(self, phrase: Phrase) -> None:
-        """Walk by the things of a phrase, as the word that relates them says."""
+        """Add walks to, along or past the things of a phrase, according to its relation."""
         value, named = phrase.value, phrase.named
         if value == "between" and len(named) > 1:
             self.steps.append(Walk("between", (named[0].thing, named[1].thing)))
@@ -37,25 +37,25 @@ class StepBuilder:
                 self.last, self.last_at = each.thing, "before" if value == "before" else "at"
 
     def pass_all(self, named: Sequence[ListedThing]) -> None:
-        """Walk past things."""
+        """Add walks past things."""
         for each in named:
             self._walk_to("past", each)
             self.last, self.last_at = each.thing, "at"
 
     def ahead(self) -> None:
-        """Walk on, if nothing has been said of it."""
+        """Add a walk straight on, unless the last step is a walk."""
         if not self.steps or isinstance(self.steps[-1], Rotate):
             self.steps.append(Walk("ahead"))
 
     def rotate(self, direction: str, at: str = "", thing: Thing | None = None) -> None:
-        """Turn, at a thing or into a street."""
+        """Add a turn on the spot, at a thing, or into a street."""
         if thing is not None and thing.kind in ("street", "alley"):
             self.steps += [Rotate(direction), Walk("along", (thing,))]
         else:
             self.steps.append(Rotate(direction, at if thing is not None else "", thing))
 
     def rotate_there(self, direction: str) -> None:
-        """Turn at what was passed or reached last."""
+        """Add a turn at the last thing passed or reached."""
         last = self.steps[-1] if self.steps else None
         if isinstance(last, Walk) and last.way in ("to", "until") and last.things == (self.last,):
             if self.last_at == "at":
@@ -65,12 +65,12 @@ class StepBuilder:
         self.rotate(direction, self.last_at, self.last)
 
     def rotate_around(self) -> None:
-        """Turn around, if that has not just been said."""
+        """Add a turn around, unless the last step is one."""
         if self.steps[-1:] != [Rotate("around")]:
             self.steps.append(Rotate("around"))
 
     def put_beside(self, side: str) -> None:
-        """Say on which side the thing of the last walk is."""
+        """Set the side of the last walk's thing."""
         last = self.steps[-1] if self.steps else None
         if isinstance(last, Walk) and last.things and not last.side:
             self.steps[-1] = replace(last, way="past" if last.way in ("to", "until") else last.way, side=side)

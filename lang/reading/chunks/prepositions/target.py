@@ -1,4 +1,4 @@
-"""Where the object to pick up is, by the phrases that follow it."""
+"""Relations of the target, from the phrases around its name."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -11,7 +11,7 @@ from arramon_lang.reading.discourse import GROUND_KINDS
 
 
 def relations(phrase: Phrase, rules: ChunkRules) -> Iterator[Where]:
-    """Yield the relations of the object to pick up to the things of a phrase."""
+    """Yield the target's relations to the things of a phrase."""
     things = tuple(each.thing for each in phrase.named)
     relation = rules.target_relations.get(phrase.value, "near")
     if relation == "between" and len(things) > 1:
@@ -24,7 +24,7 @@ def relations(phrase: Phrase, rules: ChunkRules) -> Iterator[Where]:
 
 
 def relations_after(phrases: PhraseSequence) -> Iterator[Where]:
-    """Yield what is said of the object to pick up after it has been named."""
+    """Yield the target's relations stated after its name."""
     is_other = False
     for number in range(phrases.target + 1, len(phrases.listed)):
         phrase = phrases.listed[number]
@@ -45,20 +45,20 @@ def relations_after(phrases: PhraseSequence) -> Iterator[Where]:
 
 
 def _is_shown_by_target(phrases: PhraseSequence, number: int) -> bool:
-    """Return whether it is told where something is of the object to pick up: "the pharmacy is behind it"."""
+    """Return whether a thing is located relative to the target: "the pharmacy is behind it"."""
     phrase, place = phrases.listed[number], _place_after(phrases, number)
     is_of_it = place.is_pronoun and not place.joined and place.value in phrases.rules.opposites
     return phrase.kind == THINGS and not phrase.value and is_of_it
 
 
 def _place_after(phrases: PhraseSequence, number: int) -> Phrase:
-    """Return the things that follow within two phrases, or else the phrase itself."""
+    """Return the first things among the next two phrases, or else the phrase itself."""
     after = phrases.listed[number + 1 : number + 3]
     return next((each for each in after if each.kind == THINGS), phrases.listed[number])
 
 
 def _is_place(phrases: PhraseSequence, number: int) -> bool:
-    """Return whether things say where the object is, not what another thing looks like."""
+    """Return whether things locate the target rather than describe another thing."""
     phrase, before = phrases.listed[number], phrases.listed[number - 1]
     if phrase.is_pronoun and _is_shown_by_target(phrases, number - 1):
         return False
@@ -66,7 +66,7 @@ def _is_place(phrases: PhraseSequence, number: int) -> bool:
 
 
 def _is_stress(phrases: PhraseSequence, number: int) -> bool:
-    """Return whether "right" only stresses what follows: "right there"."""
+    """Return whether a side only stresses the next phrase: "right there"."""
     phrase = phrases.listed[number]
     may_stress = phrases.rules.is_in(phrase.value, "stressing") and not phrase.chunk.nominal
     return may_stress and phrases.is_next(number, "there", "ahead", THINGS)
