@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from arramon_client.world import COLLECTIBLES
-from arramon_lang.clauses import focus_of, step_of
+from arramon_lang.clauses import focus_after, step_of
 from arramon_lang.grammar import Grammar
 from arramon_lang.meaning import TURNS, Assembly, Rotate, Step, Thing, Walk, Where
 from arramon_lang.reading.matching import Bindings
@@ -152,7 +152,7 @@ class Discourse:
         if rest == ["crossed"]:
             return [Walk("past", (Thing("street"),))]
         if words[1:2] == ["with"]:
-            self.focus = focus_of(things, self.focus)
+            self.focus = focus_after(things, self.focus)
             self.mentioned_things += things
             return [Rotate(direction), *(Walk("along", (thing,)) for thing in things)]
         if item.label == "landmark":
@@ -166,7 +166,7 @@ class Discourse:
             steps = [step_of(key, direction, about, side, count) for about in each]
         except (TypeError, ValueError):
             return []
-        self.focus = focus_of(things, self.focus)
+        self.focus = focus_after(things, self.focus)
         self.mentioned_things += things
         return steps
 
@@ -252,7 +252,7 @@ class Discourse:
         for each in placed:
             wheres.append(Where(each.relation, self.things(each.things), each.exactly))
             self.mentioned_things += wheres[-1].things
-            self.focus = focus_of(wheres[-1].things, self.focus)
+            self.focus = focus_after(wheres[-1].things, self.focus)
         self.focus = focus
         return tuple(wheres)
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 from random import Random
 from typing import Protocol, TypeVar
 
-from arramon_lang.clauses import Value, focus_of, thing_slots
+from arramon_lang.clauses import Value, focus_after, thing_slots
 from arramon_lang.grammar import INSIDE, SLOTS, Grammar, Lexeme, LookWording
 from arramon_lang.meaning import Thing, Where
 from arramon_lang.patterns import Alternatives, Pattern, Sequence, needed, possible
@@ -273,7 +273,7 @@ class Phraser:
                 fillers = {"a": constant(text), "b": constant(said)}
                 said = self.render(self.pick(self.grammar.joins[key], key), fillers, self.features)
             text = said
-            self.focus = focus_of(where.things, self.focus)
+            self.focus = focus_after(where.things, self.focus)
         self.focus = focus
         return text
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 from itertools import pairwise
 from random import Random
 
-from arramon_lang.clauses import Clause, clause_of, focus_of
+from arramon_lang.clauses import Clause, clause_of, focus_after
 from arramon_lang.grammar import SLOTS, Grammar
 from arramon_lang.meaning import PLACES, Assembly, Meaning, Navigation, Thing
 from arramon_lang.patterns import Pattern, Slot, needed, possible
@@ -189,14 +189,14 @@ class _Draft(Phraser):
 
     def _patterns(self, clause: Clause, *, subordinate: bool) -> list[Pattern]:
         """Return the patterns of a clause: general, for its thing's kind, and with a pronoun for the thing in focus."""
-        listed, said = self.grammar.steps, clause.said.keys()
-        tables = self.table_fillers(clause.said)
+        listed, said = self.grammar.steps, clause.slots.keys()
+        tables = self.table_fillers(clause.slots)
         plural = said & {"pair", "several"}
         if plural and clause.key != "walk between":
             patterns = self.fitting(listed.get(f"{clause.key} group", ()), said, tables)
             return [pattern for pattern in patterns if not (subordinate and pattern.main_only)]
         patterns = self.fitting(listed.get(clause.key, ()), said, tables)
-        thing = clause.said.get("thing")
+        thing = clause.slots.get("thing")
         if isinstance(thing, Thing):
             own_key = f"{clause.key} {thing.kind}"
             special = self.fitting(listed.get(own_key, ()), said, tables)
@@ -218,16 +218,16 @@ class _Draft(Phraser):
             self._patterns(clause, subordinate=subordinate) or self._patterns(clause, subordinate=bool(marked)),
             clause.key,
         )
-        nouns = self.nouns(clause.said)
+        nouns = self.nouns(clause.slots)
         given = dict(nouns["thing"].given) if "thing" in nouns else {}
-        fillers = self.table_fillers(clause.said) | self.thing_fillers(clause.said, nouns)
+        fillers = self.table_fillers(clause.slots) | self.thing_fillers(clause.slots, nouns)
         text = self.render(pattern, fillers, {**self.features, **given, **marked})
         if not clause.straight and self.grammar.straight and re.search(self.grammar.straight, text):
             raise _Misleading(text)
         self.is_at_thing = clause.key not in NOT_REACHED
-        things = [value for value in clause.said.values() if isinstance(value, Thing)]
-        self.focus = focus_of(
-            tuple(things) * (2 if clause.key == "walk between" and "pair" in clause.said else 1), self.focus
+        things = [value for value in clause.slots.values() if isinstance(value, Thing)]
+        self.focus = focus_after(
+            tuple(things) * (2 if clause.key == "walk between" and "pair" in clause.slots else 1), self.focus
         )
         self.mentioned_things += things
         return text

@@ -118,7 +118,7 @@ class Chunker:
             *self._side(keys, at),
             *words,
             *(self._things(keys, at) if is_thing else ()),
-            *self._yours(keys, at),
+            *self._own_places(keys, at),
         ]
         found.sort(key=lambda chunk: (chunk.end, self.has_prepositions and _refers_back(chunk)), reverse=True)
         longest = found[0] if found else None
@@ -152,7 +152,7 @@ class Chunker:
             if end:
                 yield Chunk(kind, at, end, value)
 
-    def _yours(self, keys: Sequence[str], at: int) -> Iterator[Chunk]:
+    def _own_places(self, keys: Sequence[str], at: int) -> Iterator[Chunk]:
         """Yield relations to the reader, expressed by a possessive pronoun: "before you", "between you and it"."""
         if keys[at] in self._own:
             yield Chunk("yours", at, at + 1)

@@ -49,7 +49,7 @@ class ChunkSequence:
         return self.next_kind(at) == THING
 
     def target(self) -> int | None:
-        """Return the index of the target's chunk: the most specific collectible that is not negated; None without one."""
+        """Return the index of the target's chunk, the most specific collectible that is not negated, or None."""
         found = [(self._score(n), n) for n in range(len(self.chunks)) if self.is_collectible(n)]
         return max(found)[1] if found else None
 

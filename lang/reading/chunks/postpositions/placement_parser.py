@@ -57,45 +57,45 @@ class PlacementParser:
                     discourse.mention(named) for named in chunk.things if named.kind or named.colour or named.look
                 ]
                 for thing in things:
-                    self._name(thing)
+                    self._add_thing(thing)
                 if things:
-                    self._judge(number)
+                    self._assign_role(number)
             else:
-                self._word(number)
-        self._settle()
+                self._handle_word(number)
+        self._close_sentence()
         self._where = [replace(each, things=tuple(map(self._with_location, each.things))) for each in self._where]
         if not self._where:
             return None
         thing = self._object or Thing("")
         return Assembly(tuple(self.turns), replace(thing, where=(), number=""), tuple(dict.fromkeys(self._where)))
 
-    def _word(self, number: int) -> None:
+    def _handle_word(self, number: int) -> None:
         chunk = self.text.chunks[number]
         if chunk.kind == "tile":
-            self._name(_YOU)
+            self._add_thing(_YOU)
         elif chunk.kind == SIDE:
-            self._take_side(number)
+            self._handle_side(number)
         elif chunk.kind == RELATION:
-            self._behind(number)
+            self._handle_postposition(number)
         elif chunk.kind == "yours":
-            self._yours(number)
+            self._handle_own_place(number)
         elif chunk.kind in ("straight", "ahead"):
-            self._ahead(number)
+            self._handle_ahead(number)
         elif chunk.kind in ("it", "them") and self.text.next_kind(number) == RELATION:
-            self._refer(2 if chunk.kind == "them" else 1)
+            self._handle_pronoun(2 if chunk.kind == "them" else 1)
         elif chunk.kind == "verb" and chunk.value == "place":
             self._where += self._open
             self._open = []
         elif chunk.kind == "stop":
-            self._settle()
+            self._close_sentence()
 
-    def _ahead(self, number: int) -> None:
+    def _handle_ahead(self, number: int) -> None:
         if self.text.is_relation(number - 1, "from") and self._pending[-1:] == [_YOU]:
             self._relate("in_front_of")
         elif self.text.chunks[number].kind == "ahead" and not self._is_of_thing(number):
             self._open.append(Where("in_front_of", (_YOU,)))
 
-    def _name(self, thing: Thing) -> None:
+    def _add_thing(self, thing: Thing) -> None:
         thing = replace(thing, number="", which="")
         if self._side and thing.kind in _FIXED:
             thing = replace(thing, where=(Where(f"{self._side}_of", (_YOU,)),))
@@ -105,27 +105,27 @@ class PlacementParser:
         if self._describes and self._open:
             thing = replace(thing, where=(*thing.where, self._open.pop()))
         self._describes = False
-        self._pending.append(self._in_full(thing))
+        self._pending.append(self._with_earlier_attributes(thing))
 
-    def _in_full(self, thing: Thing) -> Thing:
+    def _with_earlier_attributes(self, thing: Thing) -> Thing:
         """Return a thing with the colour and pattern of an earlier mention ("the bucket")."""
         if thing.colour or thing.look or thing.kind in ("", "you", *_FIXED):
             return thing
         return next((each for each in reversed(self._mentioned) if each.kind == thing.kind), thing)
 
-    def _judge(self, number: int) -> None:
+    def _assign_role(self, number: int) -> None:
         """Decide whether the last named thing is the object to place or a landmark, unless a relation to it follows."""
         following = self.text.chunks[number + 1] if number + 1 < len(self.text.chunks) else None
         thing = self._pending[-1]
         if following is not None and following.kind == RELATION and following.value == "object":
-            self._take_object(thing)
+            self._set_object(thing)
             self._is_stated = True
         elif following is not None and following.kind in (RELATION, "and", "which"):
             return
         elif self._is_located(number):
             self._add_located(thing)
         elif thing.kind not in _FIXED:
-            self._take_object(thing)
+            self._set_object(thing)
 
     def _is_located(self, number: int) -> bool:
         """Return whether the text locates a thing rather than places it: by a verb of being, or a later "on it"."""
@@ -145,17 +145,17 @@ class PlacementParser:
         self._mentioned.append(thing)
         self._pending, self._is_open = [], True
 
-    def _take_object(self, thing: Thing) -> None:
+    def _set_object(self, thing: Thing) -> None:
         if self._object is None or not (self._is_stated or self._object.colour or self._object.look):
             self._object = thing
         self._pending, self._is_open = [], False
 
-    def _refer(self, count: int) -> None:
+    def _handle_pronoun(self, count: int) -> None:
         self._is_open = False
         earlier = [thing for thing in self._mentioned if thing.kind not in _FIXED] or self._mentioned
         self._pending = earlier[-count:]
 
-    def _take_side(self, number: int) -> None:
+    def _handle_side(self, number: int) -> None:
         chunk, following = self.text.chunks[number], self.text.next_kind(number)
         verb = next(
             (each.value for each in self.text.chunks[number + 1 :] if each.kind not in ("straight", "there")), ""
@@ -171,13 +171,13 @@ class PlacementParser:
                 self._side = chunk.value
             else:
                 beside = _YOU
-                if self._open and self._is_more(number):  # "One ahead of the TV and one to the right."
+                if self._open and self._continues_relation(number):  # "One ahead of the TV and one to the right."
                     beside = self._open[-1].things[0]
                 if self._open and self._open[-1].relation == "near" and self._is_after_place(number):
                     beside = self._open.pop().things[0]  # "Beside it, on the left."
                 self._open.append(Where(f"{chunk.value}_of", (beside,), chunk.exactly))
 
-    def _is_more(self, number: int) -> bool:
+    def _continues_relation(self, number: int) -> bool:
         """Return whether a side continues a relation after "and"."""
         before = self.text.chunks[number - 2 : number] if number > 1 else []
         return [chunk.kind for chunk in before] == [RELATION, "and"] and self._is_stepping(before[0])
@@ -188,13 +188,13 @@ class PlacementParser:
     def _is_after_place(self, number: int) -> bool:
         return number > 0 and self.text.chunks[number - 1].kind in (RELATION, "yours")
 
-    def _behind(self, number: int) -> None:
+    def _handle_postposition(self, number: int) -> None:
         value, following = self.text.chunks[number].value, self.text.next_kind(number)
         if self.text.rules.is_in(value, "describing"):
             if following == SIDE:
                 return
             if self._pending and following == THING:
-                self._open.append(Where("near", (self._take(),)))
+                self._open.append(Where("near", (self._pop_pending(),)))
             before = self.text.chunks[number - 1] if number else None
             is_place = before is not None and (before.kind in (THING, RELATION, "yours") or before.value in _SIDES)
             self._describes = following == THING and is_place and bool(self._open)
@@ -211,7 +211,7 @@ class PlacementParser:
         elif value in self.text.rules.room_relations and self._pending:
             self._relate(self.text.rules.room_relations[value], exactly=self.text.chunks[number].exactly)
 
-    def _yours(self, number: int) -> None:
+    def _handle_own_place(self, number: int) -> None:
         value = self.text.chunks[number].value
         if value in ("between", "through_between"):
             self._pending.append(_YOU)
@@ -234,14 +234,14 @@ class PlacementParser:
         rest = self._pending[: -len(landmarks)]
         self._pending = []
         if rest and rest[0].kind != "you":
-            self._take_object(rest[0])
+            self._set_object(rest[0])
 
-    def _take(self) -> Thing:
+    def _pop_pending(self) -> Thing:
         thing = self._pending[-1]
         self._pending = []
         return thing
 
-    def _settle(self) -> None:
+    def _close_sentence(self) -> None:
         """Assign open relations to the object to place at the end of a sentence."""
         if self._side:
             self._open.append(Where(f"{self._side}_of", (_YOU,)))

@@ -57,14 +57,14 @@ class RouteDraft:
     _flags: set[str] = field(default_factory=set)
     _target: Thing | None = None
 
-    def _place(self, value: str) -> None:
+    def _add_place(self, value: str) -> None:
         """Turn the last pending things into a place, and pass those listed before them."""
         size = 2 if value in ("between", "through_between") else self._joined_size()
         if self.text.rules.is_in(value, "passing"):
             size = len(self._pending)
         listed, self._pending = self._pending[:-size], self._pending[-size:]
         if listed:
-            self._resolve()
+            self._walk_to_places()
             self._pass(listed)
         self._places.append(PendingPlace(value, tuple(self._pending)))
         self._pending = []
@@ -108,7 +108,7 @@ class RouteDraft:
             elif named.thing.kind in POINT_KINDS:
                 self._pass(place.named, side)
 
-    def _come_beside(self, named: PendingThing) -> None:
+    def _walk_beside(self, named: PendingThing) -> None:
         if "until" in self._flags and self.steps[-1:] == [Walk("ahead")]:
             self.steps.pop()  # "Go on until it is on your left" is one walk.
         self._walk("beside", named)
@@ -117,7 +117,7 @@ class RouteDraft:
         self._pass_beside(named)
         self._walk(way, named)
 
-    def _resolve(self, *, reaching: bool = False) -> None:
+    def _walk_to_places(self, *, reaching: bool = False) -> None:
         """Turn the open places into walks."""
         for number, place in enumerate(self._places, 1):
             way = self.text.rules.walks.get(place.value)
@@ -139,16 +139,16 @@ class RouteDraft:
                 self._pass(place.named)
         self._places = []
 
-    def _place_target(self) -> None:
+    def _locate_target(self) -> None:
         """Turn the open places into relations of the target."""
         places, self._places = self._places, []
         for place in places:
             relation = self._target_relation(place, places[-1])
             if relation is not None:
-                self._put_target(relation, place.named)
+                self._relate_target(relation, place.named)
             elif self._target is None:
                 self._places = [place]
-                self._resolve()
+                self._walk_to_places()
 
     def _target_relation(self, place: PendingPlace, last: PendingPlace) -> str | None:
         """Return the target's relation to a place, or None if the place is passed or reached."""
@@ -159,7 +159,7 @@ class RouteDraft:
             return "behind"
         return "near" if relation == "between" and len(place.named) < 2 else relation
 
-    def _put_target(self, relation: str, named: Sequence[PendingThing]) -> None:
+    def _relate_target(self, relation: str, named: Sequence[PendingThing]) -> None:
         things = tuple(each.thing for each in named)
         for about in [things[:2]] if relation == "between" else [(thing,) for thing in things]:
             if about[0].kind in ("square", "alley") and self._target is None:
@@ -169,12 +169,12 @@ class RouteDraft:
         more = [each for one in named for at in one.at for each in at.named]
         self._where += [Where("near", (each.thing,)) for each in more]
 
-    def _rotate(self, direction: str) -> None:
+    def _add_turn(self, direction: str) -> None:
         """Add a turn, at the last place or thing if they say where it is made."""
         self._pass(self._pending)
         self._pending = []
         place, before = self._turning_place()
-        self._resolve()
+        self._walk_to_places()
         if place is None:
             if "there" in self._flags and before and self.steps:
                 self.steps.append(Rotate(direction, "at", before[0]))
@@ -184,14 +184,14 @@ class RouteDraft:
             # "Turn left along the wall": the wall comes after the turn.
             self.steps.append(Rotate(direction))
             self._places = [place]
-            self._resolve()
+            self._walk_to_places()
         elif place.value in ("through_between", "to", "towards"):
             self._places = [place]
-            self._resolve()
+            self._walk_to_places()
             at = place.named[-1].thing
             self.steps.append(Rotate(direction, "at", at) if "there" in self._flags else Rotate(direction))
         else:
-            self._rotate_at(direction, place)
+            self._add_turn_at(direction, place)
         self._flags.discard("there")
         self._joined = "then"
 
@@ -206,7 +206,7 @@ class RouteDraft:
                 place, before = None, self._mentioned[-2:-1]
         return place, before
 
-    def _rotate_at(self, direction: str, place: PendingPlace) -> None:
+    def _add_turn_at(self, direction: str, place: PendingPlace) -> None:
         last = place.named[-1]
         self._pass(place.named[:-1])
         self._pass_beside(last)

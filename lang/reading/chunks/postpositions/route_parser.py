@@ -36,33 +36,33 @@ class PostpositionRouteParser(SideParser):
             if number <= skipped:
                 continue
             if chunk.kind == THING:
-                things = [self._thing(discourse, named) for named in chunk.things]
-                skipped = self._name(number, things, chosen)
+                things = [self._resolved(discourse, named) for named in chunk.things]
+                skipped = self._handle_things(number, things, chosen)
             elif chunk.kind == SIDE:
-                skipped = self._turn_or_side(number, chosen)
+                skipped = self._handle_side(number, chosen)
             else:
-                self._word(number)
-        self._stop()
+                self._handle_word(number)
+        self._close_sentence()
         target = self._target or Thing("")
         return Navigation(tuple(self.steps), replace(target, where=tuple(dict.fromkeys(self._where))))
 
     # Things.
 
-    def _thing(self, discourse: Discourse, named: NounPhrase) -> Thing:
+    def _resolved(self, discourse: Discourse, named: NounPhrase) -> Thing:
         thing = discourse.mention(named)
         if not thing.kind and not self.text.noun_phrases.is_collectible(named) and self._mentioned:
             thing = replace(thing, kind=self._mentioned[-1].kind)
         return thing
 
-    def _name(self, number: int, things: list[Thing], chosen: int) -> int:
+    def _handle_things(self, number: int, things: list[Thing], chosen: int) -> int:
         """Handle the things of a chunk; return the index of the last chunk consumed."""
         if number == chosen:
-            self._found(things[0], number)
+            self._set_target(things[0], number)
         elif self.text.is_collectible(number) and self._is_distracter(number):
-            return self._pass_over(number, things[0])
+            return self._skip_distracter(number, things[0])
         else:
             for thing in things:
-                self._add(thing)
+                self._add_thing(thing)
                 self._joined = "and"
             self._joined = ""
         return number
@@ -72,7 +72,7 @@ class PostpositionRouteParser(SideParser):
             return self._target is not None or self.text.is_negated(number)
         return self.text.is_relation(number + 1, "of", "having", "object")
 
-    def _add(self, thing: Thing) -> None:
+    def _add_thing(self, thing: Thing) -> None:
         at: tuple[PendingPlace, ...] = ()
         if self._describes and self._pending:
             size = self._joined_size() if thing.kind in (*POINT_KINDS, "street", "alley") else 1
@@ -95,10 +95,10 @@ class PostpositionRouteParser(SideParser):
         self._flags.discard("other_side")
         self._joined = ""
 
-    def _found(self, thing: Thing, number: int) -> None:
+    def _set_target(self, thing: Thing, number: int) -> None:
         self._pass(self._pending)
         self._pending = []
-        self._place_target()
+        self._locate_target()
         if not thing.look or not thing.colour:
             later = self.text.later_description(number)
             thing = replace(thing, look=thing.look or later.look, colour=thing.colour or later.colour)
@@ -112,7 +112,7 @@ class PostpositionRouteParser(SideParser):
         self._target = thing
         self._side = ""
 
-    def _pass_over(self, number: int, thing: Thing) -> int:
+    def _skip_distracter(self, number: int, thing: Thing) -> int:
         """Skip the description of an object that is not the target."""
         if self._target is None:
             self._pass(self._pending)
@@ -128,18 +128,18 @@ class PostpositionRouteParser(SideParser):
 
     # What stands behind things, verbs and joining words.
 
-    def _word(self, number: int) -> None:
+    def _handle_word(self, number: int) -> None:
         chunk = self.text.chunks[number]
         if chunk.kind == RELATION:
-            self._behind(chunk.value, number)
+            self._handle_postposition(chunk.value, number)
         elif chunk.kind == "verb":
-            self._verb(chunk.value, number)
+            self._handle_verb(chunk.value, number)
         elif chunk.kind == "stop":
-            self._stop()
+            self._close_sentence()
         elif chunk.kind in BOUNDARIES:
-            self._join(chunk.kind)
+            self._handle_conjunction(chunk.kind)
         elif chunk.kind in ("it", "them"):
-            self._refer(number)
+            self._handle_pronoun(number)
         elif chunk.kind == "all" and self._pending:
             self._pending = [replace(each, joined="comma") for each in self._pending]
             self._joined = ""
@@ -147,17 +147,17 @@ class PostpositionRouteParser(SideParser):
             self._flags.add(chunk.kind)
         elif chunk.kind in ("straight", "ahead") and not self._pending:
             if self._is_passing("through_between"):
-                self._resolve()
-            self._ahead()
+                self._walk_to_places()
+            self._walk_ahead()
 
-    def _join(self, kind: str) -> None:
+    def _handle_conjunction(self, kind: str) -> None:
         is_new = kind == "then" and self._joined in ("comma", "and")
         if not self._joined or kind == "then" or (kind == "comma" and self._joined == "and"):
             # "A then B on the left" is one list, "A, then B on the left" two.
             self._joined = "comma" if kind == "then" and not self._joined else kind
         is_walked = bool(self._places) and self._places[-1].value in ("to", "towards") and self._target is None
         if (is_new and self._is_passing()) or (kind in ("comma", "then") and is_walked):
-            self._resolve()
+            self._walk_to_places()
         if kind != "and":
             self._side = ""
 
@@ -166,7 +166,7 @@ class PostpositionRouteParser(SideParser):
         last = self._places[-1].value if self._places and self._target is None else None
         return last is not None and (last in more or self.text.rules.is_in(last, "passing"))
 
-    def _refer(self, number: int) -> None:
+    def _handle_pronoun(self, number: int) -> None:
         """Resolve a pronoun to the last one or two things, or to the last street or square for "in it"."""
         if self.text.next_kind(number) != RELATION:
             return
@@ -177,52 +177,52 @@ class PostpositionRouteParser(SideParser):
             PendingThing(thing, "and", again=True) for thing in (within if is_in else self._mentioned)[-size:]
         ]
 
-    def _behind(self, value: str, number: int) -> None:
+    def _handle_postposition(self, value: str, number: int) -> None:
         if value == "steps_behind":  # "Turn back from the bank", "behind the bank".
             is_turn = self.text.rules.is_in(self.text.verb_after(number), "moving")
-            self._place("at" if is_turn else "behind")
+            self._add_place("at" if is_turn else "behind")
             if is_turn:
-                self._rotate("around")
+                self._add_turn("around")
             return
         value = "at" if value in ("on", "in", "from") else value
         following = self.text.next_kind(number)
         if self.text.rules.is_in(value, "describing"):
             side = self.text.chunks[number + 1] if following == SIDE else None
             if side is not None and side.value in ("left", "right") and self._pending:
-                self._place(f"{side.value}_of")
+                self._add_place(f"{side.value}_of")
                 self._relation = number + 1
             else:
                 self._describes = following == THING
             return
         if value == "object" or not self._pending:
             return
-        self._place(value)
+        self._add_place(value)
 
-    def _verb(self, value: str, number: int) -> None:
+    def _handle_verb(self, value: str, number: int) -> None:
         if self.text.rules.is_in(value, "standing"):
-            self._stands(value)
+            self._handle_location_verb(value)
         elif value == "pass" and self._target is None:
-            self._resolve()
+            self._walk_to_places()
             self._pass(self._pending)
             self._pending = []
         elif value in ("walk", "return"):
             if not self.text.is_relation(number + 1, "having"):
-                self._walk_verb(is_return=value == "return")
+                self._handle_walk_verb(is_return=value == "return")
         elif value == "back" and self._places and self._places[-1].value == "at":
             self._places.pop()
         elif value in ("turn", "look", "back") and self._places and self._places[-1].value == "towards":
             last = self._places.pop().named[-1]
-            self._resolve()
+            self._walk_to_places()
             if value != "back":
                 self.steps.append(Face(last.thing))
             elif self.text.next_kind(number) != SIDE:
-                self._rotate("around")
+                self._add_turn("around")
         elif value == "turn_round" or (
             value == "turn" and "back_again" in self._flags and self.text.next_kind(number) != SIDE
         ):
-            self._rotate("around")
+            self._add_turn("around")
 
-    def _stands(self, value: str) -> None:
+    def _handle_location_verb(self, value: str) -> None:
         """Handle things with a verb of location: they are somewhere, appear, are visible, or stay on a side."""
         if value == "come" and not (self._pending and self._pending[-1].side):
             self._flags.add("there")
@@ -236,33 +236,33 @@ class PostpositionRouteParser(SideParser):
         else:
             if value == "be" and self._places and self._places[-1].value == "at" and not named[-1].side:
                 named = list(self._places.pop().named)  # "On the building is a flag": it is the building.
-            self._resolve()
+            self._walk_to_places()
             self._pass(named[:-1])
             self._pass_beside(named[-1])
             if value == "come" and named[-1].side:
-                self._come_beside(named[-1])
+                self._walk_beside(named[-1])
             else:
                 self._walk("past" if named[-1].side else "until", named[-1])
         self._flags.discard("which")
 
-    def _walk_verb(self, *, is_return: bool) -> None:
+    def _handle_walk_verb(self, *, is_return: bool) -> None:
         if self._target is not None:
             return
         if (is_return or "back_again" in self._flags) and not self.steps and not self._places:
-            self._rotate("around")
+            self._add_turn("around")
         last = self._places[-1] if self._places else None
-        self._resolve(reaching=last is not None and last.value in ("at", "near", "in_front_of"))
+        self._walk_to_places(reaching=last is not None and last.value in ("at", "near", "in_front_of"))
 
-    def _ahead(self) -> None:
+    def _walk_ahead(self) -> None:
         if self._target is None and (not self.steps or isinstance(self.steps[-1], Rotate)):
             self.steps.append(Walk("ahead"))
 
-    def _stop(self) -> None:
+    def _close_sentence(self) -> None:
         if self._target is None:
-            self._resolve()
+            self._walk_to_places()
             self._pass(self._pending)
         else:
-            self._place_target()
+            self._locate_target()
             self._where += [Where("near", (each.thing,)) for each in self._pending]
         self._pending, self._joined, self._side = [], "then", ""
         self._describes = False

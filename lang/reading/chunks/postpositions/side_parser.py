@@ -18,7 +18,7 @@ class SideParser(RouteDraft):
     _side: str = ""
     _relation: int = -1
 
-    def _turn_or_side(self, number: int, chosen: int) -> int:
+    def _handle_side(self, number: int, chosen: int) -> int:
         """Read a side as a turn, a thing's side, or the target's side; return the index of the last chunk consumed."""
         chunk, verb = self.text.chunks[number], self.text.verb_after(number)
         end = number + (verb in ("turn", "turn_round"))
@@ -26,14 +26,14 @@ class SideParser(RouteDraft):
             return number
         if chunk.value in _ROUND or verb == "turn_round":
             if verb == "turn_round" or self._is_round(number):
-                self._rotate("around")
+                self._add_turn("around")
             return end
         if self._pending and not self._joined and verb != "turn":
             return self._side_of_named(number)
         direction = f"slightly {chunk.value}" if chunk.slight else chunk.value
         if self.text.rules.is_in(verb, "moving"):
             if not self._is_repeated(direction):
-                self._rotate(direction)
+                self._add_turn(direction)
             return end
         if self.text.is_relation(number + 1, "from") and self.steps[-1:] == [Rotate("around")] and not self._pending:
             return number  # "Turn around, from the right."
@@ -65,10 +65,10 @@ class SideParser(RouteDraft):
     def _side_of_named(self, number: int) -> int:
         """Pass the pending things on a side stated after them."""
         side, is_coming = self.text.chunks[number].value, self.text.verb_after(number) == "come"
-        self._resolve()
+        self._walk_to_places()
         if is_coming:
             self._pass(self._pending[:-1], side)
-            self._come_beside(replace(self._pending[-1], side=side))
+            self._walk_beside(replace(self._pending[-1], side=side))
         else:
             self._pass(self._pending, side)
         self._pending = []
@@ -80,17 +80,17 @@ class SideParser(RouteDraft):
         if following == THING and self._pending and self._pending[-1].side and self._joined == "and":
             self._side = side
         elif following == THING and not self._is_way(number + 1):
-            self._resolve()
+            self._walk_to_places()
             self._pass(self._pending)
             self._pending, self._side = [], side
         elif self.text.is_relation(number + 1, "of", "having"):
             if self._is_way(number + 2):
-                self._rotate(direction)
+                self._add_turn(direction)
             else:
                 self._side = side
             return number + 1
         else:
-            self._rotate(direction)
+            self._add_turn(direction)
         return number
 
     def _is_of_target(self, number: int, chosen: int) -> bool:

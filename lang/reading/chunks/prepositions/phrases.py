@@ -78,7 +78,7 @@ class PhraseSequence:
         after = self.listed[number + 1] if number + 1 < len(self.listed) else None
         return after is not None and after.kind in kinds and not after.joined
 
-    def is_behind_thing(self, number: int) -> bool:
+    def follows_thing(self, number: int) -> bool:
         """Return whether a phrase follows a thing directly."""
         before = self.before(number)
         return before is not None and before.kind == THINGS and bool(before.named) and not self.listed[number].joined
@@ -102,7 +102,7 @@ class PhraseSequence:
         phrase = self.listed[number]
         if phrase.kind != SIDE or phrase.value not in SIDES or phrase.chunk.nominal:
             return False
-        return not (self.is_side_of_target(number) or self._is_stress(number))
+        return not (self.is_side_of_target(number) or self._is_intensifier(number))
 
     def turn_after(self, number: int, *, is_close: bool = False) -> int | None:
         """Return the index of a following turn that is made at a phrase's things, or None.
@@ -113,7 +113,7 @@ class PhraseSequence:
         """
         for at in range(number + 1, self.target):
             phrase = self.listed[at]
-            if phrase.joined == "and" or (phrase.joined and (is_close or self.is_behind_thing(number))):
+            if phrase.joined == "and" or (phrase.joined and (is_close or self.follows_thing(number))):
                 return None
             if phrase.kind == SIDE:
                 return at if self.is_turn(at) else None
@@ -125,7 +125,7 @@ class PhraseSequence:
     def place_of_turn(self, number: int) -> int | None:
         """Return the index of a phrase after a turn that says where it is made, or None."""
         after = number + 1
-        if self.leads_into_alley(after):
+        if self.enters_alley(after):
             after += 1  # "Left into the lane by the bank."
         for at in range(after, min(after + 2, self.target)):
             phrase = self.listed[at]
@@ -137,7 +137,7 @@ class PhraseSequence:
                 return None
         return None
 
-    def leads_into_alley(self, number: int) -> bool:
+    def enters_alley(self, number: int) -> bool:
         """Return whether a phrase names the alley that a turn leads into, and the next phrase says where it is."""
         if number + 1 >= self.target:
             return False
@@ -145,7 +145,7 @@ class PhraseSequence:
         is_into = phrase.kind == THINGS and phrase.value in ("into", "on") and not phrase.joined
         return is_into and phrase.last.kind == "alley" and self.is_next(number, THINGS)
 
-    def side_behind(self, number: int) -> int | None:
+    def turn_right_after(self, number: int) -> int | None:
         """Return the index of a turn right after a phrase ("round the house to the left"), or None."""
         is_side = number + 1 < self.target and self.is_next(number, SIDE)
         return number + 1 if is_side and self.listed[number + 1].value in SIDES else None
@@ -163,7 +163,7 @@ class PhraseSequence:
         )
         return is_free and (chunk.slight or chunk.end - chunk.start > 1)
 
-    def leads_to_target(self, number: int) -> bool:
+    def has_only_places_before_target(self, number: int) -> bool:
         """Return whether there are only places between a phrase and the target."""
         for at in range(number + 1, self.target):
             phrase = self.listed[at]
@@ -183,7 +183,7 @@ class PhraseSequence:
             return False
         return self.turn_after(number, is_close=True) is None
 
-    def _is_stress(self, number: int) -> bool:
+    def _is_intensifier(self, number: int) -> bool:
         """Return whether a side only stresses the next relation: "Right after the crossing there is a mug"."""
         phrase, after = self.listed[number], self.listed[number + 1 : self.target]
         if phrase.chunk.slight or not self.rules.is_in(phrase.value, "stressing") or not after:
@@ -196,11 +196,11 @@ class PhraseSequence:
             return False
         before = self.before(number)
         is_apart = before is None or before.kind == STOP or phrase.joined == "comma"
-        is_shown = any(each.kind == VERB and self.rules.is_in(each.value, "standing") for each in after)
+        is_located = any(each.kind == VERB and self.rules.is_in(each.value, "standing") for each in after)
         group = "stressed" if is_apart else "placing"
         may_stress = is_apart or phrase.joined == "and"
-        if is_shown and may_stress and self.rules.is_in(after[0].value, group):
-            return self.leads_to_target(number)
+        if is_located and may_stress and self.rules.is_in(after[0].value, group):
+            return self.has_only_places_before_target(number)
         turn = self.turn_after(number + 1) if is_apart and self.rules.is_in(after[0].value, "stressed") else None
         # "Right after the bin, turn left."
         return turn is not None and any(each.kind == VERB for each in self.listed[number:turn])

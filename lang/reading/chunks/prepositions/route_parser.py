@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from arramon_lang.grammar import Grammar
 from arramon_lang.meaning import Face, Navigation, Thing, Walk, Where
 from arramon_lang.reading.chunks.chunker import SIDE
-from arramon_lang.reading.chunks.prepositions.phrase_splitter import SHOWN, PhraseSplitter
+from arramon_lang.reading.chunks.prepositions.phrase_splitter import BUILDING_FEATURES, PhraseSplitter
 from arramon_lang.reading.chunks.prepositions.phrases import (
     OTHER,
     SIDES,
@@ -52,7 +52,7 @@ class PrepositionRouteParser:
         phrases = PhraseSequence(listed, target_at, self.text.rules)
         number = 0
         while number < phrases.target:
-            number = self._take(phrases, number)
+            number = self._handle_phrase(phrases, number)
         target = listed[phrases.target].last
         if not target.look or not target.colour:
             later = self.text.later_description(chosen)
@@ -60,14 +60,14 @@ class PrepositionRouteParser:
         where = dict.fromkeys((*self._where, *relations_after(phrases)))
         return Navigation(tuple(self._route.steps), replace(target, where=tuple(where)))
 
-    def _take(self, phrases: PhraseSequence, number: int) -> int:
+    def _handle_phrase(self, phrases: PhraseSequence, number: int) -> int:
         """Handle a phrase before the target; return the index of the next phrase."""
         phrase = phrases.listed[number]
         if phrase.kind == THINGS:
             self._is_there = False
-            return self._take_things(phrases, number)
+            return self._handle_things(phrases, number)
         if phrase.kind == SIDE:
-            return self._take_side(phrases, number)
+            return self._handle_side(phrases, number)
         if phrase.kind in ("back", "round"):
             return self._turn_around(phrases, number)
         if phrase.kind in ("not", OTHER):
@@ -81,7 +81,7 @@ class PrepositionRouteParser:
 
     # Things.
 
-    def _take_things(self, phrases: PhraseSequence, number: int) -> int:
+    def _handle_things(self, phrases: PhraseSequence, number: int) -> int:
         phrase = phrases.listed[number]
         turn = self._turn_at(phrases, number)
         if turn is not None:
@@ -92,7 +92,7 @@ class PrepositionRouteParser:
             return turn + 1
         if phrase.value == "away" or self._describes(phrases, number):
             return number + 1
-        if phrases.rules.is_in(phrase.value, "placing") and phrases.leads_to_target(number):
+        if phrases.rules.is_in(phrase.value, "placing") and phrases.has_only_places_before_target(number):
             self._where += relations(phrase, phrases.rules)
         elif _is_street_beside(phrases, number):
             self._route.rotate(phrase.named[-1].side, "at", phrase.last)
@@ -108,7 +108,7 @@ class PrepositionRouteParser:
         """Return the index of the turn that is made at a phrase's things, or None."""
         phrase = phrases.listed[number]
         is_rounded = phrase.value == "around" or (not phrase.value and phrases.is_after_verb(number, "turn"))
-        behind = phrases.side_behind(number) if is_rounded else None
+        behind = phrases.turn_right_after(number) if is_rounded else None
         if behind is not None:
             return behind
         turn = phrases.turn_after(number)
@@ -120,22 +120,22 @@ class PrepositionRouteParser:
     def _describes(self, phrases: PhraseSequence, number: int) -> bool:
         """Return whether things only identify the thing before them: "the white house with the banner"."""
         phrase, before = phrases.listed[number], phrases.before(number)
-        if before is None or not phrases.is_behind_thing(number) or not phrases.rules.is_in(phrase.value, "describing"):
+        if before is None or not phrases.follows_thing(number) or not phrases.rules.is_in(phrase.value, "describing"):
             return False
         if phrase.value == "with":
-            is_shown = before.last.kind == "building" and phrase.named[0].thing.kind in SHOWN
-            if is_shown and phrase.named[0].side:
-                self._route.put_beside(phrase.named[0].side)
-            if is_shown:
+            is_feature = before.last.kind == "building" and phrase.named[0].thing.kind in BUILDING_FEATURES
+            if is_feature and phrase.named[0].side:
+                self._route.set_side(phrase.named[0].side)
+            if is_feature:
                 self._route.pass_all(phrase.named[1:])
-            return is_shown
+            return is_feature
         if phrase.last.kind == "street_end":
             return False
         return before.value in ("to", "towards", "until") or phrase.value == "of" or before.last.kind not in POINT_KINDS
 
     # Turns.
 
-    def _take_side(self, phrases: PhraseSequence, number: int) -> int:
+    def _handle_side(self, phrases: PhraseSequence, number: int) -> int:
         if phrases.listed[number].value not in SIDES:
             self._route.rotate_around()
             return number + 1
@@ -149,7 +149,7 @@ class PrepositionRouteParser:
         if place is not None:
             phrase = phrases.listed[place]
             self._route.rotate(direction, phrases.rules.turn_positions[phrase.value], phrase.named[0].thing)
-            if phrases.leads_into_alley(number + 1):
+            if phrases.enters_alley(number + 1):
                 self._route.walk(phrases.listed[number + 1])
             self._route.pass_all(phrase.named[1:])
             number = place

@@ -69,7 +69,7 @@ class StepBuilder:
         if self.steps[-1:] != [Rotate("around")]:
             self.steps.append(Rotate("around"))
 
-    def put_beside(self, side: str) -> None:
+    def set_side(self, side: str) -> None:
         """Set the side of the last walk's thing."""
         last = self.steps[-1] if self.steps else None
         if isinstance(last, Walk) and last.things and not last.side:
@@ -86,7 +86,7 @@ class StepBuilder:
             way = "to" if kind in POINT_KINDS and value != "along" else "past"
         side = "" if kind in CROSSED_KINDS and value != "until" else named.side
         if value == "keep" and self._is_last(thing):
-            self.put_beside(side)
+            self.set_side(side)
             return
         if side and way in ("to", "until"):
             way = "past" if way == "to" else "beside"

@@ -35,16 +35,16 @@ def relations_after(phrases: PhraseSequence) -> Iterator[Where]:
             is_other = phrase.kind == OTHER and not is_placing
         if is_other:
             continue
-        if _is_shown_by_target(phrases, number):
+        if _is_located_by_target(phrases, number):
             opposite = phrases.rules.opposites[_place_after(phrases, number).value]
             yield from relations(replace(phrase, value=opposite), phrases.rules)
         elif phrase.kind == OTHER or (phrase.kind == THINGS and _is_place(phrases, number)):
             yield from relations(phrase, phrases.rules)
-        elif phrase.kind == SIDE and phrase.value in SIDES and not _is_stress(phrases, number):
+        elif phrase.kind == SIDE and phrase.value in SIDES and not _is_intensifier(phrases, number):
             yield Where(f"{phrase.value}_of", (Thing("you"),))
 
 
-def _is_shown_by_target(phrases: PhraseSequence, number: int) -> bool:
+def _is_located_by_target(phrases: PhraseSequence, number: int) -> bool:
     """Return whether a thing is located relative to the target: "the pharmacy is behind it"."""
     phrase, place = phrases.listed[number], _place_after(phrases, number)
     is_of_it = place.is_pronoun and not place.joined and place.value in phrases.rules.opposites
@@ -60,12 +60,12 @@ def _place_after(phrases: PhraseSequence, number: int) -> Phrase:
 def _is_place(phrases: PhraseSequence, number: int) -> bool:
     """Return whether things locate the target rather than describe another thing."""
     phrase, before = phrases.listed[number], phrases.listed[number - 1]
-    if phrase.is_pronoun and _is_shown_by_target(phrases, number - 1):
+    if phrase.is_pronoun and _is_located_by_target(phrases, number - 1):
         return False
     return phrase.value != "with" and not (before.kind == THINGS and phrase.value == "of")
 
 
-def _is_stress(phrases: PhraseSequence, number: int) -> bool:
+def _is_intensifier(phrases: PhraseSequence, number: int) -> bool:
     """Return whether a side only stresses the next phrase: "right there"."""
     phrase = phrases.listed[number]
     may_stress = phrases.rules.is_in(phrase.value, "stressing") and not phrase.chunk.nominal
