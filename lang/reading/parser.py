@@ -148,11 +148,11 @@ class InstructionParser:
         words, at = TextSegmenter(self, keys, "navigation"), 0
         for start, item in words.items():
             parts = [each for part in discourse.meanings_of(item) for each in entries_of(part)]
-            known_words = {each.thing.kind for each in parts if each.thing is not None}
-            passing = [*words.names(at, start, set()), *words.names(start, item.end, known_words)]
+            known_kinds = {each.thing.kind for each in parts if each.thing is not None}
+            passing = [*words.unparsed_things(at, start, set()), *words.unparsed_things(start, item.end, known_kinds)]
             said += [*(OutlineEntry(thing=discourse.mention(named), manner="seen") for named in passing), *parts]
             at = item.end
-        rest = words.names(at, len(keys), set())
+        rest = words.unparsed_things(at, len(keys), set())
         return (*said, *(OutlineEntry(thing=discourse.mention(named), manner="seen") for named in rest))
 
     def excluded_slots(self, key: str | None) -> frozenset[str]:
