@@ -20,38 +20,38 @@ def is_of_colour(said: str, kind: str, colour: str) -> bool:
     return said in ("", colour) or (not colour and said in USUAL_COLOURS.get(kind, ()))
 
 
-ALONG = {"at": 0.0, "before": -1.5, "after": 1.5}
+TURN_OFFSETS = {"at": 0.0, "before": -1.5, "after": 1.5}
 """Offset of a turn from a thing, for each of `meaning.ATS`, in units along the walk."""
 
-PAST = 0.8
+PAST_DISTANCE = 0.8
 """Distance beyond a thing at which a walk past it ends, in units along the walk."""
 
-NEAR = {"to": 1.6, "towards": 3.0}
+REACHED_WITHIN = {"to": 1.6, "towards": 3.0}
 """Distance from a thing at which a walk to or towards it ends, in units."""
 
-BESIDE = 2.0
+PASSED_WITHIN = 2.0
 """Maximum lateral distance of a thing that a walk passes, in units."""
 
-COUNTED_ASIDE = 5.0
+COUNTED_WITHIN = 5.0
 """Maximum lateral distance of things counted along the walk ("the second bench"), in units."""
 
-GROUP = 6.0
+GROUP_RADIUS = 6.0
 """Maximum distance of the members of a group ("the cones") from the nearest one, in units."""
 
-ACROSS = 4.0
+CROSSED_DISTANCE = 4.0
 """Distance beyond a side street's opening at which a walk past or across it ends, in units."""
 
 SAME_OPENING = 4.0
 """Maximum distance along the walk between openings on both sides of one intersection, in units."""
 
-OFF_AXIS = 1.5
+OFF_AXIS_WEIGHT = 1.5
 """Weight of the angle off the walking direction when the nearest matching thing is chosen, per squared radian."""
 
-DEEP = 7.0
+OPENING_RANGE = 7.0
 """Lateral range of the search for side streets, in units."""
 
-DEEPER = 2.5
+OPENING_DEPTH = 2.5
 """Minimum lateral depth of a side street beyond the wall before it, in units."""
 
-IN = 1.2
+OPENING_INSET = 1.2
 """Distance beyond the end of that wall at which to turn into the side street, in units."""
