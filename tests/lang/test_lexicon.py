@@ -1,4 +1,4 @@
-"""Lexicons: their data, and recognition of words with typing errors."""
+"""Data of the lexicons, and recognition of words with typing errors."""
 
 import tomllib
 from itertools import product

@@ -14,7 +14,7 @@ OutlineEntry = tuple[str, str | None]
 
 
 def relations(code: str, text: str) -> list[OutlineEntry]:
-    """What each mention says, and the relation of which it is the landmark."""
+    """Return each mention's attributes, and the relation whose landmark it is."""
     language = load(code)
     return [(text[m.start : m.end], language.relation_of(text, m)) for m in language.find_objects(text)]
 
