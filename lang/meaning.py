@@ -14,7 +14,7 @@ reached. "towards": in its direction, until the next step applies. "until": stra
 until it is on the stated side. "past": until it is behind the walker. "between": through the gap between two things.
 "along": following it."""
 
-ATS = ("at", "before", "after")
+TURN_POSITIONS = ("at", "before", "after")
 """Positions of a turn relative to a thing on the way: at it, before reaching it, after passing it."""
 
 RELATIONS = ("on_top_of", "left_of", "right_of", "in_front_of", "behind", "between", "near", "against", "diagonal_to")
@@ -111,7 +111,7 @@ class Rotate:
 
     def __post_init__(self) -> None:
         _check("direction", self.direction, TURNS)
-        _check("at", self.at, ("", *ATS))
+        _check("at", self.at, ("", *TURN_POSITIONS))
         if bool(self.at) != (self.thing is not None):
             raise ValueError("a turn needs both `at` and `thing`, or neither")
 

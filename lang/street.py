@@ -21,7 +21,7 @@ def is_of_colour(said: str, kind: str, colour: str) -> bool:
 
 
 TURN_OFFSETS = {"at": 0.0, "before": -1.5, "after": 1.5}
-"""Offset of a turn from a thing, for each of `meaning.ATS`, in units along the walk."""
+"""Offset of a turn from a thing, for each of `meaning.TURN_POSITIONS`, in units along the walk."""
 
 PAST_DISTANCE = 0.8
 """Distance beyond a thing at which a walk past it ends, in units along the walk."""

@@ -17,7 +17,7 @@ MANNERS = (
     "seen", "faced", "to", "towards", "until", "beside", "past", "between", "along", "at", "before", "after", "target",
 )  # fmt: skip
 """How a thing is mentioned: only named ("seen"), faced, walked to (as in `meaning.WAYS`), the place of a turn (as in
-`meaning.ATS`), or a landmark of the target."""
+`meaning.TURN_POSITIONS`), or a landmark of the target."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -276,7 +276,7 @@ def before(word: str, noun: str) -> str:
 
 
 def nouns(kind: str) -> Iterator[tuple[Lexeme, str, tuple[str, ...]]]:
-    """Yield each noun of a kind from the language's data, its expected gender, and its expected forms in the order of FORMS."""
+    """Yield each noun of a kind from the language's data, its gender, and its expected forms in the order of FORMS."""
     expected = {}
     for entry in NOUNS[kind]:
         gender, listed = entry.split(" ", 1)

@@ -5,9 +5,9 @@ from dataclasses import replace
 from random import Random
 
 from arramon_lang.meaning import (
-    ATS,
     NUMBERS,
     PLACES,
+    TURN_POSITIONS,
     TURNS,
     WHICHES,
     Assembly,
@@ -166,7 +166,7 @@ def _step(random: Random, things: list[Thing]) -> Step:
     repeatable = [thing] if thing.which not in ("next", "another") and not thing.where else []
     if draw < 0.45:
         things += repeatable
-        return Rotate(random.choice(TURNS), random.choice((*ATS, "at")), thing)
+        return Rotate(random.choice(TURNS), random.choice((*TURN_POSITIONS, "at")), thing)
     if draw < 0.55:
         things += repeatable
         return Face(thing)

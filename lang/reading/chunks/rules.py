@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from arramon_lang.meaning import ATS, PLACES, RELATIONS, WAYS
+from arramon_lang.meaning import PLACES, RELATIONS, TURN_POSITIONS, WAYS
 
 _POSITIONS = ("before", "after")
 
@@ -35,7 +35,7 @@ class ChunkRules:
 
     Attributes:
         negates_before: whether "not" may precede what is not meant; otherwise it follows.
-        turn_positions: where a turn is made, one of `meaning.ATS`, by relation.
+        turn_positions: where a turn is made, one of `meaning.TURN_POSITIONS`, by relation.
         walks: one of `meaning.WAYS`, by relation.
         target_relations: relation of the target, one of `meaning.RELATIONS`, by relation.
         room_relations: the same for the object to place.
@@ -86,7 +86,7 @@ def load_rules(data: Mapping[str, Any]) -> ChunkRules:
     _check("negation", [data["negation"]], _POSITIONS)
     return ChunkRules(
         data["negation"] == "before",
-        table("turn_positions", relations, ATS),
+        table("turn_positions", relations, TURN_POSITIONS),
         table("walks", relations, WAYS),
         table("target_relations", relations, RELATIONS),
         table("room_relations", relations, RELATIONS),
