@@ -101,7 +101,7 @@ class Rotate:
 
     Attributes:
         direction: one of TURNS.
-        at: one of ATS, with `thing`; "" to turn on the spot.
+        at: one of TURN_POSITIONS, with `thing`; "" to turn on the spot.
         thing: a landmark or one of PLACES.
     """
 

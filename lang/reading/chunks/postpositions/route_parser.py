@@ -126,7 +126,7 @@ class PostpositionRouteParser(SideParser):
         self._mentioned.append(thing)
         return end
 
-    # What stands behind things, verbs and joining words.
+    # Postpositions, verbs and joining words.
 
     def _handle_word(self, number: int) -> None:
         chunk = self.text.chunks[number]
