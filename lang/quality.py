@@ -275,8 +275,8 @@ def _names_target(text: str, language: Language, target: Thing) -> bool:
     """Return whether the text mentions an object whose stated attributes all match the target."""
     wanted = (target.kind, target.colour, target.look)
     for mention in language.find_objects(text):
-        said = (mention.kind, mention.colour, mention.pattern)
-        if any(said) and all(not s or not w or s == w for s, w in zip(said, wanted, strict=True)):
+        stated = (mention.kind, mention.colour, mention.pattern)
+        if any(stated) and all(not s or not w or s == w for s, w in zip(stated, wanted, strict=True)):
             return True
     return False
 

@@ -174,8 +174,8 @@ def _matching(thing: Thing, **words: str) -> float:
     """Return the likelihood of a referent with these attributes, by the name alone."""
     weight = 1.0
     for attribute, word in words.items():
-        said = getattr(thing, attribute)
-        if said and said != word:
+        stated = getattr(thing, attribute)
+        if stated and stated != word:
             weight *= MISMATCH[attribute]
     return weight
 

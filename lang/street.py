@@ -15,9 +15,9 @@ USUAL_COLOURS = {
 """Colours that people use for street furniture that exists in a single colour, which its label omits."""
 
 
-def is_of_colour(said: str, kind: str, colour: str) -> bool:
+def is_of_colour(stated: str, kind: str, colour: str) -> bool:
     """Return whether a stated colour matches a thing; "" is no stated colour, or a label without a colour."""
-    return said in ("", colour) or (not colour and said in USUAL_COLOURS.get(kind, ()))
+    return stated in ("", colour) or (not colour and stated in USUAL_COLOURS.get(kind, ()))
 
 
 TURN_OFFSETS = {"at": 0.0, "before": -1.5, "after": 1.5}

@@ -179,8 +179,8 @@ class Discourse:
         """
         if thing.kind or not (thing.colour or thing.which or thing.look):
             return thing
-        said = [each.kind for each in self.mentioned_things if each.kind and (not kinds or each.kind in kinds)]
-        return replace(thing, kind=said[-1]) if said else thing
+        mentioned = [each.kind for each in self.mentioned_things if each.kind and (not kinds or each.kind in kinds)]
+        return replace(thing, kind=mentioned[-1]) if mentioned else thing
 
     def _of_last_kinds(self, where: Where) -> Where:
         """Return a relation whose things without a kind have that of the last collectible ("the yellow one")."""

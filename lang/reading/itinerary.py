@@ -133,11 +133,11 @@ class _Itinerary:
             return (Where(f"{side}_of", (Thing("you"),)),) if side in ("left", "right") else None
         return None
 
-    def _in_full(self, target: Thing, said: Sequence[Thing]) -> Thing:
+    def _in_full(self, target: Thing, mentions: Sequence[Thing]) -> Thing:
         """Return the target with an earlier mention's colour and look if it states neither ("Pick up the bucket.")."""
         if target.colour or target.look:
             return target
-        fuller = [thing for thing in said if thing.kind == target.kind and thing.colour]
+        fuller = [thing for thing in mentions if thing.kind == target.kind and thing.colour]
         return self.discourse.with_where(fuller[-1], target.where) if fuller else target
 
 
@@ -163,10 +163,10 @@ def _place_of_turn(steps: list[Step], *, is_place: bool) -> tuple[Where, ...]:
 
 def _at_place(places: tuple[Where, ...], steps: list[Step]) -> list[Step]:
     """Return steps, at the places stated before them: "at the bank, where it opens up, go left"."""
-    told = [where for where in places if where.relation in _POSITION_OF_RELATION and where.things[0].kind != "you"]
-    if not told:
+    stated = [where for where in places if where.relation in _POSITION_OF_RELATION and where.things[0].kind != "you"]
+    if not stated:
         return steps
-    *others, last = told
+    *others, last = stated
     walks: list[Step] = [Walk("past" if each.relation == "behind" else "to", each.things) for each in others]
     if steps and isinstance(steps[0], Rotate) and steps[0].thing is None and steps[0] != _AROUND:
         return [*walks, replace(steps[0], at=_POSITION_OF_RELATION[last.relation], thing=last.things[0]), *steps[1:]]

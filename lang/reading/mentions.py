@@ -36,15 +36,15 @@ class _Phrase:
     """A noun phrase before its noun."""
 
     first: int = -1
-    said: dict[WordRole, str] = field(default_factory=dict)
+    attributes: dict[WordRole, str] = field(default_factory=dict)
 
     def add(self, word: LexiconEntry, at: int) -> None:
-        if word.role in self.said:  # A second colour begins another phrase.
-            self.first, self.said = at, {}
+        if word.role in self.attributes:  # A second colour begins another phrase.
+            self.first, self.attributes = at, {}
         if self.first < 0:
             self.first = at
         if word.role in _ATTRIBUTES:
-            self.said[word.role] = word.value
+            self.attributes[word.role] = word.value
 
 
 def find_mentions(tokens: Sequence[Token], lexicon: Lexicon) -> list[Mention]:
@@ -65,16 +65,16 @@ def find_mentions(tokens: Sequence[Token], lexicon: Lexicon) -> list[Mention]:
                 phrase = _Phrase()
             i += 1
         elif word.role in (*_ATTRIBUTES, WordRole.MODIFIER):
-            if word.role in phrase.said:
+            if word.role in phrase.attributes:
                 mentions += _kindless(phrase, tokens, i, stand_in=False)
             phrase.add(word, i)
             i += word.length
-        elif word.role is WordRole.KIND or (word.role is WordRole.PATTERNED_KIND and WordRole.PATTERN in phrase.said):
+        elif _is_kind(word.role, phrase):
             first = phrase.first if phrase.first >= 0 else i
             i += word.length
-            pattern, i = _described_after(phrase.said.get(WordRole.PATTERN), keys, i, lexicon)
+            pattern, i = _described_after(phrase.attributes.get(WordRole.PATTERN), keys, i, lexicon)
             start, end = tokens[first].start, tokens[i - 1].end
-            mentions.append(Mention(pattern, phrase.said.get(WordRole.COLOUR), word.value, start, end))
+            mentions.append(Mention(pattern, phrase.attributes.get(WordRole.COLOUR), word.value, start, end))
             phrase = _Phrase()
         else:
             i += word.length
@@ -84,12 +84,16 @@ def find_mentions(tokens: Sequence[Token], lexicon: Lexicon) -> list[Mention]:
     return mentions + _kindless(phrase, tokens, len(tokens), stand_in=False)
 
 
+def _is_kind(role: WordRole, phrase: _Phrase) -> bool:
+    return role is WordRole.KIND or (role is WordRole.PATTERNED_KIND and WordRole.PATTERN in phrase.attributes)
+
+
 def _kindless(phrase: _Phrase, tokens: Sequence[Token], after: int, *, stand_in: bool) -> list[Mention]:
     """Return a phrase that ends before `tokens[after]` as a mention without kind, if it states enough attributes."""
-    if not phrase.said or (len(phrase.said) < len(_ATTRIBUTES) and not stand_in):
+    if not phrase.attributes or (len(phrase.attributes) < len(_ATTRIBUTES) and not stand_in):
         return []
     last = after - 2 if tokens[after - 1].text in _COMMAS else after - 1
-    pattern, colour = phrase.said.get(WordRole.PATTERN), phrase.said.get(WordRole.COLOUR)
+    pattern, colour = phrase.attributes.get(WordRole.PATTERN), phrase.attributes.get(WordRole.COLOUR)
     return [Mention(pattern, colour, None, tokens[phrase.first].start, tokens[last].end)]
 
 

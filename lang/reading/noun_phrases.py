@@ -322,17 +322,19 @@ class NounPhraseParser:
             kind = _CORNER  # "The brick corner."
         if kind == "building" and (shop := self._shop(described)):
             kind, noun = "shop_sign", replace(noun, look=shop)
-        said = {"look": noun.look, "colour": "", "which": "", "two": "", "several": ""}
+        attributes = {"look": noun.look, "colour": "", "which": "", "two": "", "several": ""}
         for group in described:
             suiting = [word for word in group if self._suits(word, kind)] or ([] if kind else list(group))
             if suiting:
                 word = min(suiting, key=lambda each: (_DESCRIBING.index(each.role), each.kind != kind))
-                said[word.role] = word.value
+                attributes[word.role] = word.value
         after = [(to, word.value) for to, word in self._words(self._after, keys, end) if self._suits(word, kind)]
         if after:
-            end, said["look"] = after[0]
-        number = said["two"] or said["several"] or ("several" if noun.kind == _PLURAL else "")
-        named = NounPhrase(kind, said["colour"], said["look"], said["which"], (), reference, number, noun.arms)
+            end, attributes["look"] = after[0]
+        number = attributes["two"] or attributes["several"] or ("several" if noun.kind == _PLURAL else "")
+        named = NounPhrase(
+            kind, attributes["colour"], attributes["look"], attributes["which"], (), reference, number, noun.arms
+        )
         yield end, named
         if kind in self._collectibles:
             yield from self._described_behind(keys, end, named)
@@ -343,24 +345,24 @@ class NounPhraseParser:
 
     def _described_behind(self, keys: Sequence[str], at: int, named: NounPhrase) -> Iterator[tuple[int, NounPhrase]]:
         """Yield a collectible with adjectives after its noun: "the bucket: blue, striped", "the TV, the brown one"."""
-        said: dict[str, str] = {}
+        attributes: dict[str, str] = {}
         end = at
         while at < len(keys):
             words = [each for each in self._words(self._book, keys, at) if self._says_more(each[1], named)]
             if words:
                 end = at = words[0][0]
-                said.update((word.role, word.value) for _, word in words[:1] if word.role != "modifier")
+                attributes.update((word.role, word.value) for _, word in words[:1] if word.role != "modifier")
             elif keys[at] in self._joining or keys[at] in OPTIONAL or self._is_determiner(keys, at):
                 at += 1
             else:
                 break
         follows = [word for _, word in self._words(self._book, keys, end) if word.role == "noun"]
-        if not said or any(getattr(named, role) for role in said) or any(word.value for word in follows):
+        if not attributes or any(getattr(named, role) for role in attributes) or any(word.value for word in follows):
             return
         ends = [to for to, word in self._words(self._book, keys, end) if word.role == "noun"]
         yield (
             max(ends, default=end),
-            replace(named, colour=said.get("colour", named.colour), look=said.get("look", named.look)),
+            replace(named, colour=attributes.get("colour", named.colour), look=attributes.get("look", named.look)),
         )
 
     def _says_more(self, word: _WordSense, named: NounPhrase) -> bool:

@@ -144,16 +144,16 @@ class InstructionParser:
         """
         keys = self._keys(text)
         discourse = Discourse(self._grammar)
-        said: list[OutlineEntry] = []
+        entries: list[OutlineEntry] = []
         words, at = TextSegmenter(self, keys, "navigation"), 0
         for start, item in words.items():
             parts = [each for part in discourse.meanings_of(item) for each in entries_of(part)]
             known_kinds = {each.thing.kind for each in parts if each.thing is not None}
             passing = [*words.unparsed_things(at, start, set()), *words.unparsed_things(start, item.end, known_kinds)]
-            said += [*(OutlineEntry(thing=discourse.mention(named), manner="seen") for named in passing), *parts]
+            entries += [*(OutlineEntry(thing=discourse.mention(named), manner="seen") for named in passing), *parts]
             at = item.end
         rest = words.unparsed_things(at, len(keys), set())
-        return (*said, *(OutlineEntry(thing=discourse.mention(named), manner="seen") for named in rest))
+        return (*entries, *(OutlineEntry(thing=discourse.mention(named), manner="seen") for named in rest))
 
     def excluded_slots(self, key: str | None) -> frozenset[str]:
         """Return the slots that no phrase beginning with this word can fill; None for the end of the text."""

@@ -70,16 +70,16 @@ class Phraser:
         return chosen
 
     def fitting(
-        self, patterns: Iterable[Pattern], said: Iterable[str], fillers: Mapping[str, Filler] | None = None
+        self, patterns: Iterable[Pattern], content: Iterable[str], fillers: Mapping[str, Filler] | None = None
     ) -> list[Pattern]:
         """Return the writable patterns that express exactly the given content.
 
         Args:
             patterns: candidates.
-            said: names of slots, and of attributes with wordings in tables.
+            content: names of slots, and of attributes with wordings in tables.
             fillers: available fillers; required if the patterns contain tables' slots.
         """
-        said, fillers = frozenset(said), fillers or {}
+        content, fillers = frozenset(content), fillers or {}
         tables = self.grammar.tables
         known = SLOTS | tables.keys()
         fitting = []
@@ -89,7 +89,7 @@ class Phraser:
             must = needed(pattern.body, known)
             can = {slot for slot in possible(pattern.body, known) if slot not in tables or slot in fillers}
             attributes = {tables[slot].attribute if slot in tables else slot for slot in can}
-            if must <= can and {tables[s].attribute if s in tables else s for s in must} <= said <= attributes:
+            if must <= can and {tables[s].attribute if s in tables else s for s in must} <= content <= attributes:
                 fitting.append(pattern)
         return fitting
 
@@ -112,21 +112,21 @@ class Phraser:
                 text += self.pick(words, f"{part.name!r} as {', '.join(marked.values())}").form(marked) or ""
         return text
 
-    def _option(self, choice: Alternatives, said: Iterable[str]) -> Sequence:
+    def _option(self, choice: Alternatives, content: Iterable[str]) -> Sequence:
         """Draw one of the options that fill the most slots, among those whose slots can all be filled."""
-        known, said = SLOTS | self.grammar.tables.keys(), frozenset(said)
+        known, content = SLOTS | self.grammar.tables.keys(), frozenset(content)
         weights = choice.weights or (1.0,) * len(choice.options)
-        allowed = [(o, w) for o, w in zip(choice.options, weights, strict=True) if w and needed(o, known) <= said]
-        most = max(len(possible(option, known) & said) for option, _ in allowed)
-        fullest = [(option, weight) for option, weight in allowed if len(possible(option, known) & said) == most]
+        allowed = [(o, w) for o, w in zip(choice.options, weights, strict=True) if w and needed(o, known) <= content]
+        most = max(len(possible(option, known) & content) for option, _ in allowed)
+        fullest = [(option, weight) for option, weight in allowed if len(possible(option, known) & content) == most]
         (chosen,) = self.random.choices([option for option, _ in fullest], [weight for _, weight in fullest])
         return chosen
 
-    def table_fillers(self, said: Mapping[str, Value]) -> dict[str, Filler]:
+    def table_fillers(self, content: Mapping[str, Value]) -> dict[str, Filler]:
         """Return a filler for each table's slot, if the table has a wording for the given value."""
         fillers: dict[str, Filler] = {}
         for slot, table in self.grammar.tables.items():
-            value = said.get(table.attribute)
+            value = content.get(table.attribute)
             if isinstance(value, str) and value in table.values:
                 fillers[slot] = self._wording(self.pick(table.values[value], f"{slot} {value}"), self.features)
         return fillers
@@ -147,16 +147,16 @@ class Phraser:
             raise ValueError(f"no noun for kind {thing.kind!r}; expected one of {', '.join(self.grammar.nouns)}")
         return noun
 
-    def nouns(self, said: Mapping[str, Value]) -> dict[str, Lexeme]:
+    def nouns(self, content: Mapping[str, Value]) -> dict[str, Lexeme]:
         """Return a noun for each slot filled by a thing whose kind has one ("you" has none)."""
-        things = {slot: value for slot, value in said.items() if isinstance(value, Thing)}
+        things = {slot: value for slot, value in content.items() if isinstance(value, Thing)}
         return {slot: self.noun(thing) for slot, thing in things.items() if thing.kind != "you"}
 
-    def thing_fillers(self, said: Mapping[str, Value], nouns: Mapping[str, Lexeme]) -> dict[str, Filler]:
+    def thing_fillers(self, content: Mapping[str, Value], nouns: Mapping[str, Lexeme]) -> dict[str, Filler]:
         """Return a filler for each slot filled by a thing."""
         fillers: dict[str, Filler] = {}
         for slot, noun in nouns.items():
-            thing = said[slot]
+            thing = content[slot]
             assert isinstance(thing, Thing)
             if slot in ("pair", "several"):
                 fillers[slot] = self._plural(thing, noun, slot)
@@ -178,11 +178,11 @@ class Phraser:
             own = {**self.features, **features, **given}
             if not thing.where:
                 return self._described(thing, noun, own, phrases)
-            said: dict[str, Filler] = {
+            content: dict[str, Filler] = {
                 "thing": lambda marks: self._described(thing, noun, {**own, **marks}, phrases),
                 "where": lambda _: self.wheres(thing.where, top=top),
             }
-            return self.render(self.pick(self.fitting(attached, said), "attached"), said, own)
+            return self.render(self.pick(self.fitting(attached, content), "attached"), content, own)
 
         return fill
 
@@ -223,11 +223,11 @@ class Phraser:
         form = noun.form(own)
         if form is None:
             raise ValueError(f"no form of {noun.forms[0][1]!r} that is {', '.join(own.values())}")
-        said: dict[str, Filler] = {"noun": constant(f"{NOUN}{form}" if INSIDE in form else form)}
+        content: dict[str, Filler] = {"noun": constant(f"{NOUN}{form}" if INSIDE in form else form)}
         if thing.colour:
-            said["colour"] = self._adjective(thing.colour, self._colours(thing.kind), own)
+            content["colour"] = self._adjective(thing.colour, self._colours(thing.kind), own)
         if thing.which:
-            said["which"] = self._adjective(thing.which, self.voice.whiches, own)
+            content["which"] = self._adjective(thing.which, self.voice.whiches, own)
         if thing.look:
             looks = grammar.looks.get(grammar.look_kind(thing.kind), {})
             if thing.look not in looks:
@@ -235,8 +235,8 @@ class Phraser:
                     f"no words for the look {thing.look!r} of {thing.kind!r}; expected one of {', '.join(looks)}"
                 )
             look = self._look(grammar.look_kind(thing.kind), thing.look)
-            said["look_after" if look.after else "look"] = self._wording(look.wording, own)
-        text = self.render(self.pick(self.fitting(patterns, said), "noun phrase"), said, own)
+            content["look_after" if look.after else "look"] = self._wording(look.wording, own)
+        text = self.render(self.pick(self.fitting(patterns, content), "noun phrase"), content, own)
         described, _, divided = text.rpartition(NOUN)
         return divided.replace(INSIDE, described) if INSIDE in divided else text
 
@@ -263,40 +263,40 @@ class Phraser:
         """Return relations as one text; `top` if their subject is the sentence's subject, not a landmark."""
         text, focus = "", self.focus
         for number, where in enumerate(wheres):
-            said = self._where(where, top=top)
+            content = self._where(where, top=top)
             if number:
                 key = "nested where"
                 if top:
                     key = "where" if number == len(wheres) - 1 else "where of more"
                 if top and any(thing.where for thing in wheres[number - 1].things):
                     key = "where after clause"
-                fillers = {"a": constant(text), "b": constant(said)}
-                said = self.render(self.pick(self.grammar.joins[key], key), fillers, self.features)
-            text = said
+                fillers = {"a": constant(text), "b": constant(content)}
+                content = self.render(self.pick(self.grammar.joins[key], key), fillers, self.features)
+            text = content
             self.focus = focus_after(where.things, self.focus)
         self.focus = focus
         return text
 
     def _where(self, where: Where, *, top: bool) -> str:
         listed = self.grammar.where
-        said: dict[str, Value] = dict(thing_slots(where.things))
+        content: dict[str, Value] = dict(thing_slots(where.things))
         if where.exactly:
-            said["exactly"] = "yes"
+            content["exactly"] = "yes"
         kind = where.things[0].kind
-        tables = self.table_fillers(said)
+        tables = self.table_fillers(content)
         patterns: list[Pattern] = []
-        if said.keys() & {"pair", "several"} and where.relation != "between":
-            patterns = self.fitting(listed.get(f"{where.relation} group", ()), said, tables)
-        elif kind == "you" and "thing" in said:
-            patterns = self.fitting(listed.get(f"{where.relation} you", ()), said.keys() - {"thing"}, tables)
+        if content.keys() & {"pair", "several"} and where.relation != "between":
+            patterns = self.fitting(listed.get(f"{where.relation} group", ()), content, tables)
+        elif kind == "you" and "thing" in content:
+            patterns = self.fitting(listed.get(f"{where.relation} you", ()), content.keys() - {"thing"}, tables)
         elif not top and f"{where.relation} nested" in listed:
-            patterns = self.fitting(listed[f"{where.relation} nested"], said, tables)
-        elif "thing" in said and where.things[0].is_same(self.focus) and self.random.random() < ANAPHORA_PROBABILITY:
-            patterns = self.fitting(listed.get(f"{where.relation} same", ()), said.keys() - {"thing"}, tables)
-        patterns = patterns or self.fitting(listed.get(where.relation, ()), said, tables)
-        nouns = self.nouns(said)
+            patterns = self.fitting(listed[f"{where.relation} nested"], content, tables)
+        elif "thing" in content and where.things[0].is_same(self.focus) and self.random.random() < ANAPHORA_PROBABILITY:
+            patterns = self.fitting(listed.get(f"{where.relation} same", ()), content.keys() - {"thing"}, tables)
+        patterns = patterns or self.fitting(listed.get(where.relation, ()), content, tables)
+        nouns = self.nouns(content)
         given = dict(nouns["thing"].given) if "thing" in nouns else {}
         pattern = self.pick(patterns, f"{where.relation} of {kind!r}")
-        text = self.render(pattern, tables | self.thing_fillers(said, nouns), {**self.features, **given})
+        text = self.render(pattern, tables | self.thing_fillers(content, nouns), {**self.features, **given})
         self.mentioned_things += where.things
         return text

@@ -135,17 +135,17 @@ class _Draft(Phraser):
         """Return the placement clause; `joined` if it shares a sentence with turns."""
         thing, wheres = meaning.thing, meaning.where
         named = bool(thing.kind or thing.colour or thing.look)
-        said: dict[str, Filler] = {}
+        content: dict[str, Filler] = {}
         given: dict[str, str] = {}
         if named:
             noun = self.noun(thing)
             given = dict(noun.given)
-            said["thing"] = self.thing(thing, noun, self.grammar.nested, top=False)
+            content["thing"] = self.thing(thing, noun, self.grammar.nested, top=False)
         if wheres:
-            said["where"] = lambda _: self.wheres(wheres, top=True)
-        patterns = self.fitting(self.grammar.assembly["place" if named else "place it"], said)
+            content["where"] = lambda _: self.wheres(wheres, top=True)
+        patterns = self.fitting(self.grammar.assembly["place" if named else "place it"], content)
         patterns = [pattern for pattern in patterns if not (joined and pattern.main_only)]
-        return self.render(self.pick(patterns, "where to place"), said, {**self.features, **given})
+        return self.render(self.pick(patterns, "where to place"), content, {**self.features, **given})
 
     def _join_assembly(self, parts: list[str]) -> str:
         if len(parts) > len(_LABELS):
@@ -189,20 +189,20 @@ class _Draft(Phraser):
 
     def _patterns(self, clause: Clause, *, subordinate: bool) -> list[Pattern]:
         """Return the patterns of a clause: general, for its thing's kind, and with a pronoun for the thing in focus."""
-        listed, said = self.grammar.steps, clause.slots.keys()
+        listed, content = self.grammar.steps, clause.slots.keys()
         tables = self.table_fillers(clause.slots)
-        plural = said & {"pair", "several"}
+        plural = content & {"pair", "several"}
         if plural and clause.key != "walk between":
-            patterns = self.fitting(listed.get(f"{clause.key} group", ()), said, tables)
+            patterns = self.fitting(listed.get(f"{clause.key} group", ()), content, tables)
             return [pattern for pattern in patterns if not (subordinate and pattern.main_only)]
-        patterns = self.fitting(listed.get(clause.key, ()), said, tables)
+        patterns = self.fitting(listed.get(clause.key, ()), content, tables)
         thing = clause.slots.get("thing")
         if isinstance(thing, Thing):
             own_key = f"{clause.key} {thing.kind}"
-            special = self.fitting(listed.get(own_key, ()), said, tables)
+            special = self.fitting(listed.get(own_key, ()), content, tables)
             short: list[Pattern] = []
             if thing.is_same(self.focus) and (self.is_at_thing or clause.key != "turn at"):
-                short = self.fitting(listed.get(f"{clause.key} same", ()), said - {"thing"}, tables)
+                short = self.fitting(listed.get(f"{clause.key} same", ()), content - {"thing"}, tables)
             if short:
                 patterns = short if special or thing.kind in PLACES else patterns + PRONOUN_WORDING_FACTOR * short
             elif special and (thing.kind in STREETS or own_key == PAST_INTERSECTION):
@@ -237,8 +237,10 @@ class _Draft(Phraser):
         if target.is_same(self.focus):
             fitting = [p for p in self.grammar.target["same"] if p.weight and not (marked and p.main_only)]
             return self.render(self.pick(fitting, "to pick it up"), {}, {**self.features, **marked}), True
-        said = {"target", "where"} if target.where else {"target"}
-        fitting = [p for p in patterns if p.weight and needed(p.body, SLOTS) <= said and not (marked and p.main_only)]
+        content = {"target", "where"} if target.where else {"target"}
+        fitting = [
+            p for p in patterns if p.weight and needed(p.body, SLOTS) <= content and not (marked and p.main_only)
+        ]
         pattern = self.pick(fitting, "what to pick up")
         noun = self.noun(target)
         fillers: dict[str, Filler] = {}
