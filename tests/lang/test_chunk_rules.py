@@ -30,7 +30,7 @@ def test_languages_differ_in_their_data(code: str, negates_before: bool, stressi
         ("turn_positions", {"at": "near"}, "turn_positions: unknown 'near'"),
         ("walks", {"nearby": "to"}, "walks: unknown 'nearby'"),
         ("target_relations", {"at": "beside"}, "target_relations: unknown 'beside'"),
-        ("verb_relations", {"fly": "past"}, "verb_relations: unknown 'fly'"),
+        ("verb_relations", {"fly": "past", "keep": "keep"}, "verb_relations: unknown 'fly'"),
         ("named_places", {"end": "bench"}, "named_places: unknown 'bench'"),
         ("groups", {"movers": ["turn"]}, "groups: unknown 'movers'"),
         ("groups", {"moving": ["fly"]}, "groups.moving: unknown 'fly'"),

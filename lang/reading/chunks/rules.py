@@ -100,6 +100,5 @@ def load_rules(data: Mapping[str, Any]) -> ChunkRules:
 def _check(entry: str, found: Iterable[str], known: Iterable[str]) -> None:
     unknown = sorted(set(found) - set(known))
     if unknown:
-        raise ValueError(
-            f"chunks: {entry}: unknown {', '.join(map(repr, unknown))}; expected {', '.join(sorted(known))}"
-        )
+        expected = ", ".join(sorted(filter(None, known)))
+        raise ValueError(f"chunks: {entry}: unknown {', '.join(map(repr, unknown))}; expected one of {expected}")
