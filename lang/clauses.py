@@ -1,4 +1,4 @@
-"""Clauses: which entry of `phrases.toml` expresses a step, and the values of its slots."""
+"""Conversion between steps and clauses: the key in `phrases.toml` that expresses a step, and its slots' values."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,12 +15,12 @@ class Clause:
 
     Attributes:
         key: key in the table of `phrases.toml`: "turn", "turn at", "face", "walk past".
-        said: value of each slot that must be filled.
-        straight: whether it may say that what it leads to is straight ahead.
+        slots: value of each slot that must be filled.
+        straight: whether its thing is straight ahead, so that the clause may say so.
     """
 
     key: str
-    said: Mapping[str, Value]
+    slots: Mapping[str, Value]
     straight: bool = True
 
 
@@ -32,16 +32,16 @@ def clause_of(step: Step) -> Clause:
         return Clause(f"turn {step.at}", {"direction": step.direction, **thing_slots((step.thing,))})
     if isinstance(step, Face):
         return Clause("face", thing_slots((step.thing,)))
-    return Clause(f"walk {step.way}", _said_of(step), step.straight)
+    return Clause(f"walk {step.way}", _walk_slots(step), step.straight)
 
 
-def _said_of(walk: Walk) -> dict[str, Value]:
-    said: dict[str, Value] = dict(thing_slots(walk.things))
+def _walk_slots(walk: Walk) -> dict[str, Value]:
+    slots: dict[str, Value] = dict(thing_slots(walk.things))
     if walk.side:
-        said["side"] = walk.side
+        slots["side"] = walk.side
     if walk.count:
-        said["count"] = str(walk.count)
-    return said
+        slots["count"] = str(walk.count)
+    return slots
 
 
 def thing_slots(things: tuple[Thing, ...]) -> dict[str, Thing]:
@@ -67,8 +67,8 @@ def step_of(key: str, direction: str, things: tuple[Thing, ...], side: str, coun
     return Walk(rest, things, side, count)
 
 
-def focus_of(things: tuple[Thing, ...], before: Thing | None) -> Thing | None:
-    """Return what "it" means after a clause about `things`: the one thing; None after several; unchanged after none."""
+def focus_after(things: tuple[Thing, ...], before: Thing | None) -> Thing | None:
+    """Return the referent of "it" after a clause: its only thing, None if it has several, unchanged if it has none."""
     if not things:
         return before
     return things[0] if len(things) == 1 and not things[0].number else None

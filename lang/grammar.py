@@ -1,4 +1,4 @@
-"""The content of a language's files for writing and reading: inflected words, nouns, adjectives, phrases, joins."""
+"""Grammar of a language, loaded from its files: inflected words, nouns, adjectives, phrases and joins."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -26,15 +26,15 @@ SLOTS = frozenset(
         *("a", "b", "c"),
     )
 )
-"""Slots that are neither words nor tables. Only read are "joined", two things that share a noun, "landmark" and
-"further", things that are not to be picked up, "wall", "holder", a thing that can be picked up, and "detail", one that
-describes the thing before it."""
+"""Slots that are neither words nor tables. These occur only in patterns that are only read: "joined", two things that
+share a noun; "landmark" and "further", things that cannot be picked up; "wall"; "holder", a thing that can be picked
+up; "detail", a thing that describes the one before it."""
 
 INSIDE = "~"
-"""Marks the place in a noun of several words where what describes it stands: "the end of the ~street"."""
+"""Marks the place of adjectives within a noun of several words: "the end of the ~street"."""
 
 LOOKS_AS = {"building_corner": "building"}
-"""Kinds with the looks of another."""
+"""Kinds that share the looks of another kind."""
 
 JOINS = (
     *("sentence", "assembly", "first", "later", "last"),
@@ -42,7 +42,7 @@ JOINS = (
 )
 
 Features = Mapping[str, str]
-"""A value for each axis that is determined: {"case": "oblique", "gender": "feminine"}."""
+"""Values of grammatical axes: {"case": "oblique", "gender": "feminine"}."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,10 +50,10 @@ class Lexeme:
     """A word with its inflected forms.
 
     Attributes:
-        forms: the marks of each form, and the form; the first is the dictionary form.
-        given: features that it imposes on words that agree with it, such as its gender.
-        weight: how often it is drawn, relative to others; 0 if it is only read.
-        arms: the number of streets that meet at an intersection that it is written for; 0 for any.
+        forms: (marks, form) pairs; the first is the dictionary form.
+        given: features that it imposes on agreeing words, such as its gender.
+        weight: relative probability of being written; 0 if it is only read.
+        arms: number of streets that meet at the intersections that it names; 0 for any.
     """
 
     forms: tuple[tuple[frozenset[str], str], ...]
@@ -62,7 +62,7 @@ class Lexeme:
     arms: int = 0
 
     def form(self, features: Features) -> str | None:
-        """Return the form with the most marks among those whose marks all hold, or None if there is none."""
+        """Return the most specific form whose marks all hold, or None if no form fits."""
         values = set(features.values()) | {value for _, value in self.given}
         fitting = [(len(marks), text) for marks, text in self.forms if marks <= values]
         return max(fitting, key=lambda each: each[0])[1] if fitting else None
@@ -70,14 +70,14 @@ class Lexeme:
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """Wordings for the values of an attribute, whose name in `arramon_lang.meaning` is `attribute` ("direction")."""
+    """Wordings for each value of `attribute`, an attribute of `arramon_lang.meaning` ("direction")."""
 
     attribute: str
     values: Mapping[str, tuple[Pattern, ...]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Look:
+class LookWording:
     """A wording for a thing's look; `after` if it follows the noun ("with a star")."""
 
     wording: Pattern
@@ -85,15 +85,15 @@ class Look:
 
     @property
     def weight(self) -> float:
-        """The wording's weight."""
+        """Relative probability of being written."""
         return self.wording.weight
 
 
 class Grammar:
-    """The parsed content of `grammar.toml`, `things.toml` and `phrases.toml`, whose comments describe the formats.
+    """Parsed content of `grammar.toml`, `things.toml` and `phrases.toml`; comments in `lang/en` describe the formats.
 
     Raises:
-        ValueError: if an entry is missing, or contains an undeclared mark, slot or word; names the entry.
+        ValueError: if an entry is missing or contains an undeclared mark, slot or word; names the entry.
     """
 
     def __init__(self, grammar: Mapping[str, Any], things: Mapping[str, Any], phrases: Mapping[str, Any]) -> None:
@@ -199,27 +199,27 @@ class Grammar:
         return {self._axis_of[mark]: mark for mark in marks}
 
     def noun_phrases_of(self, kind: str) -> tuple[Pattern, ...]:
-        """Return the noun phrases for things of a kind: specific ones, or else the general ones."""
+        """Return the noun phrases for one thing of a kind: specific to the kind, or general."""
         return self._phrases_of["noun_phrases_of"].get(kind, self.noun_phrases)
 
     def pair_phrases_of(self, kind: str) -> tuple[Pattern, ...]:
-        """Return the noun phrases for two things of a kind that are named alike: specific or general."""
+        """Return the noun phrases for two things of a kind described alike: specific to the kind, or general."""
         return self._phrases_of["pair_phrases_of"].get(kind, self.pair_phrases)
 
     def several_phrases_of(self, kind: str) -> tuple[Pattern, ...]:
-        """Return the noun phrases for several things of a kind: specific ones, or else the general ones."""
+        """Return the noun phrases for several things of a kind: specific to the kind, or general."""
         return self._phrases_of["several_phrases_of"].get(kind, self.several_phrases)
 
     def another_phrases_of(self, kind: str) -> tuple[Pattern, ...]:
-        """Return the noun phrases for another thing of a kind: specific ones, or else the general ones."""
+        """Return the noun phrases for another thing of a kind ("another bench"): specific to the kind, or general."""
         return self._phrases_of["another_phrases_of"].get(kind, self.another_phrases)
 
     def same_phrases_of(self, kind: str) -> tuple[Pattern, ...]:
-        """Return the noun phrases for things of a kind that were spoken of: specific ones, or else the general ones."""
+        """Return the noun phrases for a thing mentioned before ("that bench"): specific to the kind, or general."""
         return self._phrases_of["same_phrases_of"].get(kind, self.same_phrases)
 
     def look_kind(self, kind: str) -> str:
-        """Return the kind under which a kind's looks are listed: itself if it has its own, else "collectible"."""
+        """Return the key of a kind's looks: the kind if it has its own looks, else "collectible"."""
         kind = LOOKS_AS.get(kind, kind)
         return kind if kind in self.looks else "collectible"
 
@@ -228,15 +228,15 @@ class Grammar:
         return {name: forms_of(lexemes) for name, lexemes in self.words.items()}
 
     def spellings(self, pattern: Pattern) -> set[str]:
-        """Return all texts of a pattern that consists of words alone."""
+        """Return all texts of a pattern whose slots are all words."""
         return {" ".join(text.split()) for text in spell_out(pattern.body, self.word_forms())}
 
     def _tabled(self, name: str, table: Mapping[str, Iterable[str]]) -> dict[str, tuple[Pattern, ...]]:
         return {key: self._patterns(f"{name}.{key}", texts) for key, texts in table.items()}
 
-    def _wordings(self, name: str, texts: Iterable[str]) -> tuple[Look, ...]:
+    def _wordings(self, name: str, texts: Iterable[str]) -> tuple[LookWording, ...]:
         return tuple(
-            Look(pattern, text.startswith("~"))
+            LookWording(pattern, text.startswith("~"))
             for text in texts
             for pattern in self._patterns(name, [text.removeprefix("~").strip()])
         )

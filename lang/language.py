@@ -1,4 +1,4 @@
-"""A language, loaded from its folder of data: the interface of this package."""
+"""Public interface of the package: a language, loaded from its data folder."""
 
 import tomllib
 from collections.abc import Callable, Mapping
@@ -11,8 +11,8 @@ from arramon_lang.grammar import Grammar
 from arramon_lang.lexicon import Lexicon
 from arramon_lang.meaning import Meaning
 from arramon_lang.reading.mentions import Mention, find_mentions
-from arramon_lang.reading.outline import Said
-from arramon_lang.reading.reader import Reader
+from arramon_lang.reading.outline import OutlineEntry
+from arramon_lang.reading.parser import InstructionParser
 from arramon_lang.reading.relations import Relations
 from arramon_lang.tokens import Tokenizer
 from arramon_lang.writing.voice import Voice, draw_voice
@@ -32,20 +32,20 @@ class UnknownLanguage(LookupError):
 
 
 class Language:
-    """One language: its names, and functions that analyse, read and write its texts.
+    """One language: its names, and methods that analyse, read and write its texts.
 
     Args:
         folder: contains `language.toml`, `lexicon.toml`, `relations.toml`, `grammar.toml`, `things.toml` and
             `phrases.toml`, all described in those of `lang/en`; possibly `chunks.toml`, described in its own comments.
 
     Attributes:
-        code: such as "hi"; the name of the folder.
-        name: in the language itself, such as "हिन्दी".
-        english_name: such as "Hindi".
-        script: such as "Devanagari".
+        code: name of the folder, such as "hi".
+        name: name in the language itself, such as "हिन्दी".
+        english_name: name in English, such as "Hindi".
+        script: name of the script, such as "Devanagari".
 
     Raises:
-        ValueError: if a file's content is not as described.
+        ValueError: if a file's content does not have the documented format.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -87,17 +87,17 @@ class Language:
 
         Returns:
             "on_top_of", "left_of", "right_of", "in_front_of", "behind", "between", "near" or "against"; None if the
-            object is no landmark.
+            object is not a landmark.
         """
         return self._relations.of(self._tokenizer.split(text), mention)
 
     def write(self, meaning: Meaning, random: Random, voice: Voice | None = None) -> str:
-        """Return an instruction that expresses the meaning; it depends on the arguments alone.
+        """Return an instruction that expresses the meaning; a deterministic function of the arguments.
 
         Args:
-            meaning: what to say.
-            random: for all random choices.
-            voice: from `draw_voice`, to write several texts as one speaker; None for a speaker of its own.
+            meaning: content to express.
+            random: source of all random choices.
+            voice: from `draw_voice`, to write several texts as one speaker; None to draw one for this text.
 
         Raises:
             ValueError: if the language cannot express some part of it.
@@ -105,7 +105,7 @@ class Language:
         return self._writer.write(meaning, random, voice)
 
     def draw_voice(self, random: Random) -> Voice:
-        """Return a random speaker, whose register and nouns are the same in all texts."""
+        """Draw a speaker, whose register and nouns stay the same in all texts."""
         return draw_voice(self.grammar, random)
 
     @cached_property
@@ -122,30 +122,30 @@ class Language:
 
         Args:
             text: the instruction.
-            phase: "navigation" for a `arramon_lang.meaning.Navigation`, "assembly" for an `Assembly`.
+            phase: "navigation", which returns an `arramon_lang.meaning.Navigation`, or "assembly", an `Assembly`.
 
         Raises:
-            ValueError: if the phase is another.
+            ValueError: if the phase is unknown.
             CannotRead: a ValueError, if no part of the text is understood.
         """
         return self._reading(text, phase)
 
-    def outline(self, text: str) -> tuple[Said, ...]:
+    def outline(self, text: str) -> tuple[OutlineEntry, ...]:
         """Return the turns of a navigation instruction and every thing that it mentions, in order.
 
-        Nothing is raised for a text of which nothing is understood: its outline is empty.
+        The outline is empty if no part of the text is understood.
         """
         return self._reader.outline(text)
 
     @cached_property
-    def _reader(self) -> Reader:
+    def _reader(self) -> InstructionParser:
         chunks = self._folder / "chunks.toml"
         data = _read(chunks) if chunks.exists() else None
-        return Reader(self.grammar, self._words, self._relation_words, self._tokenizer, data)
+        return InstructionParser(self.grammar, self._words, self._relation_words, self._tokenizer, data)
 
     @cached_property
     def _reading(self) -> Callable[[str, str], Meaning]:
-        """The reader, with a cache: a tested instruction is read by both the tester and the follower."""
+        """Cached reading: both the tester and the follower read each tested instruction."""
         return lru_cache(maxsize=CACHED_READINGS)(self._reader.read)
 
     def count_letters(self, text: str) -> int:
@@ -160,10 +160,10 @@ def available(root: Path = ROOT) -> tuple[str, ...]:
 
 @cache
 def load(code: str, root: Path = ROOT) -> Language:
-    """Return the language with that code; the same object on every call.
+    """Return the language with that code, loaded once.
 
     Raises:
-        UnknownLanguage: if there is none.
+        UnknownLanguage: if no folder has that code.
     """
     codes = available(root)
     if code not in codes:
@@ -172,12 +172,12 @@ def load(code: str, root: Path = ROOT) -> Language:
 
 
 def identify(text: str, root: Path = ROOT) -> str:
-    """Return the code of the language of a text, by the script of most of its letters.
+    """Return the code of the language that a text is written in, by the script of most of its letters.
 
-    Languages that share a script are distinguished by the number of collectibles that they find in the text.
+    Among languages that share a script, the one that finds the most collectibles in the text is chosen.
 
     Raises:
-        ValueError: if no letter of it belongs to a known language.
+        ValueError: if no letter of the text belongs to a known language.
     """
     languages = [load(code, root) for code in available(root)]
     most = max(language.count_letters(text) for language in languages)

@@ -1,6 +1,6 @@
-"""Language-independent meanings of instructions: planners produce them, languages express them, readers recover them.
+"""Language-independent meanings of instructions, which planners produce, writers express and parsers recover.
 
-Strings here are the project's own identifiers, never words of a language; each language's data maps its words to them.
+Strings are the project's own identifiers, never words of a language; each language's data maps its words to them.
 """
 
 from dataclasses import dataclass, field
@@ -9,38 +9,38 @@ TURNS = ("left", "right", "around", "slightly left", "slightly right")
 """Directions of turns: about 90, 90, 180, 30 and 30 degrees."""
 
 WAYS = ("ahead", "to", "towards", "until", "beside", "past", "between", "along")
-"""Kinds of walks. "ahead": straight on until the next step applies (or for `Walk.count` steps). "to": until the thing
-is reached. "towards": in its direction, until the next step applies. "until": straight on until it is seen. "beside":
-until it is on the stated side. "past": until it is behind. "between": through the
-gap of two things. "along": keeping beside it."""
+"""Kinds of walks. "ahead": straight on until the next step applies, or for `Walk.count` steps. "to": until the thing is
+reached. "towards": in its direction, until the next step applies. "until": straight on until it is visible. "beside":
+until it is on the stated side. "past": until it is behind the walker. "between": through the gap between two things.
+"along": following it."""
 
-ATS = ("at", "before", "after")
-"""Where a turn is made relative to a thing on the way: at it, before reaching it, after passing it."""
+TURN_POSITIONS = ("at", "before", "after")
+"""Positions of a turn relative to a thing on the way: at it, before reaching it, after passing it."""
 
 RELATIONS = ("on_top_of", "left_of", "right_of", "in_front_of", "behind", "between", "near", "against", "diagonal_to")
-"""Relations of one thing to another: those of the languages' `relations.toml`, and "diagonal_to"."""
+"""Spatial relations of one thing to another: those of `relations.toml`, and "diagonal_to"."""
 
 OTHER_SIDE = {
     "left": "right", "right": "left", "slightly left": "slightly right", "slightly right": "slightly left",
     "left_of": "right_of", "right_of": "left_of",
 }  # fmt: skip
-"""What directions, sides and relations become in a mirror image; others stay."""
+"""Directions, sides and relations that a mirror image exchanges."""
 
 PLACES = ("intersection", "t_junction", "corner", "building_corner", "street", "alley", "square", "street_end")
-"""Kinds of things that are not solid: a crossing of streets, a place where a street ends at another, a corner where a
-street opens, the same with the look of the building there, a street, a narrow one, an open square, a street's end."""
+"""Kinds of places rather than objects: an intersection, a T-junction, a street corner, a corner identified by the look
+of its building, a street, a narrow street, an open square, the end of a street."""
 
 WHICHES = ("", "first", "second", "third", "last", "nearest", "next", "another")
-"""Which of several things that fit a name is meant: an ordinal along the way, "nearest", "next" (the first one farther
-on that has not been mentioned) or "another" (one that has not been mentioned)."""
+"""Which one of several things that fit a description is meant: an ordinal along the way, "nearest", "next" (the first
+one farther on that has not been mentioned) or "another" (any that has not been mentioned)."""
 
 NUMBERS = ("", "two", "several")
-"""How many things are named together: one, both of two ("both benches"), or several ("the cones")."""
+"""Number of things that one description covers: one, two ("both benches"), or several ("the cones")."""
 
 
 @dataclass(frozen=True, slots=True)
 class Thing:
-    """A visible thing, described as far as the instruction describes it.
+    """A visible thing, with the attributes that the instruction states.
 
     Attributes:
         kind: a collectible's ("mug"), street furniture's ("phone_booth", "banner"), "building", "wall", one of PLACES,
@@ -51,10 +51,10 @@ class Thing:
         which: one of WHICHES, counted along the way.
         where: stated relations to other things ("the bucket in front of the TV").
         number: one of NUMBERS.
-        identity: names the object or place itself, the same for all mentions of one thing in an instruction; "" if
-            unknown. Excluded from comparison: a reader recovers which mentions are of one thing, not these names.
-        arms: number of streets that meet at a junction, by which some languages name it; 0 if unknown. Excluded from
-            comparison as well.
+        identity: identifier of the object or place, shared by all mentions of it in an instruction; "" if unknown.
+            Excluded from comparison, as a parser recovers co-reference but not identifiers.
+        arms: number of streets that meet at a junction, on which its noun depends in some languages; 0 if unknown.
+            Excluded from comparison.
     """
 
     kind: str
@@ -71,7 +71,7 @@ class Thing:
         _check("number", self.number, NUMBERS)
 
     def is_same(self, other: "Thing | None") -> bool:
-        """Return whether both are known to be one thing, however they are named."""
+        """Return whether both are known to be the same thing, whatever their descriptions."""
         return other is not None and bool(self.identity) and self.identity == other.identity
 
 
@@ -82,7 +82,7 @@ class Where:
     Attributes:
         relation: one of RELATIONS.
         things: the landmarks.
-        exactly: whether it is stated to be direct ("directly behind").
+        exactly: whether the text calls it direct ("directly behind").
     """
 
     relation: str
@@ -97,11 +97,11 @@ class Where:
 
 @dataclass(frozen=True, slots=True)
 class Rotate:
-    """A turn, on the spot or at a thing farther on.
+    """A turn, on the spot or at a thing on the way.
 
     Attributes:
         direction: one of TURNS.
-        at: one of ATS, with `thing`; "" to turn on the spot.
+        at: one of TURN_POSITIONS, with `thing`; "" to turn on the spot.
         thing: a landmark or one of PLACES.
     """
 
@@ -111,14 +111,14 @@ class Rotate:
 
     def __post_init__(self) -> None:
         _check("direction", self.direction, TURNS)
-        _check("at", self.at, ("", *ATS))
+        _check("at", self.at, ("", *TURN_POSITIONS))
         if bool(self.at) != (self.thing is not None):
-            raise ValueError("a turn has both `at` and `thing`, or neither")
+            raise ValueError("a turn needs both `at` and `thing`, or neither")
 
 
 @dataclass(frozen=True, slots=True)
 class Face:
-    """A turn until the thing is straight ahead."""
+    """A turn towards a thing, until it is straight ahead."""
 
     thing: Thing
 
@@ -132,8 +132,8 @@ class Walk:
         things: what the walk refers to: none with "ahead", two with "between", otherwise one.
         side: "left" or "right" if the thing's side is stated ("past the bench on your left"), else "".
         count: number of steps if stated ("about five steps"), else 0.
-        straight: whether the things are straight ahead, so that "straight to the bench" may be said. Excluded from
-            comparison: a reader cannot know it of a text that does not say so.
+        straight: whether the things are straight ahead, so that a text may say "straight to the bench". Excluded from
+            comparison, as it cannot be recovered from a text that does not mention it.
     """
 
     way: str
@@ -146,7 +146,7 @@ class Walk:
         _check("way", self.way, WAYS)
         _check("side", self.side, ("", "left", "right"))
         if self.way == "beside" and not self.side:
-            raise ValueError("beside without a side")
+            raise ValueError("a walk 'beside' needs a side")
         if len(self.things) != {"ahead": 0, "between": 2}.get(self.way, 1):
             raise ValueError(f"{self.way} with {len(self.things)} things")
 
@@ -170,13 +170,13 @@ class Navigation:
 class Assembly:
     """An assembly instruction: turns, the object to place, and the relations of its cell.
 
-    Relations are as seen by the agent on its tile after these turns: left and right are its own, "in front of" is on
-    its side of the thing, "behind" on the far side.
+    Relations are seen from the agent's tile after these turns: left and right are the agent's, "in front of" is the
+    near side of a thing, "behind" the far side.
 
     Attributes:
         turns: of TURNS, in order; usually none or one.
-        thing: the object to place, as far as it is named; kind "" for a pronoun.
-        where: relations that all hold for the cell.
+        thing: the object to place, with its stated attributes; kind "" for a pronoun.
+        where: relations of the target cell, which all hold.
     """
 
     turns: tuple[str, ...]

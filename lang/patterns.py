@@ -1,12 +1,12 @@
-"""The notation for phrases in a language's files: words, slots, choices.
+"""Notation of phrase patterns in a language's files: words, slots and alternatives.
 
 {name}          a slot: filled with a value, or with an inflected word
 {name:a.b}      the same with marks: required features ("oblique", "plural")
-(this|that)     one of these
-[this|that]     one of these or nothing
-3* at the front of a pattern or of one of these: its weight; 0* is read and never written
-<name>          a fragment, put in as it stands; in what is only read
-^ at the front  a main clause only: never transformed ("after walking ...")
+(this|that)     one of the alternatives
+[this|that]     one of the alternatives, or nothing
+3* in front of a pattern or an alternative: its weight; 0* is read but never written
+<name>          a fragment, inserted verbatim; only in patterns that are only read
+^ at the front  valid as a main clause only, never in another form ("after walking ...")
 """
 
 import re
@@ -21,26 +21,26 @@ _FRAGMENT = re.compile(r"<(\w+)>")
 
 @dataclass(frozen=True, slots=True)
 class Slot:
-    """A place to be filled; `marks` are the features required of its filling."""
+    """A slot; `marks` are the grammatical features that its text must have."""
 
     name: str
     marks: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
-class Choice:
-    """One of several sequences; an empty one makes it optional.
+class Alternatives:
+    """Alternative sequences; an empty one makes the whole optional.
 
     Attributes:
         options: the sequences.
-        weights: of each option, by which one is drawn; empty if they are equal.
+        weights: relative probability of each option; empty if they are equal.
     """
 
     options: tuple["Sequence", ...]
     weights: tuple[float, ...] = ()
 
 
-Sequence: TypeAlias = tuple["str | Slot | Choice", ...]
+Sequence: TypeAlias = tuple["str | Slot | Alternatives", ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,7 +51,7 @@ class Pattern:
         body: its parts, in order.
         main_only: whether it is valid as a main clause only.
         text: its notation.
-        weight: how often it is drawn, relative to others; 0 if it is only read.
+        weight: relative probability of being written; 0 if it is only read.
     """
 
     body: Sequence
@@ -60,7 +60,7 @@ class Pattern:
     weight: float = 1.0
 
     def slots(self) -> tuple[Slot, ...]:
-        """Return all slots, including those in choices."""
+        """Return all slots, including those in alternatives."""
         return tuple(_slots(self.body))
 
 
@@ -77,7 +77,7 @@ def parse(text: str) -> Pattern:
 
 
 def with_fragments(text: str, fragments: Mapping[str, str]) -> str:
-    """Return the notation with the fragments that it names, and those that they name, put in.
+    """Return the notation with its fragments expanded, recursively.
 
     Raises:
         ValueError: if a fragment is not known; names the pattern.
@@ -90,7 +90,7 @@ def with_fragments(text: str, fragments: Mapping[str, str]) -> str:
 
 
 def split_weight(text: str) -> tuple[float, str]:
-    """Return the weight at the front of a text ("3* walk"), 1 if there is none, and the rest."""
+    """Split the leading weight off a text ("3* walk"); it is 1 by default."""
     weight = _WEIGHT.match(text)
     return (float(weight[1]), text[weight.end() :]) if weight else (1.0, text)
 
@@ -98,8 +98,8 @@ def split_weight(text: str) -> tuple[float, str]:
 _CLOSING = {"(": ")", "[": "]"}
 
 
-def _parse(pieces: list[re.Match[str]], closing: str, text: str) -> Choice:
-    options: list[list[str | Slot | Choice]] = [[]]
+def _parse(pieces: list[re.Match[str]], closing: str, text: str) -> Alternatives:
+    options: list[list[str | Slot | Alternatives]] = [[]]
     weights = [1.0]
     while pieces:
         slot, marks, bracket, weight, literal, wrong = pieces.pop().groups()
@@ -126,25 +126,25 @@ def _parse(pieces: list[re.Match[str]], closing: str, text: str) -> Choice:
     raise ValueError(f"pattern {text!r}: unbalanced brackets")
 
 
-def _choice(options: list[list[str | Slot | Choice]], weights: list[float], *, optional: bool) -> Choice:
-    nothing: list[list[str | Slot | Choice]] = [[]] if optional else []
+def _choice(options: list[list[str | Slot | Alternatives]], weights: list[float], *, optional: bool) -> Alternatives:
+    nothing: list[list[str | Slot | Alternatives]] = [[]] if optional else []
     weights = [*weights, 1.0] if optional else weights
-    return Choice(tuple(map(tuple, [*options, *nothing])), () if set(weights) == {1.0} else tuple(weights))
+    return Alternatives(tuple(map(tuple, [*options, *nothing])), () if set(weights) == {1.0} else tuple(weights))
 
 
 def needed(body: Sequence, fillable: frozenset[str]) -> frozenset[str]:
-    """Return the `fillable` slots that are in every variant of the sequence."""
+    """Return the `fillable` slots that every variant of the sequence contains."""
     names: set[str] = set()
     for part in body:
         if isinstance(part, Slot) and part.name in fillable:
             names.add(part.name)
-        elif isinstance(part, Choice):
+        elif isinstance(part, Alternatives):
             names |= frozenset.intersection(*(needed(option, fillable) for option in part.options))
     return frozenset(names)
 
 
 def possible(body: Sequence, fillable: frozenset[str]) -> frozenset[str]:
-    """Return the `fillable` slots that are in some variant of the sequence."""
+    """Return the `fillable` slots that some variant of the sequence contains."""
     return frozenset(slot.name for slot in _slots(body) if slot.name in fillable)
 
 
@@ -152,13 +152,13 @@ def _slots(body: Sequence) -> Iterator[Slot]:
     for part in body:
         if isinstance(part, Slot):
             yield part
-        elif isinstance(part, Choice):
+        elif isinstance(part, Alternatives):
             for option in part.options:
                 yield from _slots(option)
 
 
 def spell_out(body: Sequence, forms: Mapping[str, tuple[str, ...]]) -> Iterator[str]:
-    """Yield every text of the sequence; `forms` are the possible fillings of each slot.
+    """Yield every text that the sequence can produce; `forms` are the possible texts of each slot.
 
     Raises:
         KeyError: if a slot has no forms.
@@ -167,7 +167,7 @@ def spell_out(body: Sequence, forms: Mapping[str, tuple[str, ...]]) -> Iterator[
         yield ""
         return
     first, rest = body[0], body[1:]
-    if isinstance(first, Choice):
+    if isinstance(first, Alternatives):
         heads = [text for option in first.options for text in spell_out(option, forms)]
     else:
         heads = [first] if isinstance(first, str) else list(forms[first.name])

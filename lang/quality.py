@@ -1,7 +1,7 @@
-"""The paper's automated quality checks of instructions (its appendix, "Data Collection"), for all languages.
+"""Quality checks of instructions, from the paper's appendix ("Data Collection"), for all languages.
 
-Each language's words are data, in its `quality.toml`. A failed check either blocks an instruction, as the paper's own
-checks do, or marks it as suspicious for a reviewer, after the paper's guidelines to writers.
+Each language's words are data, in its `quality.toml`. A failed check either blocks an instruction, as the paper's
+automated checks do, or marks it as suspicious for a reviewer, following the paper's guidelines for writers.
 """
 
 import re
@@ -28,11 +28,11 @@ MIN_UNIQUE = 0.4
 SYMBOLS = "([])&*^%$#@!=+"
 
 MAX_WORDS = 100
-"""Longer texts are suspicious; the longest of the release's val-seen has 97 words."""
+"""Word count above which a text is suspicious; the longest in the release's val-seen has 97 words."""
 
 MIN_TURN = 45.0
-"""Turning angle in degrees at the start of a path above which "turn" is required. The paper gives none. In the
-release's val-seen, "turn" is missing in 29% of 319 instructions with a turn of 30 degrees, and in 0.2% of those with
+"""Initial turn of the path, in degrees, above which the text must say "turn". The paper gives no value. In val-seen of
+the release, 29% of the 319 instructions that start with a turn of 30 degrees lack "turn", and 0.2% of those with
 more."""
 
 _TABLES = frozenset(("general", *PHASES, "wanted", "suspicious", "counts", "landmarks", "registers", "misspelt"))
@@ -51,12 +51,12 @@ _SPACE_BEFORE_MARK = re.compile(r"\s[.,;:?।](?!\w)")
 
 @dataclass(frozen=True, slots=True)
 class Failure:
-    """A check that a text fails.
+    """A failed check of a text.
 
     Attributes:
-        check: its name, such as "few_words" or "term"; the same in every language.
+        check: name of the check, such as "few_words" or "term"; the same in every language.
         severity: BLOCKED or SUSPICIOUS.
-        message: what is wrong with which words, and what was expected.
+        message: the words at fault, what is wrong with them, and what was expected.
     """
 
     check: str
@@ -76,19 +76,20 @@ def check(
     first_turn: float = 0.0,
     root: Path = ROOT,
 ) -> tuple[Failure, ...]:
-    """Return the checks that an instruction fails, blocking ones first.
+    """Return the failed checks of an instruction, blocking ones first.
 
     Args:
         text: as written by a person or a program.
-        language: code of the language that it should be in.
+        language: code of the expected language.
         phase: one of PHASES.
-        target: the object to pick up or place, with the attributes that must be named; None to skip this check.
-        first_turn: absolute angle in degrees by which the ground truth turns before its first step forward.
+        target: the object to pick up or place, with the attributes that the text must not contradict; None to skip this
+            check.
+        first_turn: absolute angle in degrees of the ground-truth path's turn before its first step forward.
         root: folder that contains the languages' folders.
 
     Raises:
         UnknownLanguage: if the language does not exist.
-        ValueError: if the phase is another, or the language's `quality.toml` is not as described.
+        ValueError: if the phase is unknown, or the language's `quality.toml` has missing or unknown keys.
     """
     if phase not in PHASES:
         raise ValueError(f"phase {phase!r} is not one of {', '.join(map(repr, PHASES))}")
@@ -113,7 +114,7 @@ def is_blocked(failures: Iterable[Failure]) -> bool:
 
 
 class _Words:
-    """The words of a text: those between white space, and the tokens in which terms are searched."""
+    """Words of a text: split at white space, and as case-folded tokens for the search of terms."""
 
     def __init__(self, text: str, language: Language) -> None:
         tokens = language.tokenize(text)
@@ -121,7 +122,7 @@ class _Words:
         self.keys = [token.casefold() for token in tokens if _is_word(token)]
 
     def first_of(self, terms: Iterable["_Term"]) -> str:
-        """Return the words of the first term in the text, as written; "" if there is none."""
+        """Return the words of the first term found in the text, or ""."""
         for start in range(len(self.keys)):
             for term in terms:
                 if term.begins(self.keys[start:]):
@@ -131,7 +132,7 @@ class _Words:
 
 @dataclass(frozen=True, slots=True)
 class _Term:
-    """Consecutive words; if `open_ended`, the last is a prefix."""
+    """A sequence of words to search for; if `open_ended`, the last one is a prefix."""
 
     words: tuple[str, ...]
     open_ended: bool
@@ -151,7 +152,7 @@ Terms = tuple[_Term, ...]
 
 
 class _Rules:
-    """The content of one language's `quality.toml`, described in that of `lang/en`."""
+    """Content of one language's `quality.toml`; the comments in `lang/en` describe the keys."""
 
     def __init__(self, data: Mapping[str, Any], language: Language) -> None:
         missing = {"single_letters", "repeats", *_TABLES} ^ set(data)
@@ -190,7 +191,7 @@ def _term(written: str, language: Language) -> _Term:
 
 
 def _general(text: str, words: _Words, rules: _Rules) -> Iterator[Failure]:
-    """Yield failures of the paper's general checks, except for terms."""
+    """Yield failures of the paper's general checks, except those of terms."""
 
     def blocked(name: str, message: str) -> Failure:
         return Failure(name, BLOCKED, message)
@@ -224,7 +225,7 @@ def _terms(words: _Words, rules: _Rules, phase: str) -> Iterator[Failure]:
 def _suspicious(
     text: str, words: _Words, rules: _Rules, phase: str, language: Language, target: Thing | None
 ) -> Iterator[Failure]:
-    """Yield failures of the writers' guidelines, as far as they can be checked."""
+    """Yield failures of the guidelines for writers that can be checked automatically."""
 
     def suspicious(name: str, message: str) -> Failure:
         return Failure(name, SUSPICIOUS, message)
@@ -243,9 +244,9 @@ def _suspicious(
     letters = len(_letters(text))
     if letters and language.count_letters(text) < letters / 2:
         yield suspicious("script", f"less than half of the letters are {language.script}")
-    if phase == "assembly" and not words.first_of(rules.landmarks) and not _relates(text, language):
+    if phase == "assembly" and not words.first_of(rules.landmarks) and not _has_relation(text, language):
         yield suspicious("no_landmark", "names no landmark for the placement")
-    if target is not None and not _names(text, language, target):
+    if target is not None and not _names_target(text, language, target):
         called = " ".join(filter(None, (target.look, target.colour, target.kind)))
         yield suspicious("no_target", f"does not name the {called}")
     yield from _spelling(text, words, rules, language)
@@ -265,17 +266,17 @@ def _spelling(text: str, words: _Words, rules: _Rules, language: Language) -> It
         yield Failure("registers", SUSPICIOUS, f"mixes {mixed}")
 
 
-def _relates(text: str, language: Language) -> bool:
-    """Return whether an object mentioned in the text is the landmark of a relation."""
+def _has_relation(text: str, language: Language) -> bool:
+    """Return whether the text relates something to a mentioned object."""
     return any(language.relation_of(text, mention) for mention in language.find_objects(text))
 
 
-def _names(text: str, language: Language, target: Thing) -> bool:
-    """Return whether an object mentioned in the text may be the target: no stated attribute differs."""
+def _names_target(text: str, language: Language, target: Thing) -> bool:
+    """Return whether the text mentions an object whose stated attributes all match the target."""
     wanted = (target.kind, target.colour, target.look)
     for mention in language.find_objects(text):
-        said = (mention.kind, mention.colour, mention.pattern)
-        if any(said) and all(not s or not w or s == w for s, w in zip(said, wanted, strict=True)):
+        stated = (mention.kind, mention.colour, mention.pattern)
+        if any(stated) and all(not s or not w or s == w for s, w in zip(stated, wanted, strict=True)):
             return True
     return False
 
@@ -294,7 +295,7 @@ def _is_word(token: str) -> bool:
 
 
 def _tripled_letter(text: str) -> str:
-    """Return the first letter that occurs three times in a row, as repeated; "" if there is none."""
+    """Return the first three equal letters in a row, or ""."""
     spelt = text.casefold()
     for letters in zip(spelt, spelt[1:], spelt[2:], strict=False):
         if letters[0].isalpha() and len(set(letters)) == 1:

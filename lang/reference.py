@@ -1,4 +1,4 @@
-"""Reference to things in a meaning: all mentions in order, which of them are of one thing, and names that repeat."""
+"""Mentions of things in a meaning: iteration, replacement, and co-reference."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -7,7 +7,7 @@ from arramon_lang.meaning import Assembly, Face, Meaning, Navigation, Rotate, St
 
 
 def mentions(meaning: Meaning) -> Iterator[Thing]:
-    """Yield every thing that a meaning mentions, in order; a thing before those that its relations name."""
+    """Yield every thing that a meaning mentions, in order; each thing before the landmarks of its relations."""
     if isinstance(meaning, Navigation):
         for step in meaning.steps:
             for thing in things_of(step):
@@ -28,9 +28,9 @@ def things_of(step: Step) -> tuple[Thing, ...]:
 
 
 def map_mentions(meaning: Meaning, change: Callable[[Thing], Thing]) -> Meaning:
-    """Return a meaning with every mention replaced by `change` of it, called in the order of `mentions`.
+    """Return a copy of a meaning with `change` applied to every mention, in the order of `mentions`.
 
-    `change` gets a thing with its relations as they were, and its result's relations are changed in turn.
+    `change` receives a thing with its original relations; the landmarks in its result are then changed in turn.
     """
     if isinstance(meaning, Navigation):
         steps = tuple(_map_step(step, change) for step in meaning.steps)
@@ -40,9 +40,9 @@ def map_mentions(meaning: Meaning, change: Callable[[Thing], Thing]) -> Meaning:
 
 
 def co_reference(meaning: Meaning) -> tuple[int, ...]:
-    """Return for each mention the number of the first mention of the same thing: what a reader can know of identities.
+    """Return, for each mention, the index of the first mention of the same thing, as far as identities are known.
 
-    A mention without an identity is the first of its thing.
+    A mention without an identity counts as the first mention of a new thing.
     """
     firsts: dict[str, int] = {}
     return tuple(

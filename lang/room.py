@@ -1,12 +1,12 @@
-"""Semantics of assembly relations on the room's floor, shared by planners and followers.
+"""Grading of the assembly room's cells by the relations that an instruction states, for planners and followers.
 
-All relations are as seen by an agent on the start tile after the stated turns: "behind" is one cell farther along its
+All relations are seen by an agent on the start tile after the stated turns: "behind" is one cell farther along its
 viewing direction, "left of" one cell to its left, and so on, wherever the landmark is. So "turn right and place it left
 of the mug" means the cell one row above the mug's. (The release's second turns confirm this where they name the object
 placed in the first: after a turn to the right, left is +row in all cases.) The paper calls relations to the agent and
-turns egocentric, relations between things allocentric; both use the same frame here. Relations are graded, nearest
-cells highest, and the target cell is the one that fits all of them best. The object is placed on the floor unless it is
-stated to be on top of something.
+turns egocentric, relations between things allocentric; both use this frame. Each relation grades the cells, nearest
+cells highest; the target cell has the best product of grades. The object is placed on the floor unless the text says
+that it goes on top of something.
 """
 
 import math
@@ -19,23 +19,23 @@ from arramon_lang.meaning import Assembly, Thing, Where
 from arramon_lang.street import DEGREES
 
 START = ROOM_START
-"""(column, row) of the agent, which initially faces +row."""
+"""Start tile of the agent, which initially faces +row."""
 
 Cell = tuple[int, int]
 """(column, row)."""
 
 MISMATCH = {"kind": 0.05, "colour": 0.15, "look": 0.3}
-"""Factor on the likelihood that a thing is meant, for each stated word that does not match: people confuse patterns
-more often than kinds."""
+"""Factor on the likelihood of a referent for each stated attribute that does not match: people confuse patterns more
+often than kinds."""
 
 MIN_GRADE = 0.01
-"""Minimum grade of a cell for a relation: low, but a misread relation must not rule out a cell."""
+"""Minimum grade of a cell for a relation, above 0 so that a misread relation does not exclude a cell."""
 
 OCCUPIED = 0.05
-"""Factor on occupied cells if "on top" is not stated."""
+"""Factor on occupied cells, unless the text says "on top"."""
 
 OUT_OF_VIEW = 0.6
-"""Factor on things that are not in front of the agent after stated turns."""
+"""Factor on things that the agent does not face after the stated turns."""
 
 DIAGONAL_SIDE = 0.6
 """Grade of a cell ahead and to one side for "to your left" or "to your right"."""
@@ -45,7 +45,7 @@ EDGE = 0.7
 
 
 @dataclass(frozen=True, slots=True)
-class Standing:
+class RoomObject:
     """An object in the room; `level` 1 is on the floor."""
 
     kind: str
@@ -63,7 +63,7 @@ class Standing:
 
 @dataclass(frozen=True, slots=True)
 class Room:
-    """The known objects of the room, and the positions of its walls.
+    """Known objects of the room, and positions of its walls.
 
     Attributes:
         things: all known objects.
@@ -71,7 +71,7 @@ class Room:
             column, 2 before row 0, 3 before column 0.
     """
 
-    things: tuple[Standing, ...]
+    things: tuple[RoomObject, ...]
     walls: Mapping[str, int]
 
     def height(self, cell: Cell) -> int:
@@ -79,8 +79,8 @@ class Room:
         return max((thing.level for thing in self.things if thing.cell == cell), default=0)
 
 
-Landmark = Standing | int | None
-"""The landmark of a relation: an object, the quarter of a wall, or None for the agent."""
+Referent = RoomObject | int | None
+"""What a landmark's name refers to: an object, the quarter of a wall, or None for the agent."""
 
 
 def quarter_after(turns: tuple[str, ...]) -> int:
@@ -89,7 +89,7 @@ def quarter_after(turns: tuple[str, ...]) -> int:
 
 
 def find_cell(meaning: Assembly, room: Room) -> tuple[Cell, float]:
-    """Return the cell for the object, and the factor by which it fits better than the next: at least 1, possibly inf.
+    """Return the best cell for the object, and its weight divided by the second best's: at least 1, possibly inf.
 
     Ties go to the cell nearest to the start tile, then to the first in column and row.
     """
@@ -99,7 +99,7 @@ def find_cell(meaning: Assembly, room: Room) -> tuple[Cell, float]:
 
 
 def is_all_there(meaning: Assembly, room: Room) -> bool:
-    """Return whether every named thing has an object that matches all words of its name."""
+    """Return whether every named thing has an object that matches all of its stated attributes."""
     return all(_is_there(thing, room) for where in meaning.where for thing in where.things)
 
 
@@ -114,7 +114,7 @@ def _is_there(thing: Thing, room: Room) -> bool:
 
 
 def weigh_cells(meaning: Assembly, room: Room) -> dict[Cell, float]:
-    """Return how well each cell except the start tile fits the whole instruction, from 0 to 1."""
+    """Return the weight of each cell except the start tile, from 0 to 1: how well it fits the whole instruction."""
     quarter = quarter_after(meaning.turns)
     landmarks = [_landmarks(where, room, quarter, is_facing_stated=bool(meaning.turns)) for where in meaning.where]
     is_on_top = any(where.relation == "on_top_of" for where in meaning.where)
@@ -134,26 +134,27 @@ def weigh_cells(meaning: Assembly, room: Room) -> dict[Cell, float]:
     return weights
 
 
-def weigh_things(thing: Thing, room: Room, quarter: int, *, is_facing_stated: bool) -> list[tuple[float, Landmark]]:
-    """Return the possible referents of a name with their likelihoods, from 0 to 1; empty if there is no such kind.
+def weigh_things(thing: Thing, room: Room, quarter: int, *, is_facing_stated: bool) -> list[tuple[float, Referent]]:
+    """Return the possible referents of a name with their likelihoods, from 0 to 1; empty if none is of its kind.
 
     Args:
         thing: the name.
         room: all known objects.
         quarter: viewing direction of the agent.
-        is_facing_stated: whether the instruction states that direction: then things in front of the agent are likelier.
+        is_facing_stated: whether the instruction states that direction, so that things in front of the agent are
+            likelier.
     """
     if thing.kind == "you":
         return [(1.0, None)]
-    if thing.kind == "corner":  # Which one, nothing says that is understood.
+    if thing.kind == "corner":  # The text does not identify which corner.
         return []
     if thing.kind == "wall":
-        weights: list[tuple[float, Landmark]] = [
+        weights: list[tuple[float, Referent]] = [
             (_matching(thing, look=look) * (1.0 if thing.look or q == quarter else 0.5), q)
             for look, q in room.walls.items()
         ]
         return _likely(weights)
-    graded: list[tuple[float, Standing]] = []
+    graded: list[tuple[float, RoomObject]] = []
     for item in room.things:
         weight = _matching(thing, kind=item.kind, colour=item.colour, look=item.look)
         for where in thing.where:
@@ -170,17 +171,17 @@ def weigh_things(thing: Thing, room: Room, quarter: int, *, is_facing_stated: bo
 
 
 def _matching(thing: Thing, **words: str) -> float:
-    """Return the likelihood that a thing with these attributes is meant, by its name alone."""
+    """Return the likelihood of a referent with these attributes, by the name alone."""
     weight = 1.0
     for attribute, word in words.items():
-        said = getattr(thing, attribute)
-        if said and said != word:
+        stated = getattr(thing, attribute)
+        if stated and stated != word:
             weight *= MISMATCH[attribute]
     return weight
 
 
-def _counted(which: str, graded: list[tuple[float, Standing]]) -> list[tuple[float, Landmark]]:
-    """Apply "first", "last" and the like to the best matches, ordered by distance from the agent."""
+def _counted(which: str, graded: list[tuple[float, RoomObject]]) -> list[tuple[float, Referent]]:
+    """Apply an ordinal ("first", "last") to the best matches, ordered by distance from the agent."""
     if not which or not graded:
         return list(graded)
     most = max(weight for weight, _ in graded)
@@ -190,23 +191,23 @@ def _counted(which: str, graded: list[tuple[float, Standing]]) -> list[tuple[flo
     return [(weight if item == chosen else weight * 0.3, item) for weight, item in graded]
 
 
-def _likely(weights: list[tuple[float, Landmark]]) -> list[tuple[float, Landmark]]:
-    """Return the candidates without those much less likely than the best."""
+def _likely(weights: list[tuple[float, Referent]]) -> list[tuple[float, Referent]]:
+    """Drop candidates that are much less likely than the best."""
     most = max((weight for weight, _ in weights), default=0.0)
     return [(weight, landmark) for weight, landmark in weights if weight > 0.3 * most]
 
 
 def _landmarks(
     where: Where, room: Room, quarter: int, *, is_facing_stated: bool
-) -> list[tuple[float, tuple[Landmark, ...]]]:
-    """Return combinations of referents for a relation's things; empty if there is nothing of one's kind."""
+) -> list[tuple[float, tuple[Referent, ...]]]:
+    """Return combinations of referents for a relation's things; empty if one has no referent."""
     each = [weigh_things(thing, room, quarter, is_facing_stated=is_facing_stated) for thing in where.things]
     if len(each) == 1:
         return [(weight, (landmark,)) for weight, landmark in each[0]]
     return [(v * w, (one, other)) for v, one in each[0] for w, other in each[1] if one != other]
 
 
-def grade_relation(where: Where, cell: Cell, level: int, landmarks: tuple[Landmark, ...], quarter: int) -> float:
+def grade_relation(where: Where, cell: Cell, level: int, landmarks: tuple[Referent, ...], quarter: int) -> float:
     """Return how well an object at (cell, level) fits a relation to landmarks, from 0 to 1."""
     if where.relation == "between":
         grade = _grade_between(cell, landmarks)
@@ -249,8 +250,8 @@ def _grade_offset(relation: str, across: int, ahead: int) -> float:
     return 0.3 if along == abs(aside) == 1 else 0.1
 
 
-def _grade_between(cell: Cell, landmarks: tuple[Landmark, ...]) -> float:
-    """Return the grade for "between": highest in the middle of a straight line; a wall counts as the cell before it."""
+def _grade_between(cell: Cell, landmarks: tuple[Referent, ...]) -> float:
+    """Grade "between", highest in the middle of a straight line; a wall counts as the cell in front of it."""
     ends = [START if mark is None else mark.cell for mark in landmarks if not isinstance(mark, int)]
     walls = [mark for mark in landmarks if isinstance(mark, int)]
     if not ends:
@@ -273,7 +274,7 @@ def _grade_between(cell: Cell, landmarks: tuple[Landmark, ...]) -> float:
 
 
 def _beyond(cell: Cell, wall: int) -> Cell:
-    """Return the cell that would be inside the wall, straight ahead of a cell."""
+    """Return the cell outside the room, beyond a wall, in line with a cell."""
     column, row = cell
     return ((column, ROWS), (COLUMNS, row), (column, -1), (-1, row))[wall]
 

@@ -1,7 +1,7 @@
-"""Semantics of words for streets in numbers, shared by planners and followers.
+"""Distances and angles that words for streets mean, shared by planners and followers.
 
-The paper gives no numbers. These are those with which the follower best walks the release's human instructions; the
-planner uses the same to predict where its words lead.
+The paper gives no numbers. With these, the follower does best on the release's human instructions; the planner uses
+them to predict where its instructions lead.
 """
 
 DEGREES = {"slightly left": -30.0, "slightly right": 30.0, "left": -90.0, "right": 90.0, "around": 180.0}
@@ -12,47 +12,46 @@ USUAL_COLOURS = {
     "mailbox": ("blue",), "phone_booth": ("blue",), "speed_sign": ("white",), "stop_sign": ("red",),
     "traffic_light": ("black",), "tree": ("green",), "tyre_stack": ("black",),
 }  # fmt: skip
-"""Colours that people name of street furniture that comes in one colour, whose label names none."""
+"""Colours that people use for street furniture that exists in a single colour, which its label omits."""
 
 
-def is_of_colour(said: str, kind: str, colour: str) -> bool:
-    """Return whether a colour that is said, "" if none is, fits a thing of a kind whose label names a colour, or ""."""
-    return said in ("", colour) or (not colour and said in USUAL_COLOURS.get(kind, ()))
+def is_of_colour(stated: str, kind: str, colour: str) -> bool:
+    """Return whether a stated colour matches a thing; "" is no stated colour, or a label without a colour."""
+    return stated in ("", colour) or (not colour and stated in USUAL_COLOURS.get(kind, ()))
 
 
-ALONG = {"at": 0.0, "before": -1.5, "after": 1.5}
-"""Where a turn is made relative to a thing, by `meaning.ATS`, in units along the walk."""
+TURN_OFFSETS = {"at": 0.0, "before": -1.5, "after": 1.5}
+"""Offset of a turn from a thing, for each of `meaning.TURN_POSITIONS`, in units along the walk."""
 
-PAST = 0.8
-"""How far beyond a thing a walk past it ends, in units along the walk."""
+PAST_DISTANCE = 0.8
+"""Distance beyond a thing at which a walk past it ends, in units along the walk."""
 
-NEAR = {"to": 1.6, "towards": 3.0}
-"""Distance from a thing at which a walk to it ends, in units."""
+REACHED_WITHIN = {"to": 1.6, "towards": 3.0}
+"""Distance from a thing at which a walk to or towards it ends, in units."""
 
-BESIDE = 2.0
-"""Maximum lateral distance at which a walk passes a thing, in units."""
+PASSED_WITHIN = 2.0
+"""Maximum lateral distance of a thing that a walk passes, in units."""
 
-COUNTED_ASIDE = 5.0
-"""Maximum distance from the course of things that are counted along it ("the second bench"), in units."""
+COUNTED_WITHIN = 5.0
+"""Maximum lateral distance of things counted along the walk ("the second bench"), in units."""
 
-GROUP = 6.0
-"""Maximum distance of things that are named together from the nearest of them ("the cones"), in units."""
+GROUP_RADIUS = 6.0
+"""Maximum distance of the members of a group ("the cones") from the nearest one, in units."""
 
-ACROSS = 4.0
-"""How far beyond the place where a street opens a walk past it, or across it, ends, in units."""
+CROSSED_DISTANCE = 4.0
+"""Distance beyond a side street's opening at which a walk past or across it ends, in units."""
 
 SAME_OPENING = 4.0
-"""Openings on both sides that are nearer than this along the walk belong to one crossing, in units."""
+"""Maximum distance along the walk between openings on both sides of one intersection, in units."""
 
-OFF_AXIS = 1.5
-"""A name refers to the nearest matching thing, where a thing off the course counts as farther away: by this factor for
-each squared radian."""
+OFF_AXIS_WEIGHT = 1.5
+"""Weight of the angle off the walking direction when the nearest matching thing is chosen, per squared radian."""
 
-DEEP = 7.0
-"""How far to the side the ground is searched for streets that open there, in units."""
+OPENING_RANGE = 7.0
+"""Lateral range of the search for side streets, in units."""
 
-DEEPER = 2.5
-"""Minimum extra depth of an opening compared with the street beside the wall before it, in units."""
+OPENING_DEPTH = 2.5
+"""Minimum lateral depth of a side street beyond the wall before it, in units."""
 
-IN = 1.2
-"""Distance beyond that wall's end at which to turn into the opening, in units."""
+OPENING_INSET = 1.2
+"""Distance beyond the end of that wall at which to turn into the side street, in units."""

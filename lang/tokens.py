@@ -1,11 +1,11 @@
-r"""Tokenization that is correct for scripts whose vowels are combining signs, which `\w` does not match."""
+r"""Tokenizer for scripts with combining vowel signs, which `\w` does not match."""
 
 import re
 import unicodedata
 from typing import NamedTuple
 
 LATIN = "A-Za-z\u00c0-\u024f\u0300-\u036f"
-"""Latin letters, which texts of any language may contain ("TV"), as a regular expression's character class."""
+"""Latin letters, allowed in texts of any language ("TV"), as a regular expression's character class."""
 
 
 class Token(NamedTuple):

@@ -13,7 +13,7 @@ from arramon_agents.mapping.target import REACH_TO, find_target, is_in_place, is
 from arramon_client.agent import Action
 from arramon_client.world import HEADINGS
 from arramon_lang.meaning import PLACES, Face, Navigation, Rotate, Step, Thing, Walk
-from arramon_lang.street import ACROSS, ALONG, BESIDE, DEGREES, NEAR, PAST
+from arramon_lang.street import CROSSED_DISTANCE, DEGREES, PASSED_WITHIN, PAST_DISTANCE, REACHED_WITHIN, TURN_OFFSETS
 
 PASSED_DISTANCE = 0.5
 """Distance in units ahead at which a place counts as passed."""
@@ -172,18 +172,18 @@ class Navigator:
         if step.way == "until":
             return None if self._is_seen(step.things[0]) else self._walker.ahead(self._course)
         if step.things[0].kind in PLACES:
-            return self._to_place(step.things[0], 0, ACROSS if step.way == "past" else 0.0)
+            return self._to_place(step.things[0], 0, CROSSED_DISTANCE if step.way == "past" else 0.0)
         marks = self._resolve(step.things)
         if marks is None:
             return self._seek()
         body = self._body
         if step.way in ("to", "towards"):
-            near = NEAR[step.way]
+            near = REACHED_WITHIN[step.way]
             if body.distance(marks[0], marks[1]) <= near:
                 self._course = self._aim(marks, self._start)
                 return None
             return self._walker.go(marks, near - 0.2)
-        beyond = {"past": PAST, "beside": 0.0}.get(step.way, 0.3)
+        beyond = {"past": PAST_DISTANCE, "beside": 0.0}.get(step.way, 0.3)
         if step.way == "past" and (step.things[0].number or step.things[0].kind == "building"):
             marks = self._farthest(step.things[0])
         return self._pass(marks, beyond)
@@ -214,11 +214,11 @@ class Navigator:
         thing = step.thing
         assert thing is not None
         if thing.kind in PLACES or thing.kind == "building":
-            return self._to_place(thing, -1 if "left" in step.direction else 1, ALONG[step.at])
+            return self._to_place(thing, -1 if "left" in step.direction else 1, TURN_OFFSETS[step.at])
         marks = self._resolve((thing,))
         if marks is None:
             return self._seek()
-        return self._pass(marks, ALONG[step.at])
+        return self._pass(marks, TURN_OFFSETS[step.at])
 
     def _to_place(self, thing: Thing, side: int, beyond: float) -> Action | None:
         """Return the next action towards a place of the street, or the side street at a building; None if there.
@@ -257,13 +257,13 @@ class Navigator:
         if self._place is None:
             self._place = place
             right, ahead = rotated(place[0] - body.x, place[1] - body.z, self._course)
-            self._course += math.atan2(right - min(max(right, -BESIDE), BESIDE), max(ahead, 0.5))
+            self._course += math.atan2(right - min(max(right, -PASSED_WITHIN), PASSED_WITHIN), max(ahead, 0.5))
         course = self._course
         right, ahead = rotated(place[0] - body.x, place[1] - body.z, course)
         left = ahead + beyond
         if left <= PASSED_DISTANCE:
             return None
-        aside = right - min(max(right, -BESIDE), BESIDE)
+        aside = right - min(max(right, -PASSED_WITHIN), PASSED_WITHIN)
         sin, cos = math.sin(course), math.cos(course)
         goal = body.x + left * sin + aside * cos, body.z + left * cos - aside * sin
         return self._walker.go(body.ground.near_free(*goal), 0.6)

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from arramon_agents.mapping.ground_map import GroundMap
-from arramon_lang.street import DEEP, DEEPER, IN, SAME_OPENING
+from arramon_lang.street import OPENING_DEPTH, OPENING_INSET, OPENING_RANGE, SAME_OPENING
 
 OFFSETS = np.arange(-3.0, 14.0, 0.5)
 """Places along the walk to examine, in units from the agent."""
@@ -28,9 +28,9 @@ def find_opening(ground: GroundMap, x: float, z: float, angle: float, side: int)
     Returns:
         (x, z) on the line of the walk.
     """
-    runs, walls = ground.runs(x, z, angle, side, OFFSETS, DEEP)
+    runs, walls = ground.runs(x, z, angle, side, OFFSETS, OPENING_RANGE)
     for start in find_openings(runs.tolist(), walls.tolist()):
-        along = float(OFFSETS[start]) + IN
+        along = float(OFFSETS[start]) + OPENING_INSET
         if along > 0.0:
             return x + along * math.sin(angle), z + along * math.cos(angle)
     return None
@@ -50,9 +50,9 @@ class Openings:
     def add(self, ground: GroundMap, x: float, z: float, angle: float) -> None:
         """Add the side streets that are visible on the map from a place on the walk."""
         for side in (-1, 1):
-            runs, walls = ground.runs(x, z, angle, side, OFFSETS, DEEP)
+            runs, walls = ground.runs(x, z, angle, side, OFFSETS, OPENING_RANGE)
             for start in find_openings(runs.tolist(), walls.tolist()):
-                along = float(OFFSETS[start]) + IN
+                along = float(OFFSETS[start]) + OPENING_INSET
                 place = x + along * math.sin(angle), z + along * math.cos(angle)
                 far = (place[0] - self._x) * self._sin + (place[1] - self._z) * self._cos
                 near = [each for each in self._found if each[1] == side and abs(each[0] - far) < SAME_OPENING / 2]
@@ -82,7 +82,7 @@ def find_openings(runs: list[float], walls: list[bool]) -> list[int]:
     found: list[int] = []
     beside, last, open_places = 0.0, None, 0
     for i, (run, wall) in enumerate(zip(runs, walls, strict=True)):
-        if wall and run < DEEP - DEEPER and (last is None or run < beside + DEEPER):
+        if wall and run < OPENING_RANGE - OPENING_DEPTH and (last is None or run < beside + OPENING_DEPTH):
             beside, last, open_places = run, i, 0
         elif last is not None and run >= beside + SEEN:
             open_places += 1

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from arramon_agents.mapping.landmarks import Landmarks, MappedLandmark, landmarks_ahead
 from arramon_lang.meaning import Thing
-from arramon_lang.street import COUNTED_ASIDE, GROUP
+from arramon_lang.street import COUNTED_WITHIN, GROUP_RADIUS
 
 ORDINALS = {"first": 0, "second": 1, "third": 2, "last": -1}
 
@@ -47,7 +47,7 @@ class Referents:
             return None
         first = marks[0]
         if thing.number or thing.kind == "building":
-            group = [mark for mark in marks if math.hypot(mark.x - first.x, mark.z - first.z) <= GROUP]
+            group = [mark for mark in marks if math.hypot(mark.x - first.x, mark.z - first.z) <= GROUP_RADIUS]
             return None if thing.number and len(group) < 2 else tuple(group[:2] if thing.number == "two" else group)
         return (first,)
 
@@ -67,7 +67,7 @@ def _counted(marks: Sequence[MappedLandmark], which: str, x: float, z: float, an
     ahead = []
     for mark in marks:
         dx, dz = mark.x - x, mark.z - z
-        if abs(dx * cos - dz * sin) <= COUNTED_ASIDE:
+        if abs(dx * cos - dz * sin) <= COUNTED_WITHIN:
             ahead.append((dx * sin + dz * cos, mark.x, mark))
     ahead.sort(key=lambda each: each[:2])
     place = ORDINALS[which]

@@ -9,7 +9,7 @@ from arramon_agents.perception.scan import Sighting
 from arramon_client.agent import Label
 from arramon_client.world import COLLECTIBLES
 from arramon_lang.meaning import Thing
-from arramon_lang.street import OFF_AXIS, is_of_colour
+from arramon_lang.street import OFF_AXIS_WEIGHT, is_of_colour
 
 if TYPE_CHECKING:
     from arramon_agents.perception.eyes.names import NamedThing  # It needs PyTorch.
@@ -112,5 +112,5 @@ def landmarks_ahead(landmarks: Iterable[MappedLandmark], x: float, z: float, ang
             continue
         off, distance = math.atan2(dx * cos - dz * sin, dx * sin + dz * cos), math.hypot(dx, dz)
         if abs(off) < ASIDE or distance < BESIDE:
-            scored.append((distance * (1.0 + OFF_AXIS * off * off), landmark.x, landmark))
+            scored.append((distance * (1.0 + OFF_AXIS_WEIGHT * off * off), landmark.x, landmark))
     return [landmark for _, _, landmark in sorted(scored, key=lambda item: item[:2])]

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from arramon_client.agent import Label
 from arramon_client.world import CELL_SIZE, COLUMNS, EYE_HEIGHT, FIELD_OF_VIEW, ROWS
-from arramon_lang.room import Cell, Room, Standing
+from arramon_lang.room import Cell, Room, RoomObject
 
 if TYPE_CHECKING:
     from arramon_agents.perception.eyes.names import NamedThing  # It needs PyTorch.
@@ -101,7 +101,7 @@ class RoomSight:
             seen = [(t.lowest, n) for (n, at), t in self._traces.items() if at == cell and t.pixels >= MIN_PIXELS]
             for level, (_, number) in enumerate(sorted(seen), start=1):
                 label = self._labels[number]
-                things.append(Standing(label.kind, label.colour, label.look, *cell, level))
+                things.append(RoomObject(label.kind, label.colour, label.look, *cell, level))
         return Room(tuple(things), dict(self._walls))
 
     def _add_walls(self, shown: npt.NDArray[np.uint16], column: _Floats, row: _Floats) -> None:

@@ -13,7 +13,7 @@ from arramon_agents.perception.eyes.sight import label_of
 from arramon_agents.perception.eyes.vocabulary import KINDS
 from arramon_client.agent import Label
 from arramon_client.world import CELL_SIZE, COLLECTIBLES, COLUMNS, ROWS
-from arramon_lang.room import Cell, Room, Standing
+from arramon_lang.room import Cell, Room, RoomObject
 
 RADIUS = 0.2
 """Distance from the visible side of an object to its centre, in units."""
@@ -67,5 +67,5 @@ class SeenRoom(RoomSight):
         for (cell, level), chances in sorted(self._chances.items(), key=lambda item: item[0]):
             label = label_of(*chances)
             if label.kind in COLLECTIBLES:
-                things.append(Standing(label.kind, label.colour, label.look, *cell, level))
+                things.append(RoomObject(label.kind, label.colour, label.look, *cell, level))
         return Room(tuple(things), super().room().walls)

@@ -9,7 +9,7 @@ from arramon_agents.perception.eyes.vocabulary import LOOK_GROUPS
 from arramon_agents.reading.reader.reader import LearnedReader
 from arramon_agents.reading.reader.slots import Row, rows_of
 from arramon_client.world import COLLECTIBLE_COLOURS, COLLECTIBLES
-from arramon_lang.room import Cell, Room, Standing
+from arramon_lang.room import Cell, Room, RoomObject
 from arramon_server.episodes.episode import Episode
 
 WALLS = {"brick": 0, "wood": 1, "striped": 2, "spotted": 3}
@@ -44,7 +44,7 @@ def tasks_of(episodes: Sequence[Episode], languages: Sequence[str], reader: Lear
     """
     for episode in episodes:
         things = [
-            Standing(each.type.kind, each.type.colour, each.type.pattern, each.placement.column, each.placement.row,
+            RoomObject(each.type.kind, each.type.colour, each.type.pattern, each.placement.column, each.placement.row,
                      each.placement.level)
             for each in episode.decoys
         ]  # fmt: skip
@@ -55,7 +55,7 @@ def tasks_of(episodes: Sequence[Episode], languages: Sequence[str], reader: Lear
             cell = turn.target_cell
             yield RoomExample(Room(tuple(things), WALLS), [rows_of(each) for each in meanings], (cell.column, cell.row))
             target = turn.target.type
-            things.append(Standing(target.kind, target.colour, target.pattern, cell.column, cell.row, cell.level))
+            things.append(RoomObject(target.kind, target.colour, target.pattern, cell.column, cell.row, cell.level))
 
 
 def misnamed(room: Room, random: Random) -> Room:
@@ -69,5 +69,5 @@ def misnamed(room: Room, random: Random) -> Room:
             colour = random.choice(COLLECTIBLE_COLOURS)
         if random.random() < MISNAMED:
             look = random.choice(LOOK_GROUPS[0].looks)
-        things.append(Standing(kind, colour, look, thing.column, thing.row, thing.level))
+        things.append(RoomObject(kind, colour, look, thing.column, thing.row, thing.level))
     return Room(tuple(things), room.walls)

@@ -17,7 +17,7 @@ from arramon_agents.perception.eyes.vocabulary import COLOURED, LOOK_GROUPS
 from arramon_client.world import BANNER_COLOURS, COLLECTIBLE_COLOURS, COLLECTIBLES, FURNITURE
 from arramon_lang.meaning import Assembly, Face, Meaning, Navigation, Rotate, Step, Thing, Walk
 from arramon_lang.reference import mentions
-from arramon_lang.room import Standing
+from arramon_lang.room import RoomObject
 
 Names = Mapping[str, str]
 """New name by old name."""
@@ -71,7 +71,7 @@ class Exchange:
             tuple(replace(where, things=tuple(map(self.thing, where.things))) for where in meaning.where),
         )
 
-    def standing(self, things: Sequence[Standing]) -> tuple[Standing, ...]:
+    def standing(self, things: Sequence[RoomObject]) -> tuple[RoomObject, ...]:
         """Return the objects of a room, exchanged."""
         return tuple(
             replace(

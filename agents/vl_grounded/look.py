@@ -13,7 +13,7 @@ from arramon_agents.vl_grounded.attributes import KINDS, LOOKS, Attributes
 from arramon_agents.vl_grounded.room import CELLS, LEVELS
 from arramon_client.agent import Action
 from arramon_client.world import COLLECTIBLES, COLUMNS, TURN
-from arramon_lang.room import Standing
+from arramon_lang.room import RoomObject
 
 DEGREES = round(TURN)
 
@@ -51,12 +51,12 @@ class LookAround:
         self.heading += DEGREES if action == Action.RIGHT else -DEGREES
         return action
 
-    def things(self) -> tuple[Standing, ...]:
+    def things(self) -> tuple[RoomObject, ...]:
         """Return the objects seen so far."""
         return self.room.room().things
 
 
-def attributes_in_rooms(rooms: Sequence[Sequence[Standing]]) -> Attributes:
+def attributes_in_rooms(rooms: Sequence[Sequence[RoomObject]]) -> Attributes:
     """Return the objects in rooms as a batch of attributes, (B, CELLS LEVELS, ...): cells row by row, with levels."""
     parts = [
         np.zeros((len(rooms), CELLS * LEVELS, size), np.float32) for size in (len(KINDS), len(COLOURS), len(LOOKS))

@@ -16,7 +16,7 @@ from arramon_agents.vl_grounded.look import DEGREES, LookAround
 from arramon_client.agent import Action, Observation
 from arramon_client.environments.backend import Player
 from arramon_client.world import ASSEMBLY, COLUMNS, ROWS
-from arramon_lang.room import START, Cell, Standing
+from arramon_lang.room import START, Cell, RoomObject
 
 VERSION = 1
 
@@ -38,7 +38,7 @@ class RoomView:
     episode_id: str
     turn: int
     texts: dict[str, str]
-    things: tuple[Standing, ...]
+    things: tuple[RoomObject, ...]
     target: Cell
 
 
@@ -148,7 +148,7 @@ def _read(path: Path) -> list[RoomView]:
             each["episode_id"],
             each["turn"],
             each["texts"],
-            tuple(Standing(**thing) for thing in each["things"]),
+            tuple(RoomObject(**thing) for thing in each["things"]),
             (each["target"][0], each["target"][1]),
         )
         for each in found

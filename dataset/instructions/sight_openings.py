@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from arramon_dataset.instructions.navigation.legs import Leg, Place, legs_of
-from arramon_lang.street import DEEP, DEEPER, IN
+from arramon_lang.street import OPENING_DEPTH, OPENING_INSET, OPENING_RANGE
 from arramon_server.sim.section import Building, Section
 
 WIDE = 3.0
@@ -50,7 +50,7 @@ def openings(path: Sequence[Place], section: Section) -> tuple[Opening, ...]:
 def _openings(leg: Leg, sign: int, buildings: Sequence[Building]) -> list[float]:
     """Return the distances along a leg at which streets open to one side."""
     alongs = np.arange(-3.0, leg.length + WIDE + 2.0, GRAIN)
-    aside = np.arange(0.0, DEEP, GRAIN)
+    aside = np.arange(0.0, OPENING_RANGE, GRAIN)
     angle = math.radians(leg.heading)
     x = leg.start[0] + alongs[:, None] * math.sin(angle) + sign * aside[None, :] * math.cos(angle)
     z = leg.start[1] + alongs[:, None] * math.cos(angle) - sign * aside[None, :] * math.sin(angle)
@@ -59,10 +59,10 @@ def _openings(leg: Leg, sign: int, buildings: Sequence[Building]) -> list[float]
     runs = built.argmax(axis=1) * GRAIN
     found, last = [], None
     for i, run in enumerate(runs.tolist()):
-        if run < DEEP - DEEPER:
+        if run < OPENING_RANGE - OPENING_DEPTH:
             last = i
-        elif last is not None and (runs[last + 1 : last + 1 + round(WIDE / GRAIN)] >= runs[last] + DEEPER).all():
-            found.append(float(alongs[last]) + GRAIN + IN)
+        elif last is not None and (runs[last + 1 : last + 1 + round(WIDE / GRAIN)] >= runs[last] + OPENING_DEPTH).all():
+            found.append(float(alongs[last]) + GRAIN + OPENING_INSET)
             last = None
     return [along for along in found if 1.0 < along < leg.length + 1.5]
 

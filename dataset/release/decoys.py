@@ -10,7 +10,7 @@ from random import Random
 from arramon_client.world import COLLECTIBLES, COLUMNS, ROWS
 from arramon_dataset.instructions.assembly.sight import to_standing, whole_room
 from arramon_lang.meaning import Assembly, Thing, Where
-from arramon_lang.room import Landmark, find_cell, grade_relation, quarter_after
+from arramon_lang.room import Referent, find_cell, grade_relation, quarter_after
 from arramon_server.sim.catalogue import ALL_TYPES, ObjectType
 from arramon_server.sim.room import RoomCell, RoomPosition
 from arramon_server.sim.rules import PlacedObject
@@ -70,7 +70,7 @@ class Arrangement:
 
     def _relate(self, where: Where, subject: RoomPosition, quarter: int, placed: Sequence[PlacedObject]) -> None:
         """Place the landmarks of a relation so that it holds for `subject`, then those that their names refer to."""
-        known: list[Landmark] = []
+        known: list[Referent] = []
         missing: list[Thing] = []
         for thing in where.things:
             if thing.kind == "you":
@@ -104,7 +104,7 @@ class Arrangement:
         return max(good)[2] if good else None
 
     def _add_decoy(
-        self, thing: Thing, where: Where, subject: RoomPosition, known: Sequence[Landmark], quarter: int
+        self, thing: Thing, where: Where, subject: RoomPosition, known: Sequence[Referent], quarter: int
     ) -> PlacedObject | None:
         """Add and return a decoy with that name for which the relation holds, or None if no cell or type is left."""
         used = {*self.excluded, *self.floor.values()}
@@ -128,7 +128,7 @@ class Arrangement:
         return PlacedObject(type_, RoomPosition(cell.column, 1, cell.row))
 
 
-def grade_alone(where: Where, subject: RoomPosition, landmark: Landmark, quarter: int) -> float:
+def grade_alone(where: Where, subject: RoomPosition, landmark: Referent, quarter: int) -> float:
     """Return how well `subject` is in the relation to one landmark; for "between", how near it is."""
     if where.relation == "between":
         where = Where("near", where.things[:1])

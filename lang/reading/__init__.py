@@ -1,1 +1,1 @@
-"""Reading: from a text to its meaning, by a language's written phrases, or in chunks where they do not cover it."""
+"""Parser of instructions: from a text to its meaning, by a language's phrases, or by chunks if they do not cover it."""

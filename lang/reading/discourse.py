@@ -1,40 +1,43 @@
-"""Interpretation of a text's parsed parts in order, resolving references such as "it" and "that bench"."""
+"""Interpretation of parsed parts in order, with resolution of references such as "it" and "that bench"."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from arramon_client.world import COLLECTIBLES
-from arramon_lang.clauses import focus_of, step_of
+from arramon_lang.clauses import focus_after, step_of
 from arramon_lang.grammar import Grammar
 from arramon_lang.meaning import TURNS, Assembly, Rotate, Step, Thing, Walk, Where
 from arramon_lang.reading.matching import Bindings
 from arramon_lang.reading.noun_phrases import OWN, PRONOUN, SAME, NounPhrase
-from arramon_lang.reading.outline import Part
+from arramon_lang.reading.outline import PartMeaning
 from arramon_lang.reference import map_mentions, repeats
 
 BARE = " bare"
-"""Ends the key of a clause without a verb ("left at the bank"), which begins a clause of the text or is none."""
+"""Suffix of the keys of clauses without a verb ("left at the bank"), which match only where a clause may begin."""
 
 STEPS = ("turn", "face", "walk")
 
-GROUND = ("street", "alley", "square")
-"""Kinds of things that objects lie on."""
+GROUND_KINDS = ("street", "alley", "square")
+"""Kinds of places that objects lie on."""
 
-POINTS = ("intersection", "t_junction", "zebra_crossing", "corner", "street_end")
-"""Kinds of places that one comes to."""
+POINT_KINDS = ("intersection", "t_junction", "zebra_crossing", "corner", "street_end")
+"""Kinds of places that a walk reaches or passes as a point."""
 
-CROSSED = ("zebra_crossing", "intersection", "street", "square")
-"""Kinds of things that one goes over."""
+CROSSED_KINDS = ("zebra_crossing", "intersection", "street", "square")
+"""Kinds of places that a walk crosses."""
 
 
 @dataclass(frozen=True, slots=True)
-class Item:
-    """A part of the text that was understood, from `start` up to but excluding `end`.
+class ParsedPart:
+    """An understood part of the text, from word `start` up to but excluding `end`.
 
     Attributes:
-        fresh: whether a clause may begin there.
-        also: whether its pattern is only read.
-        joined: whether only a comma or "and" stands before it.
+        label: key of the matched pattern.
+        bound: values of its slots.
+        cost: cost of this part in the segmentation of the text.
+        begins_clause: whether a clause may begin there.
+        only_read: whether its pattern is only read, never written.
+        joined: whether only commas and "and" separate it from the part before.
     """
 
     end: int
@@ -42,15 +45,15 @@ class Item:
     bound: Bindings
     cost: float
     start: int = 0
-    fresh: bool = False
-    also: bool = False
+    begins_clause: bool = False
+    only_read: bool = False
     joined: bool = False
 
 
-def things_in(bound: Mapping[str, object], kind: str, *, is_between: bool) -> tuple[NounPhrase, ...]:
-    """Return the things of a clause or relation; `kind` is the rest of its key ("same", "you")."""
+def bound_things(bound: Mapping[str, object], kind: str, *, is_between: bool) -> tuple[NounPhrase, ...]:
+    """Return the noun phrases of a clause or relation; `kind` is the last word of its key ("same", "you")."""
     if kind in ("same", "you", "corner"):
-        return (NounPhrase("", back=PRONOUN) if kind == "same" else NounPhrase(kind),)
+        return (NounPhrase("", reference=PRONOUN) if kind == "same" else NounPhrase(kind),)
     things = tuple(
         bound[slot]
         for slot in ("thing", "landmark", "holder", "pair", "several", "other", "further", "wall")
@@ -66,7 +69,7 @@ def things_in(bound: Mapping[str, object], kind: str, *, is_between: bool) -> tu
 
 @dataclass(slots=True)
 class Discourse:
-    """Combines parsed items into a meaning, keeping track of the things mentioned to resolve references."""
+    """Builder of a meaning from parsed parts, which tracks mentioned things to resolve references."""
 
     grammar: Grammar
     focus: Thing | None = None
@@ -74,8 +77,8 @@ class Discourse:
     named_things: list[Thing] = field(default_factory=list)
     identities: int = 0
 
-    def part(self, item: Item) -> tuple[Part, ...]:
-        """Return what one item of a navigation instruction says: steps, the object to pick up, or its relations."""
+    def meanings_of(self, item: ParsedPart) -> tuple[PartMeaning, ...]:
+        """Return the content of one part of a navigation instruction: steps, the target, or relations of the target."""
         kind, bound = item.label.split()[0], dict(item.bound)
         if kind in (*STEPS, "landmark"):
             return tuple(self.step(item))
@@ -84,20 +87,20 @@ class Discourse:
         return self.wheres(bound["where"]) if "where" in bound else ()
 
     def mention(self, named: NounPhrase) -> Thing:
-        """Return the thing that a noun phrase means which stands alone."""
+        """Return the referent of a noun phrase, and record it as mentioned."""
         thing = self._thing(named)
         self.mentioned_things.append(thing)
         return thing
 
-    def assembly(self, items: Sequence[Item], *, is_written: bool = False) -> Assembly:
+    def assembly(self, items: Sequence[ParsedPart], *, is_written: bool = False) -> Assembly:
         """Return the meaning of an assembly instruction: turns, the object to place, all relations.
 
-        The object is the one that a clause says to place, or else the first that is named and is no landmark: "There is
-        a red bowl; the mug goes on it."
+        The object is the one that a clause says to place, or else the first one named that is not a landmark: "There
+        is a red bowl; the mug goes on it."
 
         Args:
             items: parts of the text, in order.
-            is_written: whether written patterns cover the text, so that it names no relation twice.
+            is_written: whether written patterns cover the text, which then states no relation twice.
         """
         turns: list[str] = []
         named: list[Thing] = []
@@ -127,7 +130,7 @@ class Discourse:
                 if wheres and wheres[-1].things[-1].kind in COLLECTIBLES:
                     self.focus = wheres[-1].things[-1]
                 wheres += tuple(map(self._of_last_kinds, self.wheres(bound["where"])))
-        wheres = tuple(each for where in wheres for each in _plainly(where, () if is_written else wheres))
+        wheres = tuple(each for where in wheres for each in _simplified(where, () if is_written else wheres))
         landmarks = [thing for where in wheres for thing in where.things]
         carried = placed or [thing for thing in named if not any(thing.is_same(each) for each in landmarks)]
         thing = next(iter(carried), Thing("") if named and landmarks else next(iter(named), Thing("")))
@@ -135,54 +138,56 @@ class Discourse:
         assert isinstance(meaning, Assembly)
         return meaning
 
-    def step(self, item: Item) -> list[Step]:
-        """Return a clause's step, one for each of its things ("past the bench and the cone"), or none if unclear."""
+    def step(self, item: ParsedPart) -> list[Step]:
+        """Return a clause's steps, one for each of its things ("past the bench and the cone"); empty if unclear."""
         bound = dict(item.bound)
         direction, side = self.attribute(bound, "direction"), self.attribute(bound, "side")
         words = ("walk past" if item.label == "landmark" else item.label.removesuffix(BARE)).split()
         size = 2 if words[0] == "walk" or (len(words) > 1 and words[0] == "turn") else 1
         key, rest = " ".join(words[:size]), words[size:]
-        named = things_in(bound, "same" if rest == ["same"] else "", is_between=key == "walk between")
-        if len(named) == 2 and not (named[1].kind or named[1].back):
+        named = bound_things(bound, "same" if rest == ["same"] else "", is_between=key == "walk between")
+        if len(named) == 2 and not (named[1].kind or named[1].reference):
             named = named[0], replace(named[1], kind=named[0].kind)  # "The glass building and the brick one."
         things = self.things(named)
         if rest == ["crossed"]:
             return [Walk("past", (Thing("street"),))]
         if words[1:2] == ["with"]:
-            self.focus = focus_of(things, self.focus)
+            self.focus = focus_after(things, self.focus)
             self.mentioned_things += things
             return [Rotate(direction), *(Walk("along", (thing,)) for thing in things)]
         if item.label == "landmark":
             things = tuple(thing for thing in things if thing.kind != "street")
-        things = tuple(self._of_last_kind(thing, CROSSED if rest == ["zebra_crossing"] else ()) for thing in things)
+        things = tuple(
+            self._of_last_kind(thing, CROSSED_KINDS if rest == ["zebra_crossing"] else ()) for thing in things
+        )
         each = [things] if key == "walk between" or len(things) < 2 else [(thing,) for thing in things]
         count = int(self.attribute(bound, "count") or 0)
         try:
             steps = [step_of(key, direction, about, side, count) for about in each]
         except (TypeError, ValueError):
             return []
-        self.focus = focus_of(things, self.focus)
+        self.focus = focus_after(things, self.focus)
         self.mentioned_things += things
         return steps
 
     def _of_last_kind(self, thing: Thing, kinds: tuple[str, ...] = ()) -> Thing:
-        """Return a thing of the street, with the kind of the last one if its own is not said ("past a blue one").
+        """Return a thing, with the kind of the last mentioned thing if it states none ("past a blue one").
 
         Args:
-            thing: as it is named.
-            kinds: of which it is, if that is known ("over another one").
+            thing: as the text describes it.
+            kinds: possible kinds, if the clause limits them ("over another one"); empty for any.
         """
         if thing.kind or not (thing.colour or thing.which or thing.look):
             return thing
-        said = [each.kind for each in self.mentioned_things if each.kind and (not kinds or each.kind in kinds)]
-        return replace(thing, kind=said[-1]) if said else thing
+        mentioned = [each.kind for each in self.mentioned_things if each.kind and (not kinds or each.kind in kinds)]
+        return replace(thing, kind=mentioned[-1]) if mentioned else thing
 
     def _of_last_kinds(self, where: Where) -> Where:
-        """Return a relation to things with the kind of the last one where theirs is not said ("the yellow one")."""
+        """Return a relation whose things without a kind have that of the last collectible ("the yellow one")."""
         return replace(where, things=tuple(self._of_last_kind(thing, COLLECTIBLES) for thing in where.things))
 
     def attribute(self, bound: Mapping[str, object], attribute: str) -> str:
-        """Return what a clause's tables say of an attribute ("direction"), or ""."""
+        """Return the value that a clause states for an attribute ("direction"), or ""."""
         for slot, table in self.grammar.tables.items():
             value = bound.get(slot)
             if table.attribute == attribute and isinstance(value, str):
@@ -190,35 +195,35 @@ class Discourse:
         return ""
 
     def target(self, bound: Mapping[str, object]) -> Thing:
-        """Return the object to pick up that a clause names, with the places that the clause says it is at."""
+        """Return the target that a clause names, with the relations that the clause states."""
         named = bound["target"]
         assert isinstance(named, NounPhrase)
         thing = self._thing(named)
         return self.with_where(thing, self.wheres(bound["where"])) if "where" in bound else thing
 
     def with_where(self, thing: Thing, wheres: tuple[Where, ...], *, bare: bool = False) -> Thing:
-        """Return a thing with further relations, or if `bare` with none."""
+        """Return a thing with additional relations, or with none if `bare`."""
         where = () if bare else (*thing.where, *wheres)
         return replace(thing, where=where)
 
     def things(self, named: tuple[NounPhrase, ...]) -> tuple[Thing, ...]:
-        """Return the things that noun phrases mean; two of one name are two things ("the two benches")."""
+        """Return the referents of noun phrases; equal names refer to two things ("the two benches")."""
         things = tuple(self._thing(each) for each in named)
         if len(things) == 2 and things[0].is_same(things[1]):
             things = (things[0], replace(things[1], identity=self._new_identity(things[1])))
         return things
 
     def _thing(self, named: NounPhrase) -> Thing:
-        """Return the thing that a noun phrase means, resolving references to things mentioned before."""
-        if named.back == PRONOUN:
+        """Return the referent of a noun phrase, resolving references to things mentioned before."""
+        if named.reference == PRONOUN:
             return self.focus or (self.mentioned_things[-1] if self.mentioned_things else Thing(""))
-        if named.back == SAME:
+        if named.reference == SAME:
             last = next((thing for thing in reversed(self.mentioned_things) if thing.kind == named.kind), None)
             if last is None and named.kind == "building":
                 last = next((thing for thing in reversed(self.mentioned_things) if thing.kind == "shop_sign"), None)
             if last is not None:
                 return last
-        if named.back == OWN:
+        if named.reference == OWN:
             owners = [thing for thing in self.mentioned_things if thing.kind in ("building", "shop_sign", "wall")]
             named = replace(named, colour=owners[-1].colour, look=owners[-1].look) if owners else named
         wheres = self.wheres(named.where)
@@ -226,9 +231,9 @@ class Discourse:
         return replace(thing, identity=self._identity(thing))
 
     def _identity(self, thing: Thing) -> str:
-        """Return the identity of an earlier thing that the name repeats, possibly with fewer words, or else a new one.
+        """Return the identity of the earlier thing whose name this repeats, possibly in fewer words, or a new identity.
 
-        "The bench" after "the red bench" is the same one; "another bench" and "the next bench" are new.
+        "The bench" after "the red bench" is the same thing; "another bench" and "the next bench" are new things.
         """
         for earlier in reversed(self.named_things):
             if repeats(thing, earlier):
@@ -241,22 +246,22 @@ class Discourse:
         return str(self.identities)
 
     def wheres(self, placed: object) -> tuple[Where, ...]:
-        """Return the relations that a clause's slot {where} holds."""
+        """Return the relations in a clause's slot {where}."""
         assert isinstance(placed, tuple)
         wheres, focus = [], self.focus
         for each in placed:
             wheres.append(Where(each.relation, self.things(each.things), each.exactly))
             self.mentioned_things += wheres[-1].things
-            self.focus = focus_of(wheres[-1].things, self.focus)
+            self.focus = focus_after(wheres[-1].things, self.focus)
         self.focus = focus
         return tuple(wheres)
 
 
-def _plainly(where: Where, wheres: Sequence[Where]) -> Iterator[Where]:
-    """Yield what a relation in the room says: between two walls is at both; what is left of a thing is near it."""
+def _simplified(where: Where, wheres: Sequence[Where]) -> Iterator[Where]:
+    """Yield a room relation simplified: "between" two walls is "against" both; "near" adds nothing to "left of"."""
     if where.relation == "on_top_of" and where.things[0].kind == "corner":
         yield replace(where, relation="near")
-    elif where.relation == "on_top_of" and where.things[0].kind in GROUND:
+    elif where.relation == "on_top_of" and where.things[0].kind in GROUND_KINDS:
         return  # "On the square before you": a cell.
     elif where.relation == "between" and all(thing.kind == "wall" for thing in where.things):
         yield from (Where("against", (thing,)) for thing in where.things)

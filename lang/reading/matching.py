@@ -1,17 +1,17 @@
-"""Search for patterns in a text's words, with an automaton that tries many patterns at once."""
+"""Pattern matching on a text's words, with an automaton that tries many patterns at once."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 
-from arramon_lang.patterns import Choice, Pattern
+from arramon_lang.patterns import Alternatives, Pattern
 from arramon_lang.patterns import Sequence as Body
 
 Keys = tuple[str, ...]
 Bindings = tuple[tuple[str, object], ...]
-"""The value of each slot that has one, in order."""
+"""(slot, value) pairs in order, without slots that have no value."""
 
 SplitWords = Callable[[str], Keys]
-"""Splits a text into comparison keys."""
+"""Function that splits a text into comparison keys."""
 
 OPTIONAL = frozenset(",.;:।-–")
 """Punctuation in patterns that texts may omit."""
@@ -22,13 +22,13 @@ class PatternLabel:
     """Identifies the pattern that matched.
 
     Attributes:
-        key: its key in `phrases.toml`.
-        also: whether the pattern is only read, never written.
+        key: key in `phrases.toml`.
+        only_read: whether the pattern is only read, never written.
         main_only: whether it is valid as a main clause only.
     """
 
     key: str
-    also: bool = False
+    only_read: bool = False
     main_only: bool = False
 
 
@@ -49,17 +49,17 @@ class Node:
         self.accepted.extend(label for label in other.accepted if label not in self.accepted)
 
     def after_word(self, word: str) -> "Node | None":
-        """Return the state after that word, or None."""
+        """Return the state after a word, or None."""
         nodes = self.words.get(word)
         return _merged(nodes) if nodes else None
 
     def after_slot(self, slot: str) -> "Node":
-        """Return the state after that slot."""
+        """Return the state after a slot."""
         return _merged(self.slots[slot])
 
 
 def _merged(nodes: list[Node]) -> Node:
-    """Return one state equivalent to all of these; the list is replaced by it, so that it is built once."""
+    """Return one state equivalent to all of these, and replace the list by it, so that it is built once."""
     if len(nodes) > 1:
         one = Node()
         for node in {id(node): node for node in nodes}.values():
@@ -70,7 +70,7 @@ def _merged(nodes: list[Node]) -> Node:
 
 @dataclass(frozen=True, slots=True)
 class Match:
-    """A match of the pattern with this label, up to but excluding `end`."""
+    """A match of the labelled pattern, up to but excluding word `end`."""
 
     end: int
     label: PatternLabel
@@ -78,10 +78,10 @@ class Match:
 
 
 class Automaton:
-    """Labelled patterns, compiled for search.
+    """Automaton for labelled patterns.
 
     Args:
-        split: of the language.
+        split: splits a text into comparison keys.
 
     Attributes:
         vocabulary: all words of the patterns.
@@ -92,10 +92,10 @@ class Automaton:
         self._start = Node()
         self.vocabulary: set[str] = set()
 
-    def add(self, key: str, patterns: Iterable[Pattern], *, also: bool = False) -> None:
-        """Add patterns with this key; `also` marks those that are only read."""
+    def add(self, key: str, patterns: Iterable[Pattern], *, only_read: bool = False) -> None:
+        """Add patterns with a key; `only_read` if they are never written."""
         for pattern in patterns:
-            self.add_body(PatternLabel(key, also, pattern.main_only), pattern.body)
+            self.add_body(PatternLabel(key, only_read, pattern.main_only), pattern.body)
 
     def add_body(self, label: PatternLabel, body: Body) -> None:
         """Add a pattern's body with a label."""
@@ -111,7 +111,7 @@ class Automaton:
                     else:
                         self.vocabulary.add(word)
                     after = before
-            elif isinstance(part, Choice):
+            elif isinstance(part, Alternatives):
                 before = Node()
                 for option in part.options:
                     before.join(self._compiled(option, after))
@@ -125,7 +125,7 @@ class Automaton:
         keys: Sequence[str],
         start: int,
         read: Callable[[str, int], Iterable[tuple[int, object]]],
-        closed: Sequence[frozenset[str]] = (),
+        excluded: Sequence[frozenset[str]] = (),
     ) -> Iterator[Match]:
         """Yield all matches that begin at `keys[start]`.
 
@@ -134,8 +134,8 @@ class Automaton:
             start: index of the first word.
             read: returns, for a slot's name and an index, all possible ends and values there (None if a slot has no
                 value).
-            closed: for each index, the text's end included, names of slots for which `read` would return nothing there:
-                it is not asked. Empty if none are known.
+            excluded: for each index, including the text's end, names of slots that nothing there can fill, for which
+                `read` is not called. Empty if unknown.
         """
         size = len(keys)
         pending: list[tuple[Node, int, Bindings]] = [(self._start, start, ())]
@@ -147,7 +147,7 @@ class Automaton:
             if after is not None:
                 pending.append((after, at + 1, bound))
             if node.slots:
-                without = closed[at] if closed else ()
+                without = excluded[at] if excluded else ()
                 for slot in node.slots:
                     if slot not in without:
                         for end, value in read(slot, at):

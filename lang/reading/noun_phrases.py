@@ -1,4 +1,4 @@
-"""Reader of noun phrases: a thing with adjectives in any order."""
+"""Parser of noun phrases: a noun with adjectives in any order."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -15,10 +15,10 @@ class NounPhrase:
     """A noun phrase; its attributes are those of `arramon_lang.meaning.Thing`.
 
     Attributes:
-        back: SAME if it refers to an earlier thing of its kind, PRONOUN if to the last thing mentioned, OWN if it is a
-            corner of the building mentioned last.
-        number: as in `arramon_lang.meaning.Thing`; "several" for a plural without a number too.
-        arms: as in `arramon_lang.meaning.Thing`, where the noun tells it.
+        reference: SAME for an earlier thing of its kind ("that bench"), PRONOUN for the last thing mentioned ("it"),
+            OWN for a corner of the last building ("its corner"), otherwise PLAIN.
+        number: as in `arramon_lang.meaning.Thing`; "several" also for a plural without a number.
+        arms: as in `arramon_lang.meaning.Thing`, if the noun implies it.
     """
 
     kind: str
@@ -26,14 +26,14 @@ class NounPhrase:
     look: str = ""
     which: str = ""
     where: tuple["RelationPhrase", ...] = ()
-    back: str = PLAIN
+    reference: str = PLAIN
     number: str = ""
     arms: int = field(default=0, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
 class RelationPhrase:
-    """A relation in a text; see `arramon_lang.meaning.Where`."""
+    """A relation with unresolved noun phrases; see `arramon_lang.meaning.Where`."""
 
     relation: str
     things: tuple[NounPhrase, ...]
@@ -41,7 +41,7 @@ class RelationPhrase:
 
 
 @dataclass(frozen=True, slots=True)
-class _Word:
+class _WordSense:
     role: str
     value: str = ""
     kind: str = ""
@@ -50,35 +50,35 @@ class _Word:
 
 
 _PATTERNED = "\0"
-"""Kind of a noun that denotes a collectible only if a pattern is stated."""
+"""Placeholder kind of a noun that denotes a collectible only if a pattern is stated."""
 
 _JOINED_WITHIN = 5
-"""Maximum distance in words of the conjunction of two things that share a noun."""
+"""Maximum distance in words of the conjunction from the start of two noun phrases that share a noun."""
 
 _DIVIDED_WITHIN = 5
-"""Maximum number of words within a noun."""
+"""Maximum number of words inside a divided noun."""
 
 _CORNER, _OWNERS = "building_corner", ("building", "shop_sign")
-"""Kind of a corner with the look of its building, and kinds of what has one."""
+"""Kind of a corner identified by its building, and kinds of things that have such corners."""
 
 _PLURAL = "plural"
-"""`_Word.kind` of a noun's form that is always a plural."""
+"""`_WordSense.kind` of noun forms that are always plural."""
 
 _DESCRIBING = ("look", "colour", "which", "two", "several", "modifier")
-"""Roles of adjectives; of a word's possible roles, the first that suits the noun is used."""
+"""Roles of adjectives; the first of a word's roles that suits the noun applies."""
 
 
-class NounPhraseReader:
-    """Reads the noun phrases of one language.
+class NounPhraseParser:
+    """Parser of one language's noun phrases.
 
     Args:
-        grammar: of the language.
-        lexicon: the content of its `lexicon.toml`, whose words for collectibles are recognised too.
+        grammar: the language's grammar.
+        lexicon: content of its `lexicon.toml`, whose words for collectibles are recognised too.
         split: splits a text into comparison keys.
         conjunctions: words that join two adjectives ("white and black").
 
     Attributes:
-        known: all words that mean something; others may stand before a noun ("the rusty barrel").
+        known_words: the parser's whole vocabulary; unknown words may precede a noun ("the rusty barrel").
     """
 
     def __init__(
@@ -91,7 +91,7 @@ class NounPhraseReader:
         self._grammar = grammar
         self._split = split
         self._joining = conjunctions | {","}
-        self.known: frozenset[str] = frozenset()
+        self.known_words: frozenset[str] = frozenset()
         self._collectibles = frozenset((*lexicon["kinds"], ""))
         self._object_colours = frozenset(lexicon["colours"])
         self._book = Phrasebook()
@@ -110,7 +110,7 @@ class NounPhraseReader:
             ("modifier", "", (*grammar.modifiers, *lexicon["modifiers"])),
         ):  # fmt: skip
             for phrase in phrases:
-                self._book.add(split(phrase), _Word(role, value))
+                self._book.add(split(phrase), _WordSense(role, value))
         self._add_nouns(lexicon)
         self._add_adjectives(lexicon)
 
@@ -133,7 +133,7 @@ class NounPhraseReader:
             arms = {form: lexeme.arms for lexeme in lexemes for _, form in lexeme.forms}
             for form in arms:
                 number = "" if form in singular else _PLURAL
-                self._book.add(self._split(form.replace(INSIDE, "")), _Word("noun", kind, number, arms=arms[form]))
+                self._book.add(self._split(form.replace(INSIDE, "")), _WordSense("noun", kind, number, arms=arms[form]))
                 if INSIDE in form:
                     head, tail = map(self._split, form.split(INSIDE))
                     self._divided.add(head, (*head, *tail))
@@ -143,13 +143,13 @@ class NounPhraseReader:
             for kind, phrases in also.items():
                 for phrase in phrases:
                     if self._split(phrase) not in written.get(kind, ()):
-                        self._book.add(self._split(phrase), _Word("noun", kind))
+                        self._book.add(self._split(phrase), _WordSense("noun", kind))
         for kind, looks in self._grammar.also_looks.items():
             for look, phrases in looks.items():
                 for phrase in phrases:
-                    self._book.add(self._split(phrase), _Word("noun", kind, look=look))
+                    self._book.add(self._split(phrase), _WordSense("noun", kind, look=look))
         for phrase in self._patterned:
-            self._book.add(phrase, _Word("noun", _PATTERNED))
+            self._book.add(phrase, _WordSense("noun", _PATTERNED))
 
     def _add_adjectives(self, lexicon: Mapping[str, Any]) -> None:
         grammar = self._grammar
@@ -157,26 +157,26 @@ class NounPhraseReader:
         for role, kind, listed in (("colour", "", grammar.colours), ("which", "", grammar.whiches), *colours):
             for value, patterns in listed.items():
                 for text in sorted({text for pattern in patterns for text in grammar.spellings(pattern)}):
-                    self._book.add(self._split(text), _Word(role, value, kind))
+                    self._book.add(self._split(text), _WordSense(role, value, kind))
         for kind, looks in grammar.looks.items():
             for value, wordings in looks.items():
                 for wording in wordings:
                     book = self._after if wording.after else self._book
                     for text in sorted(grammar.spellings(wording.wording)):
-                        book.add(self._split(text), _Word("look", value, kind))
+                        book.add(self._split(text), _WordSense("look", value, kind))
         for value, phrases in lexicon["colours"].items():
             for phrase in phrases:
-                self._book.add(self._split(phrase), _Word("colour", value))
+                self._book.add(self._split(phrase), _WordSense("colour", value))
         for value, phrases in lexicon["patterns"].items():
             for phrase in phrases:
-                self._book.add(self._split(phrase), _Word("look", value, "collectible"))
+                self._book.add(self._split(phrase), _WordSense("look", value, "collectible"))
 
     def is_collectible(self, named: NounPhrase) -> bool:
-        """Return whether the thing is of a collectible's kind, or has attributes but no kind."""
+        """Return whether a noun phrase names a collectible's kind, or attributes without a kind."""
         return named.kind in self._collectibles and bool(named.kind or named.colour or named.look)
 
     def read(self, keys: Sequence[str], start: int) -> list[tuple[int, NounPhrase]]:
-        """Return the noun phrases that begin at `keys[start]`, each with its end."""
+        """Return (end, noun phrase) pairs for all noun phrases that begin at `keys[start]`."""
         found = [*self._read_whole(keys, start), *self._read_divided(keys, start)]
         owns = any(True for _ in self._own.at(keys, start))
         corners = (corner for end, named in found for corner in self._corners(keys, end, named, owns=owns))
@@ -189,7 +189,7 @@ class NounPhraseReader:
         """Yield a corner with its building: "corner of the bank", "the bank corner", "its corner"."""
         if named.kind == "corner":
             if owns:
-                yield end, replace(named, kind=_CORNER, back=OWN)
+                yield end, replace(named, kind=_CORNER, reference=OWN)
             for at, _ in self._of.at(keys, end):
                 for after, owner in self._read_whole(keys, at):
                     if owner.kind in _OWNERS:
@@ -200,7 +200,7 @@ class NounPhraseReader:
                     yield after, replace(named, kind=_CORNER, number="")
 
     def _read_divided(self, keys: Sequence[str], start: int) -> Iterator[tuple[int, NounPhrase]]:
-        """Yield noun phrases whose adjectives stand within the noun: they are read as if they stood before it."""
+        """Yield noun phrases with adjectives inside the noun, parsed as if the adjectives preceded it."""
         for at, noun in self._divided.at(keys, start):
             assert isinstance(noun, tuple)
             tail = noun[at - start :]
@@ -213,15 +213,15 @@ class NounPhraseReader:
                             yield after + end - size, named
 
     def _read_whole(self, keys: Sequence[str], start: int) -> list[tuple[int, NounPhrase]]:
-        at, back, another = start, PLAIN, False
+        at, reference, another = start, PLAIN, False
         for end, word in self._words(self._book, keys, start):
             if word.role == "pronoun":
-                return [(end, NounPhrase("", back=PRONOUN))]
+                return [(end, NounPhrase("", reference=PRONOUN))]
             if word.role in ("determiner", "same", "another"):
-                at, back, another = end, SAME if word.role == "same" else PLAIN, word.role == "another"
+                at, reference, another = end, SAME if word.role == "same" else PLAIN, word.role == "another"
                 break
         found: dict[tuple[int, NounPhrase], None] = {}
-        described: list[tuple[_Word, ...]] = []
+        described: list[tuple[_WordSense, ...]] = []
         joined = False
         while True:
             words = list(self._words(self._book, keys, at))
@@ -230,7 +230,7 @@ class NounPhraseReader:
                 words = [each for each in self._words(self._book, keys, at) if each[1].role in _DESCRIBING]
             for end, word in words:
                 if word.role == "noun" and (not joined or self._is_described(word.value, described)):
-                    named = self._with_noun(keys, at, end, word, described, back)
+                    named = self._with_noun(keys, at, end, word, described, reference)
                     found.update((each, None) for each in _other_than_mentioned(named, another=another))
             nouns = [end for end, word in words if word.role == "noun" and not word.look]
             # "Blue booth" is one noun, not an adjective before another noun.
@@ -245,19 +245,24 @@ class NounPhraseReader:
             at = adjectives[0][0]
             described.append(tuple(word for end, word in adjectives if end == at))
 
-    def _is_described(self, kind: str, described: Sequence[tuple[_Word, ...]]) -> bool:
-        """Return whether a kind is a collectible's that all of these adjectives suit."""
+    def _is_described(self, kind: str, described: Sequence[tuple[_WordSense, ...]]) -> bool:
+        """Return whether a kind is a collectible's and all adjectives suit it."""
         return kind in self._collectibles and all(any(self._suits(w, kind) for w in group) for group in described)
 
     def _is_unknown_adjective(self, keys: Sequence[str], at: int) -> bool:
-        """Return whether a word is one of no meaning before a word of a noun phrase."""
-        is_unknown = bool(self.known) and keys[at : at + 1] and keys[at] not in self.known and keys[at] not in OPTIONAL
+        """Return whether an unknown word precedes a word of the noun phrase."""
+        is_unknown = (
+            bool(self.known_words)
+            and keys[at : at + 1]
+            and keys[at] not in self.known_words
+            and keys[at] not in OPTIONAL
+        )
         return bool(is_unknown) and any(True for _ in self._words(self._book, keys, at + 1))
 
     def _without_noun(
-        self, end: int, described: Sequence[tuple[_Word, ...]], *, another: bool
+        self, end: int, described: Sequence[tuple[_WordSense, ...]], *, another: bool
     ) -> list[tuple[int, NounPhrase]]:
-        """Return what stands for a noun by itself: "over another", "over a second"."""
+        """Return a noun phrase that consists of a determiner or an ordinal: "over another", "over a second"."""
         which = next((word.value for group in described for word in group if word.role == "which"), "")
         if another and not described:
             return [(end, NounPhrase("", which="another"))]
@@ -266,7 +271,7 @@ class NounPhraseReader:
     def read_joined(
         self, keys: Sequence[str], start: int, conjunctions: frozenset[str]
     ) -> list[tuple[int, tuple[NounPhrase, NounPhrase]]]:
-        """Return pairs of things that share a noun ("the brick and wooden walls") and begin at `keys[start]`."""
+        """Return pairs of noun phrases that share a noun ("the brick and wooden walls") and begin at `keys[start]`."""
         found: list[tuple[int, tuple[NounPhrase, NounPhrase]]] = []
         if any(
             word.role in ("modifier", "two") for _, word in self._words(self._book, keys, start)
@@ -288,12 +293,12 @@ class NounPhraseReader:
                     found.append((end, (replace(first[0], number=""), replace(second, number=""))))
         return found
 
-    def _nouns(self, keys: Sequence[str], at: int) -> list[tuple[int, _Word]]:
+    def _nouns(self, keys: Sequence[str], at: int) -> list[tuple[int, _WordSense]]:
         return [(end, word) for end, word in self._words(self._book, keys, at) if word.role == "noun"]
 
-    def _words(self, book: Phrasebook, keys: Sequence[str], at: int) -> Iterator[tuple[int, _Word]]:
+    def _words(self, book: Phrasebook, keys: Sequence[str], at: int) -> Iterator[tuple[int, _WordSense]]:
         for end, word in book.at(keys, at):
-            if isinstance(word, _Word):
+            if isinstance(word, _WordSense):
                 yield end, word
 
     def _with_noun(
@@ -301,9 +306,9 @@ class NounPhraseReader:
         keys: Sequence[str],
         at: int,
         end: int,
-        noun: _Word,
-        described: Sequence[tuple[_Word, ...]],
-        back: str,
+        noun: _WordSense,
+        described: Sequence[tuple[_WordSense, ...]],
+        reference: str,
     ) -> Iterator[tuple[int, NounPhrase]]:
         kind = noun.value
         patterned = any(word.role == "look" and word.kind == "collectible" for group in described for word in group)
@@ -317,62 +322,64 @@ class NounPhraseReader:
             kind = _CORNER  # "The brick corner."
         if kind == "building" and (shop := self._shop(described)):
             kind, noun = "shop_sign", replace(noun, look=shop)
-        said = {"look": noun.look, "colour": "", "which": "", "two": "", "several": ""}
+        attributes = {"look": noun.look, "colour": "", "which": "", "two": "", "several": ""}
         for group in described:
             suiting = [word for word in group if self._suits(word, kind)] or ([] if kind else list(group))
             if suiting:
                 word = min(suiting, key=lambda each: (_DESCRIBING.index(each.role), each.kind != kind))
-                said[word.role] = word.value
+                attributes[word.role] = word.value
         after = [(to, word.value) for to, word in self._words(self._after, keys, end) if self._suits(word, kind)]
         if after:
-            end, said["look"] = after[0]
-        number = said["two"] or said["several"] or ("several" if noun.kind == _PLURAL else "")
-        named = NounPhrase(kind, said["colour"], said["look"], said["which"], (), back, number, noun.arms)
+            end, attributes["look"] = after[0]
+        number = attributes["two"] or attributes["several"] or ("several" if noun.kind == _PLURAL else "")
+        named = NounPhrase(
+            kind, attributes["colour"], attributes["look"], attributes["which"], (), reference, number, noun.arms
+        )
         yield end, named
         if kind in self._collectibles:
             yield from self._described_behind(keys, end, named)
 
-    def _shop(self, described: Sequence[tuple[_Word, ...]]) -> str:
-        """Return which shop's building is described ("the brown cinema building")."""
+    def _shop(self, described: Sequence[tuple[_WordSense, ...]]) -> str:
+        """Return the shop whose building is described ("the brown cinema building"), or ""."""
         return next((w.value for group in described for w in group if w.role == "look" and w.kind == "shop_sign"), "")
 
     def _described_behind(self, keys: Sequence[str], at: int, named: NounPhrase) -> Iterator[tuple[int, NounPhrase]]:
-        """Yield a collectible with adjectives behind its noun: "the bucket: blue, striped", "the TV, the brown one"."""
-        said: dict[str, str] = {}
+        """Yield a collectible with adjectives after its noun: "the bucket: blue, striped", "the TV, the brown one"."""
+        attributes: dict[str, str] = {}
         end = at
         while at < len(keys):
             words = [each for each in self._words(self._book, keys, at) if self._says_more(each[1], named)]
             if words:
                 end = at = words[0][0]
-                said.update((word.role, word.value) for _, word in words[:1] if word.role != "modifier")
+                attributes.update((word.role, word.value) for _, word in words[:1] if word.role != "modifier")
             elif keys[at] in self._joining or keys[at] in OPTIONAL or self._is_determiner(keys, at):
                 at += 1
             else:
                 break
         follows = [word for _, word in self._words(self._book, keys, end) if word.role == "noun"]
-        if not said or any(getattr(named, role) for role in said) or any(word.value for word in follows):
+        if not attributes or any(getattr(named, role) for role in attributes) or any(word.value for word in follows):
             return
         ends = [to for to, word in self._words(self._book, keys, end) if word.role == "noun"]
         yield (
             max(ends, default=end),
-            replace(named, colour=said.get("colour", named.colour), look=said.get("look", named.look)),
+            replace(named, colour=attributes.get("colour", named.colour), look=attributes.get("look", named.look)),
         )
 
-    def _says_more(self, word: _Word, named: NounPhrase) -> bool:
-        """Return whether a word describes the thing."""
+    def _says_more(self, word: _WordSense, named: NounPhrase) -> bool:
+        """Return whether an adjective can describe the thing further."""
         return word.role in ("look", "colour", "modifier") and self._suits(word, named.kind)
 
     def _is_determiner(self, keys: Sequence[str], at: int) -> bool:
         return any(word.role == "determiner" for _, word in self._words(self._book, keys, at))
 
-    def _is_another_thing(self, group: Sequence[_Word], kind: str) -> bool:
-        """Return whether what stands before a noun is a shop, of which that is a part: "the bank's corner"."""
+    def _is_another_thing(self, group: Sequence[_WordSense], kind: str) -> bool:
+        """Return whether the adjectives name a shop that the noun belongs to: "the bank's corner"."""
         return kind not in ("", "building", "zebra_crossing") and all(  # "The pharmacy crossing" is one thing.
             word.role == "look" and word.kind == "shop_sign" and not self._suits(word, kind) for word in group
         )
 
-    def _suits(self, word: _Word, kind: str) -> bool:
-        """Return whether the adjective can describe things of that kind."""
+    def _suits(self, word: _WordSense, kind: str) -> bool:
+        """Return whether an adjective can describe things of a kind."""
         if word.role == "look":
             return word.kind == self._grammar.look_kind(kind) or (
                 word.kind == "collectible" and kind in self._collectibles

@@ -1,7 +1,7 @@
-"""Outlines of navigation instructions: turns and things in the order in which a text names them, understood or not.
+"""Outlines of navigation instructions: all turns and mentioned things, in the order of the text.
 
-A meaning keeps what is understood in full. An outline also keeps the things in between, of which only the name is
-understood, and says for each thing how it comes up. It serves to find out where things are from what people say.
+A meaning keeps only clauses that are fully understood. An outline also keeps things whose clause is not understood, and
+says how each thing is mentioned. It serves to locate things from people's descriptions.
 """
 
 from collections.abc import Iterator
@@ -10,27 +10,27 @@ from dataclasses import dataclass
 from arramon_lang.meaning import Face, Rotate, Step, Thing, Walk, Where
 from arramon_lang.reference import things_of
 
-Part = Step | Thing | Where
-"""A part of a text that is understood: a step, the object to pick up, or a relation of it."""
+PartMeaning = Step | Thing | Where
+"""Content of a parsed part: a step, the target, or a relation of the target."""
 
 MANNERS = (
     "seen", "faced", "to", "towards", "until", "beside", "past", "between", "along", "at", "before", "after", "target",
 )  # fmt: skip
-"""How a thing comes up: it is only named; turned to; walked to, and so on as in `meaning.WAYS`; turned at, before or
-after it; or the object to pick up has a relation to it."""
+"""How a thing is mentioned: only named ("seen"), faced, walked to (as in `meaning.WAYS`), the place of a turn (as in
+`meaning.TURN_POSITIONS`), or a landmark of the target."""
 
 
 @dataclass(frozen=True, slots=True)
-class Said:
+class OutlineEntry:
     """A turn, or a mention of a thing.
 
     Attributes:
-        direction: of a turn, one of `meaning.TURNS`; "" for a mention.
-        thing: that is mentioned; None for a turn.
-        manner: of a mention, one of MANNERS.
-        relation: of the object to pick up to the thing, one of `meaning.RELATIONS`, with manner "target"; otherwise "".
+        direction: direction of a turn, one of `meaning.TURNS`; "" for a mention.
+        thing: the mentioned thing; None for a turn.
+        manner: one of MANNERS for a mention; "" for a turn.
+        relation: relation of the target to the thing, one of `meaning.RELATIONS`, if the manner is "target".
         side: "left" or "right" if the thing's side is stated.
-        tied: whether it belongs to the same moment as what was said before ("turn left at the bench").
+        tied: whether it belongs to the same moment as the entry before ("turn left at the bench").
     """
 
     direction: str = ""
@@ -41,24 +41,24 @@ class Said:
     tied: bool = False
 
 
-def said_of(part: Part) -> Iterator[Said]:
-    """Yield what a part of a text says, in order."""
+def entries_of(part: PartMeaning) -> Iterator[OutlineEntry]:
+    """Yield the outline entries of a parsed part, in order."""
     if isinstance(part, Where):
-        yield from _said_of_target((part,))
+        yield from _entries_of_target((part,))
     elif isinstance(part, Thing):
-        yield from _said_of_target(part.where)
+        yield from _entries_of_target(part.where)
     elif isinstance(part, Rotate):
-        yield Said(direction=part.direction)
+        yield OutlineEntry(direction=part.direction)
         for thing in things_of(part):
-            yield Said(thing=thing, manner=part.at, tied=True)
+            yield OutlineEntry(thing=thing, manner=part.at, tied=True)
     else:
         manner = "faced" if isinstance(part, Face) else part.way
         for thing in things_of(part):
-            yield Said(thing=thing, manner=manner, side=part.side if isinstance(part, Walk) else "")
+            yield OutlineEntry(thing=thing, manner=manner, side=part.side if isinstance(part, Walk) else "")
 
 
-def _said_of_target(wheres: tuple[Where, ...]) -> Iterator[Said]:
+def _entries_of_target(wheres: tuple[Where, ...]) -> Iterator[OutlineEntry]:
     for where in wheres:
         for thing in where.things:
             if thing.kind != "you":
-                yield Said(thing=thing, manner="target", relation=where.relation)
+                yield OutlineEntry(thing=thing, manner="target", relation=where.relation)

@@ -1,9 +1,9 @@
-"""Detection of the spatial relation whose landmark is a mentioned object."""
+"""Detection of spatial relations to mentioned objects."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from arramon_lang.lexicon import FUZZY_LENGTH, Lexicon, Part, keys_of, within_one_edit
+from arramon_lang.lexicon import FUZZY_LENGTH, Lexicon, WordRole, keys_of, within_one_edit
 from arramon_lang.reading.mentions import Mention
 from arramon_lang.tokens import Token, Tokenizer
 
@@ -13,15 +13,15 @@ _POSITIONS = ("before", "after")
 
 
 class Relations:
-    """The phrases of one language's `relations.toml`.
+    """Relation phrases of one language, from its `relations.toml`.
 
-    The data states whether a phrase precedes its landmark ("behind the mug") or follows it ("मग के पीछे"). Words are
-    read outwards from the landmark, so that the two cases differ only in direction.
+    The data says whether a phrase precedes its landmark ("behind the mug") or follows it ("मग के पीछे"). Words are
+    matched outwards from the landmark, so that the two cases differ only in direction.
 
     Args:
-        data: the file's content.
-        tokenizer: of the language.
-        lexicon: of the language.
+        data: content of the file.
+        tokenizer: the language's tokenizer.
+        lexicon: the language's lexicon.
 
     Raises:
         ValueError: if the position or a relation is unknown, or a relation is missing.
@@ -69,7 +69,7 @@ class Relations:
         return relations.pop() if len(relations) == 1 else None
 
     def _same(self, written: str, word: str) -> bool:
-        """Return whether `word` is meant: exactly, or with a typing error that is no other word of a phrase."""
+        """Return whether `written` is `word`, exactly or with a typing error that makes no other word of a phrase."""
         misspelt = len(word) >= FUZZY_LENGTH and written not in self._vocabulary
         return written == word or (misspelt and within_one_edit(written, word))
 
@@ -98,7 +98,7 @@ class Relations:
                     break
             else:
                 break
-            noun = noun or word.part in (Part.KIND, Part.PATTERNED_KIND, Part.OTHER)
+            noun = noun or word.role in (WordRole.KIND, WordRole.PATTERNED_KIND, WordRole.OTHER)
             end += length
         return end if noun else start
 

@@ -1,27 +1,27 @@
-"""Wording of things, relations and clauses: chooses patterns and fills their slots with inflected words."""
+"""Wording of things, relations and clauses: random choice of patterns, whose slots are filled with inflected words."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from random import Random
 from typing import Protocol, TypeVar
 
-from arramon_lang.clauses import Value, focus_of, thing_slots
-from arramon_lang.grammar import INSIDE, SLOTS, Grammar, Lexeme, Look
+from arramon_lang.clauses import Value, focus_after, thing_slots
+from arramon_lang.grammar import INSIDE, SLOTS, Grammar, Lexeme, LookWording
 from arramon_lang.meaning import Thing, Where
-from arramon_lang.patterns import Choice, Pattern, Sequence, needed, possible
+from arramon_lang.patterns import Alternatives, Pattern, Sequence, needed, possible
 from arramon_lang.writing.voice import Voice, draw_voice
 
 Filler = Callable[[Mapping[str, str]], str]
-"""Returns a slot's text with the features that its marks require."""
+"""Function from the features that a slot's marks require to the slot's text."""
 
-REFER_BACK = 0.6
-"""Probability of an anaphoric reference to a thing that was just mentioned, where it is unambiguous."""
+ANAPHORA_PROBABILITY = 0.6
+"""Probability of an anaphoric reference ("that bench") to a thing that was just mentioned, if it is unambiguous."""
 
 NOUN = "\0"
-"""Marks the beginning of a noun in a noun phrase while it is put together."""
+"""Marks the start of the noun while a noun phrase is composed."""
 
-REPEATED = 0.4
-"""Factor of the weight of a wording that the text has used already."""
+REPEATED_FACTOR = 0.4
+"""Factor on the weight of a wording that the text has already used."""
 
 
 class Weighted(Protocol):
@@ -29,7 +29,7 @@ class Weighted(Protocol):
 
     @property
     def weight(self) -> float:
-        """How often it is drawn, relative to others; 0 if it is only read."""
+        """Relative probability of being written; 0 if it is only read."""
 
 
 _T = TypeVar("_T", bound=Weighted)
@@ -41,7 +41,7 @@ def constant(text: str) -> Filler:
 
 
 class Phraser:
-    """The state of one text being written: random choices, register, things mentioned so far."""
+    """State of one text being written: random choices, register, and the things mentioned so far."""
 
     def __init__(self, grammar: Grammar, random: Random, voice: Voice | None = None) -> None:
         self.grammar = grammar
@@ -51,12 +51,12 @@ class Phraser:
         self.focus: Thing | None = None
         self.mentioned_things: list[Thing] = []
         self._used: set[tuple[str, object]] = set()
-        self._looks: dict[tuple[str, str], Look] = {}
+        self._looks: dict[tuple[str, str], LookWording] = {}
 
     # Choosing and filling
 
     def pick(self, options: Iterable[_T], about: str) -> _T:
-        """Return an option, drawn by weight; less often one that this text has used already.
+        """Draw an option by weight, with lower weights for options that this text has already used.
 
         Raises:
             ValueError: if there are no options with a weight above 0.
@@ -64,22 +64,22 @@ class Phraser:
         options = [option for option in options if option.weight > 0]
         if not options:
             raise ValueError(f"no wording for {about}")
-        weights = [option.weight * (REPEATED if (about, option) in self._used else 1.0) for option in options]
+        weights = [option.weight * (REPEATED_FACTOR if (about, option) in self._used else 1.0) for option in options]
         (chosen,) = self.random.choices(options, weights)
         self._used.add((about, chosen))
         return chosen
 
     def fitting(
-        self, patterns: Iterable[Pattern], said: Iterable[str], fillers: Mapping[str, Filler] | None = None
+        self, patterns: Iterable[Pattern], content: Iterable[str], fillers: Mapping[str, Filler] | None = None
     ) -> list[Pattern]:
-        """Return the patterns to write that express exactly the given content.
+        """Return the writable patterns that express exactly the given content.
 
         Args:
             patterns: candidates.
-            said: names of slots, and of attributes with wordings in tables.
-            fillers: the available fillers, needed where tables' slots may occur.
+            content: names of slots, and of attributes with wordings in tables.
+            fillers: available fillers; required if the patterns contain tables' slots.
         """
-        said, fillers = frozenset(said), fillers or {}
+        content, fillers = frozenset(content), fillers or {}
         tables = self.grammar.tables
         known = SLOTS | tables.keys()
         fitting = []
@@ -89,12 +89,12 @@ class Phraser:
             must = needed(pattern.body, known)
             can = {slot for slot in possible(pattern.body, known) if slot not in tables or slot in fillers}
             attributes = {tables[slot].attribute if slot in tables else slot for slot in can}
-            if must <= can and {tables[s].attribute if s in tables else s for s in must} <= said <= attributes:
+            if must <= can and {tables[s].attribute if s in tables else s for s in must} <= content <= attributes:
                 fitting.append(pattern)
         return fitting
 
     def render(self, pattern: Pattern, fillers: Mapping[str, Filler], features: Mapping[str, str]) -> str:
-        """Return the pattern's text, with random choices, and inflected words in the required form."""
+        """Return the text of a pattern, with alternatives drawn at random and words inflected as required."""
         return self._sequence(pattern.body, fillers, features)
 
     def _sequence(self, body: Sequence, fillers: Mapping[str, Filler], features: Mapping[str, str]) -> str:
@@ -102,7 +102,7 @@ class Phraser:
         for part in body:
             if isinstance(part, str):
                 text += part
-            elif isinstance(part, Choice):
+            elif isinstance(part, Alternatives):
                 text += self._sequence(self._option(part, fillers.keys()), fillers, features)
             elif part.name in fillers:
                 text += fillers[part.name](self.grammar.features_of(part.marks))
@@ -112,21 +112,21 @@ class Phraser:
                 text += self.pick(words, f"{part.name!r} as {', '.join(marked.values())}").form(marked) or ""
         return text
 
-    def _option(self, choice: Choice, said: Iterable[str]) -> Sequence:
-        """Return a random option among those with the most slots, of those whose slots can all be filled."""
-        known, said = SLOTS | self.grammar.tables.keys(), frozenset(said)
+    def _option(self, choice: Alternatives, content: Iterable[str]) -> Sequence:
+        """Draw one of the options that fill the most slots, among those whose slots can all be filled."""
+        known, content = SLOTS | self.grammar.tables.keys(), frozenset(content)
         weights = choice.weights or (1.0,) * len(choice.options)
-        allowed = [(o, w) for o, w in zip(choice.options, weights, strict=True) if w and needed(o, known) <= said]
-        most = max(len(possible(option, known) & said) for option, _ in allowed)
-        fullest = [(option, weight) for option, weight in allowed if len(possible(option, known) & said) == most]
+        allowed = [(o, w) for o, w in zip(choice.options, weights, strict=True) if w and needed(o, known) <= content]
+        most = max(len(possible(option, known) & content) for option, _ in allowed)
+        fullest = [(option, weight) for option, weight in allowed if len(possible(option, known) & content) == most]
         (chosen,) = self.random.choices([option for option, _ in fullest], [weight for _, weight in fullest])
         return chosen
 
-    def table_fillers(self, said: Mapping[str, Value]) -> dict[str, Filler]:
-        """Return a filler for the slot of each table that has a wording for the given value of its attribute."""
+    def table_fillers(self, content: Mapping[str, Value]) -> dict[str, Filler]:
+        """Return a filler for each table's slot, if the table has a wording for the given value."""
         fillers: dict[str, Filler] = {}
         for slot, table in self.grammar.tables.items():
-            value = said.get(table.attribute)
+            value = content.get(table.attribute)
             if isinstance(value, str) and value in table.values:
                 fillers[slot] = self._wording(self.pick(table.values[value], f"{slot} {value}"), self.features)
         return fillers
@@ -147,21 +147,21 @@ class Phraser:
             raise ValueError(f"no noun for kind {thing.kind!r}; expected one of {', '.join(self.grammar.nouns)}")
         return noun
 
-    def nouns(self, said: Mapping[str, Value]) -> dict[str, Lexeme]:
+    def nouns(self, content: Mapping[str, Value]) -> dict[str, Lexeme]:
         """Return a noun for each slot filled by a thing whose kind has one ("you" has none)."""
-        things = {slot: value for slot, value in said.items() if isinstance(value, Thing)}
+        things = {slot: value for slot, value in content.items() if isinstance(value, Thing)}
         return {slot: self.noun(thing) for slot, thing in things.items() if thing.kind != "you"}
 
-    def thing_fillers(self, said: Mapping[str, Value], nouns: Mapping[str, Lexeme]) -> dict[str, Filler]:
+    def thing_fillers(self, content: Mapping[str, Value], nouns: Mapping[str, Lexeme]) -> dict[str, Filler]:
         """Return a filler for each slot filled by a thing."""
         fillers: dict[str, Filler] = {}
         for slot, noun in nouns.items():
-            thing = said[slot]
+            thing = content[slot]
             assert isinstance(thing, Thing)
             if slot in ("pair", "several"):
                 fillers[slot] = self._plural(thing, noun, slot)
             elif self._must_be_short(thing) or (
-                self._may_be_short(thing) and (thing.is_same(self.focus) or self.random.random() < REFER_BACK)
+                self._may_be_short(thing) and (thing.is_same(self.focus) or self.random.random() < ANAPHORA_PROBABILITY)
             ):
                 fillers[slot] = self._short(thing, noun)
             else:
@@ -169,7 +169,7 @@ class Phraser:
         return fillers
 
     def thing(self, thing: Thing, noun: Lexeme, attached: Iterable[Pattern], *, top: bool) -> Filler:
-        """Return a filler for a thing: its noun phrase, with its relations added by one of the `attached` patterns."""
+        """Return a filler for a thing: its noun phrase, to which one of the `attached` patterns adds its relations."""
         given, phrases = dict(noun.given), self.grammar.noun_phrases_of(thing.kind)
         if thing.which == "another":
             thing, phrases = replace(thing, which=""), self.grammar.another_phrases_of(thing.kind)
@@ -178,11 +178,11 @@ class Phraser:
             own = {**self.features, **features, **given}
             if not thing.where:
                 return self._described(thing, noun, own, phrases)
-            said: dict[str, Filler] = {
+            content: dict[str, Filler] = {
                 "thing": lambda marks: self._described(thing, noun, {**own, **marks}, phrases),
                 "where": lambda _: self.wheres(thing.where, top=top),
             }
-            return self.render(self.pick(self.fitting(attached, said), "attached"), said, own)
+            return self.render(self.pick(self.fitting(attached, content), "attached"), content, own)
 
         return fill
 
@@ -192,28 +192,30 @@ class Phraser:
         return lambda features: self._described(bare, noun, {**self.features, **features, **given}, phrases)
 
     def _plural(self, thing: Thing, noun: Lexeme, slot: str) -> Filler:
-        """Return a filler for two or several things that are named together."""
+        """Return a filler for two or several things with one description."""
         given = {**dict(noun.given), **self.grammar.features_of(self.grammar.pair_marks)}
         grammar = self.grammar
         phrases = (grammar.pair_phrases_of if slot == "pair" else grammar.several_phrases_of)(thing.kind)
         return lambda features: self._described(thing, noun, {**self.features, **features, **given}, phrases)
 
     def _may_be_short(self, thing: Thing) -> bool:
-        """Return whether "that bench" suffices: this one has been mentioned, and no other of its kind."""
+        """Return whether "that bench" is unambiguous: the only mentioned thing of its kind."""
         mentioned = [each for each in self.mentioned_things if each.kind == thing.kind]
         return bool(thing.kind and mentioned) and all(map(thing.is_same, mentioned))
 
     def _must_be_short(self, thing: Thing) -> bool:
-        """Return whether only "that bench" is right: "another bench" and "the next bench" name a thing once.
+        """Return whether only "that bench" is correct: "another bench" and "the next bench" can name a thing only once.
 
         Raises:
-            ValueError: if "that bench" would mean another one.
+            ValueError: if "that bench" would refer to another thing.
         """
         if thing.which not in ("next", "another") or not any(map(thing.is_same, self.mentioned_things)):
             return False
         last = next(each for each in reversed(self.mentioned_things) if each.kind == thing.kind)
         if not thing.is_same(last):
-            raise ValueError(f"no name for a {thing.kind} that was called {thing.which!r}, as another was named since")
+            raise ValueError(
+                f"no name for a {thing.kind} first called {thing.which!r}: another one was mentioned since"
+            )
         return True
 
     def _described(self, thing: Thing, noun: Lexeme, own: Mapping[str, str], patterns: Iterable[Pattern]) -> str:
@@ -221,11 +223,11 @@ class Phraser:
         form = noun.form(own)
         if form is None:
             raise ValueError(f"no form of {noun.forms[0][1]!r} that is {', '.join(own.values())}")
-        said: dict[str, Filler] = {"noun": constant(f"{NOUN}{form}" if INSIDE in form else form)}
+        content: dict[str, Filler] = {"noun": constant(f"{NOUN}{form}" if INSIDE in form else form)}
         if thing.colour:
-            said["colour"] = self._adjective(thing.colour, self._colours(thing.kind), own)
+            content["colour"] = self._adjective(thing.colour, self._colours(thing.kind), own)
         if thing.which:
-            said["which"] = self._adjective(thing.which, self.voice.whiches, own)
+            content["which"] = self._adjective(thing.which, self.voice.whiches, own)
         if thing.look:
             looks = grammar.looks.get(grammar.look_kind(thing.kind), {})
             if thing.look not in looks:
@@ -233,17 +235,17 @@ class Phraser:
                     f"no words for the look {thing.look!r} of {thing.kind!r}; expected one of {', '.join(looks)}"
                 )
             look = self._look(grammar.look_kind(thing.kind), thing.look)
-            said["look_after" if look.after else "look"] = self._wording(look.wording, own)
-        text = self.render(self.pick(self.fitting(patterns, said), "noun phrase"), said, own)
+            content["look_after" if look.after else "look"] = self._wording(look.wording, own)
+        text = self.render(self.pick(self.fitting(patterns, content), "noun phrase"), content, own)
         described, _, divided = text.rpartition(NOUN)
         return divided.replace(INSIDE, described) if INSIDE in divided else text
 
     def _colours(self, kind: str) -> Mapping[str, Pattern]:
-        """Return the words for the colours of things of a kind."""
+        """Return the colour words for a kind of thing."""
         return {**self.voice.colours, **self.voice.colours_of.get(kind, {})}
 
-    def _look(self, kind: str, value: str) -> Look:
-        """Return the wording of a look, one for the whole text: the voice's, or one that stands behind the noun."""
+    def _look(self, kind: str, value: str) -> LookWording:
+        """Return the text's wording of a look: the voice's, or one that follows the noun."""
         if (kind, value) not in self._looks:
             usual = self.voice.looks[kind, value]
             behind = [each for each in self.grammar.looks[kind][value] if each.after and each.weight]
@@ -258,43 +260,43 @@ class Phraser:
     # Relations
 
     def wheres(self, wheres: tuple[Where, ...], *, top: bool) -> str:
-        """Return relations as one text; `top` if their subject is the sentence's, rather than a landmark."""
+        """Return relations as one text; `top` if their subject is the sentence's subject, not a landmark."""
         text, focus = "", self.focus
         for number, where in enumerate(wheres):
-            said = self._where(where, top=top)
+            content = self._where(where, top=top)
             if number:
                 key = "nested where"
                 if top:
                     key = "where" if number == len(wheres) - 1 else "where of more"
                 if top and any(thing.where for thing in wheres[number - 1].things):
                     key = "where after clause"
-                fillers = {"a": constant(text), "b": constant(said)}
-                said = self.render(self.pick(self.grammar.joins[key], key), fillers, self.features)
-            text = said
-            self.focus = focus_of(where.things, self.focus)
+                fillers = {"a": constant(text), "b": constant(content)}
+                content = self.render(self.pick(self.grammar.joins[key], key), fillers, self.features)
+            text = content
+            self.focus = focus_after(where.things, self.focus)
         self.focus = focus
         return text
 
     def _where(self, where: Where, *, top: bool) -> str:
         listed = self.grammar.where
-        said: dict[str, Value] = dict(thing_slots(where.things))
+        content: dict[str, Value] = dict(thing_slots(where.things))
         if where.exactly:
-            said["exactly"] = "yes"
+            content["exactly"] = "yes"
         kind = where.things[0].kind
-        tables = self.table_fillers(said)
+        tables = self.table_fillers(content)
         patterns: list[Pattern] = []
-        if said.keys() & {"pair", "several"} and where.relation != "between":
-            patterns = self.fitting(listed.get(f"{where.relation} group", ()), said, tables)
-        elif kind == "you" and "thing" in said:
-            patterns = self.fitting(listed.get(f"{where.relation} you", ()), said.keys() - {"thing"}, tables)
+        if content.keys() & {"pair", "several"} and where.relation != "between":
+            patterns = self.fitting(listed.get(f"{where.relation} group", ()), content, tables)
+        elif kind == "you" and "thing" in content:
+            patterns = self.fitting(listed.get(f"{where.relation} you", ()), content.keys() - {"thing"}, tables)
         elif not top and f"{where.relation} nested" in listed:
-            patterns = self.fitting(listed[f"{where.relation} nested"], said, tables)
-        elif "thing" in said and where.things[0].is_same(self.focus) and self.random.random() < REFER_BACK:
-            patterns = self.fitting(listed.get(f"{where.relation} same", ()), said.keys() - {"thing"}, tables)
-        patterns = patterns or self.fitting(listed.get(where.relation, ()), said, tables)
-        nouns = self.nouns(said)
+            patterns = self.fitting(listed[f"{where.relation} nested"], content, tables)
+        elif "thing" in content and where.things[0].is_same(self.focus) and self.random.random() < ANAPHORA_PROBABILITY:
+            patterns = self.fitting(listed.get(f"{where.relation} same", ()), content.keys() - {"thing"}, tables)
+        patterns = patterns or self.fitting(listed.get(where.relation, ()), content, tables)
+        nouns = self.nouns(content)
         given = dict(nouns["thing"].given) if "thing" in nouns else {}
         pattern = self.pick(patterns, f"{where.relation} of {kind!r}")
-        text = self.render(pattern, tables | self.thing_fillers(said, nouns), {**self.features, **given})
+        text = self.render(pattern, tables | self.thing_fillers(content, nouns), {**self.features, **given})
         self.mentioned_things += where.things
         return text

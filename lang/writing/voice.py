@@ -1,28 +1,28 @@
-"""Voice of an episode's instructions: what one speaker says in the same way in all of them."""
+"""Voice of an episode's instructions: choices of register and vocabulary that one speaker keeps in all texts."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from random import Random
 from typing import TypeVar
 
-from arramon_lang.grammar import Grammar, Lexeme, Look
+from arramon_lang.grammar import Grammar, Lexeme, LookWording
 from arramon_lang.patterns import Pattern
 
-_T = TypeVar("_T", Lexeme, Look, Pattern)
+_T = TypeVar("_T", Lexeme, LookWording, Pattern)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Voice:
-    """One speaker's constant choices.
+    """Choices that one speaker makes once for all texts.
 
     Attributes:
-        features: a value for each axis of `text.per_episode` in `grammar.toml`, such as the register in Hindi.
-        nouns: the noun for each kind of thing.
-        junctions: the noun for kinds of junctions whose name depends on how many streets meet there, by that number.
-        colours: the word for each colour.
-        colours_of: the same for kinds of things whose colours are called otherwise.
-        whiches: the word for each of `arramon_lang.meaning.WHICHES`.
-        looks: the usual wording for each kind's looks.
+        features: value for each axis of `text.per_episode` in `grammar.toml`, such as the register in Hindi.
+        nouns: noun for each kind of thing.
+        junctions: noun by (kind, number of streets), for junctions whose noun depends on that number.
+        colours: word for each colour.
+        colours_of: the same for kinds of things with colour words of their own.
+        whiches: word for each of `arramon_lang.meaning.WHICHES`.
+        looks: usual wording by (kind, look).
     """
 
     features: Mapping[str, str]
@@ -31,11 +31,11 @@ class Voice:
     colours: Mapping[str, Pattern]
     colours_of: Mapping[str, Mapping[str, Pattern]]
     whiches: Mapping[str, Pattern]
-    looks: Mapping[tuple[str, str], Look]
+    looks: Mapping[tuple[str, str], LookWording]
 
 
 def draw_voice(grammar: Grammar, random: Random) -> Voice:
-    """Return a random voice, by the weights in the language's data."""
+    """Draw a voice by the weights in the language's data."""
 
     def one(options: Iterable[_T]) -> _T:
         listed = list(options)

@@ -1,4 +1,4 @@
-"""Writer of instructions: arranges a meaning's clauses in sentences."""
+"""Writer of instructions: arranges the clauses of a meaning in sentences."""
 
 import re
 from collections.abc import Iterable, Mapping
@@ -6,7 +6,7 @@ from dataclasses import replace
 from itertools import pairwise
 from random import Random
 
-from arramon_lang.clauses import Clause, clause_of, focus_of
+from arramon_lang.clauses import Clause, clause_of, focus_after
 from arramon_lang.grammar import SLOTS, Grammar
 from arramon_lang.meaning import PLACES, Assembly, Meaning, Navigation, Thing
 from arramon_lang.patterns import Pattern, Slot, needed, possible
@@ -14,46 +14,46 @@ from arramon_lang.writing.phrasing import Filler, Phraser, constant
 from arramon_lang.writing.voice import Voice, draw_voice
 
 ATTEMPTS = 48
-"""Maximum number of drafts until enough pass the checks."""
+"""Maximum number of drafts; writing stops earlier once enough drafts pass the checks."""
 
-DRAFTS = {"navigation": (2, 2, 3, 4), "assembly": (1, 1, 1, 2)}
-"""Numbers of good drafts of which the shortest is returned, one drawn for each text: most people are brief."""
+DRAFT_COUNTS = {"navigation": (2, 2, 3, 4), "assembly": (1, 1, 1, 2)}
+"""Distribution of the number of acceptable drafts, of which the shortest is returned: most people are brief."""
 
-FEWEST_WORDS = 6
+MIN_WORDS = 6
 """Minimum number of words in the paper's automated checks."""
 
-MARKS = ",.;:।"
+PUNCTUATION = ",.;:।"
 """Punctuation at the ends of words."""
 
 STREETS = ("street", "alley")
-"""Kinds for which the general patterns are not used, only those of the kind: one turns into a street, not at it."""
+"""Kinds that use only their own patterns, not the general ones: one turns into a street, not at it."""
 
 PAST_INTERSECTION = "walk past intersection"
-"""The clause for which the general patterns are not used: one crosses an intersection, one does not walk past it."""
+"""Clause that uses only its own patterns, not the general ones: one crosses an intersection, not walks past it."""
 
-_SENTENCES = (1, 1, 2, 2, 2, 3)
+_CLAUSES_PER_SENTENCE = (1, 1, 2, 2, 2, 3)
 """Distribution of the number of clauses per sentence."""
 
-_TARGET_JOINED = 0.55
-"""Probability that the object to pick up is stated in the last step's sentence."""
+_TARGET_JOINED_PROBABILITY = 0.55
+"""Probability that the target is stated in the last step's sentence."""
 
-_TURN_JOINED = 0.6
+_TURN_JOINED_PROBABILITY = 0.6
 """Probability that an assembly instruction states its turns in the sentence about the placement."""
 
-_OPENED = {"first": 0.04, "later": 0.25, "last": 0.2}
-"""Probability that a sentence has opening words, by its place in the text."""
+_OPENING_PROBABILITIES = {"first": 0.04, "later": 0.25, "last": 0.2}
+"""Probability of opening words ("Then"), by the sentence's place in the text."""
 
 NOT_REACHED = ("face", "walk towards", "walk until")
-"""Clauses after which one is not at the thing that they are about."""
+"""Clauses that do not end at their thing, so that "there" cannot refer to it."""
 
-SHORTER = 12
-"""Factor of the weight of wordings without a noun for the thing that was spoken of last ("walk to it")."""
+PRONOUN_WORDING_FACTOR = 12
+"""Factor on the weight of wordings with a pronoun for the last thing mentioned ("walk to it")."""
 
 _LABELS = "abc"
 
 
 class _Misleading(Exception):
-    """A clause of a draft says "straight" of what is not straight ahead."""
+    """A clause says "straight" although its thing is not straight ahead."""
 
 
 class Writer:
@@ -63,35 +63,35 @@ class Writer:
         self._grammar = grammar
 
     def write(self, meaning: Meaning, random: Random, voice: Voice | None = None) -> str:
-        """Return the meaning as a text, which depends on the arguments alone; without a voice, one is drawn.
+        """Return a text for a meaning, a deterministic function of the arguments; draw a voice if none is given.
 
         Raises:
-            ValueError: if the language's data have no words for some part of it.
+            ValueError: if the language's data lack words for some part of it.
         """
         phase = "navigation" if isinstance(meaning, Navigation) else "assembly"
         voice = voice or draw_voice(self._grammar, random)
         drafts: list[str] = []
         text = ""
-        wanted = random.choice(DRAFTS[phase])
+        wanted = random.choice(DRAFT_COUNTS[phase])
         for _ in range(ATTEMPTS):
             draft = _Draft(self._grammar, random, voice)
             try:
                 text = draft.navigation(meaning) if isinstance(meaning, Navigation) else draft.assembly(meaning)
             except _Misleading:
                 continue
-            words = [word.casefold().strip(MARKS) for word in text.split()]
+            words = [word.casefold().strip(PUNCTUATION) for word in text.split()]
             clumsy = _is_clumsy(words) or any(re.search(pattern, text) for pattern in self._grammar.clumsy)
-            if len(words) >= FEWEST_WORDS and not clumsy:
+            if len(words) >= MIN_WORDS and not clumsy:
                 drafts.append(text)
             if len(drafts) == wanted:
                 break
         if not text:
-            raise ValueError("every wording says 'straight' of what is not straight ahead")
+            raise ValueError("every wording says 'straight' although the thing is not straight ahead")
         return min(drafts, key=lambda each: len(each.split())) if drafts else text
 
 
 def _is_clumsy(words: list[str]) -> bool:
-    """Return whether a word is repeated in a row, or too few words are different (the paper's checks: 40 per cent)."""
+    """Return whether a word occurs twice in a row, or under 40% of the words are distinct (the paper's checks)."""
     return any(a == b for a, b in pairwise(words)) or len(set(words)) < 0.4 * len(words)
 
 
@@ -99,15 +99,15 @@ class _Draft(Phraser):
     """The sentences of one text being written.
 
     Attributes:
-        is_there: whether the last clause leads to what it is about, so that "there" may be said of it.
+        is_at_thing: whether the last clause ends at its thing, so that "there" may refer to it.
     """
 
-    is_there = False
+    is_at_thing = False
 
     def navigation(self, meaning: Navigation) -> str:
         clauses = [clause_of(step) for step in meaning.steps]
         groups = self._group_clauses(clauses)
-        joined = bool(groups) and len(groups[-1]) < len(_LABELS) and self.random.random() < _TARGET_JOINED
+        joined = bool(groups) and len(groups[-1]) < len(_LABELS) and self.random.random() < _TARGET_JOINED_PROBABILITY
         sentences = []
         for i, group in enumerate(groups):
             target = meaning.target if joined and i == len(groups) - 1 else None
@@ -121,7 +121,7 @@ class _Draft(Phraser):
 
     def assembly(self, meaning: Assembly) -> str:
         parts = [self._turn(direction) for direction in meaning.turns]
-        if parts and self.random.random() < _TURN_JOINED:
+        if parts and self.random.random() < _TURN_JOINED_PROBABILITY:
             return self._finish_text([self._join_assembly([*parts, self._place(meaning, joined=True)])])
         apart = [self._join_assembly(parts)] if parts else []
         return self._finish_text([*apart, self._place(meaning, joined=False)])
@@ -132,20 +132,20 @@ class _Draft(Phraser):
         return self.render(self.pick(patterns, f"turn {direction}"), fillers, self.features)
 
     def _place(self, meaning: Assembly, *, joined: bool) -> str:
-        """Return the clause about the placement; `joined` if it shares a sentence with turns."""
+        """Return the placement clause; `joined` if it shares a sentence with turns."""
         thing, wheres = meaning.thing, meaning.where
         named = bool(thing.kind or thing.colour or thing.look)
-        said: dict[str, Filler] = {}
+        content: dict[str, Filler] = {}
         given: dict[str, str] = {}
         if named:
             noun = self.noun(thing)
             given = dict(noun.given)
-            said["thing"] = self.thing(thing, noun, self.grammar.nested, top=False)
+            content["thing"] = self.thing(thing, noun, self.grammar.nested, top=False)
         if wheres:
-            said["where"] = lambda _: self.wheres(wheres, top=True)
-        patterns = self.fitting(self.grammar.assembly["place" if named else "place it"], said)
+            content["where"] = lambda _: self.wheres(wheres, top=True)
+        patterns = self.fitting(self.grammar.assembly["place" if named else "place it"], content)
         patterns = [pattern for pattern in patterns if not (joined and pattern.main_only)]
-        return self.render(self.pick(patterns, "where to place"), said, {**self.features, **given})
+        return self.render(self.pick(patterns, "where to place"), content, {**self.features, **given})
 
     def _join_assembly(self, parts: list[str]) -> str:
         if len(parts) > len(_LABELS):
@@ -155,10 +155,10 @@ class _Draft(Phraser):
         return self.render(join, fillers, self.features)
 
     def _group_clauses(self, clauses: list[Clause]) -> list[list[Clause]]:
-        """Return the clauses of each sentence."""
+        """Divide the clauses among sentences."""
         groups = []
         while clauses:
-            size = self.random.choice(_SENTENCES)
+            size = self.random.choice(_CLAUSES_PER_SENTENCE)
             groups.append(clauses[:size])
             clauses = clauses[size:]
         return groups
@@ -166,9 +166,11 @@ class _Draft(Phraser):
     def _join_clauses(self, clauses: list[Clause], target: Thing | None) -> str:
         """Return the clauses as one sentence, ending with the target if it is given."""
         labels = _LABELS[: len(clauses) + (target is not None)]
-        bendable = {label for label, clause in zip(labels, clauses, strict=False) if self._patterns(clause, bent=True)}
+        can_be_subordinate = {
+            label for label, clause in zip(labels, clauses, strict=False) if self._patterns(clause, subordinate=True)
+        }
         joins = self.fitting(self.grammar.joins["sentence"], labels)
-        join = self.pick([join for join in joins if _bent(join) <= bendable], "join")
+        join = self.pick([join for join in joins if _subordinate_labels(join) <= can_be_subordinate], "join")
         marks = {part.name: self.grammar.features_of(part.marks) for part in join.body if isinstance(part, Slot)}
         fillers = {
             label: constant(self._clause(clause, marks[label], front=label == labels[0]))
@@ -179,61 +181,66 @@ class _Draft(Phraser):
         return self.render(join, fillers, self.features)
 
     def _add_opening(self, place: str, body: str) -> str:
-        """Return a sentence, possibly with opening words for its place in the text: "first", "later" or "last"."""
-        if self.random.random() >= _OPENED[place]:
+        """Return a sentence, possibly with opening words for its place in the text ("first", "later" or "last")."""
+        if self.random.random() >= _OPENING_PROBABILITIES[place]:
             return body
         opening = self.pick(self.grammar.joins[place], place)
         return self.render(opening, {"a": constant(body)}, self.features)
 
-    def _patterns(self, clause: Clause, *, bent: bool) -> list[Pattern]:
-        """Return the patterns for a clause: by its key, its thing's kind, and short ones if that was just mentioned."""
-        listed, said = self.grammar.steps, clause.said.keys()
-        tables = self.table_fillers(clause.said)
-        plural = said & {"pair", "several"}
+    def _patterns(self, clause: Clause, *, subordinate: bool) -> list[Pattern]:
+        """Return the patterns of a clause: general, for its thing's kind, and with a pronoun for the thing in focus."""
+        listed, content = self.grammar.steps, clause.slots.keys()
+        tables = self.table_fillers(clause.slots)
+        plural = content & {"pair", "several"}
         if plural and clause.key != "walk between":
-            patterns = self.fitting(listed.get(f"{clause.key} group", ()), said, tables)
-            return [pattern for pattern in patterns if not (bent and pattern.main_only)]
-        patterns = self.fitting(listed.get(clause.key, ()), said, tables)
-        thing = clause.said.get("thing")
+            patterns = self.fitting(listed.get(f"{clause.key} group", ()), content, tables)
+            return [pattern for pattern in patterns if not (subordinate and pattern.main_only)]
+        patterns = self.fitting(listed.get(clause.key, ()), content, tables)
+        thing = clause.slots.get("thing")
         if isinstance(thing, Thing):
             own_key = f"{clause.key} {thing.kind}"
-            special = self.fitting(listed.get(own_key, ()), said, tables)
+            special = self.fitting(listed.get(own_key, ()), content, tables)
             short: list[Pattern] = []
-            if thing.is_same(self.focus) and (self.is_there or clause.key != "turn at"):
-                short = self.fitting(listed.get(f"{clause.key} same", ()), said - {"thing"}, tables)
+            if thing.is_same(self.focus) and (self.is_at_thing or clause.key != "turn at"):
+                short = self.fitting(listed.get(f"{clause.key} same", ()), content - {"thing"}, tables)
             if short:
-                patterns = short if special or thing.kind in PLACES else patterns + SHORTER * short
+                patterns = short if special or thing.kind in PLACES else patterns + PRONOUN_WORDING_FACTOR * short
             elif special and (thing.kind in STREETS or own_key == PAST_INTERSECTION):
                 patterns = special
             else:
                 patterns += 2 * special
-        return [pattern for pattern in patterns if not (bent and pattern.main_only)]
+        return [pattern for pattern in patterns if not (subordinate and pattern.main_only)]
 
     def _clause(self, clause: Clause, marked: Mapping[str, str], *, front: bool) -> str:
-        """Return a clause's text; at the front of a sentence and unmarked, it may be of any pattern."""
-        bent = bool(marked) or not front
-        pattern = self.pick(self._patterns(clause, bent=bent) or self._patterns(clause, bent=bool(marked)), clause.key)
-        nouns = self.nouns(clause.said)
+        """Return a clause's text; unmarked and at the front of a sentence, it may use any pattern."""
+        subordinate = bool(marked) or not front
+        pattern = self.pick(
+            self._patterns(clause, subordinate=subordinate) or self._patterns(clause, subordinate=bool(marked)),
+            clause.key,
+        )
+        nouns = self.nouns(clause.slots)
         given = dict(nouns["thing"].given) if "thing" in nouns else {}
-        fillers = self.table_fillers(clause.said) | self.thing_fillers(clause.said, nouns)
+        fillers = self.table_fillers(clause.slots) | self.thing_fillers(clause.slots, nouns)
         text = self.render(pattern, fillers, {**self.features, **given, **marked})
         if not clause.straight and self.grammar.straight and re.search(self.grammar.straight, text):
             raise _Misleading(text)
-        self.is_there = clause.key not in NOT_REACHED
-        things = [value for value in clause.said.values() if isinstance(value, Thing)]
-        self.focus = focus_of(
-            tuple(things) * (2 if clause.key == "walk between" and "pair" in clause.said else 1), self.focus
+        self.is_at_thing = clause.key not in NOT_REACHED
+        things = [value for value in clause.slots.values() if isinstance(value, Thing)]
+        self.focus = focus_after(
+            tuple(things) * (2 if clause.key == "walk between" and "pair" in clause.slots else 1), self.focus
         )
         self.mentioned_things += things
         return text
 
     def _target(self, target: Thing, patterns: Iterable[Pattern], marked: Mapping[str, str]) -> tuple[str, bool]:
-        """Return what to pick up, and whether other words may open its sentence."""
+        """Return the target's clause, and whether opening words may precede it."""
         if target.is_same(self.focus):
             fitting = [p for p in self.grammar.target["same"] if p.weight and not (marked and p.main_only)]
             return self.render(self.pick(fitting, "to pick it up"), {}, {**self.features, **marked}), True
-        said = {"target", "where"} if target.where else {"target"}
-        fitting = [p for p in patterns if p.weight and needed(p.body, SLOTS) <= said and not (marked and p.main_only)]
+        content = {"target", "where"} if target.where else {"target"}
+        fitting = [
+            p for p in patterns if p.weight and needed(p.body, SLOTS) <= content and not (marked and p.main_only)
+        ]
         pattern = self.pick(fitting, "what to pick up")
         noun = self.noun(target)
         fillers: dict[str, Filler] = {}
@@ -248,13 +255,13 @@ class _Draft(Phraser):
     def _finish_text(self, sentences: list[str]) -> str:
         """Return the final text: sentences ended, spacing and spelling fixed, capitals where the script has them."""
         end = self.grammar.sentence_end
-        text = " ".join(sentence.strip().rstrip(f"{MARKS} ") + end for sentence in sentences)
-        text = re.sub(rf"\s+([{MARKS}])", r"\1", " ".join(text.split()))
+        text = " ".join(sentence.strip().rstrip(f"{PUNCTUATION} ") + end for sentence in sentences)
+        text = re.sub(rf"\s+([{PUNCTUATION}])", r"\1", " ".join(text.split()))
         for pattern, replacement in self.grammar.spelling:
             text = re.sub(pattern, replacement, text)
         return re.sub(r"(^|[.।] )(\S)", lambda match: match[1] + match[2].upper(), text)
 
 
-def _bent(join: Pattern) -> frozenset[str]:
-    """Return the labels of the clauses that a join requires in another form."""
+def _subordinate_labels(join: Pattern) -> frozenset[str]:
+    """Return the labels of the clauses that a join needs in a subordinate form."""
     return frozenset(part.name for part in join.body if isinstance(part, Slot) and part.marks)

@@ -208,15 +208,15 @@ POSTPOSITIONS = {
 }
 
 OWN_COLOURS = {("barrier", "white"): ["नारंगी-सफ़ेद", "नारंगी और सफ़ेद"]}
-"""What the colours of some kinds are called."""
+"""Colour words of specific kinds."""
 
 PARKED = "खड़ी "
-"""Said of a car before its colour, or not at all."""
+"""Optional adjective of a car, before its colour."""
 
 
 @cache
 def voices() -> tuple[Voice, ...]:
-    """Voices that together use every wording that is written."""
+    """Return voices that use all written wordings between them."""
 
     def nth(options: Iterable[Any], number: int) -> Any:
         written = [option for option in options if option.weight]
@@ -245,10 +245,10 @@ def voices() -> tuple[Voice, ...]:
 
 
 VOICES = 8
-"""More than there are wordings of any adjective."""
+"""More than the number of wordings of any adjective."""
 
 FORMS = tuple(product(("singular", "plural"), ("direct", "oblique")))
-"""Number and case, in the order in which a noun's forms are listed."""
+"""Number and case, in the order of the listed forms of a noun."""
 
 
 def nfc(text: str) -> str:
@@ -256,19 +256,19 @@ def nfc(text: str) -> str:
 
 
 def forms(listed: str) -> tuple[str, str, str]:
-    """An adjective's three forms."""
+    """Return an adjective's three forms."""
     each = nfc(listed).split("|")
     return (each[0], each[0], each[0]) if len(each) == 1 else (each[0], each[1], each[2])
 
 
 def agreeing(listed: list[str], gender: str, number: str, case: str) -> set[str]:
-    """The adjectives' forms before a noun."""
+    """Return the adjectives' forms before a noun."""
     place = 2 if gender == "f" else 0 if (number, case) == ("singular", "direct") else 1
     return {forms(each)[place] for each in listed}
 
 
 def before(word: str, noun: str) -> str:
-    """A noun with an adjective: within a noun of several words, टायरों का दूसरा ढेर, and otherwise before it."""
+    """Return a noun with an adjective: inside a noun of several words (टायरों का दूसरा ढेर), otherwise before it."""
     words = noun.split()
     place = max((i + 1 for i, each in enumerate(words) if each in ("का", "के", "की")), default=0)
     place = 0 if words[0].startswith("इमारत") else place  # Its corner is named by the building's adjective.
@@ -276,7 +276,7 @@ def before(word: str, noun: str) -> str:
 
 
 def nouns(kind: str) -> Iterator[tuple[Lexeme, str, tuple[str, ...]]]:
-    """Each noun of a kind as the language has it, its expected gender, and its expected forms in the order of FORMS."""
+    """Yield each noun of a kind from the language's data, its gender, and its expected forms in the order of FORMS."""
     expected = {}
     for entry in NOUNS[kind]:
         gender, listed = entry.split(" ", 1)

@@ -1,13 +1,13 @@
-"""Random meanings for testing the writing and reading of languages, covering everything that planners may express."""
+"""Random meanings for tests of writing and reading, covering everything that planners may express."""
 
 from collections.abc import Iterable
 from dataclasses import replace
 from random import Random
 
 from arramon_lang.meaning import (
-    ATS,
     NUMBERS,
     PLACES,
+    TURN_POSITIONS,
     TURNS,
     WHICHES,
     Assembly,
@@ -48,7 +48,7 @@ FURNITURE: dict[str, tuple[str, ...]] = {
     "stop_sign": (),
     "speed_sign": (),
 }
-"""Kinds of street furniture, and their colours."""
+"""Colours of each kind of street furniture."""
 
 BANNER_COLOURS = ("red", "blue", "green", "yellow", "white", "black")
 BANNER_SHAPES = ("star", "diamond", "triangle", "circle", "hexagon", "dot")
@@ -56,7 +56,7 @@ FACADES = ("brick", "brown", "concrete", "glass", "white", "arched", "red", "gre
 WALLS = ("wood", "brick", "spotted", "striped")
 
 _OTHER = "other"
-"""Marks the second of two things of one name, until it gets an identity."""
+"""Placeholder identity of the second of two things with one name."""
 
 _STREET_RELATIONS = ("near", "behind", "in_front_of", "left_of", "right_of", "between")
 _ROOM_RELATIONS = ("on_top_of", "left_of", "right_of", "in_front_of", "behind", "between", "near", "diagonal_to")
@@ -100,7 +100,7 @@ def assembly(random: Random) -> Assembly:
 
 
 def identified(meaning: Meaning) -> Meaning:
-    """Return a meaning whose mentions have identities: one for those that repeat a name, which they get in full."""
+    """Return a meaning with identities: mentions that repeat a name share the identity and the full description."""
     named: list[Thing] = []
 
     def identify(thing: Thing) -> Thing:
@@ -166,7 +166,7 @@ def _step(random: Random, things: list[Thing]) -> Step:
     repeatable = [thing] if thing.which not in ("next", "another") and not thing.where else []
     if draw < 0.45:
         things += repeatable
-        return Rotate(random.choice(TURNS), random.choice((*ATS, "at")), thing)
+        return Rotate(random.choice(TURNS), random.choice((*TURN_POSITIONS, "at")), thing)
     if draw < 0.55:
         things += repeatable
         return Face(thing)
@@ -189,7 +189,7 @@ def _step(random: Random, things: list[Thing]) -> Step:
 
 
 def _two(one: Thing, other: Thing) -> tuple[Thing, Thing]:
-    """Return two things for one phrase: two of one name if the second repeats the first's."""
+    """Return two things for one phrase, with different identities if the second repeats the first's name."""
     return one, replace(one, identity=_OTHER) if repeats(other, one) else other
 
 

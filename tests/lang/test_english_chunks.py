@@ -1,4 +1,4 @@
-"""Free English texts that are read by chunks: what no written phrase says."""
+"""Reading of free English texts by chunks, beyond the written phrases."""
 
 import pytest
 

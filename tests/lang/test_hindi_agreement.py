@@ -29,16 +29,16 @@ from tests.lang.hindi import (
 PARTICIPLES = ["रखा|रखे|रखी", "पड़ा|पड़े|पड़ी", "रखा हुआ|रखे हुए|रखी हुई", "पड़ा हुआ|पड़े हुए|पड़ी हुई"]
 
 DRAWS = 8
-"""Texts to write of each noun."""
+"""Number of texts to write for each noun."""
 
 
 def unparked(text: str) -> str:
-    """A text with single spaces, without what is said of cars before all else."""
+    """Return a text with single spaces, without the optional adjective of cars."""
     return " ".join(text.split()).replace(PARKED, "")
 
 
 def things(kind: str) -> Iterator[tuple[Thing, list[str]]]:
-    """The kind with each adjective that it can have, and the adjective's expected wordings."""
+    """Yield the kind with each possible adjective, and the adjective's expected wordings."""
     for colour, wordings in COLOURS.items():
         yield Thing(kind, colour=colour), OWN_COLOURS.get((kind, colour), wordings)
     for which, wordings in WHICHES.items():

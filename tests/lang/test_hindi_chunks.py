@@ -1,4 +1,4 @@
-"""Free Hindi texts that are read by chunks: what no written phrase says."""
+"""Reading of free Hindi texts by chunks, beyond the written phrases."""
 
 import pytest
 

@@ -3,21 +3,23 @@
 from itertools import pairwise
 
 from arramon_lang import load
-from arramon_lang.patterns import Choice, Sequence, Slot
+from arramon_lang.patterns import Alternatives, Sequence, Slot
 
 
 def readings(body: Sequence) -> list[list[str | Slot]]:
-    """All sequences of words and slots that a pattern can be."""
+    """Return all sequences of words and slots that a pattern allows."""
     found: list[list[str | Slot]] = [[]]
     for part in body:
-        options = [each for option in part.options for each in readings(option)] if isinstance(part, Choice) else []
+        options = (
+            [each for option in part.options for each in readings(option)] if isinstance(part, Alternatives) else []
+        )
         more = options or [[part] if isinstance(part, Slot) else list(str(part).split())]
         found = [[*before, *after] for before in found for after in more]
     return found
 
 
 def test_nouns_before_a_postposition_are_marked_oblique() -> None:
-    """Of all patterns: a thing before a postposition has the mark for it, and no other one has."""
+    """In all patterns, exactly the things before a postposition are marked oblique."""
     grammar = load("hi").grammar
     postpositions = {"का", "के", "की", "को", "से", "पर", "तक", "में", "और"}
     checked = 0

@@ -17,7 +17,7 @@ REGISTERS = {
     "polite": "मुड़िए घूमिए चलिए बढ़िए रहिए जाइए गुज़रिए निकलिए कीजिए उठाइए लीजिए रखिए दीजिए टिकाइए छोड़िए पहुँचिए खोजिए",
     "familiar": "मुड़ो घूमो चलो बढ़ो रहो जाओ गुज़रो निकलो करो उठाओ लो रखो टिकाओ छोड़ो पहुँचो खोजो तुमने तुम्हें तुम्हारे",
 }
-"""Words of one register only; the two others share आप."""
+"""Words specific to one register; the two others share आप."""
 
 FEMININE = "गेंद|बॉल|रेतघड़ी|किताब|पुस्तक|बाल्टी|बेंच|इमारत|दीवार|सड़क|गली"
 MASCULINE = "मग|कप|प्याला|प्याले|टीवी|कटोरा|कटोरे|बाउल|कोन|पेड़|बैनर|झंडा|झंडे|ड्रम"
@@ -149,7 +149,7 @@ BY_HAND: list[tuple[str, Meaning]] = [
         ),
     ),
 ]
-"""Written by hand, not by the program; some with the spellings that people use as well."""
+"""Texts written by hand, some with variant spellings."""
 
 
 @pytest.mark.parametrize(("text", "meaning"), BY_HAND)

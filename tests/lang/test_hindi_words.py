@@ -69,7 +69,7 @@ VERBS = {
         "टिकाएँ टिकाइए टिकाओ टिकाकर टिकाने",
     ],
 }  # fmt: skip
-"""Neutral, polite and familiar imperative; having done so; the oblique infinitive."""
+"""Neutral, polite and familiar imperative; conjunctive participle; oblique infinitive."""
 
 VERB_FEATURES = (
     {"form": "finite", "register": "neutral"},

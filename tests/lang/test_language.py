@@ -57,7 +57,7 @@ def test_a_text_in_no_known_script_is_an_error(text: str) -> None:
 
 @pytest.fixture
 def three_languages(tmp_path: Path) -> Path:
-    """The languages that there are and a third, in English's script and with its own words for two things."""
+    """Return a folder with the existing languages and a third in Latin script, with its own words for two things."""
     for code in available():
         shutil.copytree(ROOT / code, tmp_path / code)
     third = shutil.copytree(ROOT / "en", tmp_path / "nl")

@@ -1,4 +1,4 @@
-"""Lexicons: their data, and recognition of words with typing errors."""
+"""Data of the lexicons, and recognition of words with typing errors."""
 
 import tomllib
 from itertools import product
@@ -37,8 +37,8 @@ def test_every_lexicon_phrase_is_recognised_with_its_meaning(code: str) -> None:
         for phrase in phrases:
             assert [mention.kind for mention in language.find_objects(phrase)] == [value], phrase
     ball = data["kinds"]["ball"][0]
-    for part, name in (("patterns", "pattern"), ("colours", "colour")):
-        for value, phrases in data[part].items():
+    for role, name in (("patterns", "pattern"), ("colours", "colour")):
+        for value, phrases in data[role].items():
             for phrase in phrases:
                 (mention,) = language.find_objects(f"{phrase} {ball}")
                 assert (getattr(mention, name), mention.kind) == (value, "ball"), phrase

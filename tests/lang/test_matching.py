@@ -44,8 +44,8 @@ def test_slots_that_are_closed_at_an_index_are_not_asked_for_there() -> None:
         return [(at + 1, keys[at])]
 
     search = automaton(turn="turn {side} {thing}", face="turn {thing}")
-    closed = [frozenset[str](), frozenset({"thing"}), frozenset[str](), frozenset({"side", "thing"})]
-    matches = list(search.find(keys, 0, read, closed))
+    excluded = [frozenset[str](), frozenset({"thing"}), frozenset[str](), frozenset({"side", "thing"})]
+    matches = list(search.find(keys, 0, read, excluded))
     assert found(matches) == {("turn", 3, (("side", "left"), ("thing", "it")))}
     assert asked == [("side", 1), ("thing", 2)]
 

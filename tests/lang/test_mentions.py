@@ -4,7 +4,7 @@ import pytest
 
 from arramon_lang import load
 
-Said = tuple[str | None, str | None, str | None]
+OutlineEntry = tuple[str | None, str | None, str | None]
 
 
 @pytest.mark.parametrize(
@@ -47,7 +47,7 @@ Said = tuple[str | None, str | None, str | None]
         ("striped red dotted white mug", [("striped", "red", None), ("dotted", "white", "mug")]),
     ],
 )
-def test_english_mentions_are_found(text: str, expected: list[Said]) -> None:
+def test_english_mentions_are_found(text: str, expected: list[OutlineEntry]) -> None:
     assert [(m.pattern, m.colour, m.kind) for m in load("en").find_objects(text)] == expected
 
 
@@ -76,7 +76,7 @@ def test_english_mentions_are_found(text: str, expected: list[Said]) -> None:
         ("भूरी इमारत के पास से बाएँ मुड़ें।", []),
     ],
 )
-def test_hindi_mentions_are_found(text: str, expected: list[Said]) -> None:
+def test_hindi_mentions_are_found(text: str, expected: list[OutlineEntry]) -> None:
     assert [(m.pattern, m.colour, m.kind) for m in load("hi").find_objects(text)] == expected
 
 

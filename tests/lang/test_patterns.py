@@ -2,7 +2,7 @@
 
 import pytest
 
-from arramon_lang.patterns import Choice, Slot, needed, parse, possible, spell_out, split_weight
+from arramon_lang.patterns import Alternatives, Slot, needed, parse, possible, spell_out, split_weight
 
 KNOWN = frozenset(("thing", "side", "where"))
 
@@ -11,8 +11,8 @@ def test_pattern_is_parsed_into_words_slots_and_choices() -> None:
     pattern = parse("^{go} (past|by) {thing:oblique.plural} [on your {side}]")
     assert pattern.main_only
     assert pattern.body == (
-        Slot("go"), " ", Choice((("past",), ("by",))), " ", Slot("thing", ("oblique", "plural")), " ",
-        Choice((("on your ", Slot("side")), ())),
+        Slot("go"), " ", Alternatives((("past",), ("by",))), " ", Slot("thing", ("oblique", "plural")), " ",
+        Alternatives((("on your ", Slot("side")), ())),
     )  # fmt: skip
     assert [slot.name for slot in pattern.slots()] == ["go", "thing", "side"]
 
@@ -20,10 +20,10 @@ def test_pattern_is_parsed_into_words_slots_and_choices() -> None:
 def test_weights_stand_at_the_front_of_a_pattern_or_of_a_choice() -> None:
     pattern = parse("0.5* ^{go} (3* past|by) [0* straight|2* on] {thing}")
     assert (pattern.weight, pattern.main_only) == (0.5, True)
-    past, straight = (part for part in pattern.body if isinstance(part, Choice))
+    past, straight = (part for part in pattern.body if isinstance(part, Alternatives))
     assert (past.options, past.weights) == ((("past",), ("by",)), (3.0, 1.0))
     assert (straight.options, straight.weights) == ((("straight",), ("on",), ()), (0.0, 2.0, 1.0))
-    assert parse("(past|by)").body == (Choice((("past",), ("by",))),)
+    assert parse("(past|by)").body == (Alternatives((("past",), ("by",))),)
     assert [split_weight(text) for text in ("12* walk", "walk 12* on", "180 degrees")] == [
         (12.0, "walk"), (1.0, "walk 12* on"), (1.0, "180 degrees"),
     ]  # fmt: skip

@@ -6,14 +6,14 @@ import pytest
 
 from arramon_client.world import COLUMNS, ROWS
 from arramon_lang.meaning import Assembly, Thing, Where
-from arramon_lang.room import START, Room, Standing, find_cell, is_all_there, quarter_after, weigh_cells
+from arramon_lang.room import START, Room, RoomObject, find_cell, is_all_there, quarter_after, weigh_cells
 
 WALLS = {"brick": 0, "wood": 1, "striped": 2, "spotted": 3}
-MUG = Standing("mug", "red", "dotted", 1, 2)
-TV = Standing("tv", "blue", "striped", 3, 2)
-BOWL = Standing("bowl", "green", "dotted", 3, 2, 2)
-BOOK = Standing("book", "red", "dotted", 4, 0)
-OTHER_MUG = Standing("mug", "white", "striped", 4, 3)
+MUG = RoomObject("mug", "red", "dotted", 1, 2)
+TV = RoomObject("tv", "blue", "striped", 3, 2)
+BOWL = RoomObject("bowl", "green", "dotted", 3, 2, 2)
+BOOK = RoomObject("book", "red", "dotted", 4, 0)
+OTHER_MUG = RoomObject("mug", "white", "striped", 4, 3)
 ROOM = Room((MUG, TV, BOWL, BOOK, OTHER_MUG), WALLS)
 
 RED_MUG, A_TV, A_BOOK = Thing("mug", "red"), Thing("tv"), Thing("book")
@@ -78,7 +78,7 @@ def test_best_fitting_cell_is_found(wheres: tuple[Where, ...], cell: tuple[int, 
 
 
 def test_objects_ahead_are_preferred_to_objects_aside() -> None:
-    room = Room((Standing("mug", "red", "dotted", 1, 0), Standing("mug", "blue", "striped", 3, 0)), WALLS)
+    room = Room((RoomObject("mug", "red", "dotted", 1, 0), RoomObject("mug", "blue", "striped", 3, 0)), WALLS)
     on_mug = Where("on_top_of", (Thing("mug"),))
     assert find_cell(told(on_mug, turns=("right",)), room)[0] == (3, 0)
     assert find_cell(told(on_mug, turns=("left",)), room)[0] == (1, 0)

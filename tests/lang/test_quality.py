@@ -1,4 +1,4 @@
-"""The paper's quality checks: each on a text that fails it alone, and texts that pass them all, in both languages."""
+"""Quality checks: for each a text that fails it alone, and texts that pass all, in both languages."""
 
 import json
 from collections import Counter
@@ -222,7 +222,7 @@ def test_every_language_has_quality_rules(code: str) -> None:
 
 @needs_release
 def test_human_written_texts_pass_the_checks() -> None:
-    """People's texts passed the original's checks, so that a rule which many of them fail would be a wrong one."""
+    """Human texts passed the original's checks, so a rule that many of them fail would be wrong."""
     episodes = json.loads(VAL_SEEN.read_text(encoding="utf-8"))
     blocked: Counter[str] = Counter()
     for episode in episodes[::4]:

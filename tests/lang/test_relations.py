@@ -10,11 +10,11 @@ from arramon_lang.reading.relations import RELATIONS, Relations
 from arramon_lang.tokens import Tokenizer
 from tests.lang.test_lexicon import EMPTY
 
-Said = tuple[str, str | None]
+OutlineEntry = tuple[str, str | None]
 
 
-def relations(code: str, text: str) -> list[Said]:
-    """What each mention says, and the relation of which it is the landmark."""
+def relations(code: str, text: str) -> list[OutlineEntry]:
+    """Return each mention's attributes, and the relation whose landmark it is."""
     language = load(code)
     return [(text[m.start : m.end], language.relation_of(text, m)) for m in language.find_objects(text)]
 
@@ -55,7 +55,7 @@ def relations(code: str, text: str) -> list[Said]:
         ),
     ],
 )
-def test_english_relations_are_found(text: str, expected: list[Said]) -> None:
+def test_english_relations_are_found(text: str, expected: list[OutlineEntry]) -> None:
     assert relations("en", text) == expected
 
 
@@ -97,7 +97,7 @@ def test_english_relations_are_found(text: str, expected: list[Said]) -> None:
         ("मग उठाएँ और टीवी के पीछे जाएँ।", [("मग", None), ("टीवी", "behind")]),
     ],
 )
-def test_hindi_relations_are_found(text: str, expected: list[Said]) -> None:
+def test_hindi_relations_are_found(text: str, expected: list[OutlineEntry]) -> None:
     assert relations("hi", text) == expected
 
 

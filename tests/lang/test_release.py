@@ -25,7 +25,7 @@ def episodes() -> list[dict[str, Any]]:
 
 
 def landmarks(text: str) -> list[tuple[str | None, str | None, str | None]]:
-    """The objects on top of which the text says something is."""
+    """Return the objects that something is on top of, according to the text."""
     english = load("en")
     return [
         (mention.pattern, mention.colour, mention.kind)

@@ -1,4 +1,4 @@
-"""A third language added as a folder: a small Esperanto, written, read and checked without code."""
+"""A third language, added as a data folder without code: a small Esperanto is written, read and checked."""
 
 from pathlib import Path
 from random import Random
@@ -172,7 +172,7 @@ FILES = {
         [misspelt]
     """,
 }
-"""A folder's files, small: five kinds of things, two colours."""
+"""Content of the folder's files, with five kinds of things and two colours."""
 
 BALL, MUG, BENCH = Thing("ball", "blue", "dotted"), Thing("mug", "red", "striped"), Thing("bench")
 
@@ -219,7 +219,7 @@ def test_written_texts_are_read_back_to_their_meaning(esperanto: Language, meani
 
 
 def test_third_language_follows_its_own_grammar(esperanto: Language) -> None:
-    """A case that neither English nor Hindi has, and adjectives that agree in it."""
+    """Esperanto has a case that English and Hindi lack, in which adjectives agree."""
     texts = {esperanto.write(MEANINGS[0], Random(seed)) for seed in range(30)}
     assert all("pilkon." in text for text in texts)
     assert any("la punktitan bluan pilkon" in text for text in texts)

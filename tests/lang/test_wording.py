@@ -1,4 +1,4 @@
-"""Wording of many random texts: nothing that a native speaker would stumble over, and one voice an episode."""
+"""Wording of many random texts: natural to native speakers, and with one voice per episode."""
 
 import re
 import unicodedata
@@ -15,7 +15,7 @@ from tests.lang import sampling
 from tests.lang.test_hindi_texts import REGISTERS
 
 EPISODES = 130
-"""Episodes of two turns: so 260 texts of each phase."""
+"""Number of episodes; each has two turns, which makes 260 texts per phase."""
 
 FORBIDDEN = {
     "en": {
@@ -82,11 +82,11 @@ FORBIDDEN = {
         "a colour of two": "(?<!नारंगी-)(?<!नारंगी और )सफ़ेद (बैरियर|बैरिकेड|रोड ब्लॉक)",
     },
 }
-"""Regular expressions of what must not be written, by what is wrong with it."""
+"""Regular expressions of faulty wordings, by the fault."""
 
 
 def episodes(code: str, seed: int) -> Iterator[list[str]]:
-    """The four texts of each episode, written by one voice."""
+    """Return the four texts of each episode, written in one voice."""
     random, language = Random(seed), load(code)
     for _ in range(EPISODES):
         voice = language.draw_voice(random)
@@ -209,11 +209,15 @@ def test_one_turns_there_at_the_intersection_that_one_has_walked_to() -> None:
 @pytest.mark.parametrize(("code", "there"), [("en", r"(?<!From )\bthere\b|\bat it\b"), ("hi", "वहाँ|वहीं|उसी के पास")])
 def test_one_turns_there_only_where_one_has_come_to(code: str, there: str) -> None:
     pattern = unicodedata.normalize("NFC", there)
-    for step, is_there in ((Walk("to", (BARREL,)), True), (Face(BARREL), False), (Walk("towards", (BARREL,)), False)):
+    for step, is_at_thing in (
+        (Walk("to", (BARREL,)), True),
+        (Face(BARREL), False),
+        (Walk("towards", (BARREL,)), False),
+    ):
         meaning = Navigation((step, Rotate("left", "at", BARREL)), MUG)
         texts = [load(code).write(meaning, Random(seed)) for seed in range(60)]
         said = [text for text in texts if re.search(pattern, re.sub("जहाँ[^,]*, वहाँ|वहाँ[^,]*(दिखेगा|मिलेगा)", "", text))]
-        assert bool(said) == is_there, said
+        assert bool(said) == is_at_thing, said
 
 
 @pytest.mark.parametrize(

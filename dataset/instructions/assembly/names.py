@@ -6,7 +6,7 @@ from itertools import combinations
 from random import Random
 
 from arramon_lang.meaning import Thing, Where
-from arramon_lang.room import Room, Standing, relative, weigh_things
+from arramon_lang.room import Room, RoomObject, relative, weigh_things
 from arramon_server.sim.catalogue import ObjectType
 
 IN_FULL, WITH_PLACE = 0.55, 0.1
@@ -53,10 +53,10 @@ class Names:
     def name_target(self, random: Random) -> Thing:
         """Return a random name for the object in hand."""
         words = random.choices([words for words, _ in TARGET_NAMES], [share for _, share in TARGET_NAMES])[0]
-        held = Standing(self.target.kind, self.target.colour, self.target.pattern, -1, -1)
+        held = RoomObject(self.target.kind, self.target.colour, self.target.pattern, -1, -1)
         return replace(_named(held, words), identity=HELD)
 
-    def name(self, item: Standing, random: Random) -> Thing | None:
+    def name(self, item: RoomObject, random: Random) -> Thing | None:
         """Return a name that matches this item alone, or None if there is none."""
         if random.random() < WITH_PLACE:
             placed = self._placed(item, random)
@@ -71,14 +71,14 @@ class Names:
         fewest = _length(unique[0])
         return random.choice([name for name in unique if _length(name) == fewest])
 
-    def _is_unique(self, name: Thing, item: Standing) -> bool:
+    def _is_unique(self, name: Thing, item: RoomObject) -> bool:
         others = [(o.kind, o.colour, o.look) for o in self.whole.things if o != item]
         target = (self.target.kind, self.target.colour, self.target.pattern)
         if target != (item.kind, item.colour, item.look):  # Otherwise only "the other one" would tell them apart.
             others.append(target)
         return not any(_means(name, *other) for other in others)
 
-    def _placed(self, item: Standing, random: Random) -> Thing | None:
+    def _placed(self, item: RoomObject, random: Random) -> Thing | None:
         """Return a unique name with a relation to a neighbour, "the mug in front of the bowl", or None."""
         places = list(self._places(item))
         random.shuffle(places)
@@ -89,14 +89,14 @@ class Names:
                     return name
         return None
 
-    def _places(self, item: Standing) -> Iterable[Where]:
+    def _places(self, item: RoomObject) -> Iterable[Where]:
         for other in self.seen.things:
             name = _named(other, SHORT[-1])
             relation = "on_top_of" if _is_on(item, other) else adjacent_relation(item, other, self.quarter)
             if other != item and relation and self._is_unique(name, other):
                 yield Where(relation, (name,))
 
-    def _is_clear(self, name: Thing, item: Standing) -> bool:
+    def _is_clear(self, name: Thing, item: RoomObject) -> bool:
         for room in (self.seen, self.whole):
             weights = weigh_things(name, room, self.quarter, is_facing_stated=False)
             chances = {landmark: weight for weight, landmark in weights}
@@ -106,7 +106,7 @@ class Names:
         return True
 
 
-def adjacent_relation(item: Standing, other: Standing, quarter: int) -> str:
+def adjacent_relation(item: RoomObject, other: RoomObject, quarter: int) -> str:
     """Return an item's relation to one in an adjacent cell, both on the floor, seen in a quarter; "" if none holds."""
     if item.level != 1 or other.level != 1:
         return ""
@@ -114,16 +114,16 @@ def adjacent_relation(item: Standing, other: Standing, quarter: int) -> str:
     return sides.get(relative(item.cell, other.cell, quarter), "")
 
 
-def _is_on(item: Standing, other: Standing) -> bool:
+def _is_on(item: RoomObject, other: RoomObject) -> bool:
     return item.cell == other.cell and item.level == other.level + 1
 
 
-def _named(item: Standing, words: tuple[str, ...], where: tuple[Where, ...] = ()) -> Thing:
+def _named(item: RoomObject, words: tuple[str, ...], where: tuple[Where, ...] = ()) -> Thing:
     kind, colour, look = (getattr(item, word) if word in words else "" for word in ("kind", "colour", "look"))
     return Thing(kind, colour, look, where=where, identity=identity_of(item))
 
 
-def identity_of(item: Standing) -> str:
+def identity_of(item: RoomObject) -> str:
     """Return the identity of an object in the room: its place."""
     return f"room/{item.column},{item.level},{item.row}"
 

@@ -13,7 +13,7 @@ from arramon_dataset.instructions.assembly.cells import fitting_cells
 from arramon_dataset.instructions.assembly.names import Names
 from arramon_dataset.instructions.assembly.sight import seen_room, whole_room
 from arramon_lang.meaning import Assembly, Thing, Where
-from arramon_lang.room import Standing, find_cell, quarter_after, relative
+from arramon_lang.room import RoomObject, find_cell, quarter_after, relative
 from arramon_server.sim.catalogue import ObjectType
 from arramon_server.sim.room import START, RoomPosition
 from arramon_server.sim.rules import PlacedObject
@@ -57,7 +57,7 @@ class _Option:
 
     name: str
     relations: tuple[str, ...]
-    landmarks: tuple[Standing | Thing, ...]
+    landmarks: tuple[RoomObject | Thing, ...]
 
 
 def plan_assembly(
@@ -175,7 +175,9 @@ def _options(cell: RoomPosition, names: Names) -> Iterator[_Option]:
     for item in before:
         offset = relative(here, item.cell, names.quarter)
         yield from _beside(offset, item) if max(map(abs, offset)) == 1 else _far(offset, item)
-    marks: list[tuple[tuple[int, int], Standing | Thing]] = [(relative(here, i.cell, names.quarter), i) for i in before]
+    marks: list[tuple[tuple[int, int], RoomObject | Thing]] = [
+        (relative(here, i.cell, names.quarter), i) for i in before
+    ]
     for wall, offset in _walls_beside(here, names):
         yield _Option("against wall", ("against",), (wall,))
         yield _Option("near wall", ("near",), (wall,))
@@ -183,7 +185,7 @@ def _options(cell: RoomPosition, names: Names) -> Iterator[_Option]:
     for index, (offset, mark) in enumerate(marks):
         for other_offset, other in marks[index + 1 :]:
             is_opposite = max(map(abs, offset)) == 1 and (-offset[0], -offset[1]) == other_offset
-            if is_opposite and (isinstance(mark, Standing) or isinstance(other, Standing)):
+            if is_opposite and (isinstance(mark, RoomObject) or isinstance(other, RoomObject)):
                 yield _Option("between", ("between",), (mark, other))
     across, ahead = relative(here, (START.column, START.row), names.quarter)
     relation = {(0, 1): "in_front_of", (-1, 0): "left_of", (1, 0): "right_of"}.get((across, ahead))
@@ -195,7 +197,7 @@ def _options(cell: RoomPosition, names: Names) -> Iterator[_Option]:
         yield _Option("your side", ("left_of" if across < 0 else "right_of",), (Thing("you"),))
 
 
-def _beside(offset: tuple[int, int], item: Standing) -> Iterator[_Option]:
+def _beside(offset: tuple[int, int], item: RoomObject) -> Iterator[_Option]:
     """Yield the relations of a cell to an adjacent item, given the cell's offset to the right of it and ahead of it."""
     across, ahead = offset
     side = {-1: "left_of", 1: "right_of"}.get(across, "")
@@ -208,7 +210,7 @@ def _beside(offset: tuple[int, int], item: Standing) -> Iterator[_Option]:
         yield _Option("diagonal_to", ("diagonal_to",), (item,))
 
 
-def _far(offset: tuple[int, int], item: Standing) -> Iterator[_Option]:
+def _far(offset: tuple[int, int], item: RoomObject) -> Iterator[_Option]:
     """Yield the relations of a cell to an item in line with it, farther away."""
     across, ahead = offset
     if not across or not ahead:
@@ -226,7 +228,7 @@ def _walls_beside(cell: tuple[int, int], names: Names) -> Iterator[tuple[Thing, 
             yield Thing("wall", look=look, identity=f"wall/{look}"), relative(cell, place, names.quarter)
 
 
-def _is_before(item: Standing, quarter: int) -> bool:
+def _is_before(item: RoomObject, quarter: int) -> bool:
     """Return whether an item is in front of an agent on the start tile that looks in that quarter."""
     across, ahead = relative(item.cell, (START.column, START.row), quarter)
     return abs(across) <= 2 * ahead

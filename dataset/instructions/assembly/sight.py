@@ -6,7 +6,7 @@ from functools import cache, lru_cache
 import numpy as np
 
 from arramon_client.world import CELL_SIZE, TURN
-from arramon_lang.room import Room, Standing
+from arramon_lang.room import Room, RoomObject
 from arramon_server.sim.cameras import Camera, Viewpoint
 from arramon_server.sim.raster.camera import RasterCamera
 from arramon_server.sim.room import START
@@ -51,10 +51,10 @@ def seen_room(room: tuple[PlacedObject, ...]) -> Room:
     return Room(tuple(to_standing(item) for item in room if str(item.type) in seen), _walls())
 
 
-def to_standing(item: PlacedObject) -> Standing:
-    """Return an object of the room as a `arramon_lang.room.Standing`."""
+def to_standing(item: PlacedObject) -> RoomObject:
+    """Return an object of the room as a `arramon_lang.room.RoomObject`."""
     type_, place = item.type, item.placement
-    return Standing(type_.kind, type_.colour, type_.pattern, place.column, place.row, place.level)
+    return RoomObject(type_.kind, type_.colour, type_.pattern, place.column, place.row, place.level)
 
 
 @cache

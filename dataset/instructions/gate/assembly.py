@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from arramon_dataset.instructions.assembly.cells import fitting_cells, from_wall
 from arramon_dataset.instructions.gate.texts import faults_of_names
 from arramon_lang.meaning import Assembly, Thing, Where
-from arramon_lang.room import START, Cell, Room, Standing, quarter_after, relative
+from arramon_lang.room import START, Cell, Room, RoomObject, quarter_after, relative
 
 
 def faults_of_assembly(meaning: Assembly, cell: Cell, room: Room) -> tuple[str, ...]:
@@ -57,9 +57,9 @@ def _holds(where: Where, offsets: list[Cell]) -> bool:
     }[where.relation] or (where.relation == "in_front_of" and where.things[0].kind == "you" and ahead > 0)  # fmt: skip
 
 
-def _fits(thing: Thing, item: Standing) -> bool:
+def _fits(thing: Thing, item: RoomObject) -> bool:
     return thing.kind in ("", item.kind) and thing.colour in ("", item.colour) and thing.look in ("", item.look)
 
 
-def _identity(item: Standing) -> str:
+def _identity(item: RoomObject) -> str:
     return f"room/{item.column},{item.level},{item.row}"

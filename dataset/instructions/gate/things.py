@@ -10,7 +10,7 @@ from arramon_dataset.instructions.gate.world import GateWorld
 from arramon_dataset.instructions.sight import Landmark
 from arramon_dataset.plans.graph import Junction
 from arramon_lang.meaning import PLACES, Thing, Where
-from arramon_lang.street import COUNTED_ASIDE
+from arramon_lang.street import COUNTED_WITHIN
 from arramon_server.sim.geometry import Pose
 
 NEAR = 4.0
@@ -98,14 +98,14 @@ def _doubtful_crossings(world: GateWorld, progress: Progress, mark: Landmark) ->
     for other in world.marks:
         if other is mark or other.label.kind != "zebra_crossing":
             continue
-        near = world.closest(other.x, other.z, since, COUNTED_ASIDE)
+        near = world.closest(other.x, other.z, since, COUNTED_WITHIN)
         if near is not None and near <= own and math.dist(world.path[near], (other.x, other.z)) > SURELY_OVER:
             yield f"{other.identity} lies beside the way to {mark.identity}, and may be counted"
 
 
 def _passed(world: GateWorld, mark: Landmark, since: int) -> int | None:
     """Return the index where the path comes closest to a landmark that counts; None if it does not come near."""
-    limit = WALKED_OVER if mark.label.kind == "zebra_crossing" else COUNTED_ASIDE
+    limit = WALKED_OVER if mark.label.kind == "zebra_crossing" else COUNTED_WITHIN
     return world.closest(mark.x, mark.z, since, limit)
 
 
@@ -239,7 +239,7 @@ def faults_of_rivals(world: GateWorld, progress: Progress, thing: Thing, *, is_f
         if is_nearer and world.is_visible(other, since, since if is_faced else max(progress.at, since + FORESIGHT)):
             yield f"{other.identity} may be taken for {thing.identity}"
         elif meant is not None and other.glimpsed is not None:
-            passed = world.closest(other.x, other.z, since + 1, COUNTED_ASIDE)
+            passed = world.closest(other.x, other.z, since + 1, COUNTED_WITHIN)
             if passed is not None and passed < meant - 2:
                 yield f"the path passes {other.identity} before {thing.identity}"
 

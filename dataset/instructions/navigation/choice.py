@@ -11,7 +11,7 @@ from random import Random
 
 from arramon_dataset.instructions.sight import Landmark
 from arramon_lang.meaning import Thing
-from arramon_lang.street import COUNTED_ASIDE, OFF_AXIS
+from arramon_lang.street import COUNTED_WITHIN, OFF_AXIS_WEIGHT
 from arramon_server.sim.assets.furniture import COLOURS
 from arramon_server.sim.geometry import Pose
 
@@ -80,14 +80,14 @@ def counted_name(mark: Landmark, marks: Sequence[Landmark], seen: Sequence[Landm
     counted = []
     for other in marks:
         right, along = view.local(other.x, other.z)
-        if fits(name, other) and abs(right) <= COUNTED_ASIDE + 1.0 and along > -1.0:
+        if fits(name, other) and abs(right) <= COUNTED_WITHIN + 1.0 and along > -1.0:
             counted.append((along, abs(right), other))
     counted.sort(key=lambda each: each[:2])
     alongs = [along for along, _, _ in counted]
     place = next(i for i, (_, _, other) in enumerate([*counted, (0.0, 0.0, mark)]) if other is mark)
     if place >= min(len(counted), len(ORDINALS)) or alongs[0] < 1.0:
         return None
-    is_clear = all(other in seen and right <= COUNTED_ASIDE for _, right, other in counted[: place + 1])
+    is_clear = all(other in seen and right <= COUNTED_WITHIN for _, right, other in counted[: place + 1])
     is_apart = all(after - before >= 1.5 for before, after in pairwise(alongs[: place + 2]))
     return replace(name, which=ORDINALS[place]) if is_clear and is_apart else None
 
@@ -104,4 +104,4 @@ def perceived_distance(mark: Landmark, view: Pose) -> float:
     if along < BEHIND:
         return math.inf
     off = math.atan2(right, along)
-    return math.hypot(right, along) * (1.0 + OFF_AXIS * off * off)
+    return math.hypot(right, along) * (1.0 + OFF_AXIS_WEIGHT * off * off)

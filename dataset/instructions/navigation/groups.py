@@ -8,7 +8,7 @@ from arramon_client.world import COLLECTIBLES
 from arramon_dataset.instructions.navigation.choice import fits, perceived_distance
 from arramon_dataset.instructions.sight import Landmark
 from arramon_lang.meaning import Thing
-from arramon_lang.street import GROUP
+from arramon_lang.street import GROUP_RADIUS
 from arramon_server.sim.geometry import Pose
 
 SEPARATE = 4.0
@@ -47,11 +47,11 @@ def groups_around(mark: Landmark, marks: Sequence[Landmark], seen: Sequence[Land
         return
     for name in dict.fromkeys((Thing(mark.label.kind), Thing(mark.label.kind, mark.label.colour, mark.label.look))):
         fitting = [other for other in marks if fits(name, other)]
-        members = [other for other in fitting if _apart(mark, other) <= GROUP - 0.5]
+        members = [other for other in fitting if _apart(mark, other) <= GROUP_RADIUS - 0.5]
         if len(members) < 2 or any(other not in seen for other in members):
             continue
         rest = (other for other in fitting if other not in members and _is_glimpsed(other, until))
-        if any(_apart(mark, other) < GROUP + SEPARATE for other in rest):
+        if any(_apart(mark, other) < GROUP_RADIUS + SEPARATE for other in rest):
             continue
         members.sort(key=lambda other: (_apart(mark, other), other.identity))
         number = "two" if len(members) == 2 else "several"

@@ -21,7 +21,7 @@ from arramon_dataset.instructions.navigation.route import (
 )
 from arramon_dataset.instructions.sight import Landmark
 from arramon_lang.meaning import Rotate, Step, Thing, Walk
-from arramon_lang.street import ALONG, DEGREES, NEAR, PAST
+from arramon_lang.street import DEGREES, PAST_DISTANCE, REACHED_WITHIN, TURN_OFFSETS
 from arramon_server.sim.geometry import Pose
 from arramon_server.sim.labels import SegmentationLabel
 
@@ -133,7 +133,7 @@ def _options(route: Route, subject: _Subject) -> Iterator[Option]:
     pose, mark, name = subject.waypoint.pose, subject.mark, subject.name
     right, _ = pose.local(mark.x, mark.z)
     side = "right" if right > 0.0 else "left"
-    passed = pose_after_passing(pose, mark.x, mark.z, PAST)
+    passed = pose_after_passing(pose, mark.x, mark.z, PAST_DISTANCE)
     if _is_ahead(pose, passed):
         is_across = mark.label.kind == "zebra_crossing"
         told = "" if route.random.random() < 0.6 or abs(right) < ASIDE or is_across else side
@@ -142,11 +142,11 @@ def _options(route: Route, subject: _Subject) -> Iterator[Option]:
         beside = pose_after_passing(pose, mark.x, mark.z, 0.0)
         if _is_ahead(pose, beside):
             yield from subject.option(route, Walk("beside", (name,), side), beside, 1.1)
-    for word, beyond in ALONG.items():
+    for word, beyond in TURN_OFFSETS.items():
         yield from _turns(route, subject, word, pose_after_passing(pose, mark.x, mark.z, beyond))
     straight = Pose(pose.x, pose.z, bearing((pose.x, pose.z), (mark.x, mark.z)))
     distance = math.dist((pose.x, pose.z), (mark.x, mark.z))
-    for way, near in NEAR.items():
+    for way, near in REACHED_WITHIN.items():
         if distance - near > 2.0:
             cost = 0.1 if way == "to" else 0.6
             yield from subject.option(route, Walk(way, (name,)), straight.ahead(distance - near), cost)
@@ -187,10 +187,10 @@ def _building_options(route: Route, subject: _Subject) -> Iterator[Option]:
         side = "right" if nearest[0] > 0.0 else "left"
         far = max(ahead for across, ahead in corners if abs(across) < abs(nearest[0]) + 1.0)
         told = side if route.random.random() < 0.6 else ""
-        yield from subject.option(route, Walk("past", (name,), told), pose.ahead(far + PAST), 0.0)
-    if abs(right) < 2.5 and along > NEAR["towards"] + 2.5:
+        yield from subject.option(route, Walk("past", (name,), told), pose.ahead(far + PAST_DISTANCE), 0.0)
+    if abs(right) < 2.5 and along > REACHED_WITHIN["towards"] + 2.5:
         straight = Pose(pose.x, pose.z, bearing((pose.x, pose.z), (mark.x, mark.z)))
-        end = straight.ahead(math.dist((pose.x, pose.z), (mark.x, mark.z)) - NEAR["towards"])
+        end = straight.ahead(math.dist((pose.x, pose.z), (mark.x, mark.z)) - REACHED_WITHIN["towards"])
         yield from subject.option(route, Walk("towards", (name,)), end, 0.0)
 
 
@@ -222,7 +222,7 @@ def _group_options(route: Route, group: Group, turns: tuple[Step, ...], waypoint
     if any(math.dist((mark.x, mark.z), route.goal) < 0.1 for mark in marks):
         return
     last = max(marks, key=lambda mark: pose.local(mark.x, mark.z)[1])
-    end = pose_after_passing(pose, last.x, last.z, PAST)
+    end = pose_after_passing(pose, last.x, last.z, PAST_DISTANCE)
     if _is_ahead(pose, end):
         rights = [pose.local(mark.x, mark.z)[0] for mark in marks]
         side = "right" if min(rights) > ASIDE else "left" if max(rights) < -ASIDE else ""
@@ -231,14 +231,14 @@ def _group_options(route: Route, group: Group, turns: tuple[Step, ...], waypoint
     x, z = sum(mark.x for mark in marks) / len(marks), sum(mark.z for mark in marks) / len(marks)
     straight = Pose(pose.x, pose.z, bearing((pose.x, pose.z), (x, z)))
     distance = math.dist((pose.x, pose.z), (x, z))
-    for way, near in NEAR.items():
+    for way, near in REACHED_WITHIN.items():
         if distance - near > 2.0:
             end = straight.ahead(distance - near)
             yield from route.option(waypoint, turns, Walk(way, (group.name,)), end, liking + 0.6)
     subject = _Subject(last, group.name, turns, waypoint, liking)
     for word in TURNS_BY_SEVERAL:
         beside = (x, z) if word == "at" else (last.x, last.z)
-        yield from _turns(route, subject, word, pose_after_passing(pose, *beside, ALONG[word]))
+        yield from _turns(route, subject, word, pose_after_passing(pose, *beside, TURN_OFFSETS[word]))
 
 
 def _gaps(route: Route, waypoint: Waypoint, named: list[tuple[Landmark, Thing, float]]) -> Iterator[Option]:

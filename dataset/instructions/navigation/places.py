@@ -9,7 +9,7 @@ from arramon_dataset.instructions.navigation.route import MAX_DEVIATION, Option,
 from arramon_dataset.instructions.sight import Landmark
 from arramon_dataset.plans.graph import Junction, StreetGraph
 from arramon_lang.meaning import Rotate, Step, Thing, Walk
-from arramon_lang.street import ACROSS, DEGREES
+from arramon_lang.street import CROSSED_DISTANCE, DEGREES
 from arramon_server.sim.geometry import Pose
 
 MAX_BEND = 25.0
@@ -229,7 +229,7 @@ def _walks(
         yield from route.option(waypoint, turns, step, pose.ahead(along), cost)
     if is_crossed:
         step = Walk("past", (_place("intersection", junction),))
-        yield from route.option(waypoint, turns, step, pose.ahead(along + ACROSS), cost)
+        yield from route.option(waypoint, turns, step, pose.ahead(along + CROSSED_DISTANCE), cost)
 
 
 def _place(kind: str, junction: Junction) -> Thing:

@@ -11,7 +11,7 @@ from arramon_dataset.instructions.sight import Landmark
 from arramon_dataset.plans.graph import StreetGraph
 from arramon_lang.meaning import Rotate, Step, Walk
 from arramon_lang.reference import things_of
-from arramon_lang.street import BESIDE, DEGREES
+from arramon_lang.street import DEGREES, PASSED_WITHIN
 from arramon_server.sim.geometry import Pose, wrap
 
 MAX_DEVIATION = 1.8
@@ -196,7 +196,7 @@ def turn_word(degrees: float) -> str:
 def pose_after_passing(pose: Pose, x: float, z: float, beyond: float) -> Pose:
     """Return the pose after passing a place."""
     right, ahead = pose.local(x, z)
-    aside = right - min(max(right, -BESIDE), BESIDE)
+    aside = right - min(max(right, -PASSED_WITHIN), PASSED_WITHIN)
     course = pose.turned(math.degrees(math.atan2(aside, max(ahead, 0.5))))
     return course.ahead(course.local(x, z)[1] + beyond)
 

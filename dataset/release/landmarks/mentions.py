@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import arramon_lang as lang
 from arramon_client.world import BANNER_COLOURS
-from arramon_lang.reading.outline import Said
+from arramon_lang.reading.outline import OutlineEntry
 from arramon_server.sim.labels import IMPORTED_BANNER_COLOURS
 
 METAL, METAL_BENCH = ("bench", "silver"), "metal_bench"
@@ -72,7 +72,7 @@ def events_of(text: str, language: str) -> tuple[Event, ...]:
     return tuple(_event(each, identities) for each in said)
 
 
-def _event(said: Said, identities: Sequence[str]) -> Event:
+def _event(said: OutlineEntry, identities: Sequence[str]) -> Event:
     thing = said.thing
     if thing is None:
         return Event(direction=said.direction, tied=said.tied)

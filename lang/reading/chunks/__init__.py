@@ -1,1 +1,1 @@
-"""Free texts read in chunks: their things, the words that relate them, sides and verbs, whatever is between them."""
+"""Shallow parsing of free texts: noun phrases, relations, sides and verbs are found, other words are skipped."""

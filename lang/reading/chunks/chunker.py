@@ -1,24 +1,25 @@
-"""Chunks of a text: its things, the words that relate them, sides, verbs and joining words."""
+"""Chunker: finds noun phrases, relations, sides, verbs and joining words in a text."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 from arramon_lang.patterns import parse, spell_out
+from arramon_lang.reading.chunks.rules import load_rules
 from arramon_lang.reading.matching import SplitWords
-from arramon_lang.reading.noun_phrases import NounPhrase, NounPhraseReader
+from arramon_lang.reading.noun_phrases import NounPhrase, NounPhraseParser
 
 THING, SIDE, LOOK, RELATION = "thing", "side", "look", "relation"
 
 Keys = tuple[str, ...]
 
-_YOURS = 8
-"""Maximum number of words in a phrase about the reader's own place."""
+_MAX_OWN_PLACE_WORDS = 8
+"""Maximum number of words in a relation to the reader ("in front of you")."""
 
 
 @dataclass(frozen=True, slots=True)
 class Chunk:
-    """A part of a text that says one thing.
+    """A noun phrase, a relation, a side, a verb or another word that matters.
 
     Attributes:
         kind: THING, SIDE, LOOK, RELATION, "yours", "verb", or a key of `words` in `chunks.toml`.
@@ -26,11 +27,11 @@ class Chunk:
         end: index after its last word.
         value: for SIDE "left", "right", "back" or "around"; otherwise a key of `relations` or `verbs`, or a
             collectible's pattern.
-        things: what a THING names: one, or two that share a noun.
-        slight: whether a side is "slightly".
-        nominal: whether a side is named as a place ("the left side") rather than as a way to turn.
-        also: whether "too" is said of a thing.
-        exactly: whether a relation is said to be direct.
+        things: noun phrases of a THING: one, or two that share a noun.
+        slight: whether a side is modified by "slightly".
+        nominal: whether a side is named as a place ("the left side") rather than a direction.
+        is_additional: whether a thing is followed by "too".
+        exactly: whether a relation is called direct ("directly behind").
     """
 
     kind: str
@@ -40,35 +41,37 @@ class Chunk:
     things: tuple[NounPhrase, ...] = ()
     slight: bool = False
     nominal: bool = False
-    also: bool = False
+    is_additional: bool = False
     exactly: bool = False
 
 
 class Chunker:
-    """Divides texts of a language into chunks.
+    """Chunker of one language.
 
     Args:
-        data: the content of the language's `chunks.toml`, whose comments describe it.
-        noun_phrases: reader of the language's noun phrases.
+        data: content of the language's `chunks.toml`; its comments describe the format.
+        noun_phrases: parser of the language's noun phrases.
         conjunctions: words that join two things.
         split: splits a text into comparison keys.
 
     Attributes:
         vocabulary: all words of the phrases.
-        is_before: whether the words that relate things stand before them, or else behind them.
+        has_prepositions: whether relations precede the thing, as in English; otherwise they follow it, as in Hindi.
+        rules: meanings of the language's relations and verbs.
     """
 
     def __init__(
         self,
         data: Mapping[str, Any],
-        noun_phrases: NounPhraseReader,
+        noun_phrases: NounPhraseParser,
         conjunctions: frozenset[str],
         split: SplitWords,
     ) -> None:
         self._split = split
         self._noun_phrases = noun_phrases
         self._conjunctions = conjunctions
-        self.is_before: bool = data["position"] == "before"
+        self.has_prepositions: bool = data["position"] == "before"
+        self.rules = load_rules(data)
         self._soft = frozenset(data["soft"])
         self._own = frozenset(data["own"])
         self._suffixes = tuple(data.get("suffixes", ()))
@@ -94,7 +97,7 @@ class Chunker:
         self.vocabulary = frozenset(words | self._soft | self._own | set(self._written_together))
 
     def chunks(self, keys: Sequence[str]) -> list[Chunk]:
-        """Return the chunks of a text's words in order; words that are none are left out."""
+        """Return the chunks of a text in order; words that belong to none are skipped."""
         keys = [part for key in keys for part in self._written_together.get(key, (self._without_suffix(key),))]
         found: list[Chunk] = []
         at = 0
@@ -110,14 +113,14 @@ class Chunker:
 
     def _longest(self, keys: Sequence[str], at: int) -> Chunk | None:
         words = list(self._words(keys, at))
-        is_thing = not self.is_before or all(word.kind != RELATION for word in words)
+        is_thing = not self.has_prepositions or all(word.kind != RELATION for word in words)
         found: list[Chunk] = [
             *self._side(keys, at),
             *words,
             *(self._things(keys, at) if is_thing else ()),
-            *self._yours(keys, at),
+            *self._own_places(keys, at),
         ]
-        found.sort(key=lambda chunk: (chunk.end, self.is_before and _refers_back(chunk)), reverse=True)
+        found.sort(key=lambda chunk: (chunk.end, self.has_prepositions and _refers_back(chunk)), reverse=True)
         longest = found[0] if found else None
         if longest is None or longest.kind == THING:
             return longest
@@ -140,7 +143,7 @@ class Chunker:
             yield Chunk(SIDE, start, end + nominal + more, side, slight=bool(slight or more), nominal=is_nominal)
 
     def _size(self, phrases: Sequence[Keys], keys: Sequence[str], at: int) -> int:
-        """Return the number of words of the longest of the phrases that is there, 0 if none is."""
+        """Return the length of the longest of the phrases that begins at `at`, 0 if none does."""
         return next((len(phrase) for phrase in phrases if tuple(keys[at : at + len(phrase)]) == phrase), 0)
 
     def _words(self, keys: Sequence[str], at: int) -> Iterator[Chunk]:
@@ -149,29 +152,31 @@ class Chunker:
             if end:
                 yield Chunk(kind, at, end, value)
 
-    def _yours(self, keys: Sequence[str], at: int) -> Iterator[Chunk]:
-        """Yield relations to the reader, whose pronoun is possessive: "before you"; "between you and it"."""
+    def _own_places(self, keys: Sequence[str], at: int) -> Iterator[Chunk]:
+        """Yield relations to the reader, expressed by a possessive pronoun: "before you", "between you and it"."""
         if keys[at] in self._own:
             yield Chunk("yours", at, at + 1)
             for of in self._of:
-                for chunk in self._words((of, *keys[at + 1 : at + _YOURS]), 0):
+                for chunk in self._words((of, *keys[at + 1 : at + _MAX_OWN_PLACE_WORDS]), 0):
                     if chunk.kind == RELATION and chunk.end > 1:
                         yield Chunk("yours", at, at + chunk.end, chunk.value)
 
     def _things(self, keys: Sequence[str], at: int) -> Iterator[Chunk]:
-        named = [(end, (one,)) for end, one in self._noun_phrases.read(keys, at) if not (one.back and not one.kind)]
-        joins = keys[at] not in self._own and not (self.is_before and self._are_joined_wholes(keys, named))
+        named = [
+            (end, (one,)) for end, one in self._noun_phrases.read(keys, at) if not (one.reference and not one.kind)
+        ]
+        joins = keys[at] not in self._own and not (self.has_prepositions and self._are_joined_wholes(keys, named))
         joined = self._noun_phrases.read_joined(keys, at, self._conjunctions) if joins else []
         for end, things in (*named, *joined):
             if things[0].kind or self._noun_phrases.is_collectible(things[0]):
-                yield Chunk(THING, at, end, things=things, also=not self._also.isdisjoint(keys[end : end + 2]))
+                yield Chunk(THING, at, end, things=things, is_additional=not self._also.isdisjoint(keys[end : end + 2]))
 
     def _are_joined_wholes(self, keys: Sequence[str], named: Iterable[tuple[int, object]]) -> bool:
-        """Return whether "and" follows a whole name: "the bank and two crossings" share no noun."""
+        """Return whether "and" follows a complete noun phrase: "the bank and two crossings" share no noun."""
         return any(keys[end : end + 1] and keys[end] in self._conjunctions for end, _ in named)
 
     def _end(self, phrase: Keys, keys: Sequence[str], at: int) -> int:
-        """Return the index after the phrase, whose words may have soft ones between them; 0 if it is not there."""
+        """Return the index after the phrase, which may be interrupted by soft words; 0 if it is not at `at`."""
         for word in phrase:
             while at < len(keys) and keys[at] != word and keys[at] in self._soft and word != phrase[0]:
                 at += 1
@@ -205,4 +210,4 @@ class Chunker:
 
 
 def _refers_back(chunk: Chunk) -> bool:
-    return any(named.back for named in chunk.things)
+    return any(named.reference for named in chunk.things)

@@ -1,10 +1,11 @@
-"""Chunks of one text in order, and what is around each of them."""
+"""Chunks of one text in order, with queries about their neighbours."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from arramon_lang.reading.chunks.chunker import LOOK, RELATION, THING, Chunk
-from arramon_lang.reading.noun_phrases import NounPhrase, NounPhraseReader
+from arramon_lang.reading.chunks.rules import ChunkRules
+from arramon_lang.reading.noun_phrases import NounPhrase, NounPhraseParser
 
 
 @dataclass(frozen=True, slots=True)
@@ -13,47 +14,47 @@ class ChunkSequence:
 
     Attributes:
         chunks: in order.
-        noun_phrases: reader of the language's noun phrases, which knows what can be picked up.
-        denies_before: whether "not" stands before what is not meant, or else behind it.
+        noun_phrases: parser of the language's noun phrases.
+        rules: meanings of the language's relations and verbs.
     """
 
     chunks: Sequence[Chunk]
-    noun_phrases: NounPhraseReader
-    denies_before: bool = False
+    noun_phrases: NounPhraseParser
+    rules: ChunkRules
 
     def is_collectible(self, number: int) -> bool:
-        """Return whether a chunk names one thing that can be picked up."""
+        """Return whether a chunk names a single collectible."""
         chunk = self.chunks[number]
         return chunk.kind == THING and len(chunk.things) == 1 and self.noun_phrases.is_collectible(chunk.things[0])
 
-    def is_denied(self, number: int) -> bool:
-        """Return whether it is said of a thing that it is not the one to pick up."""
-        if self.denies_before and self._is_told_not(range(number - 1, -1, -1), ("stop", "comma", "but")):
+    def is_negated(self, number: int) -> bool:
+        """Return whether the text says that a thing is not the target."""
+        if self.rules.negates_before and self._meets_negation(range(number - 1, -1, -1), ("stop", "comma", "but")):
             return True
         after = range(number + 1, len(self.chunks))
-        if self.denies_before:
-            return self._is_told_not(after, ("stop", "comma", THING)) and not self._is_about_next(number)
-        return self._is_told_not(after, ("stop",))
+        if self.rules.negates_before:
+            return self._meets_negation(after, ("stop", "comma", THING)) and not self._is_about_next(number)
+        return self._meets_negation(after, ("stop",))
 
-    def _is_told_not(self, numbers: range, ends: Sequence[str]) -> bool:
-        """Return whether "not" is the first of these chunks that ends what is said of a thing."""
+    def _meets_negation(self, numbers: range, ends: Sequence[str]) -> bool:
+        """Return whether the first of these chunks that ends a thing's clause is "not"."""
         for n in numbers:
             if self.chunks[n].kind in ("not", *ends) or self.is_collectible(n):
                 return self.chunks[n].kind == "not"
         return False
 
     def _is_about_next(self, number: int) -> bool:
-        """Return whether a "not" behind a thing is said of another one: "the red bowl, not the blue one"."""
+        """Return whether a "not" after a thing negates the next thing: "the red bowl, not the blue one"."""
         at = next(n for n in range(number, len(self.chunks)) if self.chunks[n].kind == "not")
         return self.next_kind(at) == THING
 
     def target(self) -> int | None:
-        """Return the number of the chunk that names what is to be picked up: the fullest name that is not denied."""
+        """Return the index of the target's chunk, the most specific collectible that is not negated, or None."""
         found = [(self._score(n), n) for n in range(len(self.chunks)) if self.is_collectible(n)]
         return max(found)[1] if found else None
 
-    def described_later(self, number: int) -> NounPhrase:
-        """Return what is said of the target after it: "the ball over there, the striped one"."""
+    def later_description(self, number: int) -> NounPhrase:
+        """Return a later description of the target: "the ball over there, the striped one"."""
         for n in range(number + 1, len(self.chunks)):
             chunk = self.chunks[n]
             if chunk.kind in ("stop", "not"):
@@ -65,20 +66,20 @@ class ChunkSequence:
         return NounPhrase("")
 
     def is_relation(self, number: int, *values: str) -> bool:
-        """Return whether a chunk is one of these words that relate things."""
+        """Return whether a chunk is one of these relations."""
         chunk = self.chunks[number] if 0 <= number < len(self.chunks) else None
         return chunk is not None and chunk.kind == RELATION and chunk.value in values
 
     def next_is_relation(self, number: int, *values: str) -> bool:
-        """Return whether the next chunk is one of these words that relate things."""
+        """Return whether the next chunk is one of these relations."""
         return self.is_relation(number + 1, *values)
 
     def next_kind(self, number: int) -> str:
-        """Return the kind of the next chunk, "" at the end."""
+        """Return the kind of the next chunk, or "" at the end."""
         return self.chunks[number + 1].kind if number + 1 < len(self.chunks) else ""
 
     def verb_after(self, number: int) -> str:
-        """Return the kind of the verb that follows, whatever adverbs are before it; "" if none does."""
+        """Return the value of the next verb, ignoring adverbs before it; "" without one."""
         for chunk in self.chunks[number + 1 :]:
             if chunk.kind not in ("straight", "ahead", "there", "back_again", "then", "yours"):
                 return chunk.value if chunk.kind == "verb" else ""
@@ -87,4 +88,6 @@ class ChunkSequence:
     def _score(self, number: int) -> tuple[bool, int]:
         chunk = self.chunks[number]
         named = chunk.things[0]
-        return not (chunk.also or self.is_denied(number)), sum(map(bool, (named.kind, named.colour, named.look)))
+        return not (chunk.is_additional or self.is_negated(number)), sum(
+            map(bool, (named.kind, named.colour, named.look))
+        )

@@ -6,7 +6,7 @@ from arramon_agents.mapping.landmark_beliefs import SeenLandmarks
 from arramon_agents.mapping.room_beliefs import SeenRoom
 from arramon_agents.perception.eyes.sight import LABELS
 from arramon_lang.meaning import Thing
-from arramon_lang.room import Standing
+from arramon_lang.room import RoomObject
 from tests.agents.perception.eyes.test_grid import named
 
 SMALL, LARGE = (slice(100, 105), slice(40, 45)), (slice(100, 130), slice(40, 70))
@@ -52,6 +52,6 @@ def test_the_rooms_things_stand_in_cells() -> None:
     room.add_things([named("cone", "red", "", *LARGE, ahead=1.3)], (2, 0), 270.0)
     room.add_things([named("mug", "blue", "striped", *LARGE, ahead=9.0)], (2, 0), 0.0)
     assert room.room().things == (
-        Standing("mug", "blue", "striped", 2, 2),
-        Standing("mug", "blue", "striped", 3, 0),
+        RoomObject("mug", "blue", "striped", 2, 2),
+        RoomObject("mug", "blue", "striped", 3, 0),
     )

@@ -11,7 +11,7 @@ from arramon_agents.vl_grounded.look import TURNS, LookAround, attributes_in_roo
 from arramon_agents.vl_grounded.network import Grounded  # noqa: E402
 from arramon_agents.vl_grounded.placer import AssemblyPlayer  # noqa: E402
 from arramon_agents.vl_grounded.room import CELLS, LEVELS  # noqa: E402
-from arramon_lang.room import Standing  # noqa: E402
+from arramon_lang.room import RoomObject  # noqa: E402
 
 
 def test_a_look_around_shows_each_heading_once() -> None:
@@ -25,7 +25,7 @@ def test_a_look_around_shows_each_heading_once() -> None:
 
 
 def test_things_by_cell_and_level() -> None:
-    things = (Standing("mug", "red", "dotted", 1, 2, 1), Standing("tv", "blue", "striped", 1, 2, 2))
+    things = (RoomObject("mug", "red", "dotted", 1, 2, 1), RoomObject("tv", "blue", "striped", 1, 2, 2))
     there = attributes_in_rooms([things, ()])
     assert there.kinds.shape == (2, CELLS * LEVELS, len(KINDS))
     filled = [divmod(place, LEVELS) for place in there.kinds[0, :, 0].nonzero()[:, 0].tolist()]

@@ -21,7 +21,7 @@ from arramon_agents.vl_grounded.room_views import collect_views
 from arramon_agents.vl_grounded.task import attributes_ahead
 from arramon_agents.vl_grounded.words import initialise_from_reader, tokenizer_with_reader
 from arramon_lang.meaning import Navigation, Thing, Walk
-from arramon_lang.room import Standing
+from arramon_lang.room import RoomObject
 
 MEANT = Navigation(
     (
@@ -66,8 +66,8 @@ def test_things_are_exchanged_alike_in_images_and_words(seed: int) -> None:
     assert (channel(seen, "banner colour"), channel(seen, "shape")) == (banner.colour, banner.look)
     assert cone == Thing("cone", "blue")  # Kinds that have colours stay what they are.
     assert channel(seen, "facade") == building.look
-    (standing,) = exchange.standing([Standing("mug", "red", "dotted", 1, 2)])
-    assert standing == Standing(said.target.kind, said.target.colour, said.target.look, 1, 2)
+    (standing,) = exchange.standing([RoomObject("mug", "red", "dotted", 1, 2)])
+    assert standing == RoomObject(said.target.kind, said.target.colour, said.target.look, 1, 2)
 
 
 def test_versions_say_what_is_meant() -> None:

@@ -21,10 +21,10 @@ from arramon_agents.vl_map.room import (  # noqa: E402
 )
 from arramon_agents.vl_map.train import train_rooms  # noqa: E402
 from arramon_lang.meaning import Assembly, Thing, Where  # noqa: E402
-from arramon_lang.room import START, Room, Standing, find_cell  # noqa: E402
+from arramon_lang.room import START, Room, RoomObject, find_cell  # noqa: E402
 from tests import tiny  # noqa: E402
 
-MUG, TV = Standing("mug", "red", "dotted", 1, 2), Standing("tv", "blue", "striped", 3, 1)
+MUG, TV = RoomObject("mug", "red", "dotted", 1, 2), RoomObject("tv", "blue", "striped", 3, 1)
 ROOM = Room((MUG, TV), WALLS)
 
 
@@ -74,7 +74,7 @@ def test_relations_are_learned() -> None:
         for cell in cells
         for relation in relations
         for meaning in [near(relation, Thing("mug"), turns=turns)]
-        for room in [Room((Standing("mug", "red", "dotted", *cell), Standing("tv", "red", "dotted", 0, 3)), WALLS)]
+        for room in [Room((RoomObject("mug", "red", "dotted", *cell), RoomObject("tv", "red", "dotted", 0, 3)), WALLS)]
         if find_cell(meaning, room)[1] > 2.0  # It fits better than any other.
     ]
     random = Random(2)

@@ -4,13 +4,13 @@ import pytest
 
 from arramon_dataset.instructions.gate.assembly import faults_of_assembly
 from arramon_lang.meaning import Assembly, Thing, Where
-from arramon_lang.room import Room, Standing
+from arramon_lang.room import Room, RoomObject
 
 ROOM = Room(
     (
-        Standing("mug", "red", "dotted", 2, 2),
-        Standing("ball", "blue", "striped", 4, 2),
-        Standing("book", "blue", "dotted", 0, 3),
+        RoomObject("mug", "red", "dotted", 2, 2),
+        RoomObject("ball", "blue", "striped", 4, 2),
+        RoomObject("book", "blue", "dotted", 0, 3),
     ),
     {"brick": 0, "wood": 1, "spotted": 2, "striped": 3},
 )
@@ -54,7 +54,9 @@ def test_one_thing_tells_of_one_place() -> None:
 
 
 YOU = Thing("you")
-BEYOND_START = Room((Standing("mug", "red", "dotted", 1, 1), Standing("bowl", "white", "striped", 1, 3)), ROOM.walls)
+BEYOND_START = Room(
+    (RoomObject("mug", "red", "dotted", 1, 1), RoomObject("bowl", "white", "striped", 1, 3)), ROOM.walls
+)
 ON_THE_RIGHT = "(3, 0), (3, 2), (3, 3), (4, 0), (4, 1), (4, 2), (4, 3)"
 OWN_MUG, BOWL = Thing("mug", identity="room/1,1,1"), Thing("bowl", identity="room/1,1,3")
 

@@ -1,6 +1,6 @@
-"""Readers of chunks in languages whose words that relate things stand behind them, such as Hindi."""
+"""Parsers of chunks for languages with postpositions, such as Hindi."""
 
-from arramon_lang.reading.chunks.postpositions.rooms import RoomReader
-from arramon_lang.reading.chunks.postpositions.routes import RouteReader
+from arramon_lang.reading.chunks.postpositions.placement_parser import PlacementParser
+from arramon_lang.reading.chunks.postpositions.route_parser import PostpositionRouteParser
 
-__all__ = ["RoomReader", "RouteReader"]
+__all__ = ["PlacementParser", "PostpositionRouteParser"]

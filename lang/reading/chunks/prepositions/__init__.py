@@ -1,5 +1,5 @@
-"""Readers of chunks in languages whose words that relate things stand before them, such as English."""
+"""Parser of chunks for languages with prepositions, such as English."""
 
-from arramon_lang.reading.chunks.prepositions.routes import RouteReader
+from arramon_lang.reading.chunks.prepositions.route_parser import PrepositionRouteParser
 
-__all__ = ["RouteReader"]
+__all__ = ["PrepositionRouteParser"]

@@ -1,42 +1,22 @@
-"""Phrases of a text that is read by chunks: things with the word that relates them and their sides; turns; the rest."""
+"""Phrases of a free text: things with their relation and sides, turns, verbs and other words."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from arramon_lang.meaning import Thing
 from arramon_lang.reading.chunks.chunker import SIDE, Chunk
+from arramon_lang.reading.chunks.rules import ChunkRules
 
 THINGS, TARGET, OTHER, VERB, STOP, THEN = "things", "target", "other", "verb", "stop", "then"
 
 SIDES = ("left", "right")
 
-ATS = {
-    "at": "at", "by": "at", "near": "at", "on": "at", "around": "at", "until": "at", "before": "before",
-    "in_front_of": "before", "after": "after", "behind": "after",
-}  # fmt: skip
-"""Words that relate to a thing the place of a turn, and where it is made."""
-
-ATTACHED = tuple(value for value in ATS if value != "until")
-"""Those that may follow the turn."""
-
-PLACES = (*(value for value in ATTACHED if value != "around"), "under", "left_of", "right_of")
-"""Words that say where another thing is."""
-
-_STRESSED = ("after", "before", "behind", "in_front_of", "near")
-"""Words that "right" may stress."""
-
-_LEADING = ("to", "towards", "along", "up", "into", "over", "through", "between")
-"""Words by which one goes on, not is somewhere."""
-
-_MOVING = ("turn", "bear", "walk", "keep")
-"""Verbs that make a side a turn."""
-
 _STRAIGHT = ("there", "straight", "ahead")
 
 
 @dataclass(slots=True)
-class Named:
-    """A thing, with its side if that is said; `joined` is what stands before it in its list."""
+class ListedThing:
+    """A thing in a list, with its side if stated; `joined` is the conjunction before it."""
 
     thing: Thing
     side: str = ""
@@ -45,23 +25,23 @@ class Named:
 
 @dataclass(slots=True)
 class Phrase:
-    """A part of a text.
+    """A group of chunks with one function.
 
     Attributes:
-        kind: THINGS, SIDE, TARGET, OTHER (what is not to be picked up), VERB, STOP, THEN, or a key of `words` in
-            `chunks.toml`.
-        value: what relates the things, "" if nothing does; the kind of a verb; the side.
-        joined: what stands before it: "", "comma", "and", or "then" for what ends a clause.
+        kind: THINGS, SIDE, TARGET, OTHER (a collectible that is not the target), VERB, STOP, THEN, or a key of `words`
+            in `chunks.toml`.
+        value: the relation of the things, "" without one; the verb; the side.
+        joined: what precedes it: "", "comma", "and", or "then" for the end of a clause.
         named: the things.
-        chunk: its first one.
-        is_pronoun: whether a pronoun names the things.
+        chunk: its first chunk.
+        is_pronoun: whether a pronoun refers to the things.
     """
 
     kind: str
     value: str
     joined: str
     chunk: Chunk
-    named: list[Named] = field(default_factory=list)
+    named: list[ListedThing] = field(default_factory=list)
     is_pronoun: bool = False
 
     @property
@@ -71,43 +51,45 @@ class Phrase:
 
 
 @dataclass(frozen=True, slots=True)
-class Phrases:
-    """The phrases of a text in order, and what is around each of them.
+class PhraseSequence:
+    """Phrases of a text in order, with queries about their neighbours.
 
     Attributes:
-        listed: all of them.
-        target: number of the one that names what is to be picked up.
+        listed: all phrases.
+        target: index of the phrase that names the target.
+        rules: meanings of the language's relations and verbs.
     """
 
     listed: Sequence[Phrase]
     target: int
+    rules: ChunkRules
 
     def before(self, number: int) -> Phrase | None:
-        """Return the phrase before one, or None."""
+        """Return the previous phrase, or None."""
         return self.listed[number - 1] if number else None
 
     def is_after_verb(self, number: int, *values: str) -> bool:
-        """Return whether one of these verbs is right before a phrase."""
+        """Return whether the previous phrase is one of these verbs."""
         before = self.before(number)
         return before is not None and before.kind == VERB and before.value in values
 
     def is_next(self, number: int, *kinds: str) -> bool:
-        """Return whether the next phrase is one of these kinds, and nothing divides the two."""
+        """Return whether the next phrase is of one of these kinds and follows without a conjunction."""
         after = self.listed[number + 1] if number + 1 < len(self.listed) else None
         return after is not None and after.kind in kinds and not after.joined
 
-    def is_behind_thing(self, number: int) -> bool:
-        """Return whether a phrase stands right behind a thing."""
+    def follows_thing(self, number: int) -> bool:
+        """Return whether a phrase follows a thing directly."""
         before = self.before(number)
         return before is not None and before.kind == THINGS and bool(before.named) and not self.listed[number].joined
 
     def ends_clause(self, number: int) -> bool:
-        """Return whether nothing that belongs to a phrase follows it."""
+        """Return whether a phrase is the last of its clause."""
         after = self.listed[number + 1]
         return bool(after.joined) or after.kind in (STOP, THEN)
 
     def verb_of_side(self, number: int) -> str:
-        """Return the verb that a side belongs to, "" if none does."""
+        """Return the verb that a side belongs to, or ""."""
         for phrase in reversed(self.listed[:number]):
             if phrase.kind == VERB:
                 return phrase.value
@@ -120,72 +102,72 @@ class Phrases:
         phrase = self.listed[number]
         if phrase.kind != SIDE or phrase.value not in SIDES or phrase.chunk.nominal:
             return False
-        return not (self.is_side_of_target(number) or self._is_stress(number))
+        return not (self.is_side_of_target(number) or self._is_intensifier(number))
 
     def turn_after(self, number: int, *, is_close: bool = False) -> int | None:
-        """Return the number of the turn that is made at a phrase's things, if one follows.
+        """Return the index of a following turn that is made at a phrase's things, or None.
 
         Args:
-            number: of the phrase.
-            is_close: whether only one that follows without a comma counts.
+            number: index of the phrase.
+            is_close: whether the turn must follow without a comma.
         """
         for at in range(number + 1, self.target):
             phrase = self.listed[at]
-            if phrase.joined == "and" or (phrase.joined and (is_close or self.is_behind_thing(number))):
+            if phrase.joined == "and" or (phrase.joined and (is_close or self.follows_thing(number))):
                 return None
             if phrase.kind == SIDE:
                 return at if self.is_turn(at) else None
-            is_verb = phrase.kind == VERB and phrase.value in (*_MOVING, "see", "be")
+            is_verb = phrase.kind == VERB and self.rules.is_in(phrase.value, "moving", "standing")
             if phrase.kind not in _STRAIGHT and not is_verb:
                 return None
         return None
 
     def place_of_turn(self, number: int) -> int | None:
-        """Return the number of the phrase behind a turn that says where it is made, if there is one."""
+        """Return the index of a phrase after a turn that says where it is made, or None."""
         after = number + 1
-        if self.leads_into_alley(after):
+        if self.enters_alley(after):
             after += 1  # "Left into the lane by the bank."
         for at in range(after, min(after + 2, self.target)):
             phrase = self.listed[at]
             if phrase.kind == THINGS:
                 is_ground = phrase.named[0].thing.kind in ("street", "alley") and phrase.value == "on"
-                is_place = phrase.value in ATTACHED and not phrase.named[0].side and not is_ground
+                is_place = self.rules.is_in(phrase.value, "at_turn") and not phrase.named[0].side and not is_ground
                 return at if is_place and self._is_of_turn(at) else None
             if phrase.kind not in _STRAIGHT:
                 return None
         return None
 
-    def leads_into_alley(self, number: int) -> bool:
-        """Return whether a phrase says into which alley a turn leads, and the next one where that is."""
+    def enters_alley(self, number: int) -> bool:
+        """Return whether a phrase names the alley that a turn leads into, and the next phrase says where it is."""
         if number + 1 >= self.target:
             return False
         phrase = self.listed[number]
         is_into = phrase.kind == THINGS and phrase.value in ("into", "on") and not phrase.joined
         return is_into and phrase.last.kind == "alley" and self.is_next(number, THINGS)
 
-    def side_behind(self, number: int) -> int | None:
-        """Return the number of a turn that is said right behind a phrase: "round the house to the left"."""
+    def turn_right_after(self, number: int) -> int | None:
+        """Return the index of a turn right after a phrase ("round the house to the left"), or None."""
         is_side = number + 1 < self.target and self.is_next(number, SIDE)
         return number + 1 if is_side and self.listed[number + 1].value in SIDES else None
 
     def is_side_of_target(self, number: int) -> bool:
-        """Return whether a side says where the object to pick up is."""
+        """Return whether a side says where the target is."""
         chunk, verb = self.listed[number].chunk, self.verb_of_side(number)
-        if verb in _MOVING or verb == "look":
+        if verb == "look" or self.rules.is_in(verb, "moving"):
             return verb == "look"
         is_free = all(
             each.kind in _STRAIGHT
-            or (each.kind == VERB and each.value in ("be", "see"))
-            or (each.kind == THINGS and each.value in ATTACHED)
+            or (each.kind == VERB and self.rules.is_in(each.value, "standing"))
+            or (each.kind == THINGS and self.rules.is_in(each.value, "at_turn"))
             for each in self.listed[number + 1 : self.target]
         )
         return is_free and (chunk.slight or chunk.end - chunk.start > 1)
 
-    def leads_to_target(self, number: int) -> bool:
-        """Return whether nothing but places is said between a phrase and the object to pick up."""
+    def has_only_places_before_target(self, number: int) -> bool:
+        """Return whether there are only places between a phrase and the target."""
         for at in range(number + 1, self.target):
             phrase = self.listed[at]
-            is_place = phrase.kind == THINGS and phrase.value not in _LEADING
+            is_place = phrase.kind == THINGS and not self.rules.is_in(phrase.value, "leading")
             is_said = phrase.kind == VERB and phrase.value in ("be", "see", "look", "end")
             is_side = phrase.kind == SIDE and self.is_side_of_target(at)
             if not (is_place or is_said or is_side or phrase.kind in (*_STRAIGHT, "not", "but", OTHER)):
@@ -193,7 +175,7 @@ class Phrases:
         return True
 
     def _is_of_turn(self, number: int) -> bool:
-        """Return whether a place belongs to the turn before it, from which a comma may divide it."""
+        """Return whether a place belongs to the turn before it, possibly after a comma."""
         phrase = self.listed[number]
         is_last = self.listed[number + 1].kind in (STOP, THEN) and len(phrase.named) == 1
         is_close = phrase.value in ("before", "around", "in_front_of") or (is_last and phrase.value in ("by", "at"))
@@ -201,10 +183,12 @@ class Phrases:
             return False
         return self.turn_after(number, is_close=True) is None
 
-    def _is_stress(self, number: int) -> bool:
-        """Return whether "right" only stresses what follows: "Right after the crossing there is a mug"."""
+    def _is_intensifier(self, number: int) -> bool:
+        """Return whether a side only stresses the next relation: "Right after the crossing there is a mug"."""
         phrase, after = self.listed[number], self.listed[number + 1 : self.target]
-        if phrase.chunk.slight or phrase.value != "right" or self.verb_of_side(number) in _MOVING or not after:
+        if phrase.chunk.slight or not self.rules.is_in(phrase.value, "stressing") or not after:
+            return False
+        if self.rules.is_in(self.verb_of_side(number), "moving"):
             return False
         if self.is_next(number, "ahead"):
             return True
@@ -212,10 +196,11 @@ class Phrases:
             return False
         before = self.before(number)
         is_apart = before is None or before.kind == STOP or phrase.joined == "comma"
-        is_shown = any(each.kind == VERB and each.value in ("be", "see") for each in after)
-        stressed = _STRESSED if is_apart else PLACES if phrase.joined == "and" else ()
-        if is_shown and after[0].value in stressed:
-            return self.leads_to_target(number)
-        turn = self.turn_after(number + 1) if is_apart and after[0].value in _STRESSED else None
+        is_located = any(each.kind == VERB and self.rules.is_in(each.value, "standing") for each in after)
+        group = "stressed" if is_apart else "placing"
+        may_stress = is_apart or phrase.joined == "and"
+        if is_located and may_stress and self.rules.is_in(after[0].value, group):
+            return self.has_only_places_before_target(number)
+        turn = self.turn_after(number + 1) if is_apart and self.rules.is_in(after[0].value, "stressed") else None
         # "Right after the bin, turn left."
         return turn is not None and any(each.kind == VERB for each in self.listed[number:turn])

@@ -1,35 +1,32 @@
-"""Steps of a route, as phrases add them."""
+"""Builder of a route's steps from phrases."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from arramon_lang.meaning import Rotate, Step, Thing, Walk
-from arramon_lang.reading.chunks.prepositions.phrases import Named, Phrase
-from arramon_lang.reading.discourse import CROSSED, POINTS
-
-_WAYS = {"to": "to", "until": "until", "towards": "towards", "along": "along", "up": "along", "into": "along"}
-"""How one walks to or along things that these words relate; past others."""
-
-_REACHED = ("at", "near", "on", "before", "in_front_of")
-"""Words that relate to a thing a place that one walks to."""
+from arramon_lang.reading.chunks.prepositions.phrases import ListedThing, Phrase
+from arramon_lang.reading.chunks.rules import ChunkRules
+from arramon_lang.reading.discourse import CROSSED_KINDS, POINT_KINDS
 
 
 @dataclass(slots=True)
-class Route:
-    """The steps so far.
+class StepBuilder:
+    """Steps of a route so far.
 
     Attributes:
-        steps: in order.
-        last: what was passed or reached last.
-        last_at: where one is at it, as in `Rotate.at`.
+        rules: meanings of the language's relations and verbs.
+        steps: steps in order.
+        last: the last thing passed or reached.
+        last_at: position relative to that thing, as in `Rotate.at`.
     """
 
+    rules: ChunkRules
     steps: list[Step] = field(default_factory=list)
     last: Thing | None = None
     last_at: str = "at"
 
     def walk(self, phrase: Phrase) -> None:
-        """Walk by the things of a phrase, as the word that relates them says."""
+        """Add walks to, along or past the things of a phrase, according to its relation."""
         value, named = phrase.value, phrase.named
         if value == "between" and len(named) > 1:
             self.steps.append(Walk("between", (named[0].thing, named[1].thing)))
@@ -39,26 +36,26 @@ class Route:
             if value != "with" or not each.side:
                 self.last, self.last_at = each.thing, "before" if value == "before" else "at"
 
-    def pass_all(self, named: Sequence[Named]) -> None:
-        """Walk past things."""
+    def pass_all(self, named: Sequence[ListedThing]) -> None:
+        """Add walks past things."""
         for each in named:
             self._walk_to("past", each)
             self.last, self.last_at = each.thing, "at"
 
     def ahead(self) -> None:
-        """Walk on, if nothing has been said of it."""
+        """Add a walk straight on, unless the last step is a walk."""
         if not self.steps or isinstance(self.steps[-1], Rotate):
             self.steps.append(Walk("ahead"))
 
     def rotate(self, direction: str, at: str = "", thing: Thing | None = None) -> None:
-        """Turn, at a thing or into a street."""
+        """Add a turn on the spot, at a thing, or into a street."""
         if thing is not None and thing.kind in ("street", "alley"):
             self.steps += [Rotate(direction), Walk("along", (thing,))]
         else:
             self.steps.append(Rotate(direction, at if thing is not None else "", thing))
 
     def rotate_there(self, direction: str) -> None:
-        """Turn at what was passed or reached last."""
+        """Add a turn at the last thing passed or reached."""
         last = self.steps[-1] if self.steps else None
         if isinstance(last, Walk) and last.way in ("to", "until") and last.things == (self.last,):
             if self.last_at == "at":
@@ -68,28 +65,28 @@ class Route:
         self.rotate(direction, self.last_at, self.last)
 
     def rotate_around(self) -> None:
-        """Turn around, if that has not just been said."""
+        """Add a turn around, unless the last step is one."""
         if self.steps[-1:] != [Rotate("around")]:
             self.steps.append(Rotate("around"))
 
-    def put_beside(self, side: str) -> None:
-        """Say on which side the thing of the last walk is."""
+    def set_side(self, side: str) -> None:
+        """Set the side of the last walk's thing."""
         last = self.steps[-1] if self.steps else None
         if isinstance(last, Walk) and last.things and not last.side:
             self.steps[-1] = replace(last, way="past" if last.way in ("to", "until") else last.way, side=side)
 
-    def _walk_to(self, value: str, named: Named) -> None:
+    def _walk_to(self, value: str, named: ListedThing) -> None:
         kind, thing = named.thing.kind, named.thing
-        way = _WAYS.get(value, "to" if value in _REACHED else "past")
+        way = self.rules.walks.get(value, "to" if self.rules.is_in(value, "reached") else "past")
         if kind == "street":
             thing = replace(thing, which="")
         if kind in ("street", "alley") and value not in ("over", "out_of") and way != "towards":
             way = "along"
-        elif way == "along" and (kind in POINTS or value != "along"):
-            way = "to" if kind in POINTS and value != "along" else "past"
-        side = "" if kind in CROSSED and value != "until" else named.side
+        elif way == "along" and (kind in POINT_KINDS or value != "along"):
+            way = "to" if kind in POINT_KINDS and value != "along" else "past"
+        side = "" if kind in CROSSED_KINDS and value != "until" else named.side
         if value == "keep" and self._is_last(thing):
-            self.put_beside(side)
+            self.set_side(side)
             return
         if side and way in ("to", "until"):
             way = "past" if way == "to" else "beside"

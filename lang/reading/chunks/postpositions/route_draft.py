@@ -1,95 +1,86 @@
-"""Steps of a route that a text read by chunks describes, and the places of which it is open what happens there."""
+"""Draft of a route: its steps so far, and things and places whose role the text has not yet revealed."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from arramon_lang.meaning import Rotate, Step, Thing, Walk, Where
-from arramon_lang.reading.discourse import GROUND, POINTS
+from arramon_lang.reading.chunks.sequence import ChunkSequence
+from arramon_lang.reading.discourse import GROUND_KINDS, POINT_KINDS
 
 _FACADES = ("building", "awning", "shop_sign", "wall")
-"""Kinds of things that something stands in front of, where of others it is said to be beyond them."""
-
-PASSED = ("by", "through", "beyond", "after")
-"""Phrases that say of all things that are listed before them that they are passed."""
-
-_ATS = {"before": "before", "after": "after", "beyond": "after", "through": "after", "behind": "after"}
-"""Where a turn is made that follows such a phrase; otherwise at the thing."""
-
-_WHERES = {
-    "at": "near", "near": "near", "in_front_of": "in_front_of", "before": "in_front_of", "behind": "behind",
-    "between": "between", "on_top_of": "on_top_of", "left_of": "left_of", "right_of": "right_of", "along": "near",
-    "against": "near", "diagonal": "diagonal_to",
-}  # fmt: skip
-"""Relations of the target that phrases name; the others say that something has been passed or reached."""
+"""Kinds of things for which "beyond" means in front of them."""
 
 
 @dataclass(slots=True)
-class Named:
-    """A thing that has been named, and what is said of it before the phrase or the verb that it belongs to.
+class PendingThing:
+    """A named thing whose postposition or verb has not been read yet.
 
     Attributes:
-        joined: what stands between it and the one before: "", "and", "comma" or "then".
-        side: "left" or "right" if said before it.
-        at: things that tell it apart ("the crossing by the bank"), passed as well.
-        again: whether a pronoun names it.
+        thing: the thing.
+        joined: conjunction between it and the thing before: "", "and", "comma" or "then".
+        side: "left" or "right" if stated before it.
+        at: landmarks that identify it ("the crossing by the bank"), which are passed as well.
+        again: whether a pronoun refers to it.
     """
 
     thing: Thing
     joined: str
     side: str = ""
-    at: tuple["Place", ...] = ()
+    at: tuple["PendingPlace", ...] = ()
     again: bool = False
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
-    """Things and the phrase behind them, of which what follows says whether they are passed, turned at or beside."""
+class PendingPlace:
+    """Things with their postposition; the following words decide whether they are passed, turned at or landmarks."""
 
     value: str
-    named: tuple[Named, ...]
+    named: tuple[PendingThing, ...]
 
 
 @dataclass(slots=True, kw_only=True)
-class Route:
-    """The steps of a text so far, and what has been named of which nothing is known yet.
+class RouteDraft:
+    """Steps of a text so far, and things and places whose role is still open.
 
     Attributes:
-        steps: in order.
+        text: chunks of the text.
+        steps: steps in order.
     """
 
+    text: ChunkSequence
     steps: list[Step] = field(default_factory=list)
-    _named: list[Named] = field(default_factory=list)
-    _places: list[Place] = field(default_factory=list)
+    _pending: list[PendingThing] = field(default_factory=list)
+    _places: list[PendingPlace] = field(default_factory=list)
     _where: list[Where] = field(default_factory=list)
-    _said: list[Thing] = field(default_factory=list)
+    _mentioned: list[Thing] = field(default_factory=list)
     _joined: str = "then"
-    _signs: set[str] = field(default_factory=set)
+    _flags: set[str] = field(default_factory=set)
     _target: Thing | None = None
 
-    def _place(self, value: str) -> None:
-        """Take the last named things for a place; those that are listed before them are passed."""
+    def _add_place(self, value: str) -> None:
+        """Turn the last pending things into a place, and pass those listed before them."""
         size = 2 if value in ("between", "through_between") else self._joined_size()
-        if value in PASSED:
-            size = len(self._named)
-        listed, self._named = self._named[:-size], self._named[-size:]
+        if self.text.rules.is_in(value, "passing"):
+            size = len(self._pending)
+        listed, self._pending = self._pending[:-size], self._pending[-size:]
         if listed:
-            self._resolve()
+            self._walk_to_places()
             self._pass(listed)
-        self._places.append(Place(value, tuple(self._named)))
-        self._named = []
+        self._places.append(PendingPlace(value, tuple(self._pending)))
+        self._pending = []
         self._joined = ""
 
     def _joined_size(self) -> int:
         size = 1
-        while size < len(self._named) and self._named[-size].joined == "and":
+        while size < len(self._pending) and self._pending[-size].joined == "and":
             size += 1
         return size
 
-    def _walk(self, way: str, named: Named) -> None:
+    def _walk(self, way: str, named: PendingThing) -> None:
         if named.thing.kind != "street" or way == "past":
             self.steps.append(Walk(way, (named.thing,), named.side))
 
-    def _pass(self, named: Sequence[Named], side: str = "") -> None:
+    def _pass(self, named: Sequence[PendingThing], side: str = "") -> None:
         begins = max((n for n, each in enumerate(named) if each.joined == "then"), default=0)
         for number, each in enumerate(named):
             self._pass_beside(each, side)
@@ -97,77 +88,78 @@ class Route:
                 continue
             if self._is_passed(each):
                 continue
-            is_sided = number >= begins and (each.thing.kind not in POINTS or each is named[-1])
+            is_sided = number >= begins and (each.thing.kind not in POINT_KINDS or each is named[-1])
             own = each.side or (side if is_sided else "")
             self.steps.append(Walk("past", (each.thing,), own))
 
-    def _is_passed(self, named: Named) -> bool:
-        """Return whether the same thing has been passed just before, so that it is only named again."""
+    def _is_passed(self, named: PendingThing) -> bool:
+        """Return whether the last walk already passed the same thing."""
         last = [
             step for step in self.steps[-2 if named.again else -1 :] if isinstance(step, Walk) and step.way == "past"
         ]
-        may_be_another = named.thing.kind in POINTS and not named.again
+        may_be_another = named.thing.kind in POINT_KINDS and not named.again
         return not may_be_another and any(named.thing.is_same(step.things[0]) for step in last)
 
-    def _pass_beside(self, named: Named, side: str = "") -> None:
-        """Pass what tells a place of the way apart."""
+    def _pass_beside(self, named: PendingThing, side: str = "") -> None:
+        """Pass the landmarks that identify a place on the way."""
         for place in named.at:
             if place.value == "between" and len(place.named) > 1 and named.thing.kind in ("street", "alley"):
                 self.steps.append(Walk("between", tuple(each.thing for each in place.named[:2])))
-            elif named.thing.kind in POINTS:
+            elif named.thing.kind in POINT_KINDS:
                 self._pass(place.named, side)
 
-    def _come_beside(self, named: Named) -> None:
-        if "until" in self._signs and self.steps[-1:] == [Walk("ahead")]:
+    def _walk_beside(self, named: PendingThing) -> None:
+        if "until" in self._flags and self.steps[-1:] == [Walk("ahead")]:
             self.steps.pop()  # "Go on until it is on your left" is one walk.
         self._walk("beside", named)
 
-    def _walk_to(self, way: str, named: Named) -> None:
+    def _walk_to(self, way: str, named: PendingThing) -> None:
         self._pass_beside(named)
         self._walk(way, named)
 
-    def _resolve(self, *, reaching: bool = False) -> None:
-        """Take the places that nothing has been said to happen at for things on the way."""
+    def _walk_to_places(self, *, reaching: bool = False) -> None:
+        """Turn the open places into walks."""
         for number, place in enumerate(self._places, 1):
+            way = self.text.rules.walks.get(place.value)
             if place.value in ("between", "through_between") and len(place.named) > 1:
                 one, other = place.named[:2]
                 self.steps.append(Walk("between", (one.thing, other.thing)))
-            elif place.value in ("to", "towards", "along"):
+            elif way == "until":
                 for each in place.named:
-                    self._walk_to(place.value, each)
-            elif place.value == "before":
+                    self._walk(way, each)
+            elif way is not None:
                 for each in place.named:
-                    self._walk("until", each)
+                    self._walk_to(way, each)
             elif reaching and number == len(self._places):
                 for each in place.named:
-                    self._walk_to("along" if each.thing.kind in GROUND else "to", each)
-            elif place.value == "at" and place.named[-1].thing.kind in GROUND:
+                    self._walk_to("along" if each.thing.kind in GROUND_KINDS else "to", each)
+            elif place.value == "at" and place.named[-1].thing.kind in GROUND_KINDS:
                 self._walk_to("along", place.named[-1])
             else:
                 self._pass(place.named)
         self._places = []
 
-    def _place_target(self) -> None:
-        """Take the places that are open for those of the target."""
+    def _locate_target(self) -> None:
+        """Turn the open places into relations of the target."""
         places, self._places = self._places, []
         for place in places:
             relation = self._target_relation(place, places[-1])
             if relation is not None:
-                self._put_target(relation, place.named)
+                self._relate_target(relation, place.named)
             elif self._target is None:
                 self._places = [place]
-                self._resolve()
+                self._walk_to_places()
 
-    def _target_relation(self, place: Place, last: Place) -> str | None:
-        """Return the relation of the target that a place says, or None if that is passed or reached."""
+    def _target_relation(self, place: PendingPlace, last: PendingPlace) -> str | None:
+        """Return the target's relation to a place, or None if the place is passed or reached."""
         if place.value == "beyond" and place.named[-1].thing.kind in _FACADES:
             return "in_front_of" if place is last or last.named[0].thing.kind in ("corner", "street") else None
-        relation = _WHERES.get(place.value)
+        relation = self.text.rules.target_relations.get(place.value)
         if self._target is not None and place.value in ("beyond", "after"):
             return "behind"
         return "near" if relation == "between" and len(place.named) < 2 else relation
 
-    def _put_target(self, relation: str, named: Sequence[Named]) -> None:
+    def _relate_target(self, relation: str, named: Sequence[PendingThing]) -> None:
         things = tuple(each.thing for each in named)
         for about in [things[:2]] if relation == "between" else [(thing,) for thing in things]:
             if about[0].kind in ("square", "alley") and self._target is None:
@@ -177,48 +169,48 @@ class Route:
         more = [each for one in named for at in one.at for each in at.named]
         self._where += [Where("near", (each.thing,)) for each in more]
 
-    def _rotate(self, direction: str) -> None:
+    def _add_turn(self, direction: str) -> None:
         """Add a turn, at the last place or thing if they say where it is made."""
-        self._pass(self._named)
-        self._named = []
+        self._pass(self._pending)
+        self._pending = []
         place, before = self._turning_place()
-        self._resolve()
+        self._walk_to_places()
         if place is None:
-            if "there" in self._signs and before and self.steps:
+            if "there" in self._flags and before and self.steps:
                 self.steps.append(Rotate(direction, "at", before[0]))
             elif not (direction == "around" and self.steps[-1:] == [Rotate("around")]):
                 self.steps.append(Rotate(direction))
-        elif place.value in ("along", "between", "towards") and "there" not in self._signs:
+        elif place.value in ("along", "between", "towards") and "there" not in self._flags:
             # "Turn left along the wall": the wall comes after the turn.
             self.steps.append(Rotate(direction))
             self._places = [place]
-            self._resolve()
+            self._walk_to_places()
         elif place.value in ("through_between", "to", "towards"):
             self._places = [place]
-            self._resolve()
+            self._walk_to_places()
             at = place.named[-1].thing
-            self.steps.append(Rotate(direction, "at", at) if "there" in self._signs else Rotate(direction))
+            self.steps.append(Rotate(direction, "at", at) if "there" in self._flags else Rotate(direction))
         else:
-            self._rotate_at(direction, place)
-        self._signs.discard("there")
+            self._add_turn_at(direction, place)
+        self._flags.discard("there")
         self._joined = "then"
 
-    def _turning_place(self) -> tuple[Place | None, Sequence[Thing]]:
-        """Take the place where a turn is made, and what "there" means."""
+    def _turning_place(self) -> tuple[PendingPlace | None, Sequence[Thing]]:
+        """Remove and return the place of a turn, and the referent of "there"."""
         place = self._places.pop() if self._places else None
-        before = self._said[-1:]
+        before = self._mentioned[-1:]
         if place is not None and place.named[-1].thing.kind == "corner" and place.value == "at":
             if self._places and self._places[-1].value in ("after", "beyond", "before", "near", "in_front_of", "at"):
                 place = self._places.pop()
-            elif "there" in self._signs:
-                place, before = None, self._said[-2:-1]
+            elif "there" in self._flags:
+                place, before = None, self._mentioned[-2:-1]
         return place, before
 
-    def _rotate_at(self, direction: str, place: Place) -> None:
+    def _add_turn_at(self, direction: str, place: PendingPlace) -> None:
         last = place.named[-1]
         self._pass(place.named[:-1])
         self._pass_beside(last)
         if last.thing.kind in ("street", "alley") and place.value in ("at", "near", "in_front_of"):
             self.steps += [Rotate(direction), Walk("along", (last.thing,))]
         else:
-            self.steps.append(Rotate(direction, _ATS.get(place.value, "at"), last.thing))
+            self.steps.append(Rotate(direction, self.text.rules.turn_positions.get(place.value, "at"), last.thing))

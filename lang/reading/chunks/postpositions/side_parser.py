@@ -1,58 +1,47 @@
-"""Sides in navigation instructions read by chunks: of a turn, of a thing on the way, or of the object to pick up."""
+"""Interpretation of sides in free navigation texts with postpositions: of a turn, a thing passed, or the target."""
 
 from dataclasses import dataclass, replace
 
 from arramon_lang.meaning import Rotate
 from arramon_lang.reading.chunks.chunker import RELATION, SIDE, THING
-from arramon_lang.reading.chunks.postpositions.steps import Route
-from arramon_lang.reading.chunks.sequence import ChunkSequence
+from arramon_lang.reading.chunks.postpositions.route_draft import RouteDraft
 
 BOUNDARIES = ("comma", "then", "stop", "and")
-
-MOVING = ("turn", "turn_round", "walk", "return", "become", "look")
-"""Verbs that make a side a turn."""
-
-STANDING = ("see", "be", "keep", "place", "come")
-"""Verbs that say of things where they are, not that one moves."""
-
-_WAYS = ("to", "towards", "by", "through", "along", "through_between")
-"""Phrases behind things that are walked to, along or past."""
 
 _ROUND = ("around", "back")
 
 
 @dataclass(slots=True, kw_only=True)
-class SidedRoute(Route):
-    """A route whose sides are told by what is around them in the text.
+class SideParser(RouteDraft):
+    """Route draft that interprets each side by its neighbours in the text."""
 
-    Attributes:
-        text: its chunks.
-    """
-
-    text: ChunkSequence
     _side: str = ""
     _relation: int = -1
 
-    def _turn_or_side(self, number: int, chosen: int) -> int:
-        """Take a side for a turn, for that of a thing, or for that of the target; return the last chunk explained."""
+    def _handle_side(self, number: int, chosen: int) -> int:
+        """Read a side as a turn, a thing's side, or the target's side; return the index of the last chunk consumed."""
         chunk, verb = self.text.chunks[number], self.text.verb_after(number)
         end = number + (verb in ("turn", "turn_round"))
         if self._target is not None or (self._relation == number and end == number):
             return number
         if chunk.value in _ROUND or verb == "turn_round":
             if verb == "turn_round" or self._is_round(number):
-                self._rotate("around")
+                self._add_turn("around")
             return end
-        if self._named and not self._joined and verb != "turn":
+        if self._pending and not self._joined and verb != "turn":
             return self._side_of_named(number)
         direction = f"slightly {chunk.value}" if chunk.slight else chunk.value
-        if verb in MOVING:
+        if self.text.rules.is_in(verb, "moving"):
             if not self._is_repeated(direction):
-                self._rotate(direction)
+                self._add_turn(direction)
             return end
-        if self.text.is_relation(number + 1, "from") and self.steps[-1:] == [Rotate("around")] and not self._named:
+        if self.text.is_relation(number + 1, "from") and self.steps[-1:] == [Rotate("around")] and not self._pending:
             return number  # "Turn around, from the right."
-        if verb in STANDING or (verb == "pass" and not self._places) or self._is_repeated(direction):
+        if (
+            self.text.rules.is_in(verb, "standing")
+            or (verb == "pass" and not self._places)
+            or self._is_repeated(direction)
+        ):
             return number
         if self._is_of_target(number, chosen) and not self._is_alone(number + 1, chosen):
             if self._places and self.text.is_relation(number - 1, "from"):
@@ -61,47 +50,47 @@ class SidedRoute(Route):
         return self._side_or_turn(number, direction)
 
     def _is_round(self, number: int) -> bool:
-        """Return whether one is to turn around: by a verb of moving, or because nothing else is said."""
+        """Return whether a side means a turn around: with a verb of moving, or as a clause of its own."""
         is_whole = self.text.next_kind(number) in (*BOUNDARIES, "")
         is_around = self.text.chunks[number].value == "around"
-        return self.text.verb_after(number) in MOVING or (
+        return self.text.rules.is_in(self.text.verb_after(number), "moving") or (
             (is_whole or self._is_first()) if is_around else (is_whole and self._is_first())
         )
 
     def _is_repeated(self, direction: str) -> bool:
-        """Return whether the last turn is only said again ("yes, left")."""
+        """Return whether a turn only repeats the last one ("yes, left")."""
         last = self.steps[-1] if self.steps else None
-        return "repeat" in self._signs and isinstance(last, Rotate) and last.direction == direction
+        return "repeat" in self._flags and isinstance(last, Rotate) and last.direction == direction
 
     def _side_of_named(self, number: int) -> int:
-        """Pass the named things on a side that is said behind them."""
+        """Pass the pending things on a side stated after them."""
         side, is_coming = self.text.chunks[number].value, self.text.verb_after(number) == "come"
-        self._resolve()
+        self._walk_to_places()
         if is_coming:
-            self._pass(self._named[:-1], side)
-            self._come_beside(replace(self._named[-1], side=side))
+            self._pass(self._pending[:-1], side)
+            self._walk_beside(replace(self._pending[-1], side=side))
         else:
-            self._pass(self._named, side)
-        self._named = []
+            self._pass(self._pending, side)
+        self._pending = []
         return number + is_coming
 
     def _side_or_turn(self, number: int, direction: str) -> int:
-        """Take a side for that of the thing that follows, or else for a turn; return the last chunk explained."""
+        """Read a side as that of the next thing, or else as a turn; return the index of the last chunk consumed."""
         side, following = self.text.chunks[number].value, self.text.next_kind(number)
-        if following == THING and self._named and self._named[-1].side and self._joined == "and":
+        if following == THING and self._pending and self._pending[-1].side and self._joined == "and":
             self._side = side
         elif following == THING and not self._is_way(number + 1):
-            self._resolve()
-            self._pass(self._named)
-            self._named, self._side = [], side
+            self._walk_to_places()
+            self._pass(self._pending)
+            self._pending, self._side = [], side
         elif self.text.is_relation(number + 1, "of", "having"):
             if self._is_way(number + 2):
-                self._rotate(direction)
+                self._add_turn(direction)
             else:
                 self._side = side
             return number + 1
         else:
-            self._rotate(direction)
+            self._add_turn(direction)
         return number
 
     def _is_of_target(self, number: int, chosen: int) -> bool:
@@ -126,24 +115,25 @@ class SidedRoute(Route):
         return self.text.next_kind(number) not in BOUNDARIES and not self._is_way(number + 1)
 
     def _is_first(self) -> bool:
-        return not self.steps and not self._named and not self._places
+        return not self.steps and not self._pending and not self._places
 
     def _is_alone(self, number: int, end: int) -> bool:
-        """Return whether things are named there about which no more is said than on which side they are."""
+        """Return whether things are named there with no relation, only a side."""
         if self.text.chunks[number].kind != THING:
             return False
         after = next((chunk for chunk in self.text.chunks[number:end] if chunk.kind not in (THING, "and")), None)
         return after is not None and after.kind != RELATION
 
     def _is_way(self, number: int) -> bool:
-        """Return whether the thing there is one that is walked to or along, not one that is beside the way."""
+        """Return whether the thing there is walked to or along, rather than beside the way."""
         for n in range(number, len(self.text.chunks)):
             chunk = self.text.chunks[n]
             if chunk.kind == THING:
                 if chunk.things[0].kind in ("street", "alley"):
                     return True
             elif chunk.kind == RELATION and chunk.value not in ("of", "having"):
-                return chunk.value in _WAYS and self._closing_verb(n) not in STANDING
+                is_standing = self.text.rules.is_in(self._closing_verb(n), "standing")
+                return self.text.rules.is_in(chunk.value, "leading") and not is_standing
             elif (chunk.kind == "and" and self.text.next_kind(n) == SIDE) or chunk.kind not in ("and", RELATION):
                 return False
         return False

@@ -1,4 +1,4 @@
-"""Reader of instructions: matches the language's patterns against a text and skips what it does not understand."""
+"""Parser of instructions: matches a language's patterns against a text, and skips parts that it does not understand."""
 
 import re
 from collections import Counter
@@ -9,44 +9,44 @@ from arramon_client.world import PHASES
 from arramon_lang.grammar import Grammar, Table
 from arramon_lang.lexicon import FUZZY_LENGTH, keys_of, within_one_edit
 from arramon_lang.meaning import Meaning
-from arramon_lang.patterns import Choice, Pattern, Slot
+from arramon_lang.patterns import Alternatives, Pattern, Slot
 from arramon_lang.patterns import Sequence as Body
 from arramon_lang.reading.chunks import postpositions, prepositions
 from arramon_lang.reading.chunks.chunker import Chunker
 from arramon_lang.reading.chunks.sequence import ChunkSequence
-from arramon_lang.reading.discourse import BARE, Discourse, Item
+from arramon_lang.reading.discourse import BARE, Discourse, ParsedPart
 from arramon_lang.reading.itinerary import read_navigation
 from arramon_lang.reading.matching import OPTIONAL, Automaton, PatternLabel, Phrasebook
-from arramon_lang.reading.noun_phrases import NounPhraseReader
-from arramon_lang.reading.outline import Said, said_of
-from arramon_lang.reading.parsing import TextParser
+from arramon_lang.reading.noun_phrases import NounPhraseParser
+from arramon_lang.reading.outline import OutlineEntry, entries_of
+from arramon_lang.reading.segmentation import TextSegmenter
 from arramon_lang.tokens import Tokenizer
 
-ALSO_IN_NAVIGATION = (
+ONLY_READ_CLAUSES = (
     *("turn with", "short of", "all sides", "walk past crossed", "walk past zebra_crossing"),
     *("target", "landmark", "not target", "detail"),
 )
-"""Keys of clauses in navigation that are only read: of a turn and a walk along something, of a place shortly before
-something, of the side of all that was passed last, of a walk over what is not named or is a crossing; of a thing that
-is passed, what is not to be picked up, and what describes the thing before it."""
+"""Keys of navigation clauses that are only read: a turn and a walk along something, a place just before something, the
+side of all things passed last, crossing a street or a zebra crossing, the target, a passed thing, an object not to pick
+up, and a description of the thing before."""
 
 _Listed = Mapping[str, tuple[Pattern, ...]]
 
 
 class CannotRead(ValueError):
-    """Nothing in the text is understood; the message says what was expected."""
+    """No part of the text was understood; the message says what was expected."""
 
 
-class Reader:
-    """Reads one language's instructions.
+class InstructionParser:
+    """Parser of one language's instructions.
 
     Args:
-        grammar: of the language.
-        lexicon: the content of its `lexicon.toml`.
-        relations: the content of its `relations.toml`, whose phrases are recognised too.
-        tokenizer: of the language.
-        chunks: the content of its `chunks.toml`, by which texts are read that its own phrases do not cover; None if the
-            language has none, so that those texts are read by phrases too, as far as they go.
+        grammar: the language's grammar.
+        lexicon: content of its `lexicon.toml`.
+        relations: content of its `relations.toml`, whose phrases are recognised too.
+        tokenizer: the language's tokenizer.
+        chunks: content of its `chunks.toml`, for texts that the written phrases do not cover; None to parse those
+            texts by phrases alone.
     """
 
     def __init__(
@@ -60,7 +60,7 @@ class Reader:
         self._grammar = grammar
         self._tokenizer = tokenizer
         self.conjunctions = frozenset(relations["conjunctions"])
-        self.noun_phrase_reader = NounPhraseReader(grammar, lexicon, self.split, self.conjunctions)
+        self.noun_phrase_parser = NounPhraseParser(grammar, lexicon, self.split, self.conjunctions)
         self.books = self._books()
         also = grammar.also_read
         nested = {key: also[key] for key in also if key == "nested"}
@@ -68,7 +68,7 @@ class Reader:
         self.clauses = {
             "navigation": self._automaton(
                 {**grammar.steps, **targets},
-                {key: also[key] for key in also if key.removesuffix(BARE) in (*grammar.steps, *ALSO_IN_NAVIGATION)},
+                {key: also[key] for key in also if key.removesuffix(BARE) in (*grammar.steps, *ONLY_READ_CLAUSES)},
             ),
             "assembly": self._automaton(grammar.assembly, {key: also[key] for key in also if key in grammar.assembly}),
         }
@@ -80,7 +80,9 @@ class Reader:
         )
         for relation, phrases in relations["phrases"].items():
             for phrase in set(phrases) - set(relations.get("by_themselves", [])):
-                self.relations.add_body(PatternLabel(relation, also=True), _phrase_body(relation, phrase, relations))
+                self.relations.add_body(
+                    PatternLabel(relation, only_read=True), _phrase_body(relation, phrase, relations)
+                )
         self.joins = {
             True: self._joins(("where", "where of more", "where after clause")),
             False: self._joins(("nested where",)),
@@ -92,17 +94,17 @@ class Reader:
         self.openers = frozenset(key for word in grammar.openers for key in self.split(word)) | OPTIONAL
         self.chunker = None
         if chunks is not None:
-            self.chunker = Chunker(chunks, self.noun_phrase_reader, self.conjunctions, self.split)
+            self.chunker = Chunker(chunks, self.noun_phrase_parser, self.conjunctions, self.split)
         self._asides = Phrasebook()
         for phrase in grammar.asides:
             self._asides.add(self.split(phrase), None)
         self._vocabulary = frozenset(self._all_words())
-        self.noun_phrase_reader.known = self._vocabulary
+        self.noun_phrase_parser.known_words = self._vocabulary
         self._long = [word for word in self._vocabulary if len(word) >= FUZZY_LENGTH]
         self._folded = self._spelt_alike()
         self._never_fuzzy = frozenset(word.casefold() for word in lexicon["not_misspelt"])
         self._corrected: dict[str, str] = {}
-        self._closed: dict[str | None, frozenset[str]] = {}
+        self._excluded: dict[str | None, frozenset[str]] = {}
 
     def split(self, text: str) -> tuple[str, ...]:
         """Return the comparison keys of a text."""
@@ -111,20 +113,20 @@ class Reader:
     def read(self, text: str, phase: str) -> Meaning:
         """Return the meaning of a text, as far as it is understood.
 
-        A text is read by the patterns that are written, if they cover all of it. So what is read of free texts can be
-        understood widely, by chunks or by all patterns, and takes nothing from what is written.
+        If the written patterns cover the whole text, they alone determine its meaning. Otherwise it is parsed by
+        chunks, or by all patterns; so rules for free texts cannot change the meaning of written ones.
 
         Args:
             text: the instruction.
             phase: "navigation" or "assembly".
 
         Raises:
-            ValueError: if the phase is another.
-            CannotRead: if no part of it is understood.
+            ValueError: if the phase is unknown.
+            CannotRead: if no part of the text is understood.
         """
         if phase not in PHASES:
             raise ValueError(f"phase {phase!r}; expected {' or '.join(PHASES)}")
-        items, meaning, is_written = self._understood(text, phase)
+        items, meaning, is_written = self._parse_parts(text, phase)
         if meaning is not None:
             return meaning
         if not items:
@@ -135,37 +137,39 @@ class Reader:
             return read_navigation(discourse, items)
         return discourse.assembly(items, is_written=is_written)
 
-    def outline(self, text: str) -> tuple[Said, ...]:
-        """Return the turns of a navigation instruction and the things that it mentions, in order; `outline` says how.
+    def outline(self, text: str) -> tuple[OutlineEntry, ...]:
+        """Return the turns and mentioned things of a navigation instruction, in order.
 
-        Nothing is raised for a text of which nothing is understood: its outline is empty.
+        The outline is empty if no part of the text is understood.
         """
         keys = self._keys(text)
         discourse = Discourse(self._grammar)
-        said: list[Said] = []
-        words, at = TextParser(self, keys, "navigation"), 0
+        entries: list[OutlineEntry] = []
+        words, at = TextSegmenter(self, keys, "navigation"), 0
         for start, item in words.items():
-            parts = [each for part in discourse.part(item) for each in said_of(part)]
-            known = {each.thing.kind for each in parts if each.thing is not None}
-            passing = [*words.names(at, start, set()), *words.names(start, item.end, known)]
-            said += [*(Said(thing=discourse.mention(named), manner="seen") for named in passing), *parts]
+            parts = [each for part in discourse.meanings_of(item) for each in entries_of(part)]
+            known_kinds = {each.thing.kind for each in parts if each.thing is not None}
+            passing = [*words.unparsed_things(at, start, set()), *words.unparsed_things(start, item.end, known_kinds)]
+            entries += [*(OutlineEntry(thing=discourse.mention(named), manner="seen") for named in passing), *parts]
             at = item.end
-        rest = words.names(at, len(keys), set())
-        return (*said, *(Said(thing=discourse.mention(named), manner="seen") for named in rest))
+        rest = words.unparsed_things(at, len(keys), set())
+        return (*entries, *(OutlineEntry(thing=discourse.mention(named), manner="seen") for named in rest))
 
-    def closed_slots(self, key: str | None) -> frozenset[str]:
-        """Return the slots of words and tables that no text fills from this word on; None for the text's end."""
-        if key not in self._closed:
-            self._closed[key] = frozenset(slot for slot, book in self.books.items() if not book.may_begin(key))
-        return self._closed[key]
+    def excluded_slots(self, key: str | None) -> frozenset[str]:
+        """Return the slots that no phrase beginning with this word can fill; None for the end of the text."""
+        if key not in self._excluded:
+            self._excluded[key] = frozenset(slot for slot, book in self.books.items() if not book.may_begin(key))
+        return self._excluded[key]
 
-    def _understood(self, text: str, phase: str) -> tuple[list[Item], Meaning | None, bool]:
-        """Return a text's parts by the written patterns if they cover it, or else by all; or its chunks' meaning.
+    def _parse_parts(self, text: str, phase: str) -> tuple[list[ParsedPart], Meaning | None, bool]:
+        """Parse a text by the written patterns if they cover it, or else by chunks, or else by all patterns.
 
-        The last value says whether the written patterns cover it.
+        Returns:
+            The parts, empty if it was parsed by chunks; the meaning by chunks, or None; whether the written patterns
+            cover the text.
         """
         keys = self._keys(text)
-        written = TextParser(self, keys, phase, written_only=True)
+        written = TextSegmenter(self, keys, phase, written_only=True)
         parts = written.items()
         is_written = written.is_covered_by(parts)
         if not is_written:
@@ -173,21 +177,25 @@ class Reader:
             meaning = self._read_chunks(keys, phase)
             if meaning is not None:
                 return [], meaning, False
-            parts = TextParser(self, keys, phase).items()
+            parts = TextSegmenter(self, keys, phase).items()
         return [item for _, item in parts], None, is_written
 
     def _read_chunks(self, keys: Sequence[str], phase: str) -> Meaning | None:
-        """Return the meaning of a text by its chunks, or None if the language has none or they say too little."""
-        if self.chunker is None or (phase == "assembly" and self.chunker.is_before):
+        """Return the meaning of a text by its chunks, or None if the language has no chunks or they are not enough."""
+        if self.chunker is None or (phase == "assembly" and self.chunker.has_prepositions):
             return None
-        text = ChunkSequence(self.chunker.chunks(keys), self.noun_phrase_reader, self.chunker.is_before)
+        text = ChunkSequence(self.chunker.chunks(keys), self.noun_phrase_parser, self.chunker.rules)
         if phase == "assembly":
-            return postpositions.RoomReader(text=text, grammar=self._grammar).read()
-        reader = prepositions.RouteReader if self.chunker.is_before else postpositions.RouteReader
+            return postpositions.PlacementParser(text=text, grammar=self._grammar).read()
+        reader = (
+            prepositions.PrepositionRouteParser
+            if self.chunker.has_prepositions
+            else postpositions.PostpositionRouteParser
+        )
         return reader(text=text, grammar=self._grammar).read()
 
     def _without_asides(self, keys: tuple[str, ...]) -> tuple[str, ...]:
-        """Return a text's words without those that only say how sure or how friendly the writer is."""
+        """Return a text's words without hedges and courtesies ("I think", "please")."""
         kept: list[str] = []
         at = 0
         while at < len(keys):
@@ -197,18 +205,18 @@ class Reader:
         return tuple(kept)
 
     def _keys(self, text: str, rules: Iterable[tuple[str, str]] = ()) -> tuple[str, ...]:
-        """Return a text's words for comparison, with typing errors corrected.
+        """Return a text's comparison keys, with typing errors corrected.
 
         Args:
-            text: as it is given.
-            rules: further regular expressions and what takes the place of what they find.
+            text: the original text.
+            rules: additional (regular expression, replacement) pairs.
         """
         for pattern, replacement in (*self._grammar.reading, *rules):
             text = re.sub(pattern, replacement, text)
         return tuple(map(self._correct, self.split(self._tokenizer.normalise(text))))
 
     def _correct(self, key: str) -> str:
-        """Return the word, corrected if one known word alone is spelt alike, or is within one typing error."""
+        """Return the word, or the only known word with the same folded spelling or within one typing error."""
         if key in self._vocabulary or key in self._never_fuzzy:
             return key
         alike = self._folded.get(self._fold(key))
@@ -224,13 +232,13 @@ class Reader:
         return self._corrected[key]
 
     def _fold(self, word: str) -> str:
-        """Return a word without the differences of spelling that people do not keep to."""
+        """Return a word with spelling variants folded together."""
         for one, other in self._grammar.folding:
             word = word.replace(one, other)
         return word
 
     def _spelt_alike(self) -> dict[str, str]:
-        """Return, for each folded spelling that only one known word has, that word."""
+        """Return the known word of each folded spelling that belongs to a single one."""
         found: dict[str, str] = {}
         if self._grammar.folding:
             folded = [(self._fold(word), word) for word in self._vocabulary]
@@ -239,7 +247,7 @@ class Reader:
         return found
 
     def _books(self) -> dict[str, Phrasebook]:
-        """Return, for each word and table slot, its possible forms."""
+        """Return a phrasebook of all possible texts for each word and table slot."""
         books = {name: Phrasebook() for name in (*self._grammar.words, *self._grammar.tables)}
         for name, forms in self._grammar.word_forms().items():
             for form in forms:
@@ -250,12 +258,12 @@ class Reader:
                     books[slot].add(self.split(text), value)
         return books
 
-    def _automaton(self, listed: _Listed, also: _Listed) -> Automaton:
+    def _automaton(self, listed: _Listed, only_read: _Listed) -> Automaton:
         automaton = Automaton(self.split)
         for key, patterns in listed.items():
             automaton.add(key, patterns)
-        for key, patterns in also.items():
-            automaton.add(key, patterns, also=True)
+        for key, patterns in only_read.items():
+            automaton.add(key, patterns, only_read=True)
         return automaton
 
     def _joins(self, names: Iterable[str]) -> Automaton:
@@ -268,7 +276,7 @@ class Reader:
         return automaton
 
     def _fillers(self) -> frozenset[str]:
-        """Return words that join clauses without a meaning of their own, and punctuation."""
+        """Return words that only join clauses, and punctuation."""
         joins = Automaton(self.split)
         for patterns in self._grammar.joins.values():
             joins.add("", patterns)
@@ -276,7 +284,7 @@ class Reader:
         return (frozenset(joins.vocabulary) - self.turns) | OPTIONAL
 
     def _only_words(self, table: Table) -> Iterable[str]:
-        """Yield the keys of a table's wordings that have only one."""
+        """Yield the wordings of a table that are a single word."""
         for patterns in table.values.values():
             for text in (text for pattern in patterns for text in self._grammar.spellings(pattern)):
                 if len(keys := self.split(text)) == 1:
@@ -285,7 +293,7 @@ class Reader:
     def _all_words(self) -> Iterable[str]:
         yield from self.fillers
         yield from self._asides.vocabulary
-        yield from self.noun_phrase_reader.vocabulary
+        yield from self.noun_phrase_parser.vocabulary
         yield from () if self.chunker is None else self.chunker.vocabulary
         for book in self.books.values():
             yield from book.vocabulary
@@ -295,8 +303,8 @@ class Reader:
 
 def _phrase_body(relation: str, phrase: str, relations: Mapping[str, Any]) -> Body:
     """Return the pattern of a phrase of `relations.toml`, with its landmark after or before it."""
-    landmark: Body = (Choice(((Slot("thing"),), (Slot("joined"),))),)
+    landmark: Body = (Alternatives(((Slot("thing"),), (Slot("joined"),))),)
     if relation == "between":
         two: Body = (Slot("thing"), f" {relations['conjunctions'][0]} ", Slot("other"))
-        landmark = (Choice((two, (Slot("pair"),), (Slot("joined"),))),)
+        landmark = (Alternatives((two, (Slot("pair"),), (Slot("joined"),))),)
     return (f"{phrase} ", *landmark) if relations["position"] == "before" else (*landmark, f" {phrase}")

@@ -1,4 +1,4 @@
-"""Assembly instructions read by chunks: the object to place, and its relations to what stands in the room."""
+"""Parser of free assembly texts with postpositions: the object to place, and its relations."""
 
 from dataclasses import dataclass, field, replace
 
@@ -8,59 +8,44 @@ from arramon_lang.reading.chunks.chunker import RELATION, SIDE, THING, Chunk
 from arramon_lang.reading.chunks.sequence import ChunkSequence
 from arramon_lang.reading.discourse import Discourse
 
-_RELATIONS = {
-    "on": "on_top_of", "on_top_of": "on_top_of", "near": "near", "along": "near", "at": "near", "by": "near",
-    "against": "against", "in_front_of": "in_front_of", "beyond": "in_front_of", "before": "in_front_of",
-    "behind": "behind", "steps_behind": "behind", "after": "behind", "through": "behind",
-    "between": "between", "through_between": "between",
-    "left_of": "left_of", "right_of": "right_of", "diagonal": "diagonal_to",
-}  # fmt: skip
-"""The relation that each phrase names; the others name none."""
-
 _YOU = Thing("you")
 
 _FIXED = ("wall", "corner")
-"""Kinds that a side tells apart: the right wall is not something to the right."""
-
-_DESCRIBING = ("of", "having")
-"""Phrases after which the thing follows that they describe."""
-
-_STEPS_FROM = ("beyond", "before", "steps_behind", "after")
+"""Kinds that a side identifies: "the right wall" is not something to the right of the reader."""
 
 _SIDES = ("left", "right")
 
-_WITHIN_YOURS = {"beyond": "in_front_of", "ahead": "in_front_of"}
-
 
 @dataclass(slots=True, kw_only=True)
-class RoomReader:
-    """Reads one text's chunks.
+class PlacementParser:
+    """Parser of one text.
 
     Attributes:
-        text: its chunks.
-        grammar: of the language.
+        text: chunks of the text.
+        grammar: grammar of the language.
+        turns: turns so far.
     """
 
     text: ChunkSequence
     grammar: Grammar
     turns: list[str] = field(default_factory=list)
     _open: list[Where] = field(default_factory=list)
-    """Relations of which what follows says whether they are the object's or a landmark's."""
+    """Relations whose subject is still unknown: the object to place, or a landmark."""
     _where: list[Where] = field(default_factory=list)
-    _named: list[Thing] = field(default_factory=list)
-    """Things that nothing has been said of yet."""
-    _said: list[Thing] = field(default_factory=list)
-    _shown: list[Thing] = field(default_factory=list)
-    """Things that are said to be somewhere, with their relations."""
+    _pending: list[Thing] = field(default_factory=list)
+    """Things whose role is still unknown."""
+    _mentioned: list[Thing] = field(default_factory=list)
+    _located: list[Thing] = field(default_factory=list)
+    """Things that the text locates, with their relations."""
     _object: Thing | None = None
     _is_stated: bool = False
     _is_open: bool = False
-    """Whether what is said next is of the thing that was shown last."""
+    """Whether the next relations belong to the last located thing."""
     _side: str = ""
     _describes: bool = False
 
     def read(self) -> Assembly | None:
-        """Return the meaning, or None if it names no relation."""
+        """Return the meaning, or None if the text states no relation."""
         discourse = Discourse(self.grammar)
         aside = False
         for number, chunk in enumerate(self.text.chunks):
@@ -72,45 +57,45 @@ class RoomReader:
                     discourse.mention(named) for named in chunk.things if named.kind or named.colour or named.look
                 ]
                 for thing in things:
-                    self._name(thing)
+                    self._add_thing(thing)
                 if things:
-                    self._judge(number)
+                    self._assign_role(number)
             else:
-                self._word(number)
-        self._settle()
-        self._where = [replace(each, things=tuple(map(self._as_shown, each.things))) for each in self._where]
+                self._handle_word(number)
+        self._close_sentence()
+        self._where = [replace(each, things=tuple(map(self._with_location, each.things))) for each in self._where]
         if not self._where:
             return None
         thing = self._object or Thing("")
         return Assembly(tuple(self.turns), replace(thing, where=(), number=""), tuple(dict.fromkeys(self._where)))
 
-    def _word(self, number: int) -> None:
+    def _handle_word(self, number: int) -> None:
         chunk = self.text.chunks[number]
         if chunk.kind == "tile":
-            self._name(_YOU)
+            self._add_thing(_YOU)
         elif chunk.kind == SIDE:
-            self._take_side(number)
+            self._handle_side(number)
         elif chunk.kind == RELATION:
-            self._behind(number)
+            self._handle_postposition(number)
         elif chunk.kind == "yours":
-            self._yours(number)
+            self._handle_own_place(number)
         elif chunk.kind in ("straight", "ahead"):
-            self._ahead(number)
+            self._handle_ahead(number)
         elif chunk.kind in ("it", "them") and self.text.next_kind(number) == RELATION:
-            self._refer(2 if chunk.kind == "them" else 1)
+            self._handle_pronoun(2 if chunk.kind == "them" else 1)
         elif chunk.kind == "verb" and chunk.value == "place":
             self._where += self._open
             self._open = []
         elif chunk.kind == "stop":
-            self._settle()
+            self._close_sentence()
 
-    def _ahead(self, number: int) -> None:
-        if self.text.is_relation(number - 1, "from") and self._named[-1:] == [_YOU]:
+    def _handle_ahead(self, number: int) -> None:
+        if self.text.is_relation(number - 1, "from") and self._pending[-1:] == [_YOU]:
             self._relate("in_front_of")
         elif self.text.chunks[number].kind == "ahead" and not self._is_of_thing(number):
             self._open.append(Where("in_front_of", (_YOU,)))
 
-    def _name(self, thing: Thing) -> None:
+    def _add_thing(self, thing: Thing) -> None:
         thing = replace(thing, number="", which="")
         if self._side and thing.kind in _FIXED:
             thing = replace(thing, where=(Where(f"{self._side}_of", (_YOU,)),))
@@ -120,30 +105,30 @@ class RoomReader:
         if self._describes and self._open:
             thing = replace(thing, where=(*thing.where, self._open.pop()))
         self._describes = False
-        self._named.append(self._in_full(thing))
+        self._pending.append(self._with_earlier_attributes(thing))
 
-    def _in_full(self, thing: Thing) -> Thing:
-        """Return a thing with the colour and pattern that it had when it was named before ("the bucket")."""
+    def _with_earlier_attributes(self, thing: Thing) -> Thing:
+        """Return a thing with the colour and pattern of an earlier mention ("the bucket")."""
         if thing.colour or thing.look or thing.kind in ("", "you", *_FIXED):
             return thing
-        return next((each for each in reversed(self._said) if each.kind == thing.kind), thing)
+        return next((each for each in reversed(self._mentioned) if each.kind == thing.kind), thing)
 
-    def _judge(self, number: int) -> None:
-        """Say whether the last named thing is the object or a landmark, if no relation to it follows."""
+    def _assign_role(self, number: int) -> None:
+        """Decide whether the last named thing is the object to place or a landmark, unless a relation to it follows."""
         following = self.text.chunks[number + 1] if number + 1 < len(self.text.chunks) else None
-        thing = self._named[-1]
+        thing = self._pending[-1]
         if following is not None and following.kind == RELATION and following.value == "object":
-            self._take_object(thing)
+            self._set_object(thing)
             self._is_stated = True
         elif following is not None and following.kind in (RELATION, "and", "which"):
             return
-        elif self._is_shown(number):
-            self._show(thing)
+        elif self._is_located(number):
+            self._add_located(thing)
         elif thing.kind not in _FIXED:
-            self._take_object(thing)
+            self._set_object(thing)
 
-    def _is_shown(self, number: int) -> bool:
-        """Return whether a thing is said to be somewhere, not placed: a verb of being, or a later "on it"."""
+    def _is_located(self, number: int) -> bool:
+        """Return whether the text locates a thing rather than places it: by a verb of being, or a later "on it"."""
         for chunk in self.text.chunks[number + 1 :]:
             if chunk.kind == "verb":
                 return chunk.value in ("be", "see")
@@ -153,24 +138,24 @@ class RoomReader:
                 return False
         return False
 
-    def _show(self, thing: Thing) -> None:
+    def _add_located(self, thing: Thing) -> None:
         thing = replace(thing, where=(*thing.where, *self._open))
         self._open = []
-        self._shown.append(thing)
-        self._said.append(thing)
-        self._named, self._is_open = [], True
+        self._located.append(thing)
+        self._mentioned.append(thing)
+        self._pending, self._is_open = [], True
 
-    def _take_object(self, thing: Thing) -> None:
+    def _set_object(self, thing: Thing) -> None:
         if self._object is None or not (self._is_stated or self._object.colour or self._object.look):
             self._object = thing
-        self._named, self._is_open = [], False
+        self._pending, self._is_open = [], False
 
-    def _refer(self, count: int) -> None:
+    def _handle_pronoun(self, count: int) -> None:
         self._is_open = False
-        earlier = [thing for thing in self._said if thing.kind not in _FIXED] or self._said
-        self._named = earlier[-count:]
+        earlier = [thing for thing in self._mentioned if thing.kind not in _FIXED] or self._mentioned
+        self._pending = earlier[-count:]
 
-    def _take_side(self, number: int) -> None:
+    def _handle_side(self, number: int) -> None:
         chunk, following = self.text.chunks[number], self.text.next_kind(number)
         verb = next(
             (each.value for each in self.text.chunks[number + 1 :] if each.kind not in ("straight", "there")), ""
@@ -180,99 +165,99 @@ class RoomReader:
             self.turns.append(f"slightly {direction}" if chunk.slight and direction != "around" else direction)
         elif chunk.value in _SIDES:
             before = self.text.chunks[number - 1] if number else None
-            if before is not None and before.kind == RELATION and before.value in ("of", "from") and self._named:
+            if before is not None and before.kind == RELATION and before.value in ("of", "from") and self._pending:
                 self._relate(f"{chunk.value}_of", exactly=chunk.exactly)
             elif following in (THING, SIDE) or self._is_description(number + 1):
                 self._side = chunk.value
             else:
                 beside = _YOU
-                if self._open and self._is_more(number):  # "One ahead of the TV and one to the right."
+                if self._open and self._continues_relation(number):  # "One ahead of the TV and one to the right."
                     beside = self._open[-1].things[0]
                 if self._open and self._open[-1].relation == "near" and self._is_after_place(number):
                     beside = self._open.pop().things[0]  # "Beside it, on the left."
                 self._open.append(Where(f"{chunk.value}_of", (beside,), chunk.exactly))
 
-    def _is_more(self, number: int) -> bool:
-        """Return whether a side goes on from a relation: "and" between them."""
+    def _continues_relation(self, number: int) -> bool:
+        """Return whether a side continues a relation after "and"."""
         before = self.text.chunks[number - 2 : number] if number > 1 else []
-        return [chunk.kind for chunk in before] == [RELATION, "and"] and before[0].value in _STEPS_FROM
+        return [chunk.kind for chunk in before] == [RELATION, "and"] and self._is_stepping(before[0])
+
+    def _is_stepping(self, chunk: Chunk) -> bool:
+        return self.text.rules.is_in(chunk.value, "stepping")
 
     def _is_after_place(self, number: int) -> bool:
         return number > 0 and self.text.chunks[number - 1].kind in (RELATION, "yours")
 
-    def _behind(self, number: int) -> None:
+    def _handle_postposition(self, number: int) -> None:
         value, following = self.text.chunks[number].value, self.text.next_kind(number)
-        if value in _DESCRIBING:
+        if self.text.rules.is_in(value, "describing"):
             if following == SIDE:
                 return
-            if self._named and following == THING:
-                self._open.append(Where("near", (self._take(),)))
+            if self._pending and following == THING:
+                self._open.append(Where("near", (self._pop_pending(),)))
             before = self.text.chunks[number - 1] if number else None
             is_place = before is not None and (before.kind in (THING, RELATION, "yours") or before.value in _SIDES)
             self._describes = following == THING and is_place and bool(self._open)
-        elif value == "towards" and self._named[-1:] == [_YOU]:
+        elif value == "towards" and self._pending[-1:] == [_YOU]:
             if self._open:  # "One this way from the ball, towards the tile."
-                self._named = []
+                self._pending = []
             else:
                 self._relate("in_front_of")
         elif value == "from":
             if following not in (SIDE, "straight", "ahead"):
-                self._named = []
-        elif value in ("in", "on") and self._named and self._named[-1].kind in _FIXED:
+                self._pending = []
+        elif value in ("in", "on") and self._pending and self._pending[-1].kind in _FIXED:
             self._relate("near")
-        elif value in _RELATIONS and self._named:
-            self._relate(_RELATIONS[value], exactly=self.text.chunks[number].exactly)
+        elif value in self.text.rules.room_relations and self._pending:
+            self._relate(self.text.rules.room_relations[value], exactly=self.text.chunks[number].exactly)
 
-    def _yours(self, number: int) -> None:
+    def _handle_own_place(self, number: int) -> None:
         value = self.text.chunks[number].value
         if value in ("between", "through_between"):
-            self._named.append(_YOU)
+            self._pending.append(_YOU)
             self._relate("between")
         elif value and value != "towards":
-            self._open.append(
-                Where(
-                    _WITHIN_YOURS.get(value, _RELATIONS.get(value, "near")), (_YOU,), self.text.chunks[number].exactly
-                )
-            )
+            relation = self.text.rules.room_relations.get(value, "near")
+            self._open.append(Where(relation, (_YOU,), self.text.chunks[number].exactly))
         elif self.text.next_kind(number) == "and":
-            self._named.append(_YOU)
+            self._pending.append(_YOU)
 
     def _relate(self, relation: str, *, exactly: bool = False) -> None:
-        if relation == "between" and len(self._named) > 1:
-            self._open.append(Where(relation, tuple(self._named[-2:]), exactly))
-            landmarks = self._named[-2:]
+        if relation == "between" and len(self._pending) > 1:
+            self._open.append(Where(relation, tuple(self._pending[-2:]), exactly))
+            landmarks = self._pending[-2:]
         else:
             relation = "near" if relation == "between" else relation
-            landmarks = self._named[-1:]
+            landmarks = self._pending[-1:]
             self._open.append(Where(relation, (landmarks[0],), exactly))
-        self._said += [thing for thing in landmarks if thing.kind not in ("you", "wall", "corner")]
-        rest = self._named[: -len(landmarks)]
-        self._named = []
+        self._mentioned += [thing for thing in landmarks if thing.kind not in ("you", "wall", "corner")]
+        rest = self._pending[: -len(landmarks)]
+        self._pending = []
         if rest and rest[0].kind != "you":
-            self._take_object(rest[0])
+            self._set_object(rest[0])
 
-    def _take(self) -> Thing:
-        thing = self._named[-1]
-        self._named = []
+    def _pop_pending(self) -> Thing:
+        thing = self._pending[-1]
+        self._pending = []
         return thing
 
-    def _settle(self) -> None:
-        """Take what is open at the end of a sentence for the object's."""
+    def _close_sentence(self) -> None:
+        """Assign open relations to the object to place at the end of a sentence."""
         if self._side:
             self._open.append(Where(f"{self._side}_of", (_YOU,)))
         if self._is_open and self._open:  # "There is a ball, to the right of the bowl."
-            self._show(self._shown.pop())
+            self._add_located(self._located.pop())
         self._is_open = False
         self._where += self._open
         self._open, self._side, self._describes = [], "", False
 
-    def _as_shown(self, thing: Thing) -> Thing:
-        """Return a landmark with the relations that were said of it."""
-        shown = next((each for each in self._shown if each.is_same(thing)), None)
+    def _with_location(self, thing: Thing) -> Thing:
+        """Return a landmark with the relations that locate it."""
+        shown = next((each for each in self._located if each.is_same(thing)), None)
         return thing if shown is None or thing.where else shown
 
     def _is_of_thing(self, number: int) -> bool:
-        """Return whether "ahead" describes a thing: "the wall ahead"."""
+        """Return whether "ahead" describes the next thing: "the wall ahead"."""
         at = number + 1 + self._is_description(number + 1)
         following = self.text.chunks[at] if at < len(self.text.chunks) else None
         if following is None or following.kind != THING:
@@ -281,8 +266,8 @@ class RoomReader:
 
     def _is_description(self, number: int) -> bool:
         chunk = self.text.chunks[number] if number < len(self.text.chunks) else None
-        return chunk is not None and chunk.kind == RELATION and chunk.value in _DESCRIBING
+        return chunk is not None and chunk.kind == RELATION and self.text.rules.is_in(chunk.value, "describing")
 
 
 def _refers_back(chunk: Chunk) -> bool:
-    return chunk.kind in ("it", "verb") or (chunk.kind == THING and bool(chunk.things[0].back))
+    return chunk.kind in ("it", "verb") or (chunk.kind == THING and bool(chunk.things[0].reference))
