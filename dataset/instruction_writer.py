@@ -22,8 +22,8 @@ from arramon_dataset.instructions.gate.assembly import faults_of_assembly
 from arramon_dataset.instructions.gate.texts import faults_of_text
 from arramon_dataset.instructions.sight import poses_along
 from arramon_dataset.randomness import seeded
-from arramon_dataset.told_turn import ToldTurn
-from arramon_dataset.trial import Hope, TrialWorld, leads
+from arramon_dataset.trial import EarlyStop, TrialWorld, play_or_stop_early
+from arramon_dataset.turn_planner import TurnPlanner
 from arramon_lang.meaning import Assembly, Meaning, Navigation, Rotate, Thing, Where
 from arramon_lang.quality import check, is_blocked
 from arramon_lang.writing.voice import Voice
@@ -73,37 +73,40 @@ class InstructionWriter:
     def __init__(self, languages: tuple[str, ...], make_follower: Callable[[], Agent], trial: bool = True) -> None:
         self._languages, self._trial = languages, trial
         self.make_follower = make_follower
-        self._turns: dict[int, ToldTurn] = {}
+        self._turns: dict[int, TurnPlanner] = {}
 
     def tells(self, start: Pose, turn: Turn, number: int, site: Site, names: tuple[object, ...]) -> bool:
         """Return whether the way of a turn can be told; see `arramon_dataset.generation.Writer`."""
-        return self._told(start, turn, number, site).navigation((*names, 0, number)) is not None
+        return self._planner(start, turn, number, site).navigation((*names, 0, number)) is not None
 
     def __call__(self, draft: Draft, site: Site, names: tuple[object, ...]) -> Texts | None:
         """Return instructions for a draft, or None if no plan passes; see `arramon_dataset.generation.Writer`."""
         candidates = self.candidates(draft, site, names)
-        return next((texts for texts in candidates if not self._trial or self._leads(draft, site, texts)), None)
+        return next(
+            (texts for texts in candidates if not self._trial or self._passes_in_all_languages(draft, site, texts)),
+            None,
+        )
 
     def candidates(self, draft: Draft, site: Site, names: tuple[object, ...]) -> Iterator[Texts]:
         """Yield candidate instructions, one plan after another: they pass the quality checks and are untested."""
         first, second = draft.turns
         end = poses_along(draft.start, first.path, first.actions)[-1]
-        told = self._told(draft.start, first, 1, site), self._told(end, second, 2, site)
+        planners = self._planner(draft.start, first, 1, site), self._planner(end, second, 2, site)
         routes: list[Tokens] = []
         for number in range(PLANS):
-            plan = _plan(draft, told, (*names, number))
+            plan = _plan(draft, planners, (*names, number))
             if plan is None:
                 return  # All of its draws failed; further ones would do so too.
-            routes = routes or [turn.tokens() for turn in told]
+            routes = routes or [turn.tokens() for turn in planners]
             texts = self._write(draft, plan, routes, (*names, number))
             if texts is not None:
                 yield texts
 
-    def _told(self, start: Pose, turn: Turn, number: int, site: Site) -> ToldTurn:
+    def _planner(self, start: Pose, turn: Turn, number: int, site: Site) -> TurnPlanner:
         """Return a turn with what is seen along it; the last ones are kept."""
         kept = self._turns.get(number)
         if kept is None or kept.site is not site or kept.turn != turn:
-            kept = self._turns[number] = ToldTurn(start, turn, site)
+            kept = self._turns[number] = TurnPlanner(start, turn, site)
         return kept
 
     def _write(self, draft: Draft, plan: Plan, routes: Sequence[Tokens], names: tuple[object, ...]) -> Texts | None:
@@ -123,7 +126,7 @@ class InstructionWriter:
             texts[code] = (turns[0], turns[1])
         return texts
 
-    def _leads(self, draft: Draft, site: Site, texts: Texts) -> bool:
+    def _passes_in_all_languages(self, draft: Draft, site: Site, texts: Texts) -> bool:
         """Return whether the follower passes in every language.
 
         The follower acts on its reading of a text alone, so languages whose texts it reads alike are tested once.
@@ -134,7 +137,7 @@ class InstructionWriter:
         return all(self._passes(episode, code, world) for code in first_of.values())
 
     def _passes(self, episode: Episode, code: str, world: TrialWorld) -> bool:
-        scores = leads(self.make_follower(), episode, code, world, Hope(episode.turns, MIN_NDTW))
+        scores = play_or_stop_early(self.make_follower(), episode, code, world, EarlyStop(episode.turns, MIN_NDTW))
         return scores is not None and passes(scores)
 
 
@@ -147,7 +150,7 @@ def make_instruction_writer() -> InstructionWriter:
     return InstructionWriter(_languages(), type(load_agent(FOLLOWER)))
 
 
-def make_untried_writer() -> InstructionWriter:
+def make_writer_without_trial() -> InstructionWriter:
     """Return an instruction writer for all languages whose texts no agent tries; a `MakeWriter`.
 
     Raises:
@@ -192,25 +195,25 @@ def generate_splits(
         scale=scale,
         seed=seed,
         jobs=jobs,
-        make_writer=make_instruction_writer if trial else make_untried_writer,
-        tell=seldom(tell),
+        make_writer=make_instruction_writer if trial else make_writer_without_trial,
+        tell=throttled(tell),
         tried=trial,
         secret=secret,
     )
     return [split if split.training else add_demands(data, split) for split in made]
 
 
-def seldom(tell: Callable[[str], None]) -> Callable[[Progress], None]:
+def throttled(tell: Callable[[str], None]) -> Callable[[Progress], None]:
     """Return what tells of a split's progress in lines: the first, the last, and one in REPORT_SECONDS between."""
-    told: dict[str, float] = {}
+    reported: dict[str, float] = {}
 
-    def tell_of(progress: Progress) -> None:
-        since = progress.seconds - told.get(progress.split, 0.0)
+    def report(progress: Progress) -> None:
+        since = progress.seconds - reported.get(progress.split, 0.0)
         if since >= REPORT_SECONDS or progress.done in (progress.kept, progress.total):
-            told[progress.split] = progress.seconds
+            reported[progress.split] = progress.seconds
             tell(str(progress))
 
-    return tell_of
+    return report
 
 
 def passes(scores: EpisodeScores) -> bool:
@@ -218,11 +221,11 @@ def passes(scores: EpisodeScores) -> bool:
     return all(turn["nDTW"] > MIN_NDTW and all(turn[name] == 1.0 for name in MUST_BE_ONE) for turn in scores.turns)
 
 
-def _plan(draft: Draft, told: tuple[ToldTurn, ToldTurn], names: tuple[object, ...]) -> Plan | None:
+def _plan(draft: Draft, planners: tuple[TurnPlanner, TurnPlanner], names: tuple[object, ...]) -> Plan | None:
     """Return the meanings of both turns' instructions, or None if a planner fails."""
     room, planned = draft.decoys, []
     for number, turn in enumerate(draft.turns, start=1):
-        navigation = told[number - 1].navigation((*names, number))
+        navigation = planners[number - 1].navigation((*names, number))
         if navigation is None:
             return None
         randoms = (seeded(*names, number, "assembly", draw) for draw in range(DRAWS))

@@ -3,12 +3,12 @@
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from arramon_dataset.release.landmarks.agreement import WITHIN, by_kind, mentions_of, standing_of
+from arramon_dataset.release.landmarks.agreement import WITHIN, by_kind, mentions_of, placed_things
 from arramon_dataset.release.landmarks.alignment import align
 from arramon_dataset.release.landmarks.city import KNOWN
 from arramon_dataset.release.landmarks.mentions import Event, events_of
-from arramon_dataset.release.landmarks.recovery import Map
-from arramon_dataset.release.landmarks.walks import walks_of
+from arramon_dataset.release.landmarks.recovery import LandmarkMap
+from arramon_dataset.release.landmarks.turn_paths import paths_of_turns
 from arramon_lang.quality import SUSPICIOUS, Failure
 from arramon_server.episodes.episode import Episode
 from arramon_server.episodes.splits import read_splits, split_with_episode
@@ -36,9 +36,9 @@ def missing(text: str, language: str, episode: Episode, turn: int, section: Sect
     events = events_of(text, language)
     if not events:
         return []
-    walk = walks_of(episode)[turn - 1]
-    things = standing_of(furnished(section, episode.furniture).props)
-    aligned = align(events, walk, Map.of(by_kind(things, KNOWN)).fit)
+    walk = paths_of_turns(episode)[turn - 1]
+    things = placed_things(furnished(section, episode.furniture).props)
+    aligned = align(events, walk, LandmarkMap.of(by_kind(things, KNOWN)).fit)
     return [
         Failure(CHECK, SUSPICIOUS, _message(event, turn, place, tuple(walk.places[place])))
         for event, place, thing in mentions_of(events, aligned, walk, things)

@@ -52,7 +52,7 @@ class Passed:
 
 
 @dataclass(frozen=True, slots=True)
-class Leg:
+class LegFacts:
     """A straight part of the path.
 
     Attributes:
@@ -85,7 +85,7 @@ class RouteFacts:
 
     poses: tuple[Pose, ...]
     marks: tuple[Landmark, ...]
-    legs: tuple[Leg, ...]
+    legs: tuple[LegFacts, ...]
     last_turn: float
     around: tuple[str, ...]
     others: tuple[str, ...]
@@ -114,7 +114,7 @@ def facts_along(turn: Turn, poses: Sequence[Pose], landmarks: Sequence[Landmark]
         length = math.dist((x0, z0), (x1, z1))
         goal = (turn.target.position.x, turn.target.position.z)
         legs.append(
-            Leg(
+            LegFacts(
                 turn_between(heading, new),
                 length,
                 next(n for n, p in enumerate(poses) if (p.x, p.z) == (x0, z0)),

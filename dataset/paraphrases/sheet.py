@@ -9,7 +9,7 @@ from PIL import Image
 from arramon_dataset.generation.site import Site
 from arramon_dataset.generation.split_maker import SOURCE
 from arramon_dataset.paraphrases.room import room_facts
-from arramon_dataset.paraphrases.route import Leg, RouteFacts, name_of, route_facts
+from arramon_dataset.paraphrases.route import LegFacts, RouteFacts, name_of, route_facts
 from arramon_dataset.pictures.canvas import BLACK, PINK, SWATCHES, WHITE, Canvas, add_title
 from arramon_dataset.pictures.maps import EDGE, PROPS, STREET, roof_colour
 from arramon_dataset.plans import plan_ids, read_plan
@@ -172,7 +172,7 @@ def frames(poses: Mapping[str, Pose], turn: Turn, site: Site) -> list[tuple[str,
     ]
 
 
-def _moments(legs: Sequence[Leg], count: int) -> list[int]:
+def _moments(legs: Sequence[LegFacts], count: int) -> list[int]:
     """Return the indices of the poses to show: the beginnings of legs, the end, and evenly between, in order."""
     moments = {0, count - 1, *(min(leg.first + 3, count - 1) for leg in legs)}
     for place in range(FRAMES):

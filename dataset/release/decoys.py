@@ -24,7 +24,7 @@ MIN_GRADE = 0.3
 """Minimum grade of a relation at which an existing object is accepted as the meaning of an incomplete name."""
 
 
-def leads_to(meaning: Assembly, room: Sequence[PlacedObject], placement: Placement) -> bool:
+def identifies_cell(meaning: Assembly, room: Sequence[PlacedObject], placement: Placement) -> bool:
     """Return whether an instruction, followed in a room, leads to the cell of a placement."""
     return find_cell(meaning, whole_room(tuple(room)))[0] == (placement.column, placement.row)
 

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from arramon_client.world import COLUMNS, REACH_AHEAD, REACH_SIDE, ROWS
 from arramon_dataset.randomness import seeded
-from arramon_dataset.release.decoys import Arrangement, leads_to
+from arramon_dataset.release.decoys import Arrangement, identifies_cell
 from arramon_lang import Language, Mention
 from arramon_lang.meaning import Assembly
 from arramon_server.sim.catalogue import ALL_TYPES, EXTENT, ObjectType
@@ -45,7 +45,7 @@ OFFSETS = {"on_top_of": (0, 0), "left_of": (1, 0), "right_of": (-1, 0), "behind"
 
 
 @dataclass(frozen=True, slots=True)
-class Reference:
+class ObjectReference:
     """An object that an assembly instruction mentions, and the target's relation to it.
 
     Attributes:
@@ -66,10 +66,10 @@ class Reference:
         return all(getattr(self.mention, word) in (None, getattr(candidate, word)) for word in ATTRIBUTES)
 
 
-def read_references(instruction: str, language: Language) -> tuple[Reference, ...]:
+def read_references(instruction: str, language: Language) -> tuple[ObjectReference, ...]:
     """Return the objects that an assembly instruction mentions, in order."""
     mentions = language.find_objects(instruction)
-    return tuple(Reference(mention, language.relation_of(instruction, mention)) for mention in mentions)
+    return tuple(ObjectReference(mention, language.relation_of(instruction, mention)) for mention in mentions)
 
 
 def draw_distracters(
@@ -165,7 +165,7 @@ def arrange_decoys(
     targets: tuple[ObjectType, ObjectType],
     placements: tuple[Placement, Placement],
     walks: tuple[Sequence[Square], Sequence[Square]],
-    references: tuple[Sequence[Reference], Sequence[Reference]],
+    references: tuple[Sequence[ObjectReference], Sequence[ObjectReference]],
     meanings: tuple[Assembly | None, Assembly | None] = (None, None),
 ) -> tuple[tuple[ObjectType, Square], ...]:
     """Return eight objects on the room's floor for the first assembly phase; fewer if there is no room.
@@ -193,7 +193,7 @@ def arrange_decoys(
     for attempt in range(ATTEMPTS if told else 1):
         room = _arrange(attempt, targets, placements, walks, references, meanings, random)
         items = [PlacedObject(kind, Placement(cell.column, 1, cell.row)) for cell, kind in room.items()]
-        true = sum(leads_to(meaning, items + [first] * turn, placements[turn]) for turn, meaning in told)
+        true = sum(identifies_cell(meaning, items + [first] * turn, placements[turn]) for turn, meaning in told)
         if true > most:
             best, most = tuple((kind, cell) for cell, kind in sorted(room.items())), true
         if most == len(told):
@@ -206,7 +206,7 @@ def _arrange(
     targets: tuple[ObjectType, ObjectType],
     placements: tuple[Placement, Placement],
     walks: tuple[Sequence[Square], Sequence[Square]],
-    references: tuple[Sequence[Reference], Sequence[Reference]],
+    references: tuple[Sequence[ObjectReference], Sequence[ObjectReference]],
     meanings: tuple[Assembly | None, Assembly | None],
     random: Random,
 ) -> dict[Square, ObjectType]:
@@ -248,7 +248,7 @@ def rests_on_first(placements: tuple[Placement, Placement]) -> bool:
 def stand_type(
     targets: tuple[ObjectType, ObjectType],
     turn: int,
-    references: Sequence[Reference],
+    references: Sequence[ObjectReference],
     room: dict[Square, ObjectType],
     random: Random,
 ) -> ObjectType:

@@ -10,7 +10,7 @@ import numpy as np
 
 import arramon_lang as lang
 from arramon_dataset.parallel import process_pool, processes_of
-from arramon_dataset.release.extras import Points, Reference, arrange_decoys, draw_distracters, read_references
+from arramon_dataset.release.extras import ObjectReference, Points, arrange_decoys, draw_distracters, read_references
 from arramon_dataset.release.files import read_release
 from arramon_dataset.release.landmarks.city import rebuild
 from arramon_dataset.release.reconstruction import build_up
@@ -186,7 +186,7 @@ def add_objects(episode: Episode, ground: Points) -> Episode:
     return replace(episode, turns=(first, second), decoys=placed)
 
 
-def _references(episode: Episode) -> tuple[tuple[Reference, ...], tuple[Reference, ...]]:
+def _references(episode: Episode) -> tuple[tuple[ObjectReference, ...], tuple[ObjectReference, ...]]:
     """Return the objects mentioned in both assembly instructions, in the first language by code: English if present."""
     code = min(episode.instructions)
     first, second = (read_references(text.assembly, lang.load(code)) for text in episode.instructions[code])

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from arramon_dataset.instructions.gate.progress import AT, Progress, nearest
+from arramon_dataset.instructions.gate.progress import AT, GateProgress, nearest
 from arramon_dataset.instructions.gate.streets import faults_of_place, faults_of_turn_on_the_way
 from arramon_dataset.instructions.gate.texts import faults_of_names
 from arramon_dataset.instructions.gate.things import (
@@ -50,7 +50,7 @@ class NavigationCheck:
 
     def __init__(self, world: GateWorld) -> None:
         self._world = world
-        self._progress = Progress()
+        self._progress = GateProgress()
         self._last: Step | None = None
 
     def after(self, steps: tuple[Step, ...]) -> "NavigationCheck | None":

@@ -15,7 +15,7 @@ AT, BY = 4.5, 7.0
 
 
 @dataclass(frozen=True, slots=True)
-class Progress:
+class GateProgress:
     """Where on the path some steps have come to.
 
     Attributes:

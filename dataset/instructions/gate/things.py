@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator
 
-from arramon_dataset.instructions.gate.progress import AT, BY, HINDSIGHT, Progress
+from arramon_dataset.instructions.gate.progress import AT, BY, HINDSIGHT, GateProgress
 from arramon_dataset.instructions.gate.sides import stands_on
 from arramon_dataset.instructions.gate.streets import ORDINALS
 from arramon_dataset.instructions.gate.world import GateWorld
@@ -45,7 +45,7 @@ WALKED_OVER, SURELY_OVER = 3.0, 1.6
 counts. What is farther than this, and no farther than COUNTED_ASIDE, some count and some do not."""
 
 
-def faults_of_description(world: GateWorld, progress: Progress, thing: Thing) -> Iterator[str]:
+def faults_of_description(world: GateWorld, progress: GateProgress, thing: Thing) -> Iterator[str]:
     """Yield what a name says that is not so: kind, colour, look, number, ordinal."""
     if thing.kind in PLACES:
         yield from _faults_of_place_name(world, progress, thing)
@@ -78,7 +78,7 @@ def faults_of_description(world: GateWorld, progress: Progress, thing: Thing) ->
             yield f"{thing.identity} is not the next of its kind"
 
 
-def _count(world: GateWorld, progress: Progress, thing: Thing, mark: Landmark) -> int:
+def _count(world: GateWorld, progress: GateProgress, thing: Thing, mark: Landmark) -> int:
     """Return which of the fitting things along the way since the last turn a landmark is, from 1."""
     since = progress.last_turn
     own = _passed(world, mark, since)
@@ -89,7 +89,7 @@ def _count(world: GateWorld, progress: Progress, thing: Thing, mark: Landmark) -
     return 1 + sum(place is not None and place <= own for place in places)
 
 
-def _doubtful_crossings(world: GateWorld, progress: Progress, mark: Landmark) -> Iterator[str]:
+def _doubtful_crossings(world: GateWorld, progress: GateProgress, mark: Landmark) -> Iterator[str]:
     """Yield each zebra crossing beside the way since the last turn to one, which some count and some do not."""
     since = progress.last_turn
     own = _passed(world, mark, since)
@@ -109,7 +109,7 @@ def _passed(world: GateWorld, mark: Landmark, since: int) -> int | None:
     return world.closest(mark.x, mark.z, since, limit)
 
 
-def _faults_of_place_name(world: GateWorld, progress: Progress, thing: Thing) -> Iterator[str]:
+def _faults_of_place_name(world: GateWorld, progress: GateProgress, thing: Thing) -> Iterator[str]:
     if thing.kind in ("street", "alley"):
         road = world.road(thing.identity)
         if road is None or (thing.kind == "alley") != (road.kind == "alley"):
@@ -147,7 +147,7 @@ def _is_kind(junction: Junction, kind: str, heading: float) -> bool:
 # Where it is
 
 
-def faults_of_relations(world: GateWorld, progress: Progress, thing: Thing) -> Iterator[str]:
+def faults_of_relations(world: GateWorld, progress: GateProgress, thing: Thing) -> Iterator[str]:
     """Yield what is said of where a thing is that is not so, or that another thing fits better."""
     marks = world.landmarks(thing.identity)
     for where in thing.where:
@@ -203,7 +203,7 @@ def _stands_alone(world: GateWorld, where: Where, other: Landmark) -> bool:
 # What can be seen
 
 
-def faults_of_sight(world: GateWorld, progress: Progress, thing: Thing) -> Iterator[str]:
+def faults_of_sight(world: GateWorld, progress: GateProgress, thing: Thing) -> Iterator[str]:
     """Yield each thing that cannot be recognised while the step is walked that has come to where one is."""
     at, since = progress.at, progress.since
     until = at - 1 if at > since else since + FORESIGHT
@@ -219,7 +219,7 @@ def faults_of_sight(world: GateWorld, progress: Progress, thing: Thing) -> Itera
             yield f"{mark.identity} cannot be seen on the way to it"
 
 
-def faults_of_rivals(world: GateWorld, progress: Progress, thing: Thing, *, is_faced: bool) -> Iterator[str]:
+def faults_of_rivals(world: GateWorld, progress: GateProgress, thing: Thing, *, is_faced: bool) -> Iterator[str]:
     """Yield each other thing of a name that is seen ahead, or as one turns, nearer than the one that is meant.
 
     So is one that the path passes before it, whenever it was seen.
@@ -244,7 +244,7 @@ def faults_of_rivals(world: GateWorld, progress: Progress, thing: Thing, *, is_f
                 yield f"the path passes {other.identity} before {thing.identity}"
 
 
-def faults_of_several(world: GateWorld, progress: Progress, thing: Thing) -> Iterator[str]:
+def faults_of_several(world: GateWorld, progress: GateProgress, thing: Thing) -> Iterator[str]:
     """Yield each of several things that is not before the walker."""
     view = Pose(*world.path[progress.at], world.heading_after(progress.at))
     for mark in world.landmarks(thing.identity) if thing.number else ():

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from arramon_client.world import turn_between
-from arramon_dataset.instructions.gate.progress import AT, HINDSIGHT, Progress, middle, nearest
+from arramon_dataset.instructions.gate.progress import AT, HINDSIGHT, GateProgress, middle, nearest
 from arramon_dataset.instructions.gate.streets import (
     faults_of_heading,
     faults_of_street,
@@ -45,7 +45,7 @@ FACED = 40.0
 """Maximum angle between the way on and what one turns to face, in degrees."""
 
 
-def faults_of_face(world: GateWorld, progress: Progress, thing: Thing) -> Iterator[str]:
+def faults_of_face(world: GateWorld, progress: GateProgress, thing: Thing) -> Iterator[str]:
     """Yield what is wrong with turning to face a thing."""
     (x, z), here = middle(world, (thing,), progress.at), world.path[progress.at]
     towards = math.degrees(math.atan2(x - here[0], z - here[1]))
@@ -55,7 +55,7 @@ def faults_of_face(world: GateWorld, progress: Progress, thing: Thing) -> Iterat
         yield f"{thing.identity} is one of several places that one may face"
 
 
-def turn(world: GateWorld, progress: Progress, step: Rotate, faults: list[str]) -> Progress:
+def turn(world: GateWorld, progress: GateProgress, step: Rotate, faults: list[str]) -> GateProgress:
     """Return the progress after a turn; what is wrong with it is added to `faults`."""
     degrees = DEGREES[step.direction]
     if step.thing is None:
@@ -83,7 +83,7 @@ def turn(world: GateWorld, progress: Progress, step: Rotate, faults: list[str]) 
     return _turn_at(world, progress, index, degrees, faults)
 
 
-def _turn_at(world: GateWorld, progress: Progress, index: int, degrees: float, faults: list[str]) -> Progress:
+def _turn_at(world: GateWorld, progress: GateProgress, index: int, degrees: float, faults: list[str]) -> GateProgress:
     if abs(degrees) < 90.0 and not _is_slight(world, progress, index, degrees):
         faults.append(f"the path does not turn slightly at its place {index}, or only for a few paces")
     if index in progress.turned:
@@ -101,7 +101,7 @@ def _bends_again(world: GateWorld, index: int, degrees: float) -> bool:
     return math.copysign(1.0, degrees) * bend > TOLD_BEND
 
 
-def _is_slight(world: GateWorld, progress: Progress, index: int, degrees: float) -> bool:
+def _is_slight(world: GateWorld, progress: GateProgress, index: int, degrees: float) -> bool:
     """Return whether the way as a whole turns slightly at a place; so does one that cannot be measured there."""
     if _is_step_aside(world, index, degrees):
         return False
@@ -124,7 +124,7 @@ def _is_step_aside(world: GateWorld, index: int, degrees: float) -> bool:
     )
 
 
-def faults_of_bends(world: GateWorld, progress: Progress, *, is_end: bool) -> Iterator[str]:
+def faults_of_bends(world: GateWorld, progress: GateProgress, *, is_end: bool) -> Iterator[str]:
     """Yield each bend of the path that has not been said; if that is not the end, those that no later step can tell."""
     until = len(world.path) if is_end else progress.at - BACK
     for at, angle in world.bends.items():

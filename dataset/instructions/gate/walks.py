@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from arramon_client.world import turn_between
-from arramon_dataset.instructions.gate.progress import AT, BY, Progress, middle, nearest, places_ahead
+from arramon_dataset.instructions.gate.progress import AT, BY, GateProgress, middle, nearest, places_ahead
 from arramon_dataset.instructions.gate.sides import faults_of_passing, faults_of_side, poses_of_part
 from arramon_dataset.instructions.gate.turns import TURN_REACH
 from arramon_dataset.instructions.gate.world import GateWorld
@@ -15,7 +15,7 @@ STRAIGHT = 18.0
 """Maximum angle from the path of what one walks straight to, in degrees."""
 
 
-def walk(world: GateWorld, progress: Progress, step: Walk, faults: list[str]) -> Progress:
+def walk(world: GateWorld, progress: GateProgress, step: Walk, faults: list[str]) -> GateProgress:
     """Return the progress after a walk; what is wrong with it is added to `faults`."""
     if not step.things:
         return progress
@@ -42,7 +42,7 @@ def walk(world: GateWorld, progress: Progress, step: Walk, faults: list[str]) ->
     return replace(progress, at=max(progress.at, near))
 
 
-def _approach(world: GateWorld, progress: Progress, step: Walk, faults: list[str]) -> Progress:
+def _approach(world: GateWorld, progress: GateProgress, step: Walk, faults: list[str]) -> GateProgress:
     x, z = middle(world, step.things, progress.at)
     here = math.dist(world.path[progress.at], (x, z))
     ahead = places_ahead(world, progress.at, 30)
@@ -63,7 +63,7 @@ def _is_amid(world: GateWorld, things: Sequence[Thing], since: int, near: int) -
     return right < 0.0 < other and abs(right + other) <= 5.0 and abs(along - far) <= other - right
 
 
-def _faults_of_straight(world: GateWorld, progress: Progress, things: Sequence[Thing]) -> Iterator[str]:
+def _faults_of_straight(world: GateWorld, progress: GateProgress, things: Sequence[Thing]) -> Iterator[str]:
     """Yield what is wrong with a walk straight to things: that they are not ahead, or the way there bends."""
     (x, z), here = middle(world, things, progress.at), world.path[progress.at]
     towards = math.degrees(math.atan2(x - here[0], z - here[1]))

@@ -6,7 +6,7 @@ from random import Random
 
 from arramon_client.world import COLLECTIBLES
 from arramon_dataset.instructions.navigation.choice import full_name
-from arramon_dataset.instructions.navigation.groups import groups_around
+from arramon_dataset.instructions.navigation.groups import groups_centred_on
 from arramon_dataset.instructions.sight import Landmark
 from arramon_lang.meaning import Thing, Where
 from arramon_server.sim.assets.roadside import ZEBRA_LENGTH, ZEBRA_WIDTH
@@ -18,33 +18,33 @@ NEAR = 3.0
 """Maximum distance of a landmark from the target, in units."""
 
 BUILDING_SHARE = 0.25
-"""Probability that a building may tell a target's place."""
+"""Probability that a building is considered for locating a target."""
 
 COLLECTIBLE_LIKING = 0.5
-"""How many units nearer than other landmarks another collectible seems."""
+"""Bonus for collectibles in the choice of a landmark, as units of distance."""
 
 UNSUITED = ("intersection", "junction", "corner")
-"""Kinds of landmarks that a target's place is not told by."""
+"""Kinds of landmarks that never locate a target."""
 
 UNPLACED = 0.15
-"""Probability that the place is not told of a target that looks like no other object."""
+"""Probability of omitting the location of a target with a unique appearance."""
 
 APART = 8.0
-"""Distance from another object that looks like the target within which nothing may be called as what tells the target's
-place, in units."""
+"""Distance from an object that looks like the target within which nothing may share the name of the landmark that
+locates the target, in units."""
 
 GROUP_SHARE = 0.8
-"""Probability that things that stand together by the target are named together."""
+"""Probability of a plural name for a group near the target."""
 
 LAST_VIEWS, OFF_SIDE = 6, 65.0
-"""Last poses from all of which the target is on the told side of a landmark, and maximum angle between that side and
-where it is, in degrees."""
+"""Number of last poses from all of which the stated relation to a landmark must hold, and maximum angle between the
+stated and the true direction, in degrees."""
 
 ON_ZEBRA = (ZEBRA_WIDTH / 2 + 0.4, ZEBRA_LENGTH / 2 + 0.4)
-"""Half the size of the ground that a zebra crossing covers, with half of an object at its edge, in units."""
+"""Half the extent of a zebra crossing, plus half an object at its edge, in units."""
 
 FULL = 0.85
-"""Probability that the name is complete though fewer words suffice."""
+"""Probability of the complete name although fewer words suffice."""
 
 
 def describe(
@@ -87,7 +87,7 @@ def describe(
 
 
 def _is_by_any(mark: Landmark, twins: Sequence[Landmark]) -> bool:
-    """Return whether a landmark could tell where one of the target's twins is."""
+    """Return whether a landmark is near an object that looks like the target."""
     return any(math.dist((mark.x, mark.z), (twin.x, twin.z)) < APART for twin in twins)
 
 
@@ -100,8 +100,8 @@ def _where(
 ) -> tuple[Where, ...]:
     """Return the target's relation to a landmark near it, as seen when arriving along the path.
 
-    `elsewhere` are the landmarks near others that look like the target: what is called the same is not used, and no
-    building. None if there are no others.
+    `elsewhere` are the landmarks near objects that look like the target, or None if there are no such objects. If there
+    are, no landmark with the same label and no building is used.
     """
     view = poses[max(len(poses) - 6, 0)]
     x, z = target.position.x, target.position.z
@@ -138,20 +138,20 @@ def _where(
             relation = "in_front_of" if ahead > 0.0 else "behind"
     if not all(_is_so_from(pose, relation, (x, z), mark) for pose in poses[-LAST_VIEWS:]):
         relation = "near"
-    group = next(groups_around(mark, every, marks, len(poses)), None)
+    group = next(groups_centred_on(mark, every, marks, len(poses)), None)
     if group is not None and is_alone and random.random() < GROUP_SHARE:
         return (Where("near", (group.name,)),)
     return (Where(relation, (name,)),)
 
 
 def _is_under(mark: Landmark, x: float, z: float) -> bool:
-    """Return whether a landmark is what a place is on, a zebra crossing, and so not next to it."""
+    """Return whether a landmark is a zebra crossing that covers a place."""
     across, along = Pose(mark.x, mark.z, mark.heading).local(x, z)
     return mark.label.kind == "zebra_crossing" and abs(across) <= ON_ZEBRA[0] and abs(along) <= ON_ZEBRA[1]
 
 
 def _is_so_from(view: Pose, relation: str, place: tuple[float, float], mark: Landmark) -> bool:
-    """Return whether a place is clearly on the told side of a landmark, for who looks at the place from a pose."""
+    """Return whether a place is clearly in a relation to a landmark, as seen from a pose."""
     x, z = place
     towards = math.degrees(math.atan2(x - view.x, z - view.z))
     right, ahead = Pose(x, z, towards % 360.0).local(mark.x, mark.z)

@@ -6,10 +6,10 @@ from functools import cache
 import numpy as np
 from scipy import ndimage
 
-from arramon_dataset.release.landmarks.alignment import Aligned
+from arramon_dataset.release.landmarks.alignment import EventAlignment
 from arramon_dataset.release.landmarks.kernels import ASIDE, BACK, STEP, frames_of, in_frames, is_ahead, kernel
 from arramon_dataset.release.landmarks.mentions import FURNITURE, Event
-from arramon_dataset.release.landmarks.walks import Numbers, Walk
+from arramon_dataset.release.landmarks.turn_paths import Numbers, TurnPath
 from arramon_lang.street import is_of_colour
 from arramon_server.sim.city import label_of_prop
 from arramon_server.sim.section import Prop
@@ -21,7 +21,7 @@ LIKELY = 0.5
 """A text puts a thing wherever its kernel is at least this large; of what is seen ahead, relative to the best place at
 the same distance: farther things are spoken of less often, but what is said of them is as true."""
 
-Standing = tuple[str, float, float, str, str]
+PlacedThing = tuple[str, float, float, str, str]
 """A thing in the world: kind, x, z, colour, look."""
 
 
@@ -34,7 +34,7 @@ def _apart(manner: str, relation: str) -> Numbers:
     return distances
 
 
-def nearest(event: Event, place: int, walk: Walk, things: Sequence[Standing]) -> tuple[int, float]:
+def nearest(event: Event, place: int, walk: TurnPath, things: Sequence[PlacedThing]) -> tuple[int, float]:
     """Return the index of the fitting thing nearest to where a mention puts it, and how far it is; (-1, inf) if none.
 
     A thing fits if it is of the kind, of the colour and on the side that are said, and a banner has the shape.
@@ -55,7 +55,7 @@ def nearest(event: Event, place: int, walk: Walk, things: Sequence[Standing]) ->
     return fitting[best], float(apart[best])
 
 
-def _fits(event: Event, thing: Standing) -> bool:
+def _fits(event: Event, thing: PlacedThing) -> bool:
     kind, _, _, colour, look = thing
     if kind != event.kind or (kind == "banner" and event.look not in ("", look)):
         return False
@@ -63,7 +63,11 @@ def _fits(event: Event, thing: Standing) -> bool:
 
 
 def mentions_of(
-    events: Sequence[Event], aligned: Aligned, walk: Walk, things: Sequence[Standing], kinds: Sequence[str] = FURNITURE
+    events: Sequence[Event],
+    aligned: EventAlignment,
+    walk: TurnPath,
+    things: Sequence[PlacedThing],
+    kinds: Sequence[str] = FURNITURE,
 ) -> list[tuple[Event, int, int]]:
     """Return each mention of furniture, its place on the walk, and the index of its thing; -1 for none."""
     found = []
@@ -74,14 +78,14 @@ def mentions_of(
     return found
 
 
-def standing_of(props: Sequence[Prop]) -> list[Standing]:
+def placed_things(props: Sequence[Prop]) -> list[PlacedThing]:
     """Return props as things in a world."""
     labels = [label_of_prop(prop) for prop in props]
     return [(prop.kind, prop.x, prop.z, label.colour, label.look) for prop, label in zip(props, labels, strict=True)]
 
 
-def by_kind(things: Sequence[Standing], strength: float) -> Mapping[str, list[tuple[float, float, float, str]]]:
-    """Return things as `recovery.Map.of` takes them, all with one strength."""
+def by_kind(things: Sequence[PlacedThing], strength: float) -> Mapping[str, list[tuple[float, float, float, str]]]:
+    """Return things as `recovery.LandmarkMap.of` takes them, all with one strength."""
     listed: dict[str, list[tuple[float, float, float, str]]] = {}
     for kind, x, z, colour, _ in things:
         listed.setdefault(kind, []).append((x, z, strength, colour))

@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 
 from arramon_dataset.release.landmarks.mentions import Event
-from arramon_dataset.release.landmarks.walks import Indices, Numbers, Walk
+from arramon_dataset.release.landmarks.turn_paths import Indices, Numbers, TurnPath
 from arramon_lang.street import DEGREES
 
 BIG = 60.0
@@ -32,12 +32,12 @@ UNEXPECTED = 0.03
 PACE = 0.35
 """Standard deviation of an event's place from an even pace through the text, as a share of the walk."""
 
-Fit = Callable[[Event, Walk], Numbers]
+Fit = Callable[[Event, TurnPath], Numbers]
 """Returns the likelihood (n,) of a mention at each place of the walk, from what is known of the landmarks."""
 
 
 @dataclass(frozen=True, eq=False)
-class Aligned:
+class EventAlignment:
     """An instruction's events on its walk.
 
     Attributes:
@@ -49,7 +49,7 @@ class Aligned:
     best: Sequence[int]
 
 
-def align(events: Sequence[Event], walk: Walk, fit: Fit) -> Aligned:
+def align(events: Sequence[Event], walk: TurnPath, fit: Fit) -> EventAlignment:
     """Return the alignment of events, at least one, to a walk."""
     size = len(walk.places)
     emission = np.stack([_emission(event, number, len(events), walk, fit) for number, event in enumerate(events)])
@@ -74,10 +74,10 @@ def align(events: Sequence[Event], walk: Walk, fit: Fit) -> Aligned:
     best = [int((viterbi[-1] + last).argmax())]
     for at in range(len(events) - 1, 0, -1):
         best.append(int(back[at][best[-1]]))
-    return Aligned(posterior / posterior.sum(axis=1, keepdims=True), best[::-1])
+    return EventAlignment(posterior / posterior.sum(axis=1, keepdims=True), best[::-1])
 
 
-def _emission(event: Event, number: int, count: int, walk: Walk, fit: Fit) -> Numbers:
+def _emission(event: Event, number: int, count: int, walk: TurnPath, fit: Fit) -> Numbers:
     """Return the logarithm of an event's likelihood at each place, (n,)."""
     size = len(walk.places)
     if event.manner == "target":
@@ -120,7 +120,7 @@ def _turns(event: Event) -> bool:
     return bool(event.direction) or event.manner in ("faced", "at", "after", "before")
 
 
-def _big_turns(walk: Walk) -> Numbers:
+def _big_turns(walk: TurnPath) -> Numbers:
     """Return 1.0 at the middle of each big turn, (n,), otherwise 0.0."""
     size = np.abs(walk.turned)
     wide = np.pad(size, NEAR)

@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 from arramon_dataset.layout.grid import sample_points
 from arramon_dataset.layout.places import PATH_GAP, TARGET_GAP
 from arramon_dataset.layout.solids import Solids
-from arramon_dataset.release.landmarks.walks import Numbers
+from arramon_dataset.release.landmarks.turn_paths import Numbers
 from arramon_server.episodes.episode import Episode
 from arramon_server.sim.assets.furniture import footprint_radius
 from arramon_server.sim.section import Building
@@ -36,7 +36,7 @@ _RASTER = 0.25
 
 
 @dataclass(frozen=True, eq=False)
-class Ground:
+class FurnitureGrid:
     """Places for furniture in a section, and its buildings as a raster.
 
     Attributes:
@@ -54,7 +54,7 @@ class Ground:
     built: Mask
 
     @classmethod
-    def of(cls, heading: float, buildings: Sequence[Building], walked: Numbers) -> "Ground":
+    def of(cls, heading: float, buildings: Sequence[Building], walked: Numbers) -> "FurnitureGrid":
         """Return the ground between buildings around walked positions (n, 2) of (x, z)."""
         solids = Solids.from_bodies(buildings)
         low, high = np.floor(walked.min(axis=0) - WALKABLE), np.ceil(walked.max(axis=0) + WALKABLE)
@@ -79,7 +79,7 @@ class Ground:
 
 
 @dataclass(frozen=True, eq=False)
-class Room:
+class FreeSpace:
     """What one episode leaves free of a section's ground.
 
     Attributes:
@@ -91,7 +91,7 @@ class Room:
         from_object: (g,), the same from the nearest object.
     """
 
-    ground: Ground
+    ground: FurnitureGrid
     walked: Numbers
     targets: Numbers
     distracters: Numbers
@@ -99,7 +99,7 @@ class Room:
     from_object: Numbers
 
     @classmethod
-    def of(cls, episode: Episode, ground: Ground) -> "Room":
+    def of(cls, episode: Episode, ground: FurnitureGrid) -> "FreeSpace":
         """Return what an episode leaves free."""
         walked = sample_points([np.array(turn.path) for turn in episode.turns], 0.2)
         positions = [[(each.position.x, each.position.z) for each in turn.street] for turn in episode.turns]
@@ -132,10 +132,10 @@ def apart_from(places: Numbers, kind: str, standing: Sequence[tuple[float, float
         offsets = places[:, None] - spots
         apart: Mask = (np.hypot(offsets[..., 0], offsets[..., 1]) >= gaps).all(axis=1)
         return apart
-    room = np.ones(len(places), dtype=bool)
+    clear = np.ones(len(places), dtype=bool)
     for (x, z), gap in zip(spots, gaps, strict=True):
-        room &= np.hypot(places[:, 0] - x, places[:, 1] - z) >= gap
-    return room
+        clear &= np.hypot(places[:, 0] - x, places[:, 1] - z) >= gap
+    return clear
 
 
 def _lattice(low: Numbers, high: Numbers, spacing: float) -> Numbers:

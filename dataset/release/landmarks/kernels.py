@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 
 from arramon_dataset.release.landmarks.mentions import Event
-from arramon_dataset.release.landmarks.walks import Numbers, Walk
+from arramon_dataset.release.landmarks.turn_paths import Numbers, TurnPath
 
 BACK, FRONT, ASIDE = 8.0, 24.0, 12.0
 """Extent of kernels behind, ahead and to each side, in units."""
@@ -94,7 +94,7 @@ def _ring(radius: float) -> Numbers:
     return ring
 
 
-def frames_of(event: Event, walk: Walk) -> tuple[Numbers, Numbers]:
+def frames_of(event: Event, walk: TurnPath) -> tuple[Numbers, Numbers]:
     """Return the origins (n, 2) and directions (n,) of a mention's kernel at each place of a walk."""
     if event.manner == "target":
         size = len(walk.places)

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.spatial import cKDTree
 
-from arramon_dataset.release.landmarks.walks import Indices, Numbers
+from arramon_dataset.release.landmarks.turn_paths import Indices, Numbers
 
 BACKGROUND = 0.15
 """Share of mentions of something that is not where it is said to be."""

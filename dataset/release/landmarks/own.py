@@ -12,10 +12,10 @@ import numpy as np
 from arramon_dataset.layout.places import PATH_GAP, TARGET_GAP
 from arramon_dataset.randomness import seeded
 from arramon_dataset.release.landmarks.alignment import align
-from arramon_dataset.release.landmarks.ground import Ground, Room, apart_from
+from arramon_dataset.release.landmarks.ground import FreeSpace, FurnitureGrid, apart_from
 from arramon_dataset.release.landmarks.mentions import DRAWN, METAL_BENCH, Event
-from arramon_dataset.release.landmarks.recovery import Map, Told, vote
-from arramon_dataset.release.landmarks.walks import Indices, Numbers
+from arramon_dataset.release.landmarks.recovery import LandmarkMap, TurnText, vote
+from arramon_dataset.release.landmarks.turn_paths import Indices, Numbers
 from arramon_server.sim.assets import furniture
 from arramon_server.sim.assets.furniture import footprint_radius
 from arramon_server.sim.geometry import wrap
@@ -33,7 +33,7 @@ TRIED = 80
 
 
 @dataclass(frozen=True, eq=False)
-class Wanted:
+class FurnitureMention:
     """A mention that asks for a thing.
 
     Attributes:
@@ -49,10 +49,10 @@ class Wanted:
     eye: Numbers
 
 
-def wanted(told: Sequence[Told], known: Map, ground: Ground) -> list[Wanted]:
+def furniture_mentions(texts: Sequence[TurnText], known: LandmarkMap, ground: FurnitureGrid) -> list[FurnitureMention]:
     """Return the mentions in an episode's texts of things that are drawn anew for each episode."""
     found = []
-    for each in told:
+    for each in texts:
         if not each.events:
             continue
         aligned = align(each.events, each.walk, known.fit)
@@ -61,17 +61,19 @@ def wanted(told: Sequence[Told], known: Map, ground: Ground) -> list[Wanted]:
                 likely = vote(event, each.walk, posterior, ground.places)
                 top = float(likely.max())
                 if top > 0.0:
-                    found.append(Wanted(event, each.turn, likely / top, each.walk.places[place]))
+                    found.append(FurnitureMention(event, each.turn, likely / top, each.walk.places[place]))
     return found
 
 
-def own_furniture(episode: str, asked: Sequence[Wanted], room: Room, standing: Sequence[Prop]) -> list[Prop]:
+def own_furniture(
+    episode: str, asked: Sequence[FurnitureMention], space: FreeSpace, standing: Sequence[Prop]
+) -> list[Prop]:
     """Return the things that an episode's own texts ask for, clear of its paths and of what stands there already.
 
     Args:
         episode: its id.
         asked: by its texts.
-        room: what the episode leaves free.
+        space: what the episode leaves free.
         standing: furniture that is there already.
     """
     random = seeded(episode, "own furniture")
@@ -79,15 +81,15 @@ def own_furniture(episode: str, asked: Sequence[Wanted], room: Room, standing: S
     placed: list[Prop] = []
     for kind in DRAWN:
         left = [each for each in asked if each.event.kind == kind]
-        indices, news = np.flatnonzero(room.free_for(kind)) if left else np.zeros(0, dtype=np.intp), taken
+        indices, news = np.flatnonzero(space.free_for(kind)) if left else np.zeros(0, dtype=np.intp), taken
         while left:
             group = _same_colour(left)
-            indices, news = indices[apart_from(room.ground.places[indices], kind, news)], []
+            indices, news = indices[apart_from(space.ground.places[indices], kind, news)], []
             if not len(indices):
                 break
-            at = _best(group, indices, room.ground)
+            at = _best(group, indices, space.ground)
             explained = [each for each in group if each.likely[at] >= EXPLAINED] or group[:1]
-            prop = make(kind, room.ground.places[at], explained, room, random)
+            prop = make(kind, space.ground.places[at], explained, space, random)
             placed.append(prop)
             news.append((prop.x, prop.z, kind))
             taken.append(news[0])
@@ -95,7 +97,7 @@ def own_furniture(episode: str, asked: Sequence[Wanted], room: Room, standing: S
     return placed
 
 
-def _same_colour(left: Sequence[Wanted]) -> list[Wanted]:
+def _same_colour(left: Sequence[FurnitureMention]) -> list[FurnitureMention]:
     """Return the mentions that can be of the thing first mentioned: of its colour or of none, one name a text."""
     first = left[0]
     colour = next((each.event.colour for each in left if each.event.identity == first.event.identity), "")
@@ -111,7 +113,7 @@ def _same_colour(left: Sequence[Wanted]) -> list[Wanted]:
     return group
 
 
-def _best(group: Sequence[Wanted], indices: Indices, ground: Ground) -> int:
+def _best(group: Sequence[FurnitureMention], indices: Indices, ground: FurnitureGrid) -> int:
     """Return the index of the place where a thing explains most, and is seen by those who speak of it."""
     scores = np.sum([np.log(UNLIKELY + each.likely[indices]) for each in group], axis=0)
     tops = indices[np.argsort(-scores, kind="stable")[:TRIED]]
@@ -120,12 +122,12 @@ def _best(group: Sequence[Wanted], indices: Indices, ground: Ground) -> int:
     return int(tops[int((-best + 2.0 * seen).argmax())])
 
 
-def make(kind: str, place: Numbers, mentions: Sequence[Wanted], room: Room, random: Random) -> Prop:
+def make(kind: str, place: Numbers, mentions: Sequence[FurnitureMention], space: FreeSpace, random: Random) -> Prop:
     """Return a prop of a kind at a place, in the colour that is said, with its front to the nearest path."""
     possible = (*furniture.COLOURS.get(kind, ()), *furniture.SPOKEN_COLOURS.get(kind, ()))
     said = next((each.event.colour for each in mentions if each.event.colour in possible), "")
     drawn = random.choice(furniture.COLOURS.get(kind, ("",)))
-    return Prop(kind, *_rounded(place), front(place, room.ground.heading, room.walked), said or drawn)
+    return Prop(kind, *_rounded(place), front(place, space.ground.heading, space.walked), said or drawn)
 
 
 def front(place: Numbers, heading: float, walked: Numbers) -> float:
@@ -135,7 +137,7 @@ def front(place: Numbers, heading: float, walked: Numbers) -> float:
     return round(wrap(heading + 90.0 * turns), 3)
 
 
-def moved_off(props: Sequence[Prop], room: Room) -> tuple[list[Moved], list[int]]:
+def moved_off(props: Sequence[Prop], space: FreeSpace) -> tuple[list[Moved], list[int]]:
     """Return which of a section's props an episode moves off its own paths and objects, and which it leaves out.
 
     A prop stands as near to its place as it can, and is left out if that is nowhere.
@@ -147,16 +149,16 @@ def moved_off(props: Sequence[Prop], room: Room) -> tuple[list[Moved], list[int]
         if prop.kind in ON_WALLS or not radius:
             continue
         place = np.array([prop.x, prop.z])
-        near_path = np.hypot(*(room.walked - place).T).min() < PATH_GAP + radius
-        if not near_path and np.hypot(*(room.objects - place).T).min() >= TARGET_GAP + radius:
+        near_path = np.hypot(*(space.walked - place).T).min() < PATH_GAP + radius
+        if not near_path and np.hypot(*(space.objects - place).T).min() >= TARGET_GAP + radius:
             continue
         others = [each for each in standing if each[:2] != (prop.x, prop.z)]
-        free = np.flatnonzero(room.free_for(prop.kind))
-        free = free[apart_from(room.ground.places[free], prop.kind, others)]
+        free = np.flatnonzero(space.free_for(prop.kind))
+        free = free[apart_from(space.ground.places[free], prop.kind, others)]
         if not len(free):
             left_out.append(index)
             continue
-        to = room.ground.places[free[int(np.hypot(*(room.ground.places[free] - place).T).argmin())]]
+        to = space.ground.places[free[int(np.hypot(*(space.ground.places[free] - place).T).argmin())]]
         moved.append(Moved(index, *_rounded(to), prop.heading))
         standing = [*others, (float(to[0]), float(to[1]), prop.kind)]
     return moved, left_out

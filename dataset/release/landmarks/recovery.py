@@ -6,11 +6,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.spatial import cKDTree
 
-from arramon_dataset.release.landmarks.alignment import Aligned, align
+from arramon_dataset.release.landmarks.alignment import EventAlignment, align
 from arramon_dataset.release.landmarks.kernels import frames_of, likelihood
 from arramon_dataset.release.landmarks.mentions import METAL, METAL_BENCH, SCENERY, Event, events_of
 from arramon_dataset.release.landmarks.mixture import Ballot, Peak, peaks_of
-from arramon_dataset.release.landmarks.walks import Numbers, Walk, walks_of
+from arramon_dataset.release.landmarks.turn_paths import Numbers, TurnPath, paths_of_turns
 from arramon_server.episodes.episode import Episode
 
 ROUNDS = 2
@@ -46,7 +46,7 @@ GROUND = 3.0
 ABSENT = 0.15
 """Likelihood of a mention where no known landmark is, relative to the best place."""
 
-CALLED = 0.1
+MIN_NAME_SHARE = 0.1
 """Share of those who say a landmark's colour from which on a colour is one of its names."""
 
 DOUBT = 3.0
@@ -54,7 +54,7 @@ DOUBT = 3.0
 
 
 @dataclass(frozen=True, eq=False)
-class Told:
+class TurnText:
     """One turn's walk, and what a text says along it.
 
     Attributes:
@@ -68,12 +68,12 @@ class Told:
     episode: str
     turn: int
     language: str
-    walk: Walk
+    walk: TurnPath
     events: tuple[Event, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Landmark:
+class RecoveredLandmark:
     """A recovered landmark.
 
     Attributes:
@@ -99,7 +99,7 @@ class Landmark:
 
 
 @dataclass
-class Map:
+class LandmarkMap:
     """What is known of a section's landmarks: for each kind n places, strengths in [0, 1], and colours."""
 
     places: dict[str, Numbers] = field(default_factory=dict)
@@ -107,7 +107,7 @@ class Map:
     colours: dict[str, list[str]] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, landmarks: Mapping[str, Sequence[tuple[float, float, float, str]]]) -> "Map":
+    def of(cls, landmarks: Mapping[str, Sequence[tuple[float, float, float, str]]]) -> "LandmarkMap":
         """Return the map of landmarks by kind, each with x, z, strength and colour ("" for any)."""
         known = cls()
         for kind, listed in landmarks.items():
@@ -117,7 +117,7 @@ class Map:
                 known.colours[kind] = [colour for _, _, _, colour in listed]
         return known
 
-    def fit(self, event: Event, walk: Walk) -> Numbers:
+    def fit(self, event: Event, walk: TurnPath) -> Numbers:
         """Return the likelihood (n,) of a mention at each place of a walk."""
         if event.kind not in self.places:
             return np.ones(len(walk.places))
@@ -131,25 +131,27 @@ class Map:
         return found
 
 
-def told_of(episode: Episode) -> list[Told]:
+def texts_of(episode: Episode) -> list[TurnText]:
     """Return what the texts of an episode say, in all its languages, turn by turn."""
-    walks = walks_of(episode)
+    walks = paths_of_turns(episode)
     return [
-        Told(episode.episode_id, number + 1, language, walk, events_of(texts[number].navigation, language))
+        TurnText(episode.episode_id, number + 1, language, walk, events_of(texts[number].navigation, language))
         for number, walk in enumerate(walks)
         for language, texts in sorted(episode.instructions.items())
     ]
 
 
-def recover(told: Sequence[Told]) -> list[Landmark]:
+def recover(texts: Sequence[TurnText]) -> list[RecoveredLandmark]:
     """Return the landmarks of a section on which its texts agree; the same texts give the same result."""
-    told = [each for each in told if each.events]
-    known = Map()
+    texts = [each for each in texts if each.events]
+    known = LandmarkMap()
     ballots: dict[str, tuple[Ballot, Numbers]] = {}
     for _ in range(ROUNDS + 1):
-        aligned = [align(each.events, each.walk, known.fit) for each in told]
-        ballots = {kind: _ballot(kind, told, aligned) for kind in SCENERY}
-        known = Map.of({_kind(sort): _strengths(peaks_of(ballot, 1.0)) for sort, (ballot, _) in ballots.items()})
+        aligned = [align(each.events, each.walk, known.fit) for each in texts]
+        ballots = {kind: _ballot(kind, texts, aligned) for kind in SCENERY}
+        known = LandmarkMap.of(
+            {_kind(sort): _strengths(peaks_of(ballot, 1.0)) for sort, (ballot, _) in ballots.items()}
+        )
     return [landmark for kind, (ballot, halves) in ballots.items() for landmark in _confirmed(kind, ballot, halves)]
 
 
@@ -160,12 +162,12 @@ def _strengths(peaks: Sequence[Peak]) -> list[tuple[float, float, float, str]]:
     ]
 
 
-def _ballot(kind: str, told: Sequence[Told], aligned: Sequence[Aligned]) -> tuple[Ballot, Numbers]:
+def _ballot(kind: str, texts: Sequence[TurnText], aligned: Sequence[EventAlignment]) -> tuple[Ballot, Numbers]:
     """Return the mentions of a kind, and the half of the episodes (0 or 1) that each is in."""
-    cells = _cells(np.concatenate([each.walk.places for each in told]), REACH.get(kind, GROUND))
+    cells = _cells(np.concatenate([each.walk.places for each in texts]), REACH.get(kind, GROUND))
     rows, weights, colours, looks, languages, halves = [], [], [], [], [], []
-    order = {episode: number for number, episode in enumerate(sorted({each.episode for each in told}))}
-    for each, found in zip(told, aligned, strict=True):
+    order = {episode: number for number, episode in enumerate(sorted({each.episode for each in texts}))}
+    for each, found in zip(texts, aligned, strict=True):
         for event, posterior in zip(each.events, found.posterior, strict=True):
             if event.sort != kind:
                 continue
@@ -179,7 +181,7 @@ def _ballot(kind: str, told: Sequence[Told], aligned: Sequence[Aligned]) -> tupl
     return Ballot(cells, likely, np.array(weights), colours, looks, languages), np.array(halves)
 
 
-def vote(event: Event, walk: Walk, posterior: Numbers, cells: Numbers) -> Numbers:
+def vote(event: Event, walk: TurnPath, posterior: Numbers, cells: Numbers) -> Numbers:
     """Return the likelihood (g,) of a mentioned thing in each of the cells (g, 2)."""
     chosen = np.flatnonzero(posterior >= SIGNIFICANT)
     origins, directions = frames_of(event, walk)
@@ -196,7 +198,7 @@ def _cells(walked: Numbers, reach: float) -> Numbers:
     return near
 
 
-def _confirmed(kind: str, ballot: Ballot, halves: Numbers) -> list[Landmark]:
+def _confirmed(kind: str, ballot: Ballot, halves: Numbers) -> list[RecoveredLandmark]:
     """Return the peaks that have enough votes, or whose place both halves give."""
     by_half = [peaks_of(ballot.part(np.flatnonzero(halves == half)), HALF) for half in (0, 1)]
     found = []
@@ -211,9 +213,11 @@ def _confirmed(kind: str, ballot: Ballot, halves: Numbers) -> list[Landmark]:
             place = (round(peak.x, 2), round(peak.z, 2))
             by_half_votes = (round(votes[0], 1), round(votes[1], 1))
             said = sum(votes for _, votes in peak.colours)
-            names = tuple(name for name, votes in peak.colours if votes >= max(1.0, CALLED * said))
+            names = tuple(name for name, votes in peak.colours if votes >= max(1.0, MIN_NAME_SHARE * said))
             found.append(
-                Landmark(_kind(kind), *place, colour, look, round(peak.votes, 1), names, by_half_votes, peak.languages)
+                RecoveredLandmark(
+                    _kind(kind), *place, colour, look, round(peak.votes, 1), names, by_half_votes, peak.languages
+                )
             )
     return found
 

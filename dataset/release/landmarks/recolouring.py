@@ -6,23 +6,23 @@ People differ in what they call one colour: of the same barrel some say gold, so
 from collections.abc import Sequence
 from dataclasses import replace
 
-from arramon_dataset.release.landmarks.agreement import WITHIN, by_kind, mentions_of, nearest, standing_of
+from arramon_dataset.release.landmarks.agreement import WITHIN, by_kind, mentions_of, nearest, placed_things
 from arramon_dataset.release.landmarks.alignment import align
 from arramon_dataset.release.landmarks.mentions import SCENERY
-from arramon_dataset.release.landmarks.recovery import Landmark, Map, Told
+from arramon_dataset.release.landmarks.recovery import LandmarkMap, RecoveredLandmark, TurnText
 from arramon_dataset.release.landmarks.scenery import look_of
 from arramon_server.sim.section import Prop
 
 
-def called(
-    told: Sequence[Told], standing: Sequence[Prop], landmarks: Sequence[Landmark], strength: float
+def recoloured_landmarks(
+    texts: Sequence[TurnText], standing: Sequence[Prop], landmarks: Sequence[RecoveredLandmark], strength: float
 ) -> dict[int, Prop]:
     """Return the landmarks that an episode's texts call otherwise than most people do, in the colour that they say.
 
     Only where others give the landmark this colour too; a banner has the shape that the text says with it.
 
     Args:
-        told: by the episode's texts.
+        texts: by the episode's texts.
         standing: the scenery as it is in the episode.
         landmarks: from which it was made, in the same order.
         strength: of each thing in the alignment of the texts.
@@ -31,9 +31,9 @@ def called(
         Props by their index in `standing`.
     """
     changed: dict[int, Prop] = {}
-    things = standing_of(standing)
-    known = Map.of(by_kind(things, strength))
-    for each in told:
+    things = placed_things(standing)
+    known = LandmarkMap.of(by_kind(things, strength))
+    for each in texts:
         if not each.events:
             continue
         aligned = align(each.events, each.walk, known.fit)

@@ -35,7 +35,7 @@ MIN_LIKELIHOOD_RATIO = 1.5
 
 
 @dataclass(frozen=True, slots=True)
-class Names:
+class ObjectNamer:
     """Names for the objects in a room.
 
     Attributes:

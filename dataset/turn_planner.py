@@ -13,7 +13,7 @@ from arramon_server.episodes.episode import Turn
 from arramon_server.sim.geometry import Pose
 
 
-class ToldTurn:
+class TurnPlanner:
     """A turn, with what is seen along its ground truth.
 
     Args:

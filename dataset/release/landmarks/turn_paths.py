@@ -18,7 +18,7 @@ STRIDE = 3
 
 
 @dataclass(frozen=True, eq=False)
-class Walk:
+class TurnPath:
     """One turn's path.
 
     Attributes:
@@ -36,15 +36,15 @@ class Walk:
     target: Numbers
 
 
-def walks_of(episode: Episode) -> tuple[Walk, Walk]:
+def paths_of_turns(episode: Episode) -> tuple[TurnPath, TurnPath]:
     """Return the walks of both turns."""
     middle = reduce(moved, episode.turns[0].actions, episode.start)
     end = reduce(moved, episode.turns[1].actions, middle)
     first, second = episode.turns
-    return walk_of(first, episode.start, middle), walk_of(second, middle, end)
+    return path_of_turn(first, episode.start, middle), path_of_turn(second, middle, end)
 
 
-def walk_of(turn: Turn, start: Pose, end: Pose) -> Walk:
+def path_of_turn(turn: Turn, start: Pose, end: Pose) -> TurnPath:
     """Return the walk of a turn between two poses."""
     places = np.array(turn.path, dtype=np.float64)
     size = np.arange(len(places))
@@ -53,7 +53,7 @@ def walk_of(turn: Turn, start: Pose, end: Pose) -> Walk:
     coming, going = _direction(behind, start.heading), _direction(ahead, end.heading)
     turned = -((coming - going + 180.0) % 360.0 - 180.0)
     target = np.array([turn.target.position.x, turn.target.position.z])
-    return Walk(places, coming, going, turned, target)
+    return TurnPath(places, coming, going, turned, target)
 
 
 def _direction(offsets: Numbers, otherwise: float) -> Numbers:
