@@ -13,6 +13,7 @@ import numpy.typing as npt
 from arramon_client.world import COLLECTIBLES, EYE_HEIGHT, FIELD_OF_VIEW, Action
 from arramon_dataset.instructions.sight_openings import openings
 from arramon_dataset.plans.graph import House, StreetGraph
+from arramon_server.sim.assets.roadside import ZEBRA_LENGTH, ZEBRA_WIDTH
 from arramon_server.sim.cameras import Camera, Frame, Viewpoint, colourless
 from arramon_server.sim.city import label_of_prop
 from arramon_server.sim.geometry import Pose
@@ -82,6 +83,13 @@ class Landmark:
     identity: str = ""
     pixels: tuple[int, ...] = ()
     heading: float = 0.0
+
+    def covers_ground(self, x: float, z: float, margin: float) -> bool:
+        """Return whether it is a zebra crossing and (x, z) is on it or within `margin` units of its edges."""
+        if self.label.kind != "zebra_crossing":
+            return False
+        across, along = Pose(self.x, self.z, self.heading).local(x, z)
+        return abs(across) <= ZEBRA_WIDTH / 2 + margin and abs(along) <= ZEBRA_LENGTH / 2 + margin
 
 
 def identified(scene: Scene) -> Scene:

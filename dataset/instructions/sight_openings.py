@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from arramon_dataset.instructions.navigation.legs import Leg, Place, legs_of
+from arramon_dataset.paths import Leg, Place, legs_of
 from arramon_lang.street import DEEP, DEEPER, IN
 from arramon_server.sim.section import Building, Section
 

@@ -10,6 +10,7 @@ from arramon_dataset.generation.site import Site
 from arramon_dataset.generation.split_maker import SOURCE
 from arramon_dataset.paraphrases.room import room_facts
 from arramon_dataset.paraphrases.route import LegFacts, RouteFacts, name_of, route_facts
+from arramon_dataset.path_tolerances import FACTS_STRAIGHT
 from arramon_dataset.pictures.canvas import BLACK, PINK, SWATCHES, WHITE, Canvas, add_title
 from arramon_dataset.pictures.maps import EDGE, PROPS, STREET, roof_colour
 from arramon_dataset.plans import plan_ids, read_plan
@@ -29,9 +30,6 @@ SIZE, FRAMES, MAP = 224, 9, 800
 
 MARGIN = 7.0
 """How far a map reaches beyond the path and the turn's objects, in units."""
-
-SLIGHT = 15.0
-"""Turns below this are told as going straight on, in degrees."""
 
 
 def writer_sheet(episode: Episode, number: int, site: Site) -> tuple[Image.Image, str]:
@@ -125,7 +123,7 @@ def _route_lines(facts: RouteFacts, turn: Turn) -> list[str]:
 
 
 def _turning(degrees: float) -> str:
-    if abs(degrees) < SLIGHT:
+    if abs(degrees) < FACTS_STRAIGHT:
         return "straight on"
     return f"{abs(degrees):.0f} degrees to the {'right' if degrees > 0 else 'left'}"
 

@@ -20,6 +20,7 @@ from arramon_dataset.instructions.navigation.route import (
     turn_word,
 )
 from arramon_dataset.instructions.sight import Landmark
+from arramon_dataset.path_tolerances import PLANNED_ASIDE, PLANNED_AT
 from arramon_lang.meaning import Rotate, Step, Thing, Walk
 from arramon_lang.street import ALONG, DEGREES, NEAR, PAST
 from arramon_server.sim.geometry import Pose
@@ -43,13 +44,7 @@ GROUP_LOOKAHEAD = 6
 TURNS_BY_SEVERAL = ("at", "after")
 """Positions of a turn relative to a group; "before" would be ambiguous."""
 
-AT_THING = 3.0
-"""Maximum distance of the path from a thing that marks a turn, in units."""
-
-MIN_Astated_side = 1.3
-"""Minimum lateral distance of a thing described as on the left or right, in units."""
-
-BEstated_side_WALL = 5.0
+BESIDE_WALL = 5.0
 """Maximum lateral distance of a building's wall from a walk past it, in units."""
 
 UNNAMED_BUILDING = Label("building", look="grey")
@@ -138,9 +133,9 @@ def _options(route: DescribedRoute, subject: _Subject) -> Iterator[Option]:
     passed = pose_after_passing(pose, mark.x, mark.z, PAST)
     if _is_ahead(pose, passed):
         is_across = mark.label.kind == "zebra_crossing"
-        stated_side = "" if route.random.random() < 0.6 or abs(right) < MIN_Astated_side or is_across else side
+        stated_side = "" if route.random.random() < 0.6 or abs(right) < PLANNED_ASIDE or is_across else side
         yield from subject.option(route, Walk("past", (name,), stated_side), passed, 0.0)
-    if MIN_Astated_side < abs(right) < 5.0 and mark.label.kind != "zebra_crossing":
+    if PLANNED_ASIDE < abs(right) < 5.0 and mark.label.kind != "zebra_crossing":
         beside = pose_after_passing(pose, mark.x, mark.z, 0.0)
         if _is_ahead(pose, beside):
             yield from subject.option(route, Walk("beside", (name,), side), beside, 1.1)
@@ -163,7 +158,7 @@ def _turns(route: DescribedRoute, subject: _Subject, word: str, end: Pose) -> It
         return
     if not _is_ahead(waypoint.pose, end):
         return
-    if min(math.dist((mark.x, mark.z), place) for place in route.path[waypoint.number : number + 2]) > AT_THING:
+    if min(math.dist((mark.x, mark.z), place) for place in route.path[waypoint.number : number + 2]) > PLANNED_AT:
         return
     rotation = turn_between(end.heading, onward)
     direction = turn_word(rotation)
@@ -185,7 +180,7 @@ def _building_options(route: DescribedRoute, subject: _Subject) -> Iterator[Opti
     right, along = pose.local(mark.x, mark.z)
     nearest = min(corners, key=lambda corner: abs(corner[0]))
     is_aside = all(corner[0] > 0.5 for corner in corners) or all(corner[0] < -0.5 for corner in corners)
-    if is_aside and abs(nearest[0]) < BEstated_side_WALL and along > 1.0:
+    if is_aside and abs(nearest[0]) < BESIDE_WALL and along > 1.0:
         side = "right" if nearest[0] > 0.0 else "left"
         far = max(ahead for across, ahead in corners if abs(across) < abs(nearest[0]) + 1.0)
         stated_side = side if route.random.random() < 0.6 else ""
@@ -229,7 +224,7 @@ def _group_options(
     end = pose_after_passing(pose, last.x, last.z, PAST)
     if _is_ahead(pose, end):
         rights = [pose.local(mark.x, mark.z)[0] for mark in marks]
-        side = "right" if min(rights) > MIN_Astated_side else "left" if max(rights) < -MIN_Astated_side else ""
+        side = "right" if min(rights) > PLANNED_ASIDE else "left" if max(rights) < -PLANNED_ASIDE else ""
         stated_side = side if route.random.random() < 0.4 else ""
         yield from route.option(waypoint, turns, Walk("past", (group.name,), stated_side), end, liking)
     x, z = sum(mark.x for mark in marks) / len(marks), sum(mark.z for mark in marks) / len(marks)

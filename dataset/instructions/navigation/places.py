@@ -6,7 +6,6 @@ from dataclasses import replace
 
 from arramon_client.world import turn_between
 from arramon_dataset.instructions.navigation.route import (
-    MAX_DEVIATION,
     DescribedRoute,
     Option,
     Waypoint,
@@ -14,6 +13,7 @@ from arramon_dataset.instructions.navigation.route import (
     turn_word,
 )
 from arramon_dataset.instructions.sight import Landmark
+from arramon_dataset.path_tolerances import PLANNED_DEVIATION
 from arramon_dataset.plans.graph import Junction, StreetGraph
 from arramon_lang.meaning import Rotate, Step, Thing, Walk
 from arramon_lang.street import ACROSS, DEGREES
@@ -89,7 +89,7 @@ def _openings_ahead(route: DescribedRoute, waypoint: Waypoint) -> list[tuple[flo
     for mark in route.marks:
         if mark.label.kind == "intersection":
             right, along = waypoint.pose.local(mark.x, mark.z)
-            if along > -1.0 and abs(right) < MAX_DEVIATION:
+            if along > -1.0 and abs(right) < PLANNED_DEVIATION:
                 found.append((along, mark))
     return sorted(found, key=lambda item: (item[0], item[1].label.look))
 

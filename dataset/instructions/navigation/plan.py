@@ -15,12 +15,9 @@ from arramon_client.world import bearing, turn_between
 from arramon_dataset.instructions.navigation.choice import fits, full_name
 from arramon_dataset.instructions.navigation.landmarks import PLACES as OPEN_PLACES
 from arramon_dataset.instructions.navigation.landmarks import landmark_options
-from arramon_dataset.instructions.navigation.legs import Place, max_deviation
 from arramon_dataset.instructions.navigation.names import distinguish
 from arramon_dataset.instructions.navigation.places import place_options
 from arramon_dataset.instructions.navigation.route import (
-    MAX_DEVIATION,
-    STRAIGHT,
     DescribedRoute,
     Option,
     Waypoint,
@@ -30,6 +27,8 @@ from arramon_dataset.instructions.navigation.route import (
 )
 from arramon_dataset.instructions.navigation.target import describe
 from arramon_dataset.instructions.sight import Landmark
+from arramon_dataset.path_tolerances import PLANNED_DEVIATION, PLANNED_STRAIGHT
+from arramon_dataset.paths import Place, max_deviation
 from arramon_dataset.plans.graph import StreetGraph
 from arramon_lang.meaning import PLACES, Face, Navigation, Rotate, Step, Thing, Walk
 from arramon_lang.reference import mentions
@@ -196,7 +195,7 @@ class _Planner:
         soon = min(waypoint.number + 1, route.last)
         if self._target_seen > route.departures[soon]:
             return None
-        if max_deviation(route.path, waypoint.number, route.last, here, route.goal) > MAX_DEVIATION:
+        if max_deviation(route.path, waypoint.number, route.last, here, route.goal) > PLANNED_DEVIATION:
             return None
         off = turn_between(waypoint.pose.heading, bearing(here, route.goal))
         words = turn_towards(off)
@@ -206,7 +205,7 @@ class _Planner:
         far = math.dist(here, route.goal)
         if far > 4.0 and self._target.look and not route.has_twin and self._random.random() < UNTIL_SEEN:
             way = self._random.choice(("until", "to", "towards", "until") if abs(off) < 25.0 else ("to", "towards"))
-            return (*turns, Walk(way, (self._target,), straight=not turns and abs(off) <= STRAIGHT))
+            return (*turns, Walk(way, (self._target,), straight=not turns and abs(off) <= PLANNED_STRAIGHT))
         return turns
 
     def _along_street(self, waypoint: Waypoint, option: Option) -> tuple[Step, ...]:

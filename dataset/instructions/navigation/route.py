@@ -6,28 +6,23 @@ from dataclasses import dataclass, replace
 from random import Random
 
 from arramon_client.world import bearing, turn_between
-from arramon_dataset.instructions.navigation.legs import Place, legs_of, max_deviation
 from arramon_dataset.instructions.sight import Landmark
+from arramon_dataset.path_tolerances import (
+    PLANNED_AROUND,
+    PLANNED_DEVIATION,
+    PLANNED_IN_VIEW,
+    PLANNED_SLIGHT,
+    PLANNED_STRAIGHT,
+)
+from arramon_dataset.paths import Course, Place, max_deviation
 from arramon_dataset.plans.graph import StreetGraph
 from arramon_lang.meaning import Rotate, Step, Walk
 from arramon_lang.reference import things_of
 from arramon_lang.street import BESIDE, DEGREES
 from arramon_server.sim.geometry import Pose, wrap
 
-MAX_DEVIATION = 1.8
-"""Maximum distance of a step from the path, in units."""
-
-IN_VIEW = 40.0
-"""Maximum angle between the course and a landmark, with or without a turn before it, in degrees."""
-
-SLIGHT, AROUND = 45.0, 145.0
-"""Greatest turn that is slight, and least that is one around, in degrees."""
-
 SNAP = 40.0
 """Maximum angle between a step's course and the path at which the course is replaced by the path's, in degrees."""
-
-STRAIGHT = 15.0
-"""Maximum angle from the course, and from the path, of a thing described as straight ahead, in degrees."""
 
 GROUP_PREFERENCE = 0.9
 """Probability that a plan prefers groups of landmarks ("the cones") where there are any."""
@@ -74,6 +69,7 @@ class DescribedRoute:
         random: draws all choices.
 
     Attributes:
+        course: directions of the path.
         target: the target's label; None if it is not among the landmarks.
         has_twin: whether another object looks like the target.
         prefers_groups: whether the plan prefers groups of landmarks.
@@ -95,7 +91,7 @@ class DescribedRoute:
         self.target = next((mark.label for mark in marks if (mark.x, mark.z) == goal), None)
         self.has_twin = sum(mark.label == self.target for mark in marks) > 1
         self.prefers_groups = random.random() < GROUP_PREFERENCE
-        self.corners = [leg.last for leg in legs_of(path)]
+        self.course = Course(path, self.start.heading, goal)
         self._by_kind: dict[str, list[Landmark]] = {}
         for mark in marks:
             self._by_kind.setdefault(mark.label.kind, []).append(mark)
@@ -135,7 +131,7 @@ class DescribedRoute:
         here = waypoint.pose.x, waypoint.pose.z
         off = math.dist((end.x, end.z), self.path[number])
         strayed = max_deviation(self.path, waypoint.number, number, here, (end.x, end.z))
-        if off > MAX_DEVIATION or strayed > MAX_DEVIATION:
+        if off > PLANNED_DEVIATION or strayed > PLANNED_DEVIATION:
             return
         gain = min(number - waypoint.number, 14)
         onward = self.onward_heading(number)
@@ -159,21 +155,19 @@ class DescribedRoute:
         here = waypoint.pose.x, waypoint.pose.z
         towards = bearing(here, (end.x, end.z))
         onward = self.onward_heading(waypoint.number, 3)
-        came = bearing(self.path[max(waypoint.number - 3, 0)], self.path[waypoint.number]) if waypoint.number else None
+        came = self.course.heading_before(waypoint.number) if waypoint.number else None
         courses = [waypoint.pose.heading, onward, None if turns or waypoint.turned else came]
-        return all(course is None or abs(turn_between(course, towards)) <= STRAIGHT for course in courses)
+        return all(course is None or abs(turn_between(course, towards)) <= PLANNED_STRAIGHT for course in courses)
 
     def nearest(self, pose: Pose, since: int) -> int:
         """Return the index of the place in the path nearest to a pose, from `since` on."""
-        until = min(since + MAX_STEP_LENGTH, len(self.path))
-        return min(range(since, until), key=lambda i: math.dist(self.path[i], (pose.x, pose.z)))
+        return self.course.nearest((pose.x, pose.z), since, since + MAX_STEP_LENGTH - 1)
 
     def onward_heading(self, number: int, far: int = 5) -> float | None:
         """Return the direction of the path from a place over its next `far` places; None at its end."""
-        ahead = min(number + far, self.last)
-        if ahead <= number:
-            return None if self.path[number] == self.goal else bearing(self.path[number], self.goal)
-        return wrap(bearing(self.path[number], self.path[ahead]))
+        if number < self.last:
+            return wrap(self.course.heading_after(number, far))
+        return None if self.path[number] == self.goal else self.course.heading_after(number)
 
 
 def path_turns_by(route: DescribedRoute, waypoint: Waypoint, words: tuple[str, ...]) -> bool:
@@ -182,15 +176,15 @@ def path_turns_by(route: DescribedRoute, waypoint: Waypoint, words: tuple[str, .
     if onward is None:
         return not words
     turned = turn_between(waypoint.pose.heading, onward)
-    return turn_word(turned) == words[0] and abs(turned) >= 12.0 if words else abs(turned) <= SLIGHT
+    return turn_word(turned) == words[0] and abs(turned) >= 12.0 if words else abs(turned) <= PLANNED_SLIGHT
 
 
 def turn_word(degrees: float) -> str:
     """Return the name in `meaning.TURNS` of a turn by this many degrees, positive clockwise."""
     side = "right" if degrees > 0.0 else "left"
-    if abs(degrees) >= AROUND:
+    if abs(degrees) >= PLANNED_AROUND:
         return "around"
-    return f"slightly {side}" if abs(degrees) <= SLIGHT else side
+    return f"slightly {side}" if abs(degrees) <= PLANNED_SLIGHT else side
 
 
 def pose_after_passing(pose: Pose, x: float, z: float, beyond: float) -> Pose:
@@ -203,7 +197,7 @@ def pose_after_passing(pose: Pose, x: float, z: float, beyond: float) -> Pose:
 
 def turn_towards(off: float) -> tuple[str, ...] | None:
     """Return the turn that brings a landmark at this angle to the course into view, or None if there is none."""
-    if abs(off) <= IN_VIEW:
+    if abs(off) <= PLANNED_IN_VIEW:
         return ()
     word = turn_word(off)
-    return (word,) if abs(turn_between(DEGREES[word], off)) <= IN_VIEW else None
+    return (word,) if abs(turn_between(DEGREES[word], off)) <= PLANNED_IN_VIEW else None

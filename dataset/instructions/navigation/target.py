@@ -8,14 +8,18 @@ from arramon_client.world import COLLECTIBLES
 from arramon_dataset.instructions.navigation.choice import full_name
 from arramon_dataset.instructions.navigation.groups import groups_centred_on
 from arramon_dataset.instructions.sight import Landmark
+from arramon_dataset.path_tolerances import (
+    PLANNED_LAST_VIEWS,
+    PLANNED_NEAR,
+    PLANNED_RELATION_ANGLE,
+    PLANNED_TWIN_GAP,
+    PLANNED_ZEBRA_MARGIN,
+)
+from arramon_dataset.paths import Place, along_relation, offset_seen_from
 from arramon_lang.meaning import Thing, Where
-from arramon_server.sim.assets.roadside import ZEBRA_LENGTH, ZEBRA_WIDTH
 from arramon_server.sim.geometry import Pose
 from arramon_server.sim.labels import Label
 from arramon_server.sim.rules import Collectible
-
-NEAR = 3.0
-"""Maximum distance of a landmark from the target, in units."""
 
 BUILDING_SHARE = 0.25
 """Probability that a building is considered for locating a target."""
@@ -29,19 +33,8 @@ UNSUITED = ("intersection", "junction", "corner")
 UNPLACED = 0.15
 """Probability of omitting the location of a target with a unique appearance."""
 
-APART = 8.0
-"""Distance from an object that looks like the target within which nothing may share the name of the landmark that
-locates the target, in units."""
-
 GROUP_SHARE = 0.8
 """Probability of a plural name for a group near the target."""
-
-LAST_VIEWS, OFF_SIDE = 6, 65.0
-"""Number of last poses from all of which the stated relation to a landmark must hold, and maximum angle between the
-stated and the true direction, in degrees."""
-
-ON_ZEBRA = (ZEBRA_WIDTH / 2 + 0.4, ZEBRA_LENGTH / 2 + 0.4)
-"""Half the extent of a zebra crossing, plus half an object at its edge, in units."""
 
 FULL = 0.85
 """Probability of the complete name although fewer words suffice."""
@@ -88,7 +81,7 @@ def describe(
 
 def _is_by_any(mark: Landmark, twins: Sequence[Landmark]) -> bool:
     """Return whether a landmark is near an object that looks like the target."""
-    return any(math.dist((mark.x, mark.z), (twin.x, twin.z)) < APART for twin in twins)
+    return any(math.dist((mark.x, mark.z), (twin.x, twin.z)) < PLANNED_TWIN_GAP for twin in twins)
 
 
 def _where(
@@ -105,22 +98,20 @@ def _where(
     """
     view = poses[max(len(poses) - 6, 0)]
     x, z = target.position.x, target.position.z
-    heading = math.degrees(math.atan2(x - view.x, z - view.z))
-    came = Pose(x, z, heading % 360.0)
     is_alone = elsewhere is None
     unsuited = UNSUITED if random.random() < BUILDING_SHARE and is_alone else (*UNSUITED, "building")
     near = []
     marks = [mark for mark in every if mark.seen]
     for mark in marks:
-        right, ahead = came.local(mark.x, mark.z)
+        right, ahead = offset_seen_from((view.x, view.z), (x, z), (mark.x, mark.z))
         distance = math.hypot(right, ahead)
         if (
             mark.label.kind in unsuited
             or mark.label.look == "grey"
-            or distance > NEAR
+            or distance > PLANNED_NEAR
             or distance < 0.1
             or mark.seen[-1] < len(poses) - 10
-            or _is_under(mark, x, z)
+            or mark.covers_ground(x, z, PLANNED_ZEBRA_MARGIN)
             or any(mark.label == other.label for other in elsewhere or ())
         ):
             continue
@@ -136,7 +127,7 @@ def _where(
             relation = "left_of" if right > 0.0 else "right_of"
         elif abs(ahead) > 1.5 * abs(right):
             relation = "in_front_of" if ahead > 0.0 else "behind"
-    if not all(_is_so_from(pose, relation, (x, z), mark) for pose in poses[-LAST_VIEWS:]):
+    if not all(_is_so_from(pose, relation, (x, z), mark) for pose in poses[-PLANNED_LAST_VIEWS:]):
         relation = "near"
     group = next(groups_centred_on(mark, every, marks, len(poses)), None)
     if group is not None and is_alone and random.random() < GROUP_SHARE:
@@ -144,24 +135,10 @@ def _where(
     return (Where(relation, (name,)),)
 
 
-def _is_under(mark: Landmark, x: float, z: float) -> bool:
-    """Return whether a landmark is a zebra crossing that covers a place."""
-    across, along = Pose(mark.x, mark.z, mark.heading).local(x, z)
-    return mark.label.kind == "zebra_crossing" and abs(across) <= ON_ZEBRA[0] and abs(along) <= ON_ZEBRA[1]
-
-
-def _is_so_from(view: Pose, relation: str, place: tuple[float, float], mark: Landmark) -> bool:
+def _is_so_from(view: Pose, relation: str, place: Place, mark: Landmark) -> bool:
     """Return whether a place is clearly in a relation to a landmark, as seen from a pose."""
-    x, z = place
-    towards = math.degrees(math.atan2(x - view.x, z - view.z))
-    right, ahead = Pose(x, z, towards % 360.0).local(mark.x, mark.z)
-    sides = {
-        "left_of": (right, ahead),
-        "right_of": (-right, ahead),
-        "in_front_of": (ahead, right),
-        "behind": (-ahead, right),
-    }
-    if relation not in sides:
+    offset = along_relation(relation, *offset_seen_from((view.x, view.z), place, (mark.x, mark.z)))
+    if offset is None:
         return True
-    along, across = sides[relation]
-    return along > 0.0 and abs(across) <= math.tan(math.radians(OFF_SIDE)) * along
+    along, across = offset
+    return along > 0.0 and abs(across) <= math.tan(math.radians(PLANNED_RELATION_ANGLE)) * along

@@ -6,15 +6,13 @@ from functools import reduce
 import numpy as np
 import numpy.typing as npt
 
+from arramon_dataset.paths import STRIDE
 from arramon_server.episodes.episode import Episode, Turn
 from arramon_server.sim.geometry import Pose
 from arramon_server.sim.rules import moved
 
 Numbers = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.intp]
-
-STRIDE = 3
-"""Number of steps over which a direction is taken: paths zigzag by single turns of 30 degrees."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -67,7 +67,7 @@ def mark(identity: str, x: float, z: float) -> Landmark:
     return Landmark(Label("bench"), x, z, (0,), 0, identity)
 
 
-FIRST, SECOND, MIN_ASIDE = mark("1", 1.0, 5.0), mark("2", -1.0, 9.0), mark("3", 9.0, 7.0)
+FIRST, SECOND, ASIDE = mark("1", 1.0, 5.0), mark("2", -1.0, 9.0), mark("3", 9.0, 7.0)
 VIEW = Pose(0.0, 0.0, 0.0)
 
 
@@ -77,8 +77,8 @@ VIEW = Pose(0.0, 0.0, 0.0)
         (FIRST, (FIRST, SECOND), (FIRST, SECOND), "first"),
         (SECOND, (FIRST, SECOND), (FIRST, SECOND), "second"),
         (SECOND, (FIRST, SECOND), (SECOND,), None),  # the first is not seen yet
-        (SECOND, (FIRST, SECOND, MIN_ASIDE), (FIRST, SECOND, MIN_ASIDE), "second"),
-        (MIN_ASIDE, (FIRST, SECOND, MIN_ASIDE), (FIRST, SECOND, MIN_ASIDE), None),
+        (SECOND, (FIRST, SECOND, ASIDE), (FIRST, SECOND, ASIDE), "second"),
+        (ASIDE, (FIRST, SECOND, ASIDE), (FIRST, SECOND, ASIDE), None),
     ],
 )
 def test_ordinals(own: Landmark, marks: tuple[Landmark, ...], seen: tuple[Landmark, ...], which: str | None) -> None:

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from arramon_dataset.release.landmarks.turn_paths import STRIDE, Numbers, TurnPath
+from arramon_dataset.paths import STRIDE
+from arramon_dataset.release.landmarks.turn_paths import Numbers, TurnPath
 
 
 def walk_along(*corners: tuple[float, float]) -> TurnPath:

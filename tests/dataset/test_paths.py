@@ -3,7 +3,7 @@
 import pytest
 
 from arramon_client.world import bearing, turn_between
-from arramon_dataset.instructions.navigation.legs import legs_of, max_deviation
+from arramon_dataset.paths import legs_of, max_deviation
 from tests.dataset.instructions.town import PATH
 
 
