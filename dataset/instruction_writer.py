@@ -1,4 +1,4 @@
-"""Writer of instructions for generated episodes: plans, phrases them in all languages, and tests them with an agent."""
+"""Writer of instructions for generated episodes: plans, phrases in all languages, and tests with an agent."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache
@@ -37,13 +37,13 @@ from arramon_server.sim.room_scene import room_scene
 from arramon_server.sim.rules import PlacedObject
 
 FOLLOWER = "agents.follower"
-"""The agent that tests instructions, loaded by name because the server does not import agents."""
+"""The agent that tests instructions, loaded by name because this package does not import agents."""
 
 PLANS = 3
-"""Plans tried for one draft before the draft is discarded."""
+"""Maximum number of plans for one draft before the draft is discarded."""
 
 DRAWS = 8
-"""Meanings drawn for one assembly instruction of a plan until the gate finds no fault with one."""
+"""Maximum number of meanings drawn for one assembly instruction until the gate accepts one."""
 
 MIN_NDTW = 0.2
 """The follower's nDTW must exceed this in both turns (paper, section 4)."""
@@ -59,15 +59,15 @@ Texts = Mapping[str, tuple[Instructions, Instructions]]
 
 
 class InstructionWriter:
-    """Writes a draft's instructions in every language; accepts only those that lead the follower to the goal in all.
+    """Writes a draft's instructions in every language; accepts only those with which the follower succeeds in all.
 
     Args:
         languages: codes of the languages to write in.
         make_follower: returns a new agent that plays from text, depth and segmentation; called once per trial.
-        trial: whether the follower tries the texts. Without it, the first that pass the checks are taken.
+        trial: whether the follower must succeed with the texts. If not, the first that pass the checks are taken.
 
     Attributes:
-        make_follower: as it was given.
+        make_follower: the argument.
     """
 
     def __init__(self, languages: tuple[str, ...], make_follower: Callable[[], Agent], trial: bool = True) -> None:
@@ -76,7 +76,7 @@ class InstructionWriter:
         self._turns: dict[int, TurnPlanner] = {}
 
     def tells(self, start: Pose, turn: Turn, number: int, site: Site, names: tuple[object, ...]) -> bool:
-        """Return whether the way of a turn can be told; see `arramon_dataset.generation.Writer`."""
+        """Return whether a plan describes the path of a turn; see `arramon_dataset.generation.Writer`."""
         return self._planner(start, turn, number, site).navigation((*names, 0, number)) is not None
 
     def __call__(self, draft: Draft, site: Site, names: tuple[object, ...]) -> Texts | None:
@@ -88,7 +88,7 @@ class InstructionWriter:
         )
 
     def candidates(self, draft: Draft, site: Site, names: tuple[object, ...]) -> Iterator[Texts]:
-        """Yield candidate instructions, one plan after another: they pass the quality checks and are untested."""
+        """Yield candidate instructions, one plan after another, that pass the quality checks but are not tried."""
         first, second = draft.turns
         end = poses_along(draft.start, first.path, first.actions)[-1]
         planners = self._planner(draft.start, first, 1, site), self._planner(end, second, 2, site)
@@ -96,14 +96,14 @@ class InstructionWriter:
         for number in range(PLANS):
             plan = _plan(draft, planners, (*names, number))
             if plan is None:
-                return  # All of its draws failed; further ones would do so too.
+                return  # All draws failed; further ones would fail too.
             routes = routes or [turn.tokens() for turn in planners]
             texts = self._write(draft, plan, routes, (*names, number))
             if texts is not None:
                 yield texts
 
     def _planner(self, start: Pose, turn: Turn, number: int, site: Site) -> TurnPlanner:
-        """Return a turn with what is seen along it; the last ones are kept."""
+        """Return the planner of a turn; the latest one for each number is cached."""
         kept = self._turns.get(number)
         if kept is None or kept.site is not site or kept.turn != turn:
             kept = self._turns[number] = TurnPlanner(start, turn, site)
@@ -127,9 +127,9 @@ class InstructionWriter:
         return texts
 
     def _passes_in_all_languages(self, draft: Draft, site: Site, texts: Texts) -> bool:
-        """Return whether the follower passes in every language.
+        """Return whether the follower succeeds in every language.
 
-        The follower acts on its reading of a text alone, so languages whose texts it reads alike are tested once.
+        The follower acts on a text's meaning alone, so languages whose texts have equal meanings are tried once.
         """
         episode = draft.with_instructions(texts)
         world = TrialWorld(site.world, site.camera, room_camera())
@@ -151,7 +151,7 @@ def make_instruction_writer() -> InstructionWriter:
 
 
 def make_writer_without_trial() -> InstructionWriter:
-    """Return an instruction writer for all languages whose texts no agent tries; a `MakeWriter`.
+    """Return an instruction writer for all languages without trials by an agent; a `MakeWriter`.
 
     Raises:
         ValueError: if a language's data cannot express even the simplest meaning.
@@ -185,9 +185,9 @@ def generate_splits(
 ) -> list[Split]:
     """Generate the named splits (None: the paper's) for `arramon-server generate`; see `generation.command.generate`.
 
-    Without the trial, an episode is kept once its texts have passed the gate. `sections` is the number of those of
-    `train_extra`. `secret` seeds hidden splits in place of the host's; empty for that. What the instructions ask for is
-    written beside splits that are not for training alone.
+    Without the trial, an episode is kept once its texts pass the gate. `sections` is the number of sections of
+    `train_extra`. `secret` seeds hidden splits in place of the host's secret, which is used if it is empty. Demands are
+    written beside all splits except those for training.
     """
     made = generate(
         data,
@@ -204,7 +204,7 @@ def generate_splits(
 
 
 def throttled(tell: Callable[[str], None]) -> Callable[[Progress], None]:
-    """Return what tells of a split's progress in lines: the first, the last, and one in REPORT_SECONDS between."""
+    """Return a callback that passes progress to `tell`: a split's first and last, and one in REPORT_SECONDS between."""
     reported: dict[str, float] = {}
 
     def report(progress: Progress) -> None:
@@ -217,7 +217,7 @@ def throttled(tell: Callable[[str], None]) -> Callable[[Progress], None]:
 
 
 def passes(scores: EpisodeScores) -> bool:
-    """Return whether a follower met the paper's second validation stage and picked up the right objects."""
+    """Return whether scores pass the paper's second validation stage, with the right objects picked up."""
     return all(turn["nDTW"] > MIN_NDTW and all(turn[name] == 1.0 for name in MUST_BE_ONE) for turn in scores.turns)
 
 
@@ -238,7 +238,7 @@ def _plan(draft: Draft, planners: tuple[TurnPlanner, TurnPlanner], names: tuple[
 
 
 def _assembly(turn: Turn, room: tuple[PlacedObject, ...], random: Random) -> Assembly | None:
-    """Return a meaning of an assembly instruction, or None if the gate finds a fault with the one that was drawn."""
+    """Draw a meaning of an assembly instruction, and return it, or None if the gate rejects it."""
     meaning = plan_assembly(turn.target.type, turn.target_cell, room, random)
     cell = turn.target_cell.column, turn.target_cell.row
     return None if meaning is None or faults_of_assembly(meaning, cell, whole_room(room)) else meaning
@@ -249,7 +249,7 @@ def _phrase(code: str, phase: str, turn: Turn, meaning: Meaning, voice: Voice, n
     try:
         text = lang.load(code).write(meaning, seeded(*names, phase), voice)
     except ValueError:
-        return None  # The language cannot express part of it, such as a number of paces; another plan may not need it.
+        return None  # The language cannot express a part, such as a number of paces; another plan may not need it.
     target = turn.target.type
     failures = check(
         text,
@@ -272,7 +272,7 @@ def first_turn(actions: tuple[Action, ...]) -> float:
 
 
 def _readings(texts: tuple[Instructions, Instructions], code: str) -> tuple[Meaning | str, ...]:
-    """Return the readings of a language's texts; the text itself where it cannot be read."""
+    """Return the meanings of a language's texts; the text itself if it cannot be read."""
     speech = lang.load(code)
     read: list[Meaning | str] = []
     for turn in texts:

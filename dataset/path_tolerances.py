@@ -2,7 +2,7 @@
 
 PLANNED limits are those of the planner (`instructions/navigation`), which states only what holds within them. ACCEPTED
 limits are those of the gate (`instructions/gate`), which rejects what people would not accept; they are wider than the
-planner's, so that the gate seldom rejects a plan at a limit. FACTS limits are those of the facts for writers and for the
+planner's, so that the gate seldom rejects a plan at a limit. FACTS limits are those of the facts for writers and the
 alignment model, which share nothing with the grammar; changing them requires training the shipped model again.
 
 Angles are in degrees, distances in units. How paths are measured is the same for all: see `paths` beside this file.

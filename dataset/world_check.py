@@ -1,4 +1,4 @@
-"""Comparison of a navigation text with the world of its episode: which things that it names are not there."""
+"""Check of a navigation text against its episode's world: named street furniture that is not there."""
 
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -59,7 +59,7 @@ def _message(event: Event, turn: int, place: int, at: tuple[float, ...]) -> str:
 def check_in_world(
     data: Path, episode_id: str, split: str | None, turn: int | None, language: str, texts: Iterable[str] = ()
 ) -> Iterator[tuple[str, int, tuple[Failure, ...]]]:
-    """Yield navigation texts with their turn and the failures of `missing`.
+    """Yield navigation texts with their turns and the failures of `missing`.
 
     Args:
         data: the data folder.

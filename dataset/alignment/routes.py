@@ -1,7 +1,7 @@
-"""A route as a sequence of tokens, with which the words of a text are aligned.
+"""Routes as token sequences, to which the words of a text are aligned.
 
 The tokens follow from the path and from what the camera shows along it, not from a plan of an instruction: directions
-of turns, kinds and colours of what is passed, its side, and the target with what stands around it.
+of turns, kinds, colours and sides of the landmarks passed, and the target with its surroundings.
 """
 
 import re

@@ -1,6 +1,6 @@
-"""What happens along a turn's ground truth, as facts of the world: legs, bends, what is passed, where the target is.
+"""Facts of a turn's ground truth for writers: legs, turns, passed landmarks, and the surroundings of the target.
 
-The facts follow from the path and from what the camera shows along it, not from any plan of an instruction.
+They follow from the path and from what the camera shows along it, not from a plan of an instruction.
 """
 
 import math
@@ -24,10 +24,10 @@ PLACE_NAMES = {"t_junction": "T-junction", "street_end": "end of the street", "c
 
 @dataclass(frozen=True, slots=True)
 class Passed:
-    """A landmark that a leg goes by.
+    """A landmark beside a leg.
 
     Attributes:
-        name: such as "white barrier".
+        name: in English, such as "white barrier".
         along: distance from the beginning of the leg, in units.
         aside: distance to the right of the leg, in units; negative on the left.
     """
@@ -72,7 +72,7 @@ class RouteFacts:
         marks: landmarks that are recognised along it.
         legs: in order.
         last_turn: degrees by which the agent turns at the end to face the target.
-        around: what stands around the target, with its place as one sees it when arriving.
+        around: landmarks around the target, with their positions as seen on arrival.
         others: the other objects of the turn that are seen along the path.
     """
 
@@ -96,7 +96,7 @@ def route_facts(episode: Episode, number: int, site: Site) -> RouteFacts:
 
 
 def facts_along(turn: Turn, poses: Sequence[Pose], landmarks: Sequence[Landmark]) -> RouteFacts:
-    """Return the facts of a turn's navigation, from the poses of its ground truth and what is visible from them."""
+    """Return the facts of a turn's navigation, from the poses of its ground truth and the landmarks along it."""
     marks = tuple(mark for mark in landmarks if mark.seen)
     vertices = _vertices(turn.path)
     legs, heading = [], poses[0].heading
@@ -141,7 +141,7 @@ def name_of(mark: Landmark) -> str:
 
 
 def _vertices(path: Sequence[Place]) -> list[int]:
-    """Return the indices of the ends and bends of a path, by Douglas and Peucker; short legs are joined."""
+    """Return the indices of the ends and bends of a path, with short legs merged into the ones before."""
     kept = simplify(path, FACTS_DEVIATION, distance_from_line)
     found = [kept[0]]
     for index in kept[1:-1]:

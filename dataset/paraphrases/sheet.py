@@ -1,4 +1,4 @@
-"""Sheets for writers of instructions: a picture with the way and the goal, and a page of facts, for each turn."""
+"""Sheets for writers of instructions: a picture with the path and the target, and a page of facts, for each turn."""
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -29,7 +29,7 @@ SIZE, FRAMES, MAP = 224, 9, 800
 """Pixels along each side of a frame; the number of frames on a sheet; pixels along the longer side of a map."""
 
 MARGIN = 7.0
-"""How far a map reaches beyond the path and the turn's objects, in units."""
+"""Margin of a map around the path and the turn's objects, in units."""
 
 
 def writer_sheet(episode: Episode, number: int, site: Site) -> tuple[Image.Image, str]:
@@ -152,7 +152,7 @@ def draw_object(canvas: Canvas, item: Collectible, name: str) -> None:
 
 
 def draw_arrow(canvas: Canvas, pose: Pose) -> None:
-    """Draw a pose on a map: where the agent starts, and which way it faces."""
+    """Draw the agent's start pose on a map, as an arrow."""
     tip = pose.ahead(2.0)
     canvas.line([(pose.x, pose.z), (tip.x, tip.z)], BLACK, 4)
     for side in (-150.0, 150.0):
@@ -162,7 +162,7 @@ def draw_arrow(canvas: Canvas, pose: Pose) -> None:
 
 
 def frames(poses: Mapping[str, Pose], turn: Turn, site: Site) -> list[tuple[str, Image.Image]]:
-    """Return what the agent sees from poses in a turn's streets, by the poses' names."""
+    """Return the agent's frames from named poses in a turn's streets."""
     actors = [street_actor(item) for item in turn.street]
     return [
         (name, Image.fromarray(site.camera.render(Viewpoint(p.x, p.z, p.heading), actors, SIZE).rgb))

@@ -1,4 +1,4 @@
-"""Objects that the release lacks, seeded by an episode's id: distracters in its streets and decoys in its room."""
+"""Objects missing from the release, seeded by an episode's id: distracters in its streets and decoys in its room."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -24,10 +24,10 @@ FROM_PATH, FROM_TARGET, FROM_EACH_OTHER = 1.2, 2.0, 1.0
 """Minimum distances of distracters from the ground-truth path, the target and each other, in units."""
 
 NEARBY = (3.0, 12.0)
-"""Range of distances from the path, in units, in which two of three distracters should be."""
+"""Range of distances from the path, in units, for two thirds of the distracters."""
 
 TRIED = 400
-"""Places tried for the distracters of one turn."""
+"""Maximum number of places tried for the distracters of one turn."""
 
 DECOYS = 8
 """Number of objects in the room when the first assembly phase begins (paper, section 3.1)."""
@@ -35,7 +35,7 @@ DECOYS = 8
 ATTRIBUTES = ("pattern", "colour", "kind")
 
 ATTEMPTS = 12
-"""Maximum number of rooms drawn until the instructions lead to the targets' cells."""
+"""Maximum number of rooms drawn until the instructions identify the targets' cells."""
 
 SHARED_COMBINATIONS = tuple(words for size in (1, 2) for words in combinations(ATTRIBUTES, size))
 """Combinations of attributes that a distracter may share with the target: at least one, but not all."""
@@ -81,7 +81,7 @@ def draw_distracters(
     final_pose: Pose,
     ground: Points,
 ) -> tuple[tuple[ObjectType, Point], ...]:
-    """Return five to seven objects on free ground that share attributes with the target; fewer if there is no room.
+    """Return five to seven objects on free ground that share attributes with the target; fewer if they do not fit.
 
     None is near the ground truth's path, or in the pick-up box at its end.
 
@@ -168,17 +168,17 @@ def arrange_decoys(
     references: tuple[Sequence[ObjectReference], Sequence[ObjectReference]],
     meanings: tuple[Assembly | None, Assembly | None] = (None, None),
 ) -> tuple[tuple[ObjectType, Square], ...]:
-    """Return eight objects on the room's floor for the first assembly phase; fewer if there is no room.
+    """Return eight objects on the room's floor for the first assembly phase; fewer if they do not fit.
 
     If a target goes on top of an object other than the first turn's target, a decoy is placed there: the one that the
     instruction names. Other objects that the instructions mention are placed where their meanings hold, even on cells
     that the ground truth crosses (objects do not block agents; the official release's ground truth crosses some).
-    Several such rooms are drawn: the result is the first in which both instructions lead to the targets' cells, or else
-    one in which the most do. Objects mentioned in an instruction without a known meaning are placed in the stated
+    Several such rooms are drawn: the result is the first in which both instructions identify the targets' cells, or
+    else one in which the most do. Objects mentioned in an instruction without a known meaning are placed in the stated
     relation or near it. No other decoy is on the ground truth's cells or target cells.
 
     Args:
-        episode_id: seeds what the instructions leave open.
+        episode_id: seeds all choices that the instructions leave open.
         targets: of both turns.
         placements: target cells of both turns.
         walks: cells of both turns' ground truth.

@@ -1,4 +1,4 @@
-"""Import of official release files as splits of the data folder: languages merged, objects and sections added."""
+"""Import of official release files as splits: merges languages, and adds objects and sections."""
 
 import logging
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
@@ -27,7 +27,7 @@ from arramon_server.sim.section import Section
 SOURCE = "imported from the official release's format"
 
 EPISODES_A_PROCESS = 40
-"""Episodes that are worth a process of their own, which takes about two seconds to start."""
+"""Minimum number of episodes per process, as a process takes about two seconds to start."""
 
 Rebuilt = tuple[Section, Sequence[Episode], Provenance]
 """A section with its furniture, its episodes with theirs, and where both come from."""
@@ -143,8 +143,8 @@ def _rebuild_all(by_section: Mapping[str, Sequence[Episode]], processes: int) ->
 
 def _rebuild(section: str, episodes: Sequence[Episode]) -> Rebuilt:
     ground = ground_of(episodes)
-    peopled = [add_objects(episode, ground) for episode in episodes]
-    return rebuild(_section(section, peopled), peopled)
+    with_objects = [add_objects(episode, ground) for episode in episodes]
+    return rebuild(_section(section, with_objects), with_objects)
 
 
 def _section(section: str, episodes: Sequence[Episode]) -> Section:

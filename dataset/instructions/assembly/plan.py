@@ -8,10 +8,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from random import Random
 
-from arramon_dataset.instructions.assembly.namer import ObjectNamer
-
 from arramon_client.world import COLUMNS, ROWS
 from arramon_dataset.instructions.assembly.cells import fitting_cells
+from arramon_dataset.instructions.assembly.namer import ObjectNamer
 from arramon_dataset.instructions.assembly.sight import seen_room, whole_room
 from arramon_lang.meaning import Assembly, Thing, Where
 from arramon_lang.room import Standing, find_cell, quarter_after, relative
@@ -20,32 +19,31 @@ from arramon_server.sim.room import START, Placement
 from arramon_server.sim.rules import PlacedObject
 
 TRIES = 60
-"""Plans drawn before planning fails."""
+"""Maximum number of plans drawn before planning fails."""
 
 MIN_LEAD = 1.5
-"""Minimum factor by which the target's cell must fit better than any other."""
+"""Minimum ratio of the fits of the target's cell and of any other."""
 
 MAX_RELATIONS = 3
 """Maximum number of relations in one instruction."""
 
 EXTRA_RELATION = 0.2
-"""Probability of adding a relation that is not needed."""
+"""Probability of an unnecessary relation."""
 
 EXTRA_RELATION_ON_TOP = 0.12
-"""The same where the object goes on top of another."""
+"""The same if the target goes on top of another object."""
 
 EXACTLY, EXACTLY_ASIDE, EXACTLY_YOU = 0.15, 0.35, 0.6
-"""Probabilities of "directly" with a relation to an adjacent cell; for "left of" and "right of", which fit farther
-cells without it; and if the landmark is the agent."""
+"""Probabilities of "directly" with a relation to an adjacent cell, with "left of" and "right of", which otherwise fit
+farther cells, and with a relation to the agent."""
 
 WEIGHTS = {
     "left_of": 12.0, "right_of": 7.5, "in_front_of": 7.0, "behind": 26.0, "between": 9.0, "near": 3.0,
     "diagonal_to": 0.25, "against wall": 9.0, "near wall": 3.5, "in_front_of you": 11.0, "left_of you": 2.0,
     "right_of you": 2.0, "far": 0.6, "your side": 0.6,
 }  # fmt: skip
-"""Relative frequency with which people choose each relation where it holds. "far" is one of the first four across free
-cells: with a wall it may identify a cell that no adjacent relation does. "your side" is "on your left" for any cell
-there."""
+"""Relative frequency with which people choose each relation where it holds. "far" is one of the first four to a cell
+that is not adjacent; "your side" is "on your left" for any cell there."""
 
 TURN_FIRST = ((0.92, 0.9), (0.85, 0.8), (0.25, 0.12), (0.04, 0.01))
 """Probability that an instruction starts with a turn, for a target on the floor and one on top, by the cell's
@@ -54,7 +52,7 @@ direction: beside the start tile, beyond 60 degrees, about 45, less. As measured
 
 @dataclass(frozen=True, slots=True)
 class _Option:
-    """Relations that hold for the target's cell, before their landmarks are named."""
+    """Relations that hold for the target's cell, with their landmarks still unnamed."""
 
     name: str
     relations: tuple[str, ...]
@@ -133,9 +131,9 @@ def _draw(turns: tuple[str, ...], cell: Placement, namer: ObjectNamer, random: R
 
 
 def _is_unambiguous(meaning: Assembly, cell: Placement, namer: ObjectNamer) -> bool:
-    """Return whether the target's cell fits clearly best and alone, in the whole room and in its visible part."""
+    """Return whether only the target's cell fits clearly, in the whole room and in its visible part."""
     if len(meaning.where) == 1 and meaning.where[0].things[0].kind == "wall":
-        return False  # A wall has several cells along it, even if the others are occupied.
+        return False  # A wall has several cells along it, even if all but one are occupied.
     for room in (namer.seen, namer.whole):
         found, lead = find_cell(meaning, room)
         target = cell.column, cell.row
@@ -157,7 +155,7 @@ def _choose(options: list[_Option], random: Random) -> _Option | None:
 
 
 def _name_landmarks(option: _Option, namer: ObjectNamer, random: Random) -> tuple[Where, ...] | None:
-    """Return the option's relations with their landmarks named, or None if one has no unique name."""
+    """Return the option's relations with names for their landmarks, or None if one has no unique name."""
     things = [mark if isinstance(mark, Thing) else namer.name(mark, random) for mark in option.landmarks]
     named = tuple(thing for thing in things if thing is not None)
     if len(named) < len(things):
@@ -170,7 +168,7 @@ def _name_landmarks(option: _Option, namer: ObjectNamer, random: Random) -> tupl
 
 
 def _options(cell: Placement, namer: ObjectNamer) -> Iterator[_Option]:
-    """Yield all relations that hold for the cell, as seen in the agent's viewing direction."""
+    """Yield all relations that hold for the cell in the agent's viewing direction."""
     here = (cell.column, cell.row)
     in_front = [item for item in namer.seen.things if _is_in_front(item, namer.quarter) and item.cell != here]
     for item in in_front:

@@ -1,4 +1,4 @@
-"""Agreement of a text with a world: whether each thing that it names is there, where its alignment puts it."""
+"""Agreement of a text with a world: whether each named thing stands where the text's alignment implies."""
 
 from collections.abc import Mapping, Sequence
 from functools import cache
@@ -15,11 +15,11 @@ from arramon_server.sim.city import label_of_prop
 from arramon_server.sim.section import Prop
 
 WITHIN = 4.0
-"""Distance from where a text puts a thing within which it must be, in units."""
+"""Maximum distance of a thing from where the text implies it, in units."""
 
 LIKELY = 0.5
-"""A text puts a thing wherever its kernel is at least this large; of what is seen ahead, relative to the best place at
-the same distance: farther things are spoken of less often, but what is said of them is as true."""
+"""Minimum kernel value of the places that a text implies; for things seen ahead, relative to the best place at the same
+distance, as farther things are mentioned less often but no less truly."""
 
 PlacedThing = tuple[str, float, float, str, str]
 """A thing in the world: kind, x, z, colour, look."""
@@ -27,7 +27,7 @@ PlacedThing = tuple[str, float, float, str, str]
 
 @cache
 def _apart(manner: str, relation: str) -> Numbers:
-    """Return the distance from where a kernel puts a thing, in units, on the kernel's table."""
+    """Return the distance of each entry of a kernel from the places that it implies, in units."""
     table = kernel(manner, relation, "")
     best = table.max(axis=1, keepdims=True) if is_ahead(manner) else 1.0
     distances: Numbers = ndimage.distance_transform_edt((table < LIKELY * best) | (table == 0.0), sampling=STEP)
@@ -35,9 +35,9 @@ def _apart(manner: str, relation: str) -> Numbers:
 
 
 def nearest(event: Event, place: int, walk: TurnPath, things: Sequence[PlacedThing]) -> tuple[int, float]:
-    """Return the index of the fitting thing nearest to where a mention puts it, and how far it is; (-1, inf) if none.
+    """Return the index of the matching thing nearest to where a mention implies it, and its distance; (-1, inf) if none.
 
-    A thing fits if it is of the kind, of the colour and on the side that are said, and a banner has the shape.
+    A thing matches if its kind, colour and side are as stated, and for a banner its shape.
     """
     fitting = [number for number, thing in enumerate(things) if _fits(event, thing)]
     if not fitting:
@@ -69,7 +69,7 @@ def mentions_of(
     things: Sequence[PlacedThing],
     kinds: Sequence[str] = FURNITURE,
 ) -> list[tuple[Event, int, int]]:
-    """Return each mention of furniture, its place on the walk, and the index of its thing; -1 for none."""
+    """Return each mention of furniture with its place on the path and the index of its thing; -1 for none."""
     found = []
     for event, place in zip(events, aligned.best, strict=True):
         if event.kind in kinds:

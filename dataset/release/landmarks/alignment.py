@@ -1,7 +1,7 @@
-"""Alignment of an instruction to its walk: a hidden Markov model whose states are the places of the walk.
+"""Alignment of an instruction to its path: a hidden Markov model whose states are the places of the path.
 
-Events come in the order of the text. A turn is likely where the walk turns so; a mention where the known landmarks of
-its kind are where its kernel expects one; and a big turn of the walk is seldom passed over.
+Events are in the order of the text. A turn is likely where the path turns by its angle; a mention is likely where its
+kernel covers a known landmark of its kind; and skipping a big turn of the path is unlikely.
 """
 
 from collections.abc import Callable, Sequence
@@ -15,30 +15,30 @@ from arramon_dataset.release.landmarks.turn_paths import Indices, Numbers, TurnP
 from arramon_lang.street import DEGREES
 
 BIG = 60.0
-"""Turns of a walk from this size on are spoken of, in degrees."""
+"""Minimum size of turns of a path that texts usually mention, in degrees."""
 
 PASSED_OVER = 1.5
-"""Cost of a big turn between two events, in nats."""
+"""Cost of skipping a big turn between two events, in nats."""
 
 NEAR = 2
-"""Number of steps from a turn within which it is the one that is spoken of."""
+"""Maximum number of steps between an event and the big turn that it mentions."""
 
 SPREAD = 35.0
-"""Standard deviation of turns around what their word says, in degrees."""
+"""Standard deviation of turns from the nominal angle of their word, in degrees."""
 
 UNEXPECTED = 0.03
-"""Likelihood of a turn where the walk has none, relative to the exact one."""
+"""Likelihood of a turn where the path has none, relative to an exact one."""
 
 PACE = 0.35
-"""Standard deviation of an event's place from an even pace through the text, as a share of the walk."""
+"""Standard deviation of an event's place from an even pace through the text, as a share of the path."""
 
 Fit = Callable[[Event, TurnPath], Numbers]
-"""Returns the likelihood (n,) of a mention at each place of the walk, from what is known of the landmarks."""
+"""Returns the likelihood (n,) of a mention at each place of the path, given the known landmarks."""
 
 
 @dataclass(frozen=True, eq=False)
 class EventAlignment:
-    """An instruction's events on its walk.
+    """An instruction's events on its path.
 
     Attributes:
         posterior: (events, places), the probability of each place; rows sum to 1.
@@ -50,7 +50,7 @@ class EventAlignment:
 
 
 def align(events: Sequence[Event], walk: TurnPath, fit: Fit) -> EventAlignment:
-    """Return the alignment of events, at least one, to a walk."""
+    """Return the alignment of events, at least one, to a path."""
     size = len(walk.places)
     emission = np.stack([_emission(event, number, len(events), walk, fit) for number, event in enumerate(events)])
     passed = np.cumsum(_big_turns(walk))
@@ -109,7 +109,7 @@ def _moves(before: Event, event: Event, passed: Numbers) -> Numbers:
 
 
 def _between(start: Indices, end: Indices, passed: Numbers, leaves: bool, arrives: bool) -> Numbers:
-    """Return the number of big turns between two places, (starts, ends), less those that the events there speak of."""
+    """Return the number of big turns between two places, (starts, ends), less those that the events there mention."""
     after = passed[np.minimum(start + (NEAR if leaves else 0), len(passed) - 1)]
     before = np.where(end - NEAR - 1 >= 0, passed[np.maximum(end - NEAR - 1, 0)], 0) if arrives else passed[end]
     turns: Numbers = np.maximum(before[None, :] - after[:, None], 0.0)

@@ -1,4 +1,4 @@
-"""A section and its episodes as people spoke of them: recovered scenery, own furniture, and what nobody spoke of."""
+"""Rebuilding of a section from its episodes' texts: recovered scenery, own furniture, and distracter furniture."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -25,12 +25,12 @@ KNOWN = 0.8
 
 
 def rebuild(section: Section, episodes: Sequence[Episode]) -> tuple[Section, list[Episode], Provenance]:
-    """Return a section with what its episodes' texts agree on, and the episodes with furniture of their own.
+    """Return a section with the landmarks on which its episodes' texts agree, and the episodes with own furniture.
 
     The same episodes, in whatever order, give the same result.
 
     Args:
-        section: its buildings; furniture that it may have is replaced.
+        section: with buildings; its furniture, if any, is replaced.
         episodes: all of the section, with objects in their streets.
     """
     listed = sorted(episodes, key=lambda each: each.episode_id)
@@ -45,9 +45,10 @@ def rebuild(section: Section, episodes: Sequence[Episode]) -> tuple[Section, lis
     rebuilt = replace(section, props=tuple(prop for prop, _ in built), buildings=buildings)
     spaces = {episode.episode_id: FreeSpace.of(episode, ground) for episode in listed}
     own = {name: own_of(name, texts[name], rebuilt, space, kept) for name, space in spaces.items()}
-    asked = {name: [prop for prop in each.added if prop.kind in DRAWN_KINDS] for name, each in own.items()}
+    named_props = {name: [prop for prop in each.added if prop.kind in DRAWN_KINDS] for name, each in own.items()}
     furniture = {
-        name: _with_distracters(name, own[name], asked, texts[name], rebuilt, space) for name, space in spaces.items()
+        name: _with_distracters(name, own[name], named_props, texts[name], rebuilt, space)
+        for name, space in spaces.items()
     }
     origins = {name: _origins(own[name], each) for name, each in furniture.items() if each.added}
     props = tuple(_recovered(number, landmark) for number, (_, landmark) in enumerate(built))
@@ -58,13 +59,13 @@ def rebuild(section: Section, episodes: Sequence[Episode]) -> tuple[Section, lis
 def own_of(
     name: str, texts: Sequence[TurnText], section: Section, space: FreeSpace, landmarks: Sequence[RecoveredLandmark]
 ) -> OwnFurniture:
-    """Return what an episode's texts ask for, and which of its section's props it moves out of its way.
+    """Return the furniture that an episode's texts name, and the section's props that it moves off its own paths.
 
     Args:
         name: the episode's id.
-        texts: by its texts.
+        texts: those of the episode.
         section: whose props are recovered landmarks.
-        space: what the episode leaves free.
+        space: free ground of the episode.
         landmarks: from which each of the section's props was made.
 
     Returns:
@@ -81,8 +82,8 @@ def own_of(
         tuple(sorted({*left_out, *replaced})),
     )
     standing = furnished(section, changed).props
-    asked = furniture_mentions(texts, LandmarkMap.of(by_kind(placed_things(standing), KNOWN)), space.ground)
-    return replace(changed, added=(*changed.added, *own_furniture(name, asked, space, standing)))
+    named_props = furniture_mentions(texts, LandmarkMap.of(by_kind(placed_things(standing), KNOWN)), space.ground)
+    return replace(changed, added=(*changed.added, *own_furniture(name, named_props, space, standing)))
 
 
 def _origins(own: OwnFurniture, furniture: OwnFurniture) -> tuple[str, ...]:
@@ -94,7 +95,7 @@ def _origins(own: OwnFurniture, furniture: OwnFurniture) -> tuple[str, ...]:
 def _with_distracters(
     name: str,
     mine: OwnFurniture,
-    asked: Mapping[str, Sequence[Prop]],
+    named_props: Mapping[str, Sequence[Prop]],
     texts: Sequence[TurnText],
     section: Section,
     space: FreeSpace,
@@ -102,9 +103,9 @@ def _with_distracters(
     landmarks = tuple(prop for prop in mine.added if prop.kind not in DRAWN_KINDS)
     distracters = distracter_furniture(
         name,
-        asked[name],
+        named_props[name],
         frozenset(event.kind for each in texts for event in each.events),
-        {other: props for other, props in asked.items() if other != name},
+        {other: props for other, props in named_props.items() if other != name},
         space,
         furnished(section, replace(mine, added=landmarks)).props,
     )

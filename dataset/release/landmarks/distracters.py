@@ -1,7 +1,7 @@
-"""Furniture of an episode that nobody spoke of, so that what stands near a path does not give the path away.
+"""Distracter furniture: props that an episode's texts do not name, so that furniture does not reveal the path.
 
-It is what the texts of other episodes of the section asked for, where they asked for it: of the same kinds, beside
-other paths and other targets, as densely as the episode's own things stand around its own path.
+It consists of the furniture that the texts of the section's other episodes name, at the same places: the same kinds,
+beside other paths and targets, as dense as the episode's own furniture around its own path.
 """
 
 from collections.abc import Mapping, Sequence
@@ -17,17 +17,17 @@ from arramon_dataset.release.landmarks.turn_paths import Numbers
 from arramon_server.sim.section import ON_WALLS, Prop
 
 AROUND = 3.0
-"""Distance from a path within which furniture counts as standing at it, in units."""
+"""Maximum distance of furniture that counts as near a path, in units."""
 
 NAMED_KIND_GAP = 6.0
-"""Distance from an episode's paths within which nothing else of a kind stands that its texts name, in units: otherwise
-"the first booth" could be another than the one that was meant."""
+"""Minimum distance from an episode's paths of distracter furniture of a kind that its texts name, in units: otherwise
+"the first booth" could refer to it."""
 
 BESIDE = 1.1
 """Distance of furniture beside an object in the street, in units."""
 
 MAX_DISTRACTERS = 40
-"""Maximum number of things that nobody spoke of in an episode."""
+"""Maximum number of distracters in an episode."""
 
 
 def distracter_furniture(
@@ -38,14 +38,14 @@ def distracter_furniture(
     space: FreeSpace,
     standing: Sequence[Prop],
 ) -> list[Prop]:
-    """Return furniture that an episode's texts do not name.
+    """Return the distracter furniture of an episode.
 
     Args:
         episode: its id.
         own: its own furniture.
         named: kinds that its texts name.
-        others: what the texts of each other episode of the section asked for.
-        space: what the episode leaves free.
+        others: furniture named by the texts of each other episode of the section.
+        space: free ground of the episode.
         standing: the section's furniture as it is in the episode.
     """
     random = seeded(episode, "strays")
@@ -70,7 +70,7 @@ def distracter_furniture(
     beside = sum(np.hypot(*(space.targets - (prop.x, prop.z)).T).min() <= 2 * BESIDE for prop in own)
     tree = cKDTree(ground.places)
     for spot in space.distracters:
-        # Other objects have furniture beside them as often as the targets.
+        # Furniture stands beside the other objects as often as beside the targets.
         if random.random() < beside / len(space.targets) and pool:
             close = np.array(sorted(tree.query_ball_point(spot, 2 * BESIDE)), dtype=np.intp)
             order = [int(each) for each in close]

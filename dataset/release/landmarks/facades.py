@@ -1,4 +1,4 @@
-"""Looks of facades on which texts agree: "the blue building" along many paths."""
+"""Facades on which texts agree, such as "the blue building" along many paths."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -16,13 +16,13 @@ from arramon_server.episodes.provenance import Recovered
 from arramon_server.sim.section import Building
 
 ALONG = 1.0
-"""Distance between the points of a facade at which a building is looked for, in units."""
+"""Spacing of the points of a facade at which mentions are evaluated, in units."""
 
 
 def paint(
     buildings: Sequence[Building], texts: Sequence[TurnText]
 ) -> tuple[tuple[Building, ...], tuple[Recovered, ...]]:
-    """Return the buildings with the facades on which texts agree, and which these are, with their votes.
+    """Return the buildings with the facades on which texts agree, and the indices of these with their votes.
 
     Args:
         buildings: of a section.

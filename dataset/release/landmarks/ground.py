@@ -1,4 +1,4 @@
-"""The ground of a rebuilt section on which furniture may stand, and what can be seen from where."""
+"""Places where furniture may stand in a rebuilt section, and their visibility between buildings."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,16 +21,16 @@ SPACING = 0.5
 """Distance between places, in units."""
 
 WALKABLE = 4.0
-"""Maximum distance of furniture from walked ground, in units: farther places are seldom seen."""
+"""Maximum distance of furniture from paths, in units: farther places are seldom visible."""
 
 APART = 0.3
 """Minimum distance between the circles around two pieces of furniture, in units."""
 
 FAR = 8.0
-"""Distance from paths and objects from which on nothing depends on it, in units."""
+"""Maximum distance from paths and objects that is computed, in units; nothing depends on larger ones."""
 
 FEW = 100
-"""Number of places below which their distances from all that stands are taken at once, which is slower for more."""
+"""Number of places below which distances from all props are computed at once, which is slower for more."""
 
 _RASTER = 0.25
 
@@ -80,7 +80,7 @@ class FurnitureGrid:
 
 @dataclass(frozen=True, eq=False)
 class FreeSpace:
-    """What one episode leaves free of a section's ground.
+    """Ground of a section that one episode's paths and objects leave free.
 
     Attributes:
         ground: of the section.
@@ -100,7 +100,7 @@ class FreeSpace:
 
     @classmethod
     def of(cls, episode: Episode, ground: FurnitureGrid) -> "FreeSpace":
-        """Return what an episode leaves free."""
+        """Return the free ground of an episode."""
         walked = sample_points([np.array(turn.path) for turn in episode.turns], 0.2)
         positions = [[(each.position.x, each.position.z) for each in turn.street] for turn in episode.turns]
         targets = np.array([street[0] for street in positions])
@@ -117,7 +117,7 @@ class FreeSpace:
         return np.concatenate([self.targets, self.distracters])
 
     def free_for(self, kind: str) -> Mask:
-        """Return the places (g,) where a thing of a kind blocks neither a path nor what lies in the street."""
+        """Return the places (g,) where a thing of a kind blocks neither a path nor an object."""
         radius = footprint_radius(kind)
         free: Mask = self.ground.clearance > radius
         free &= self.from_path >= PATH_GAP + radius
@@ -125,7 +125,7 @@ class FreeSpace:
 
 
 def apart_from(places: Numbers, kind: str, standing: Sequence[tuple[float, float, str]]) -> Mask:
-    """Return which places (m, 2) leave room between a thing of a kind and all others (x, z, kind), (m,)."""
+    """Return which places (m, 2) keep a thing of a kind clear of all others (x, z, kind), (m,)."""
     gaps = np.array([footprint_radius(kind) + footprint_radius(other) + APART for _, _, other in standing])
     spots = np.array([(x, z) for x, z, _ in standing]).reshape(-1, 2)
     if len(places) < FEW:

@@ -1,6 +1,6 @@
-"""An episode's own furniture: where its own texts put the things that are drawn anew for each episode.
+"""An episode's own furniture: things that differ between episodes, placed where its texts imply them.
 
-A thing stands where the mentions of both turns overlap; mentions that fit nowhere together are of different things.
+A thing stands where the mentions of both turns overlap; mentions without a common place are of different things.
 """
 
 from collections.abc import Sequence
@@ -23,24 +23,24 @@ from arramon_server.sim.own_furniture import Moved
 from arramon_server.sim.section import ON_WALLS, Prop
 
 EXPLAINED = 0.3
-"""A thing explains the mentions that are at least so likely at its place, relative to their best place."""
+"""Minimum likelihood of the mentions that a thing at a place explains, relative to their best place."""
 
 UNLIKELY = 0.02
 """Likelihood of a mention at a place where its kernel does not reach, relative to its best place."""
 
 TRIED = 80
-"""Number of likeliest places of which the one seen by most of its mentions is taken."""
+"""Number of likeliest places among which visibility from the mentions decides."""
 
 
 @dataclass(frozen=True, eq=False)
 class FurnitureMention:
-    """A mention that asks for a thing.
+    """A mention of a thing that an episode must add.
 
     Attributes:
         event: the mention.
         turn: of its text.
         likely: (g,) at each place of the ground, relative to the best one.
-        eye: (2,) of (x, z), where the walker is when it is spoken of.
+        eye: (2,) of (x, z), the walker's position at the mention.
     """
 
     event: Event
@@ -50,7 +50,7 @@ class FurnitureMention:
 
 
 def furniture_mentions(texts: Sequence[TurnText], known: LandmarkMap, ground: FurnitureGrid) -> list[FurnitureMention]:
-    """Return the mentions in an episode's texts of things that are drawn anew for each episode."""
+    """Return the mentions in an episode's texts of things that differ between episodes."""
     found = []
     for each in texts:
         if not each.events:
@@ -66,21 +66,21 @@ def furniture_mentions(texts: Sequence[TurnText], known: LandmarkMap, ground: Fu
 
 
 def own_furniture(
-    episode: str, asked: Sequence[FurnitureMention], space: FreeSpace, standing: Sequence[Prop]
+    episode: str, mentions: Sequence[FurnitureMention], space: FreeSpace, standing: Sequence[Prop]
 ) -> list[Prop]:
-    """Return the things that an episode's own texts ask for, clear of its paths and of what stands there already.
+    """Return the things that an episode's own texts name, clear of its paths and of other furniture.
 
     Args:
         episode: its id.
-        asked: by its texts.
-        space: what the episode leaves free.
-        standing: furniture that is there already.
+        mentions: in its texts.
+        space: free ground of the episode.
+        standing: furniture that exists already.
     """
     random = seeded(episode, "own furniture")
     taken = [(prop.x, prop.z, prop.kind) for prop in standing if prop.kind not in ON_WALLS]
     placed: list[Prop] = []
     for kind in DRAWN:
-        left = [each for each in asked if each.event.kind == kind]
+        left = [each for each in mentions if each.event.kind == kind]
         indices, news = np.flatnonzero(space.free_for(kind)) if left else np.zeros(0, dtype=np.intp), taken
         while left:
             group = _same_colour(left)
@@ -98,7 +98,7 @@ def own_furniture(
 
 
 def _same_colour(left: Sequence[FurnitureMention]) -> list[FurnitureMention]:
-    """Return the mentions that can be of the thing first mentioned: of its colour or of none, one name a text."""
+    """Return the mentions that may be of the first one's thing: with its colour or none, and one identity per text."""
     first = left[0]
     colour = next((each.event.colour for each in left if each.event.identity == first.event.identity), "")
     colour = first.event.colour or colour
@@ -114,7 +114,7 @@ def _same_colour(left: Sequence[FurnitureMention]) -> list[FurnitureMention]:
 
 
 def _best(group: Sequence[FurnitureMention], indices: Indices, ground: FurnitureGrid) -> int:
-    """Return the index of the place where a thing explains most, and is seen by those who speak of it."""
+    """Return the index of the place where a thing best explains the mentions and is visible from them."""
     scores = np.sum([np.log(UNLIKELY + each.likely[indices]) for each in group], axis=0)
     tops = indices[np.argsort(-scores, kind="stable")[:TRIED]]
     best = np.sort(-scores, kind="stable")[:TRIED]
@@ -123,7 +123,7 @@ def _best(group: Sequence[FurnitureMention], indices: Indices, ground: Furniture
 
 
 def make(kind: str, place: Numbers, mentions: Sequence[FurnitureMention], space: FreeSpace, random: Random) -> Prop:
-    """Return a prop of a kind at a place, in the colour that is said, with its front to the nearest path."""
+    """Return a prop of a kind at a place, in the stated colour, with its front to the nearest path."""
     possible = (*furniture.COLOURS.get(kind, ()), *furniture.SPOKEN_COLOURS.get(kind, ()))
     said = next((each.event.colour for each in mentions if each.event.colour in possible), "")
     drawn = random.choice(furniture.COLOURS.get(kind, ("",)))
@@ -140,7 +140,7 @@ def front(place: Numbers, heading: float, walked: Numbers) -> float:
 def moved_off(props: Sequence[Prop], space: FreeSpace) -> tuple[list[Moved], list[int]]:
     """Return which of a section's props an episode moves off its own paths and objects, and which it leaves out.
 
-    A prop stands as near to its place as it can, and is left out if that is nowhere.
+    A prop is moved to the nearest free place, and left out if there is none.
     """
     moved, left_out = [], []
     standing = [(prop.x, prop.z, prop.kind) for prop in props if prop.kind not in ON_WALLS]

@@ -1,6 +1,6 @@
-"""Landmarks by the colour that an episode's own text gives them.
+"""Recovered landmarks in the colour that an episode's own text states.
 
-People differ in what they call one colour: of the same barrel some say gold, some orange, some yellow.
+People differ in the name of a colour: some call the same barrel gold, some orange, some yellow.
 """
 
 from collections.abc import Sequence
@@ -17,12 +17,12 @@ from arramon_server.sim.section import Prop
 def recoloured_landmarks(
     texts: Sequence[TurnText], standing: Sequence[Prop], landmarks: Sequence[RecoveredLandmark], strength: float
 ) -> dict[int, Prop]:
-    """Return the landmarks that an episode's texts call otherwise than most people do, in the colour that they say.
+    """Return the landmarks whose colour an episode's texts state differently from most texts, in that colour.
 
-    Only where others give the landmark this colour too; a banner has the shape that the text says with it.
+    Only colours that other texts give the landmark too are used; a banner also gets the shape that the text states.
 
     Args:
-        texts: by the episode's texts.
+        texts: those of the episode.
         standing: the scenery as it is in the episode.
         landmarks: from which it was made, in the same order.
         strength: of each thing in the alignment of the texts.

@@ -1,4 +1,4 @@
-"""Recovery of a section's landmarks: alignment and mixture in turns, then what is confirmed."""
+"""Recovery of a section's landmarks: alternates alignment and mixture, then keeps the confirmed peaks."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -14,48 +14,48 @@ from arramon_dataset.release.landmarks.turn_paths import Numbers, TurnPath, path
 from arramon_server.episodes.episode import Episode
 
 ROUNDS = 2
-"""Alignments with the map that the one before gave. After more, peaks fall to pieces."""
+"""Number of alignments with the map of the alignment before. With more, peaks fragment."""
 
 CERTAIN = 10.0
-"""Votes from which on a landmark is kept: on val-seen, held-out halves confirm 80 to 87% of such peaks within 2.5 units
+"""Minimum votes of a landmark that is kept in any case: on val-seen, held-out halves confirm 80 to 87% of such peaks within 2.5 units
 (by chance 2%)."""
 
 ENOUGH = 2.5
-"""Votes from which on a landmark is kept if both halves of the episodes speak of it: those of 4 to 10 votes are
-confirmed at 36 to 71% (by chance 2 to 20%). Those of 2.5 to 4 are kept as texts that were held out are then true more
-often: in sections 1, 2 and 5 of val-seen in 68% of turns, not 64%. With 2.0 nothing more is gained."""
+"""Minimum votes of a landmark that is kept if both halves of the episodes mention it: peaks of 4 to 10 votes are
+confirmed at 36 to 71% (by chance 2 to 20%). Those of 2.5 to 4 are kept because held-out texts are then true more
+often: in sections 1, 2 and 5 of val-seen in 68% of turns instead of 64%. A limit of 2.0 gains nothing more."""
 
 HALF = 0.5
-"""Votes of each half from which on it speaks of a landmark."""
+"""Minimum votes with which a half of the episodes mentions a landmark."""
 
 AGREED = 2.0
-"""Distance within which both halves must place a landmark, in units."""
+"""Maximum distance of a half's peak from the landmark, in units."""
 
 SIGNIFICANT = 0.02
-"""Probabilities of a mention's place that are below this do not vote."""
+"""Minimum probability of a mention's place that votes."""
 
 CELL = 1.0
 """Side of the mixture's cells, in units."""
 
 REACH = {"banner": 6.0}
-"""Distance from walked ground up to which things are looked for, by kind, in units."""
+"""Maximum distance of things from paths, by kind, in units."""
 
 GROUND = 3.0
 """The same of all other kinds."""
 
 ABSENT = 0.15
-"""Likelihood of a mention where no known landmark is, relative to the best place."""
+"""Likelihood of a mention without a known landmark, relative to the best place."""
 
 MIN_NAME_SHARE = 0.1
-"""Share of those who say a landmark's colour from which on a colour is one of its names."""
+"""Minimum share of a landmark's colour mentions for a colour to be one of its names."""
 
 DOUBT = 3.0
-"""Votes at which a landmark counts half in an alignment."""
+"""Number of votes of a landmark with half the full strength in an alignment."""
 
 
 @dataclass(frozen=True, eq=False)
 class TurnText:
-    """One turn's walk, and what a text says along it.
+    """One turn's text as events, with the path that it describes.
 
     Attributes:
         episode: its id.
@@ -79,9 +79,9 @@ class RecoveredLandmark:
     Attributes:
         kind: of `mentions.SCENERY`.
         x, z: in units.
-        colour: as most people say; "" if nobody says one.
+        colour: the most frequent one in texts; "" if none states one.
         look: likewise.
-        names: all colours that people say of it, not one of them alone; people differ in what they call one colour.
+        names: all colours that texts state with a share of at least MIN_NAME_SHARE.
         votes: expected number of mentions of it.
         halves: votes of each half of the episodes for the same place.
         languages: votes of each language's texts, by code.
@@ -100,7 +100,7 @@ class RecoveredLandmark:
 
 @dataclass
 class LandmarkMap:
-    """What is known of a section's landmarks: for each kind n places, strengths in [0, 1], and colours."""
+    """Known landmarks of a section: for each kind n places, strengths in [0, 1], and colours."""
 
     places: dict[str, Numbers] = field(default_factory=dict)
     strengths: dict[str, Numbers] = field(default_factory=dict)
@@ -118,7 +118,7 @@ class LandmarkMap:
         return known
 
     def fit(self, event: Event, walk: TurnPath) -> Numbers:
-        """Return the likelihood (n,) of a mention at each place of a walk."""
+        """Return the likelihood (n,) of a mention at each place of a path."""
         if event.kind not in self.places:
             return np.ones(len(walk.places))
         origins, directions = frames_of(event, walk)
@@ -132,7 +132,7 @@ class LandmarkMap:
 
 
 def texts_of(episode: Episode) -> list[TurnText]:
-    """Return what the texts of an episode say, in all its languages, turn by turn."""
+    """Return the texts of an episode as events, in all its languages, turn by turn."""
     walks = paths_of_turns(episode)
     return [
         TurnText(episode.episode_id, number + 1, language, walk, events_of(texts[number].navigation, language))
@@ -163,7 +163,7 @@ def _strengths(peaks: Sequence[Peak]) -> list[tuple[float, float, float, str]]:
 
 
 def _ballot(kind: str, texts: Sequence[TurnText], aligned: Sequence[EventAlignment]) -> tuple[Ballot, Numbers]:
-    """Return the mentions of a kind, and the half of the episodes (0 or 1) that each is in."""
+    """Return the mentions of a kind, and for each the half of the episodes (0 or 1) that it belongs to."""
     cells = _cells(np.concatenate([each.walk.places for each in texts]), REACH.get(kind, GROUND))
     rows, weights, colours, looks, languages, halves = [], [], [], [], [], []
     order = {episode: number for number, episode in enumerate(sorted({each.episode for each in texts}))}
@@ -190,7 +190,7 @@ def vote(event: Event, walk: TurnPath, posterior: Numbers, cells: Numbers) -> Nu
 
 
 def _cells(walked: Numbers, reach: float) -> Numbers:
-    """Return the cells within reach of walked ground, (g, 2) of (x, z)."""
+    """Return the cells within reach of a path, (g, 2) of (x, z)."""
     low, high = np.floor(walked.min(axis=0) - reach), np.ceil(walked.max(axis=0) + reach)
     x, z = np.meshgrid(np.arange(low[0], high[0], CELL), np.arange(low[1], high[1], CELL), indexing="ij")
     cells = np.stack([x.ravel(), z.ravel()], axis=1)
@@ -199,7 +199,7 @@ def _cells(walked: Numbers, reach: float) -> Numbers:
 
 
 def _confirmed(kind: str, ballot: Ballot, halves: Numbers) -> list[RecoveredLandmark]:
-    """Return the peaks that have enough votes, or whose place both halves give."""
+    """Return the peaks with CERTAIN votes, or that both halves of the episodes confirm."""
     by_half = [peaks_of(ballot.part(np.flatnonzero(halves == half)), HALF) for half in (0, 1)]
     found = []
     for peak in peaks_of(ballot, ENOUGH):

@@ -1,4 +1,4 @@
-"""Recovered landmarks as a section's street furniture: on the ground, at corners and on walls."""
+"""Placement of recovered landmarks as a section's street furniture: on the ground, at corners and on walls."""
 
 from collections.abc import Sequence
 
@@ -26,13 +26,13 @@ from arramon_server.sim.geometry import wrap
 from arramon_server.sim.section import ON_WALLS, Building, Prop
 
 TO_CORNER = 2.0
-"""Distance up to which a traffic light or a sign is moved to a corner, in units."""
+"""Maximum distance that a traffic light or a sign is moved to a corner, in units."""
 
 TO_WALL = 6.0
-"""Distance up to which a banner is moved to a wall, in units."""
+"""Maximum distance that a banner is moved to a wall, in units."""
 
 SPOKEN_AS = {"gold": "yellow", "silver": "white", "concrete": "white", "purple": "blue"}
-"""The nearest of the colours that banners have, for those that people say of them."""
+"""By colour that texts state of banners: the nearest colour that banners have."""
 
 SHAPE_COLOURS = {**furnishing.SHAPE_COLOURS, "orange": ("white",), "brown": ("red",)}
 
@@ -44,7 +44,7 @@ def props_of(
     ground: FurnitureGrid,
     walked: Numbers,
 ) -> list[tuple[Prop, RecoveredLandmark]]:
-    """Return recovered landmarks as props, those with the most votes first; one that fits nowhere is left out.
+    """Return recovered landmarks as props, those with the most votes first; landmarks without a free place are left out.
 
     Args:
         landmarks: of a section.
@@ -71,7 +71,7 @@ def props_of(
 
 
 def look_of(landmark: RecoveredLandmark) -> tuple[str, str, str]:
-    """Return a prop's colour, shape and shape's colour: the nearest to what people say."""
+    """Return a prop's colour, shape and shape's colour: the nearest to those that texts state."""
     if landmark.kind == "banner":
         colour = SPOKEN_AS.get(landmark.colour, landmark.colour)
         colour = colour if colour in SHAPE_COLOURS else "blue"

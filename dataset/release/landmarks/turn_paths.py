@@ -1,4 +1,4 @@
-"""Walks: the ground truth of one turn as positions with the directions in which the walker comes and goes."""
+"""The ground truth of a turn as arrays: positions, and directions of arrival and departure."""
 
 from dataclasses import dataclass
 from functools import reduce
@@ -17,14 +17,14 @@ Indices = npt.NDArray[np.intp]
 
 @dataclass(frozen=True, eq=False)
 class TurnPath:
-    """One turn's path.
+    """The path of one turn.
 
     Attributes:
         places: (n, 2) of (x, z), in units.
         coming: (n,) direction in which the walker arrives, degrees clockwise from +z.
         going: (n,) direction in which the walker leaves.
         turned: (n,) from coming to going, in (-180, 180], positive to the right.
-        target: (2,) of (x, z), the object to pick up.
+        target: (2,) of (x, z), position of the target.
     """
 
     places: Numbers
@@ -35,7 +35,7 @@ class TurnPath:
 
 
 def paths_of_turns(episode: Episode) -> tuple[TurnPath, TurnPath]:
-    """Return the walks of both turns."""
+    """Return the paths of both turns."""
     middle = reduce(moved, episode.turns[0].actions, episode.start)
     end = reduce(moved, episode.turns[1].actions, middle)
     first, second = episode.turns
@@ -43,7 +43,7 @@ def paths_of_turns(episode: Episode) -> tuple[TurnPath, TurnPath]:
 
 
 def path_of_turn(turn: Turn, start: Pose, end: Pose) -> TurnPath:
-    """Return the walk of a turn between two poses."""
+    """Return the path of a turn between two poses."""
     places = np.array(turn.path, dtype=np.float64)
     size = np.arange(len(places))
     behind = places - places[np.maximum(size - STRIDE, 0)]
