@@ -27,8 +27,8 @@ FROM_NONE, TENSION = 0.15, 5.0
 1 / TENSION of the whole route."""
 
 OTHERS, MOST_BETTER, MIRRORED_BETTER = 20, 5, 0.06
-"""Number of comparison routes; maximum number of these that a text may fit better than its own route; maximum margin, in
-nats per word, by which it may fit the mirrored route better."""
+"""Number of comparison routes; maximum number of these that a text may fit better than its own route; maximum margin by
+which it may fit the mirrored route better, in nats per word."""
 
 DIGITS = 5
 """Decimal digits of a model's probabilities in its file."""

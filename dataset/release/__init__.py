@@ -1,1 +1,1 @@
-"""Import of the official release: its file format, and reconstruction of the city and objects missing from its files."""
+"""Import of the official release: its file format, and reconstruction of the missing city and objects."""

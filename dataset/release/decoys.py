@@ -67,7 +67,7 @@ class Arrangement:
         return [PlacedObject(type_, Placement(cell.column, 1, cell.row)) for cell, type_ in sorted(self.floor.items())]
 
     def _relate(self, where: Where, subject: Placement, quarter: int, placed: Sequence[PlacedObject]) -> None:
-        """Place the landmarks of a relation so that it holds for `subject`, then those in the landmarks' own relations."""
+        """Place the landmarks of a relation so that it holds for `subject`, then those in their own relations."""
         known: list[Landmark] = []
         missing: list[Thing] = []
         for thing in where.things:
@@ -93,7 +93,7 @@ class Arrangement:
     def _find(
         self, thing: Thing, where: Where, subject: Placement, quarter: int, placed: Sequence[PlacedObject]
     ) -> PlacedObject | None:
-        """Return the existing object that a name refers to, by its complete name or by the relation; None if none does."""
+        """Return the existing object that a name refers to, by its complete name or by the relation, or None."""
         fitting = [item for item in (*self.items(), *placed) if fits(thing, item.type)]
         if fitting and thing.kind and thing.colour and thing.look:
             return fitting[0]

@@ -35,7 +35,7 @@ def _apart(manner: str, relation: str) -> Numbers:
 
 
 def nearest(event: Event, place: int, walk: TurnPath, things: Sequence[PlacedThing]) -> tuple[int, float]:
-    """Return the index of the matching thing nearest to where a mention implies it, and its distance; (-1, inf) if none.
+    """Return the index of the matching thing nearest to where a mention implies it, and its distance, or (-1, inf).
 
     A thing matches if its kind, colour and side are as stated, and for a banner its shape.
     """

@@ -28,7 +28,7 @@ FURNITURE = tuple(kind for kind in (*SCENERY, *DRAWN) if kind != METAL_BENCH)
 """Kinds of street furniture that people name."""
 
 _SIGN = "shop_sign"
-"""Called so, a thing with a background colour is still a banner."""
+"""Kind that people confuse with banners: with a background colour it is a banner."""
 
 
 @dataclass(frozen=True, slots=True)

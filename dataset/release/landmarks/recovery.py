@@ -17,8 +17,8 @@ ROUNDS = 2
 """Number of alignments with the map of the alignment before. With more, peaks fragment."""
 
 CERTAIN = 10.0
-"""Minimum votes of a landmark that is kept in any case: on val-seen, held-out halves confirm 80 to 87% of such peaks within 2.5 units
-(by chance 2%)."""
+"""Minimum votes of a landmark that is kept in any case: on val-seen, held-out halves confirm 80 to 87% of such peaks
+within 2.5 units (by chance 2%)."""
 
 ENOUGH = 2.5
 """Minimum votes of a landmark that is kept if both halves of the episodes mention it: peaks of 4 to 10 votes are

@@ -44,7 +44,7 @@ def props_of(
     ground: FurnitureGrid,
     walked: Numbers,
 ) -> list[tuple[Prop, RecoveredLandmark]]:
-    """Return recovered landmarks as props, those with the most votes first; landmarks without a free place are left out.
+    """Return recovered landmarks as props, those with the most votes first, without those that have no free place.
 
     Args:
         landmarks: of a section.
