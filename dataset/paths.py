@@ -175,7 +175,7 @@ def simplify(
 
 
 @dataclass(frozen=True, eq=False)
-class Course:
+class PathGeometry:
     """Directions and bends of a path at each of its places.
 
     Attributes:

@@ -4,7 +4,7 @@ import pytest
 
 from arramon_client.world import bearing, turn_between
 from arramon_dataset.paths import (
-    Course,
+    PathGeometry,
     Place,
     along_relation,
     distance_from_line,
@@ -81,8 +81,8 @@ def test_offset_along_a_relation(relation: str, offset: tuple[float, float] | No
     assert along_relation(relation, right, behind) == (offset if offset is None else pytest.approx(offset))
 
 
-def test_course_bends_at_the_corner_alone() -> None:
-    course = Course(PATH, 0.0, (14.0, 0.0))
-    (corner,) = (at for at, angle in course.bends.items() if abs(angle) > 60.0)
+def test_path_bends_at_the_corner_alone() -> None:
+    geometry = PathGeometry(PATH, 0.0, (14.0, 0.0))
+    (corner,) = (at for at, angle in geometry.bends.items() if abs(angle) > 60.0)
     assert PATH[corner] == (0.0, 0.0)
-    assert course.closest(0.5, 0.5, 0, 2.0) == course.nearest((0.5, 0.5), 0, len(PATH)) == corner
+    assert geometry.closest(0.5, 0.5, 0, 2.0) == geometry.nearest((0.5, 0.5), 0, len(PATH)) == corner

@@ -69,11 +69,11 @@ def nearest(world: GateWorld, things: Sequence[Thing], at: int, limit: float) ->
         return next(entered, None)
     marks = [mark for thing in things for mark in world.landmarks(thing.identity)]
     if len(things) == 1 and marks and marks[0].label.kind != "building":
-        near = [world.course.closest(mark.x, mark.z, max(at - 2, 0), limit) for mark in marks]
+        near = [world.geometry.closest(mark.x, mark.z, max(at - 2, 0), limit) for mark in marks]
         return None if any(index is None for index in near) else max(index for index in near if index is not None)
     x, z = middle(world, things, at)
     junction = world.junction(things[0].identity)
-    return world.course.closest(x, z, max(at - 2, 0), limit + (junction.radius if junction is not None else 0.0))
+    return world.geometry.closest(x, z, max(at - 2, 0), limit + (junction.radius if junction is not None else 0.0))
 
 
 def middle(world: GateWorld, things: Sequence[Thing], at: int) -> Place:

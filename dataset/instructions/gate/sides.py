@@ -87,7 +87,7 @@ def poses_of_part(world: GateWorld, since: int) -> dict[int, Pose]:
     Returns:
         Poses by the index of their place.
     """
-    return world.course.straight_part(since, ACCEPTED_UNMENTIONED, SINCE)
+    return world.geometry.straight_part(since, ACCEPTED_UNMENTIONED, SINCE)
 
 
 def ground_of(world: GateWorld, mark: Landmark) -> Sequence[Place]:

@@ -48,13 +48,13 @@ def faults_of_place(world: GateWorld, since: int, thing: Thing, step: Step) -> I
         yield from _earlier_corners(world, since, thing)
         return
     own = world.junction(thing.identity)
-    near = None if own is None else world.course.closest(own.x, own.z, max(since, 0), own.radius + COME_TO)
+    near = None if own is None else world.geometry.closest(own.x, own.z, max(since, 0), own.radius + COME_TO)
     if near is None:
         return
     is_turn = isinstance(step, Rotate) and step.at == "at" and thing.kind != "corner"
     side = SIDES.get(step.direction) if isinstance(step, Rotate) and is_turn else None
     for other in world.graph.junctions:
-        at = world.course.closest(other.x, other.z, max(since, 0), other.radius + 1.0)
+        at = world.geometry.closest(other.x, other.z, max(since, 0), other.radius + 1.0)
         if at is None or other is own or len(other.arms) < 3 or not since + 1 < at < near - 2:
             continue
         if side is None or _opens(world, other, at, side):
@@ -62,20 +62,20 @@ def faults_of_place(world: GateWorld, since: int, thing: Thing, step: Step) -> I
 
 
 def _opens(world: GateWorld, junction: Junction, at: int, side: float) -> bool:
-    before = world.course.heading_before(max(at - 2, 0))
+    before = world.geometry.heading_before(max(at - 2, 0))
     return any(ASIDE[0] <= side * turn_between(before, arm.heading) <= ASIDE[1] for arm in junction.arms)
 
 
 def _earlier_corners(world: GateWorld, since: int, thing: Thing) -> Iterator[str]:
     """Yield each corner of a building with the same look that the path passes before the intended one."""
     own = world.corner(thing.identity)
-    near = None if own is None else world.course.closest(own.x, own.z, max(since, 0), CORNER_NEAR)
+    near = None if own is None else world.geometry.closest(own.x, own.z, max(since, 0), CORNER_NEAR)
     if own is None or near is None or world.graph is None:
         return
     looks = {house.identity for house in world.graph.houses if house.look == thing.look}
     for house in (house for house in world.graph.houses if house.identity in looks):
         for x, z in house.corners:
-            at = world.course.closest(x, z, max(since, 0), CORNER_NEAR)
+            at = world.geometry.closest(x, z, max(since, 0), CORNER_NEAR)
             if at is not None and since < at < near - 1 and math.dist((x, z), (own.x, own.z)) > 1.0:
                 yield f"a corner of {house.identity} comes before {thing.identity}"
 
@@ -119,8 +119,8 @@ def faults_of_turn_by(world: GateWorld, since: int, step: Rotate, near: int, ind
 
 def faults_of_heading(world: GateWorld, index: int, degrees: float) -> Iterator[str]:
     """Yield each street that fits a turn by this many degrees better than the path does."""
-    exact = world.course.heading_before(index) + degrees
-    onward = world.course.heading_after(index)
+    exact = world.geometry.heading_before(index) + degrees
+    onward = world.geometry.heading_after(index)
     off = abs(turn_between(exact, onward)) + (ROUGHLY if abs(degrees) == 180.0 else 0.0)
     for junction in () if world.graph is None else world.graph.junctions:
         if math.dist((junction.x, junction.z), world.path[index]) > junction.radius + TURNED_NEAR:
@@ -140,8 +140,8 @@ def is_beyond_turn(world: GateWorld, x: float, z: float, index: int) -> bool:
     """Return whether (x, z) lies along the street entered by a turn, not ahead of the turn."""
     here = world.path[index]
     towards = direction(here, (x, z))
-    off_before = abs(turn_between(world.course.heading_before(index), towards))
-    return abs(turn_between(world.course.heading_after(index), towards)) < off_before - BEYOND_TURN
+    off_before = abs(turn_between(world.geometry.heading_before(index), towards))
+    return abs(turn_between(world.geometry.heading_after(index), towards)) < off_before - BEYOND_TURN
 
 
 def _earlier_arms(world: GateWorld, since: int, direction: str, index: int) -> int:
@@ -161,7 +161,7 @@ def _earlier_openings(world: GateWorld, since: int, direction: str, index: int) 
     passed: list[int] = []
     for mark in world.marks:
         if mark.label.kind == "intersection" and mark.label.look == direction:
-            near = world.course.closest(mark.x, mark.z, max(since, 0), OPENING_NEAR)
+            near = world.geometry.closest(mark.x, mark.z, max(since, 0), OPENING_NEAR)
             if near is not None and since + 1 <= near < index - 3 and all(abs(near - each) > 3 for each in passed):
                 passed.append(near)
     return len(passed)
@@ -180,10 +180,10 @@ def passed_arms(world: GateWorld, since: int, direction: str, index: int, kind: 
     found = set()
     assert world.graph is not None
     for junction in world.graph.junctions:
-        near = world.course.closest(junction.x, junction.z, max(since, 0), junction.radius + near_by)
+        near = world.geometry.closest(junction.x, junction.z, max(since, 0), junction.radius + near_by)
         if near is None or near > index + 2 or near < since + 1:
             continue
-        before = world.course.heading_before(min(max(near - 2, 0), max(index - 2, 0)))
+        before = world.geometry.heading_before(min(max(near - 2, 0), max(index - 2, 0)))
         for arm in junction.arms:
             right = turn_between(before, arm.heading) * SIDES[direction]
             if ASIDE[0] <= right <= ASIDE[1] and world.graph.road(arm.road).kind == kind:

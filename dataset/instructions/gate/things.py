@@ -95,7 +95,7 @@ def _doubtful_crossings(world: GateWorld, progress: GateProgress, mark: Landmark
     for other in world.marks:
         if other is mark or other.label.kind != "zebra_crossing":
             continue
-        near = world.course.closest(other.x, other.z, since, COUNTED_ASIDE)
+        near = world.geometry.closest(other.x, other.z, since, COUNTED_ASIDE)
         if near is not None and near <= own and math.dist(world.path[near], (other.x, other.z)) > SURELY_OVER:
             yield f"{other.identity} lies beside the way to {mark.identity}, and may be counted"
 
@@ -103,7 +103,7 @@ def _doubtful_crossings(world: GateWorld, progress: GateProgress, mark: Landmark
 def _passed(world: GateWorld, mark: Landmark, since: int) -> int | None:
     """Return the index where the path passes a landmark closely enough to count it; None if it does not."""
     limit = WALKED_OVER if mark.label.kind == "zebra_crossing" else COUNTED_ASIDE
-    return world.course.closest(mark.x, mark.z, since, limit)
+    return world.geometry.closest(mark.x, mark.z, since, limit)
 
 
 def _faults_of_place_name(world: GateWorld, progress: GateProgress, thing: Thing) -> Iterator[str]:
@@ -123,10 +123,10 @@ def _faults_of_place_name(world: GateWorld, progress: GateProgress, thing: Thing
         if thing.kind != "corner":
             yield f"{thing.kind} {thing.identity!r} does not exist"
         return
-    near = world.course.closest(junction.x, junction.z, progress.at, junction.radius + ACCEPTED_AT)
+    near = world.geometry.closest(junction.x, junction.z, progress.at, junction.radius + ACCEPTED_AT)
     if near is None:
         yield f"the path does not come to {thing.identity}"
-    elif not _is_kind(junction, thing.kind, world.course.heading_before(max(near - 2, 0))):
+    elif not _is_kind(junction, thing.kind, world.geometry.heading_before(max(near - 2, 0))):
         yield f"{thing.identity} is a {junction.kind}, not a {thing.kind}"
 
 
@@ -229,12 +229,12 @@ def faults_of_rivals(world: GateWorld, progress: GateProgress, thing: Thing, *, 
     marks, since = world.landmarks(thing.identity), progress.since
     if thing.kind in PLACES or thing.which or thing.number or not marks:
         return
-    view = Pose(*world.path[since], world.course.heading_after(since))
+    view = Pose(*world.path[since], world.geometry.heading_after(since))
     own = math.hypot(*view.local(marks[0].x, marks[0].z))
     meant = (
         None
         if is_faced or thing.kind == "building"
-        else world.course.closest(marks[0].x, marks[0].z, since, ACCEPTED_BY)
+        else world.geometry.closest(marks[0].x, marks[0].z, since, ACCEPTED_BY)
     )
     for other in world.marks:
         if not _may_be_called(thing, other) or other in marks:
@@ -245,14 +245,14 @@ def faults_of_rivals(world: GateWorld, progress: GateProgress, thing: Thing, *, 
         if is_nearer and world.is_visible(other, since, since if is_faced else max(progress.at, since + FORESIGHT)):
             yield f"{other.identity} may be taken for {thing.identity}"
         elif meant is not None and other.glimpsed is not None:
-            passed = world.course.closest(other.x, other.z, since + 1, COUNTED_ASIDE)
+            passed = world.geometry.closest(other.x, other.z, since + 1, COUNTED_ASIDE)
             if passed is not None and passed < meant - 2:
                 yield f"the path passes {other.identity} before {thing.identity}"
 
 
 def faults_of_several(world: GateWorld, progress: GateProgress, thing: Thing) -> Iterator[str]:
     """Yield each member of a group that is not ahead of the walker."""
-    view = Pose(*world.path[progress.at], world.course.heading_after(progress.at))
+    view = Pose(*world.path[progress.at], world.geometry.heading_after(progress.at))
     for mark in world.landmarks(thing.identity) if thing.number else ():
         right, ahead = view.local(mark.x, mark.z)
         if abs(math.degrees(math.atan2(right, ahead))) > AHEAD:

@@ -48,7 +48,7 @@ def faults_of_face(world: GateWorld, progress: GateProgress, thing: Thing) -> It
     """Yield the faults of an instruction to face a thing."""
     (x, z), here = middle(world, (thing,), progress.at), world.path[progress.at]
     towards = direction(here, (x, z))
-    if abs(turn_between(world.course.heading_after(progress.at), towards)) > ACCEPTED_FACED:
+    if abs(turn_between(world.geometry.heading_after(progress.at), towards)) > ACCEPTED_FACED:
         yield f"the path does not lead on as one faces {thing.identity}"
     if thing.kind in PLACES:
         yield f"{thing.identity} is one of several places that one may face"
@@ -96,7 +96,7 @@ def _bends_again(world: GateWorld, index: int, degrees: float) -> bool:
     """Return whether the path bends at once at a place, to the side of a turn, by more than may go unmentioned."""
     if index >= len(world.path) - 1 or _sees_goal(world, index):
         return False
-    bend = turn_between(world.course.heading_of_move(index - 1), world.course.heading_of_move(index))
+    bend = turn_between(world.geometry.heading_of_move(index - 1), world.geometry.heading_of_move(index))
     return math.copysign(1.0, degrees) * bend > ACCEPTED_UNMENTIONED
 
 
@@ -106,9 +106,9 @@ def _is_slight(world: GateWorld, progress: GateProgress, index: int, degrees: fl
         return False
     if any(0 < abs(index - each) <= MENTION_REACH for each in progress.mentioned_turns):
         return True
-    measured = (world.course.wide_bends[at] for at in world.course.places_around(index, PEAK))
+    measured = (world.geometry.wide_bends[at] for at in world.geometry.places_around(index, PEAK))
     wide = [math.copysign(1.0, degrees) * each for each in measured if each is not None]
-    own = world.course.wide_bends[index]
+    own = world.geometry.wide_bends[index]
     return own is None or (
         math.copysign(1.0, degrees) * own >= ACCEPTED_WIDE_SLIGHT[0] and max(wide) <= ACCEPTED_WIDE_SLIGHT[1]
     )
@@ -117,9 +117,11 @@ def _is_slight(world: GateWorld, progress: GateProgress, index: int, degrees: fl
 def _is_sidestep(world: GateWorld, index: int, degrees: float) -> bool:
     """Return whether a slight turn is only the beginning or the end of a sidestep."""
     sign = math.copysign(1.0, degrees)
-    came, goes = world.course.heading_of_move(index - PEAK), world.course.heading_of_move(index + 1)
-    after = (world.course.heading_of_move(at) for at in range(index + 2, min(index + 1 + GOES_ON, len(world.path) - 1)))
-    before = (world.course.heading_of_move(at) for at in range(max(index - 1 - GOES_ON, 0), index - PEAK))
+    came, goes = world.geometry.heading_of_move(index - PEAK), world.geometry.heading_of_move(index + 1)
+    after = (
+        world.geometry.heading_of_move(at) for at in range(index + 2, min(index + 1 + GOES_ON, len(world.path) - 1))
+    )
+    before = (world.geometry.heading_of_move(at) for at in range(max(index - 1 - GOES_ON, 0), index - PEAK))
     return any(sign * turn_between(came, each) < BACK_WITHIN for each in after) or any(
         sign * turn_between(each, goes) < BACK_WITHIN for each in before
     )
@@ -128,12 +130,12 @@ def _is_sidestep(world: GateWorld, index: int, degrees: float) -> bool:
 def faults_of_bends(world: GateWorld, progress: GateProgress, *, is_end: bool) -> Iterator[str]:
     """Yield each bend of the path that no step mentioned; before the end, only those too far back to be mentioned."""
     until = len(world.path) if is_end else progress.at - BACK
-    for at, angle in world.course.bends.items():
+    for at, angle in world.geometry.bends.items():
         if at >= until or abs(angle) <= ACCEPTED_UNMENTIONED or at in progress.turned:
             continue
         if not any(abs(at - faced) <= PEAK for faced in progress.faced) and not _sees_goal(world, at):
             yield f"the path turns by {angle:.0f} degrees at its place {at}, which is not said"
-    for at, wide in enumerate(world.course.wide_bends[: max(until if is_end else until - MENTION_REACH, 0)]):
+    for at, wide in enumerate(world.geometry.wide_bends[: max(until if is_end else until - MENTION_REACH, 0)]):
         if (
             wide is None
             or abs(wide) <= ACCEPTED_UNMENTIONED

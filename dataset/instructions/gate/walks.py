@@ -49,7 +49,7 @@ def _approach(world: GateWorld, progress: GateProgress, step: Walk, faults: list
         faults.append(f"the path does not lead towards {step.things[0].identity}")
     if step.way == "until":
         return progress
-    return replace(progress, at=max(progress.at, world.course.closest(x, z, progress.at, ACCEPTED_BY) or 0))
+    return replace(progress, at=max(progress.at, world.geometry.closest(x, z, progress.at, ACCEPTED_BY) or 0))
 
 
 def _is_amid(world: GateWorld, things: Sequence[Thing], since: int, near: int) -> bool:
@@ -67,6 +67,6 @@ def _faults_of_straight(world: GateWorld, progress: GateProgress, things: Sequen
     (x, z), here = middle(world, things, progress.at), world.path[progress.at]
     towards = direction(here, (x, z))
     is_turned = any(abs(progress.at - turn) <= TURN_REACH for turn in progress.mentioned_turns)
-    heading = world.course.heading_after(progress.at) if is_turned else world.course.heading_before(progress.at)
+    heading = world.geometry.heading_after(progress.at) if is_turned else world.geometry.heading_before(progress.at)
     if math.dist(here, (x, z)) > 3.0 and abs(turn_between(heading, towards)) > ACCEPTED_STRAIGHT:
         yield f"{things[0].identity} is not straight ahead"

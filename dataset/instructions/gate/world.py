@@ -7,7 +7,7 @@ from functools import cached_property
 from arramon_client.world import turn_between
 from arramon_dataset.instructions.sight import Landmark
 from arramon_dataset.path_tolerances import ACCEPTED_TURNS
-from arramon_dataset.paths import Course, Place
+from arramon_dataset.paths import PathGeometry, Place
 from arramon_dataset.plans.graph import Corner, Junction, Road, StreetGraph
 from arramon_server.sim.geometry import Pose
 
@@ -68,16 +68,16 @@ class GateWorld:
         return {} if self.graph is None else {each.identity: each for each in self.graph.roads}
 
     @cached_property
-    def course(self) -> Course:
+    def geometry(self) -> PathGeometry:
         """Directions and bends of the path."""
-        return Course(self.path, self.start.heading, self.goal)
+        return PathGeometry(self.path, self.start.heading, self.goal)
 
     def turn_near(self, index: int, degrees: float, reach: int) -> int | None:
         """Return the index within `reach` places of the bend most nearly by `degrees`; None if there is none."""
         low, high = ACCEPTED_TURNS[abs(degrees)]
         found = [
             (abs(abs(angle) - abs(degrees)), at)
-            for at, angle in self.course.bends.items()
+            for at, angle in self.geometry.bends.items()
             if abs(at - index) <= reach
             and low <= abs(angle) <= high
             and (abs(degrees) == 180.0 or angle * degrees > 0.0)
@@ -91,7 +91,7 @@ class GateWorld:
 
     def is_visible_on(self, mark: Landmark, index: int) -> bool:
         """Return whether a landmark is recognised from one of the path's places as one turns on to the next."""
-        place, on = self.path[index], self.course.heading_after(index)
+        place, on = self.path[index], self.geometry.heading_after(index)
         return any(
             number >= 0
             and (self.poses[number].x, self.poses[number].z) == place

@@ -14,7 +14,7 @@ from arramon_dataset.path_tolerances import (
     PLANNED_SLIGHT,
     PLANNED_STRAIGHT,
 )
-from arramon_dataset.paths import Course, Place, max_deviation
+from arramon_dataset.paths import PathGeometry, Place, max_deviation
 from arramon_dataset.plans.graph import StreetGraph
 from arramon_lang.meaning import Rotate, Step, Walk
 from arramon_lang.reference import things_of
@@ -69,7 +69,7 @@ class DescribedRoute:
         random: draws all choices.
 
     Attributes:
-        course: directions of the path.
+        geometry: directions of the path.
         target: the target's label; None if it is not among the landmarks.
         has_twin: whether another object looks like the target.
         prefers_groups: whether the plan prefers groups of landmarks.
@@ -91,7 +91,7 @@ class DescribedRoute:
         self.target = next((mark.label for mark in marks if (mark.x, mark.z) == goal), None)
         self.has_twin = sum(mark.label == self.target for mark in marks) > 1
         self.prefers_groups = random.random() < GROUP_PREFERENCE
-        self.course = Course(path, self.start.heading, goal)
+        self.geometry = PathGeometry(path, self.start.heading, goal)
         self._by_kind: dict[str, list[Landmark]] = {}
         for mark in marks:
             self._by_kind.setdefault(mark.label.kind, []).append(mark)
@@ -155,19 +155,19 @@ class DescribedRoute:
         here = waypoint.pose.x, waypoint.pose.z
         towards = bearing(here, (end.x, end.z))
         onward = self.onward_heading(waypoint.number, 3)
-        came = self.course.heading_before(waypoint.number) if waypoint.number else None
+        came = self.geometry.heading_before(waypoint.number) if waypoint.number else None
         courses = [waypoint.pose.heading, onward, None if turns or waypoint.turned else came]
         return all(course is None or abs(turn_between(course, towards)) <= PLANNED_STRAIGHT for course in courses)
 
     def nearest(self, pose: Pose, since: int) -> int:
         """Return the index of the place in the path nearest to a pose, from `since` on."""
-        return self.course.nearest((pose.x, pose.z), since, since + MAX_STEP_LENGTH - 1)
+        return self.geometry.nearest((pose.x, pose.z), since, since + MAX_STEP_LENGTH - 1)
 
     def onward_heading(self, number: int, far: int = 5) -> float | None:
         """Return the direction of the path from a place over its next `far` places; None at its end."""
         if number < self.last:
-            return wrap(self.course.heading_after(number, far))
-        return None if self.path[number] == self.goal else self.course.heading_after(number)
+            return wrap(self.geometry.heading_after(number, far))
+        return None if self.path[number] == self.goal else self.geometry.heading_after(number)
 
 
 def path_turns_by(route: DescribedRoute, waypoint: Waypoint, words: tuple[str, ...]) -> bool:

@@ -11,10 +11,10 @@ from arramon_dataset.release.landmarks.distracters import distracter_furniture
 from arramon_dataset.release.landmarks.facades import paint
 from arramon_dataset.release.landmarks.ground import FreeSpace, FurnitureGrid
 from arramon_dataset.release.landmarks.mentions import DRAWN as DRAWN_KINDS
-from arramon_dataset.release.landmarks.own import furniture_mentions, moved_off, own_furniture
-from arramon_dataset.release.landmarks.recolouring import recoloured_landmarks
+from arramon_dataset.release.landmarks.own_furniture import furniture_mentions, moved_off, own_furniture
 from arramon_dataset.release.landmarks.recovery import LandmarkMap, RecoveredLandmark, TurnText, recover, texts_of
 from arramon_dataset.release.landmarks.scenery import props_of
+from arramon_dataset.release.landmarks.text_colours import recolour_landmarks
 from arramon_server.episodes.episode import Episode
 from arramon_server.episodes.provenance import COLOUR, DRAWN, TEXT, Provenance, Recovered
 from arramon_server.sim.own_furniture import OwnFurniture, furnished
@@ -74,7 +74,7 @@ def own_of(
     moved, left_out = moved_off(section.props, space)
     standing = furnished(section, OwnFurniture((), tuple(moved), tuple(left_out))).props
     there = [number for number in range(len(section.props)) if number not in left_out]
-    renamed = recoloured_landmarks(texts, standing, [landmarks[number] for number in there], KNOWN)
+    renamed = recolour_landmarks(texts, standing, [landmarks[number] for number in there], KNOWN)
     replaced = {there[at] for at in renamed}
     changed = OwnFurniture(
         tuple(renamed.values()),

@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 from arramon_dataset.randomness import seeded
 from arramon_dataset.release.landmarks.ground import FreeSpace, apart_from
 from arramon_dataset.release.landmarks.mentions import DRAWN
-from arramon_dataset.release.landmarks.own import front
+from arramon_dataset.release.landmarks.own_furniture import front
 from arramon_dataset.release.landmarks.turn_paths import Numbers
 from arramon_server.sim.section import ON_WALLS, Prop
 

@@ -18,7 +18,7 @@ from arramon_dataset.layout.places import (
     is_wall_clear,
 )
 from arramon_dataset.release.landmarks.ground import FurnitureGrid, apart_from
-from arramon_dataset.release.landmarks.own import front
+from arramon_dataset.release.landmarks.own_furniture import front
 from arramon_dataset.release.landmarks.recovery import RecoveredLandmark
 from arramon_dataset.release.landmarks.turn_paths import Numbers
 from arramon_server.sim.assets import furniture

@@ -4,8 +4,8 @@ import pytest
 
 from arramon_dataset.release.landmarks.agreement import WITHIN, nearest
 from arramon_dataset.release.landmarks.mentions import Event
-from arramon_dataset.release.landmarks.recolouring import recoloured_landmarks
 from arramon_dataset.release.landmarks.recovery import RecoveredLandmark, TurnText, recover
+from arramon_dataset.release.landmarks.text_colours import recolour_landmarks
 from arramon_server.sim.section import Prop
 from tests.dataset.release.landmarks.walking import walk_along
 
@@ -20,7 +20,7 @@ def texts(**said: str) -> list[TurnText]:
 
 
 def test_a_landmark_has_the_colour_that_the_text_says_if_others_say_it_too() -> None:
-    assert recoloured_landmarks(texts(colour="orange"), [STANDING], [LANDMARK], 0.8) == {
+    assert recolour_landmarks(texts(colour="orange"), [STANDING], [LANDMARK], 0.8) == {
         0: Prop("barrel", 1.7, 6.0, 90.0, "orange")
     }
 
@@ -37,13 +37,13 @@ def test_a_landmark_has_the_colour_that_the_text_says_if_others_say_it_too() -> 
     ids=["as most say", "no colour", "nobody else says it", "on the other side", "another kind"],
 )
 def test_otherwise_it_stays_as_it_is(said: dict[str, str]) -> None:
-    assert recoloured_landmarks(texts(**said), [STANDING], [LANDMARK], 0.8) == {}
+    assert recolour_landmarks(texts(**said), [STANDING], [LANDMARK], 0.8) == {}
 
 
 def test_a_banner_has_the_shape_that_the_text_says_with_its_colour() -> None:
     landmark = RecoveredLandmark("banner", 1.7, 6.0, "red", "star", 12.0, ("red", "green"))
     hanging = Prop("banner", 1.7, 6.0, 90.0, "red", "star", "white")
-    (changed,) = recoloured_landmarks(
+    (changed,) = recolour_landmarks(
         texts(kind="banner", colour="green", look="triangle"), [hanging], [landmark], 0.8
     ).values()
     assert (changed.colour, changed.shape) == ("green", "triangle")

@@ -14,7 +14,7 @@ from arramon_dataset.release.landmarks.scenery import look_of
 from arramon_server.sim.section import Prop
 
 
-def recoloured_landmarks(
+def recolour_landmarks(
     texts: Sequence[TurnText], standing: Sequence[Prop], landmarks: Sequence[RecoveredLandmark], strength: float
 ) -> dict[int, Prop]:
     """Return the landmarks whose colour an episode's texts state differently from most texts, in that colour.
