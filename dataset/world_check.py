@@ -36,12 +36,12 @@ def missing(text: str, language: str, episode: Episode, turn: int, section: Sect
     events = events_of(text, language)
     if not events:
         return []
-    walk = paths_of_turns(episode)[turn - 1]
+    path = paths_of_turns(episode)[turn - 1]
     things = placed_things(furnished(section, episode.furniture).props)
-    aligned = align(events, walk, LandmarkMap.of(by_kind(things, KNOWN)).fit)
+    aligned = align(events, path, LandmarkMap.of(by_kind(things, KNOWN)).fit)
     return [
-        Failure(CHECK, SUSPICIOUS, _message(event, turn, place, tuple(walk.places[place])))
-        for event, place, thing in mentions_of(events, aligned, walk, things)
+        Failure(CHECK, SUSPICIOUS, _message(event, turn, place, tuple(path.places[place])))
+        for event, place, thing in mentions_of(events, aligned, path, things)
         if thing < 0
     ]
 

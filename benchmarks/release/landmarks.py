@@ -160,8 +160,8 @@ def _count(
     for each in texts:
         fitting = []
         if each.events:
-            aligned = align(each.events, each.walk, known.fit)
-            for event, place, thing in mentions_of(each.events, aligned, each.walk, things):
+            aligned = align(each.events, each.path, known.fit)
+            for event, place, thing in mentions_of(each.events, aligned, each.path, things):
                 fitting.append(thing >= 0)
                 counts[f"all {event.sort}"] += 1
                 counts[f"fits {event.sort}"] += thing >= 0
@@ -181,7 +181,7 @@ def is_seen(camera: RasterCamera, text: TurnText, place: int, prop: Prop) -> boo
     """Return whether the camera shows a prop's label in its direction, in the steps up to a place of the walk."""
     label = camera.labels.index(str(label_of_prop(prop)))
     for at in range(max(0, place - BEFORE), place + 1):
-        (x, z), heading = text.walk.places[at], float(text.walk.going[at])
+        (x, z), heading = text.path.places[at], float(text.path.going[at])
         frame = camera.render(Viewpoint(float(x), float(z), heading), (), SIZE, segmentation=True)
         assert frame.segmentation is not None
         if int((frame.segmentation == label).sum()) >= PIXELS:

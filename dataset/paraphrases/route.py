@@ -185,7 +185,7 @@ def _around(turn: Turn, poses: Sequence[Pose], marks: Sequence[Landmark]) -> lis
             place = [f"{abs(ahead):.1f} {'behind' if ahead > 0 else 'in front of'} it"] if abs(ahead) > 0.4 else []
             place += [f"{abs(right):.1f} to its {'right' if right > 0 else 'left'}"] if abs(right) > 0.4 else []
             found.append((distance, f"{name_of(mark)}: {' and '.join(place) or 'at the same place'}"))
-    return [told for _, told in sorted(found)[:6]]
+    return [line for _, line in sorted(found)[:6]]
 
 
 def _others(turn: Turn, marks: Sequence[Landmark]) -> list[str]:

@@ -186,17 +186,17 @@ def arrange_decoys(
         meanings: of these instructions; None for one that could not be read.
     """
     random = seeded(episode_id, "decoys")
-    told = [(turn, meaning) for turn, meaning in enumerate(meanings) if meaning is not None and meaning.where]
+    readable = [(turn, meaning) for turn, meaning in enumerate(meanings) if meaning is not None and meaning.where]
     first = PlacedObject(targets[0], placements[0])
     best: tuple[tuple[ObjectType, Square], ...] = ()
     most = -1
-    for attempt in range(ATTEMPTS if told else 1):
+    for attempt in range(ATTEMPTS if readable else 1):
         room = _arrange(attempt, targets, placements, walks, references, meanings, random)
         items = [PlacedObject(kind, Placement(cell.column, 1, cell.row)) for cell, kind in room.items()]
-        true = sum(identifies_cell(meaning, items + [first] * turn, placements[turn]) for turn, meaning in told)
+        true = sum(identifies_cell(meaning, items + [first] * turn, placements[turn]) for turn, meaning in readable)
         if true > most:
             best, most = tuple((kind, cell) for cell, kind in sorted(room.items())), true
-        if most == len(told):
+        if most == len(readable):
             break
     return best
 

@@ -34,7 +34,7 @@ def _apart(manner: str, relation: str) -> Numbers:
     return distances
 
 
-def nearest(event: Event, place: int, walk: TurnPath, things: Sequence[PlacedThing]) -> tuple[int, float]:
+def nearest(event: Event, place: int, path: TurnPath, things: Sequence[PlacedThing]) -> tuple[int, float]:
     """Return the index of the matching thing nearest to where a mention implies it, and its distance, or (-1, inf).
 
     A thing matches if its kind, colour and side are as stated, and for a banner its shape.
@@ -42,7 +42,7 @@ def nearest(event: Event, place: int, walk: TurnPath, things: Sequence[PlacedThi
     fitting = [number for number, thing in enumerate(things) if _fits(event, thing)]
     if not fitting:
         return -1, np.inf
-    origins, directions = frames_of(event, walk)
+    origins, directions = frames_of(event, path)
     places = np.array([things[number][1:3] for number in fitting], dtype=np.float64)
     ahead, right = in_frames(origins[place : place + 1], directions[place : place + 1], places)
     table = _apart(event.manner, event.relation)
@@ -65,7 +65,7 @@ def _fits(event: Event, thing: PlacedThing) -> bool:
 def mentions_of(
     events: Sequence[Event],
     aligned: EventAlignment,
-    walk: TurnPath,
+    path: TurnPath,
     things: Sequence[PlacedThing],
     kinds: Sequence[str] = FURNITURE,
 ) -> list[tuple[Event, int, int]]:
@@ -73,7 +73,7 @@ def mentions_of(
     found = []
     for event, place in zip(events, aligned.best, strict=True):
         if event.kind in kinds:
-            number, apart = nearest(event, place, walk, things)
+            number, apart = nearest(event, place, path, things)
             found.append((event, place, number if apart <= WITHIN else -1))
     return found
 

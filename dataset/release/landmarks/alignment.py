@@ -49,11 +49,11 @@ class EventAlignment:
     best: Sequence[int]
 
 
-def align(events: Sequence[Event], walk: TurnPath, fit: Fit) -> EventAlignment:
+def align(events: Sequence[Event], path: TurnPath, fit: Fit) -> EventAlignment:
     """Return the alignment of events, at least one, to a path."""
-    size = len(walk.places)
-    emission = np.stack([_emission(event, number, len(events), walk, fit) for number, event in enumerate(events)])
-    passed = np.cumsum(_big_turns(walk))
+    size = len(path.places)
+    emission = np.stack([_emission(event, number, len(events), path, fit) for number, event in enumerate(events)])
+    passed = np.cumsum(_big_turns(path))
     moves = [np.zeros((size, size)), *(_moves(before, event, passed) for before, event in pairwise(events))]
     forward, viterbi = np.empty_like(emission), np.empty_like(emission)
     back = np.zeros(emission.shape, dtype=np.intp)
@@ -77,25 +77,25 @@ def align(events: Sequence[Event], walk: TurnPath, fit: Fit) -> EventAlignment:
     return EventAlignment(posterior / posterior.sum(axis=1, keepdims=True), best[::-1])
 
 
-def _emission(event: Event, number: int, count: int, walk: TurnPath, fit: Fit) -> Numbers:
+def _emission(event: Event, number: int, count: int, path: TurnPath, fit: Fit) -> Numbers:
     """Return the logarithm of an event's likelihood at each place, (n,)."""
-    size = len(walk.places)
+    size = len(path.places)
     if event.manner == "target":
         only = np.full(size, -40.0)
-        only[-1] = np.log(fit(event, walk)[-1])
+        only[-1] = np.log(fit(event, path)[-1])
         return only
     share = np.linspace(0.0, 1.0, size) if size > 1 else np.zeros(1)
     pace = -0.5 * ((share - (number / (count - 1) if count > 1 else 0.5)) / PACE) ** 2
     if event.direction:
         expected = DEGREES[event.direction]
-        apart = np.abs((walk.turned - expected + 180.0) % 360.0 - 180.0)
+        apart = np.abs((path.turned - expected + 180.0) % 360.0 - 180.0)
         if abs(expected) == 90.0:  # People call anything from 60 to 150 degrees a turn to the left or right.
-            apart = np.maximum(apart - np.where(np.abs(walk.turned) > abs(expected), 60.0, 30.0), 0.0)
+            apart = np.maximum(apart - np.where(np.abs(path.turned) > abs(expected), 60.0, 30.0), 0.0)
         likely: Numbers = pace + np.log(UNEXPECTED + np.exp(-0.5 * (apart / SPREAD) ** 2))
         return likely
     if not event.kind:
         return pace
-    mention: Numbers = pace + np.log(fit(event, walk))
+    mention: Numbers = pace + np.log(fit(event, path))
     return mention
 
 
@@ -120,9 +120,9 @@ def _turns(event: Event) -> bool:
     return bool(event.direction) or event.manner in ("faced", "at", "after", "before")
 
 
-def _big_turns(walk: TurnPath) -> Numbers:
+def _big_turns(path: TurnPath) -> Numbers:
     """Return 1.0 at the middle of each big turn, (n,), otherwise 0.0."""
-    size = np.abs(walk.turned)
+    size = np.abs(path.turned)
     wide = np.pad(size, NEAR)
     greatest = np.max([wide[shift : shift + len(size)] for shift in range(2 * NEAR + 1)], axis=0)
     at = np.flatnonzero((size >= BIG) & (size == greatest))

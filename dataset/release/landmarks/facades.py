@@ -33,12 +33,12 @@ def paint(
     for each in texts:
         if not any(event.kind == FACADES and event.look in world.FACADES for event in each.events):
             continue
-        aligned = align(each.events, each.walk, LandmarkMap().fit)
+        aligned = align(each.events, each.path, LandmarkMap().fit)
         for event, posterior in zip(each.events, aligned.posterior, strict=True):
             if event.kind != FACADES or event.look not in world.FACADES:
                 continue
             chosen = np.flatnonzero(posterior >= SIGNIFICANT)
-            origins, directions = frames_of(event, each.walk)
+            origins, directions = frames_of(event, each.path)
             values = posterior[chosen] @ likelihood(event, origins[chosen], directions[chosen], points)
             rows.append(np.maximum.reduceat(values, owners))
             weights.append(event.weight)

@@ -94,15 +94,15 @@ def _ring(radius: float) -> Numbers:
     return ring
 
 
-def frames_of(event: Event, walk: TurnPath) -> tuple[Numbers, Numbers]:
+def frames_of(event: Event, path: TurnPath) -> tuple[Numbers, Numbers]:
     """Return the origins (n, 2) and directions (n,) of a mention's kernel at each place of a path."""
     if event.manner == "target":
-        size = len(walk.places)
-        return np.broadcast_to(walk.target, (size, 2)), np.broadcast_to(walk.going[-1], (size,))
+        size = len(path.places)
+        return np.broadcast_to(path.target, (size, 2)), np.broadcast_to(path.going[-1], (size,))
     if event.manner in PASSING:
-        half = np.radians(walk.turned) / 2.0
-        return walk.places, walk.coming + np.degrees(half)
-    return walk.places, walk.coming if event.manner in REACHING else walk.going
+        half = np.radians(path.turned) / 2.0
+        return path.places, path.coming + np.degrees(half)
+    return path.places, path.coming if event.manner in REACHING else path.going
 
 
 def likelihood(event: Event, origins: Numbers, directions: Numbers, places: Numbers) -> Numbers:

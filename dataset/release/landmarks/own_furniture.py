@@ -55,13 +55,13 @@ def furniture_mentions(texts: Sequence[TurnText], known: LandmarkMap, ground: Fu
     for each in texts:
         if not each.events:
             continue
-        aligned = align(each.events, each.walk, known.fit)
+        aligned = align(each.events, each.path, known.fit)
         for event, posterior, place in zip(each.events, aligned.posterior, aligned.best, strict=True):
             if event.kind in DRAWN and event.sort != METAL_BENCH:
-                likely = vote(event, each.walk, posterior, ground.places)
+                likely = vote(event, each.path, posterior, ground.places)
                 top = float(likely.max())
                 if top > 0.0:
-                    found.append(FurnitureMention(event, each.turn, likely / top, each.walk.places[place]))
+                    found.append(FurnitureMention(event, each.turn, likely / top, each.path.places[place]))
     return found
 
 

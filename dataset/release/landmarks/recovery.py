@@ -61,14 +61,14 @@ class TurnText:
         episode: its id.
         turn: 1 or 2.
         language: of the text.
-        walk: of the turn.
+        path: of the turn.
         events: of the text.
     """
 
     episode: str
     turn: int
     language: str
-    walk: TurnPath
+    path: TurnPath
     events: tuple[Event, ...]
 
 
@@ -117,11 +117,11 @@ class LandmarkMap:
                 known.colours[kind] = [colour for _, _, _, colour in listed]
         return known
 
-    def fit(self, event: Event, walk: TurnPath) -> Numbers:
+    def fit(self, event: Event, path: TurnPath) -> Numbers:
         """Return the likelihood (n,) of a mention at each place of a path."""
         if event.kind not in self.places:
-            return np.ones(len(walk.places))
-        origins, directions = frames_of(event, walk)
+            return np.ones(len(path.places))
+        origins, directions = frames_of(event, path)
         values = likelihood(event, origins, directions, self.places[event.kind])
         strengths = self.strengths[event.kind]
         if event.colour:
@@ -133,10 +133,10 @@ class LandmarkMap:
 
 def texts_of(episode: Episode) -> list[TurnText]:
     """Return the texts of an episode as events, in all its languages, turn by turn."""
-    walks = paths_of_turns(episode)
+    paths = paths_of_turns(episode)
     return [
-        TurnText(episode.episode_id, number + 1, language, walk, events_of(texts[number].navigation, language))
-        for number, walk in enumerate(walks)
+        TurnText(episode.episode_id, number + 1, language, path, events_of(texts[number].navigation, language))
+        for number, path in enumerate(paths)
         for language, texts in sorted(episode.instructions.items())
     ]
 
@@ -147,7 +147,7 @@ def recover(texts: Sequence[TurnText]) -> list[RecoveredLandmark]:
     known = LandmarkMap()
     ballots: dict[str, tuple[Ballot, Numbers]] = {}
     for _ in range(ROUNDS + 1):
-        aligned = [align(each.events, each.walk, known.fit) for each in texts]
+        aligned = [align(each.events, each.path, known.fit) for each in texts]
         ballots = {kind: _ballot(kind, texts, aligned) for kind in SCENERY}
         known = LandmarkMap.of(
             {_kind(sort): _strengths(peaks_of(ballot, 1.0)) for sort, (ballot, _) in ballots.items()}
@@ -164,14 +164,14 @@ def _strengths(peaks: Sequence[Peak]) -> list[tuple[float, float, float, str]]:
 
 def _ballot(kind: str, texts: Sequence[TurnText], aligned: Sequence[EventAlignment]) -> tuple[Ballot, Numbers]:
     """Return the mentions of a kind, and for each the half of the episodes (0 or 1) that it belongs to."""
-    cells = _cells(np.concatenate([each.walk.places for each in texts]), REACH.get(kind, GROUND))
+    cells = _cells(np.concatenate([each.path.places for each in texts]), REACH.get(kind, GROUND))
     rows, weights, colours, looks, languages, halves = [], [], [], [], [], []
     order = {episode: number for number, episode in enumerate(sorted({each.episode for each in texts}))}
     for each, found in zip(texts, aligned, strict=True):
         for event, posterior in zip(each.events, found.posterior, strict=True):
             if event.sort != kind:
                 continue
-            rows.append(vote(event, each.walk, posterior, cells))
+            rows.append(vote(event, each.path, posterior, cells))
             weights.append(event.weight)
             colours.append(event.colour)
             looks.append(event.look)
@@ -181,10 +181,10 @@ def _ballot(kind: str, texts: Sequence[TurnText], aligned: Sequence[EventAlignme
     return Ballot(cells, likely, np.array(weights), colours, looks, languages), np.array(halves)
 
 
-def vote(event: Event, walk: TurnPath, posterior: Numbers, cells: Numbers) -> Numbers:
+def vote(event: Event, path: TurnPath, posterior: Numbers, cells: Numbers) -> Numbers:
     """Return the likelihood (g,) of a mentioned thing in each of the cells (g, 2)."""
     chosen = np.flatnonzero(posterior >= SIGNIFICANT)
-    origins, directions = frames_of(event, walk)
+    origins, directions = frames_of(event, path)
     voted: Numbers = posterior[chosen] @ likelihood(event, origins[chosen], directions[chosen], cells)
     return voted
 

@@ -36,13 +36,13 @@ def recolour_landmarks(
     for each in texts:
         if not each.events:
             continue
-        aligned = align(each.events, each.walk, known.fit)
-        for event, place, thing in mentions_of(each.events, aligned, each.walk, things, SCENERY):
+        aligned = align(each.events, each.path, known.fit)
+        for event, place, thing in mentions_of(each.events, aligned, each.path, things, SCENERY):
             if thing >= 0 or not event.colour:
                 continue
             same = [number for number, landmark in enumerate(landmarks) if event.colour in landmark.names]
             plain = replace(event, colour="", look="")
-            number, apart = nearest(plain, place, each.walk, [things[number] for number in same])
+            number, apart = nearest(plain, place, each.path, [things[number] for number in same])
             if apart <= WITHIN:
                 at = same[number]
                 landmark = landmarks[at]

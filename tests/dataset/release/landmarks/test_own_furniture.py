@@ -98,16 +98,16 @@ def test_a_thing_that_both_turns_name_at_one_place_is_one_thing(section: Section
     space = space_of(episode, section, episodes)
     first, second = (each for each in texts_of(episode) if each.language == "en")
     at_end = replace(first, events=(Event(kind="hydrant", manner="target", relation="near", identity="1"),))
-    at_start = replace(second, walk=replace(second.walk, target=first.walk.target), events=(*at_end.events,))
+    at_start = replace(second, path=replace(second.path, target=first.path.target), events=(*at_end.events,))
     bare = replace(section, props=())
 
     def hydrants(texts: list[TurnText]) -> list[Prop]:
         return [prop for prop in own_of(episode.episode_id, texts, bare, space, []).added if prop.kind == "hydrant"]
 
     (one,) = hydrants([at_end, at_start])
-    assert np.hypot(*(first.walk.target - (one.x, one.z))) < 4.0
+    assert np.hypot(*(first.path.target - (one.x, one.z))) < 4.0
     assert len(hydrants([at_end, replace(second, events=at_end.events)])) == 2 or _near(first, second)
 
 
 def _near(first: TurnText, second: TurnText) -> bool:
-    return bool(np.hypot(*(first.walk.target - second.walk.target)) < 4.0)
+    return bool(np.hypot(*(first.path.target - second.path.target)) < 4.0)

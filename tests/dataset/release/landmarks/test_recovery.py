@@ -7,7 +7,7 @@ import numpy as np
 from arramon_dataset.release.landmarks.mentions import Event
 from arramon_dataset.release.landmarks.mixture import Ballot, peaks_of
 from arramon_dataset.release.landmarks.recovery import CERTAIN, TurnText, recover
-from tests.dataset.release.landmarks.walking import walk_along
+from tests.dataset.release.landmarks.turn_path import path_along
 
 PLACE = (6.0, 11.7)
 """Of a mailbox beside a street that everybody walks."""
@@ -16,8 +16,8 @@ PLACE = (6.0, 11.7)
 def texts(number: int, event: Event) -> TurnText:
     """Return what one of many people says who pass the place: they come from different sides and go on differently."""
     start = ((0, 10), (-number % 5, 10))[number % 2]
-    walk = walk_along(start, (12, 10), (12, 10 + 6 + number % 4))
-    return TurnText(str(number), 1, "en", walk, (event, Event(direction="left")))
+    path = path_along(start, (12, 10), (12, 10 + 6 + number % 4))
+    return TurnText(str(number), 1, "en", path, (event, Event(direction="left")))
 
 
 MAILBOX = Event(kind="mailbox", colour="blue", manner="past", side="left")

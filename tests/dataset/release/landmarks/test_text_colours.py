@@ -7,16 +7,16 @@ from arramon_dataset.release.landmarks.mentions import Event
 from arramon_dataset.release.landmarks.recovery import RecoveredLandmark, TurnText, recover
 from arramon_dataset.release.landmarks.text_colours import recolour_landmarks
 from arramon_server.sim.section import Prop
-from tests.dataset.release.landmarks.walking import walk_along
+from tests.dataset.release.landmarks.turn_path import path_along
 
-WALK = walk_along((0, 0), (0, 12))
+PATH = path_along((0, 0), (0, 12))
 LANDMARK = RecoveredLandmark("barrel", 1.7, 6.0, "gold", "", 12.0, ("gold", "orange"))
 STANDING = Prop("barrel", 1.7, 6.0, 90.0, "gold")
 
 
 def texts(**said: str) -> list[TurnText]:
     event = Event(**{"kind": "barrel", "manner": "past", "side": "right", **said})  # type: ignore[arg-type]
-    return [TurnText("1", 1, "en", WALK, (event,))]
+    return [TurnText("1", 1, "en", PATH, (event,))]
 
 
 def test_a_landmark_has_the_colour_that_the_text_says_if_others_say_it_too() -> None:
@@ -53,7 +53,7 @@ def test_a_banner_has_the_shape_that_the_text_says_with_its_colour() -> None:
 def test_the_names_of_a_landmark_are_what_more_than_one_in_ten_say() -> None:
     colours = ["gold"] * 16 + ["orange"] * 7 + ["red"]
     people = [
-        TurnText(str(number), 1, "en", walk_along((0, 0), (12, 0), (12, 8)),
+        TurnText(str(number), 1, "en", path_along((0, 0), (12, 0), (12, 8)),
              (Event(kind="barrel", colour=colour, manner="past", side="left"), Event(direction="left")))
         for number, colour in enumerate(colours)
     ]  # fmt: skip
@@ -75,5 +75,5 @@ def test_the_names_of_a_landmark_are_what_more_than_one_in_ten_say() -> None:
 )
 def test_what_comes_in_one_colour_is_of_that_colour(kind: str, thing: str, said: str, fits: bool) -> None:
     event = Event(kind=kind, colour=said, manner="past")
-    _, apart = nearest(event, 6, WALK, [(kind, 1.7, 6.0, thing, "")])
+    _, apart = nearest(event, 6, PATH, [(kind, 1.7, 6.0, thing, "")])
     assert (apart <= WITHIN) is fits

@@ -6,7 +6,7 @@ from arramon_dataset.paths import STRIDE
 from arramon_dataset.release.landmarks.turn_paths import Numbers, TurnPath
 
 
-def walk_along(*corners: tuple[float, float]) -> TurnPath:
+def path_along(*corners: tuple[float, float]) -> TurnPath:
     """Return a walk of unit steps along straight streets between corners; its target is a unit beyond its end."""
     places = [np.array(corners[0], dtype=np.float64)]
     for x, z in corners[1:]:
