@@ -18,7 +18,7 @@ ACCEPTED_TURNS = {30.0: (10.0, 48.0), 90.0: (44.0, 140.0), 180.0: (135.0, 180.0)
 slight turn, two to four are one to a side, five and six are one around. Ranges overlap where people differ."""
 
 ACCEPTED_WIDE_SLIGHT = (12.0, 50.0)
-"""Smallest and largest wide bend around a slight turn: wider than for the turn itself, as it includes what is near."""
+"""Smallest and largest wide bend around a slight turn: wider than for the turn itself, as it includes nearby bends."""
 
 ACCEPTED_UNMENTIONED = 37.0
 """Largest bend that an instruction need not mention: one turn of 30, and what the zigzag of a path adds."""

@@ -275,9 +275,9 @@ class PathGeometry:
         return found
 
     def _wide_bend(self, index: int) -> float | None:
-        """Return by how many degrees the path turns around a place, small bends of the way taken together.
+        """Return the change of the path's direction around a place, measured over several places on each side.
 
-        What is left and entered again within a few places, as around a barrier, is no wide bend.
+        A detour that ends within a few places, such as around a barrier, does not count.
 
         Returns:
             Degrees, positive clockwise; None near the path's ends.

@@ -13,7 +13,7 @@ HINDSIGHT = 5
 
 @dataclass(frozen=True, slots=True)
 class GateProgress:
-    """The position on the path after some steps, and what they mentioned.
+    """The position on the path after some steps, and the turns and things mentioned so far.
 
     Attributes:
         at: index of the path's place where they end.

@@ -266,7 +266,7 @@ def is_called(thing: Thing, mark: Landmark) -> bool:
 
 
 def _may_be_called(thing: Thing, mark: Landmark) -> bool:
-    """Return whether people may call a landmark by a name: many call a dumpster a bin, above all in Hindi."""
+    """Return whether people may use a name for a landmark: many call a dumpster a bin, above all in Hindi."""
     return is_called(thing, mark) or mark.label.kind in ALIKE.get(thing.kind, ())
 
 

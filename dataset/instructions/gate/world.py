@@ -90,7 +90,7 @@ class GateWorld:
         return any(number >= 0 and (self.poses[number].x, self.poses[number].z) in places for number in mark.seen)
 
     def is_visible_on(self, mark: Landmark, index: int) -> bool:
-        """Return whether a landmark is recognised from one of the path's places as one turns on to the next."""
+        """Return whether a landmark is recognised from a place of the path while the walker turns to the next place."""
         place, on = self.path[index], self.geometry.heading_after(index)
         return any(
             number >= 0

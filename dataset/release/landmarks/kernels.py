@@ -35,7 +35,7 @@ WRONG_SIDE = 0.15
 """Relative likelihood of the side opposite to the stated one."""
 
 PASSING, REACHING = ("past", "beside", "between", "along"), ("to", "at", "before", "after")
-"""Manners of `arramon_lang.reading.outline.MANNERS` in which walkers pass things, and in which they come to them."""
+"""Manners of `arramon_lang.reading.outline.MANNERS` of things that walkers pass, and of things that they walk up to."""
 
 _AHEAD = np.arange(-BACK, FRONT + STEP, STEP)[:, None]
 _RIGHT = np.arange(-ASIDE, ASIDE + STEP, STEP)[None, :]
