@@ -27,7 +27,7 @@ def _faults(meaning: Assembly, cell: Cell, room: Room) -> Iterator[str]:
     quarter = quarter_after(meaning.turns)
     named = {thing.identity for where in meaning.where for thing in where.things}
     for nested in (inner for where in meaning.where for thing in where.things for inner in thing.where):
-        yield from (f"{each.identity} tells of two places at once" for each in nested.things if each.identity in named)
+        yield from (f"{each.identity} locates two things at once" for each in nested.things if each.identity in named)
     for where in meaning.where:
         offsets = []
         for thing in where.things:

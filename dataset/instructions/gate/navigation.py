@@ -81,7 +81,7 @@ class NavigationCheck:
         world, before, things = self._world, self._progress, things_of(step)
         faults: list[str] = []
         if isinstance(self._last, Face) and isinstance(step, Rotate) and step.at == "after":
-            faults.append(f"one faces {self._last.thing.identity}, and is not told to walk before the turn")
+            faults.append(f"there is no walk between facing {self._last.thing.identity} and the turn")
         for thing in things:
             faults += faults_of_description(world, before, thing)
             if thing.kind in NOT_FIRST or (thing.kind == "square" and isinstance(step, Rotate)):
@@ -106,7 +106,7 @@ class NavigationCheck:
             if step.thing is None and isinstance(self._last, Walk) and self._last.way in UNREACHED:
                 faults += faults_of_turn_on_the_way(world, before.since, step.direction, self._progress.at)
             if self._is_short(step, self._progress.turned[len(before.turned) :]):
-                faults.append(f"the path turns {step.direction} before it comes to the thing walked to")
+                faults.append(f"the path turns {step.direction} before it reaches the thing to walk to")
         elif isinstance(step, Face):
             faults += faults_of_face(world, before, step.thing)
             self._progress = replace(before, faced=(*before.faced, before.at))

@@ -51,7 +51,7 @@ def faults_of_description(world: GateWorld, progress: GateProgress, thing: Thing
     if not marks:
         yield f"{thing.kind} {thing.identity!r} does not exist"
     if thing.kind in COLOURED and not thing.colour and thing.identity not in progress.named:
-        yield f"{thing.identity} is not told by its colour"
+        yield f"{thing.identity} is named without its colour"
     for mark in marks:
         label = mark.label
         if thing.kind != label.kind or thing.colour not in ("", label.colour) or thing.look not in ("", label.look):
@@ -125,7 +125,7 @@ def _faults_of_place_name(world: GateWorld, progress: GateProgress, thing: Thing
         return
     near = world.geometry.closest(junction.x, junction.z, progress.at, junction.radius + ACCEPTED_AT)
     if near is None:
-        yield f"the path does not come to {thing.identity}"
+        yield f"the path does not reach {thing.identity}"
     elif not _is_kind(junction, thing.kind, world.geometry.heading_before(max(near - 2, 0))):
         yield f"{thing.identity} is a {junction.kind}, not a {thing.kind}"
 
@@ -256,7 +256,7 @@ def faults_of_several(world: GateWorld, progress: GateProgress, thing: Thing) ->
     for mark in world.landmarks(thing.identity) if thing.number else ():
         right, ahead = view.local(mark.x, mark.z)
         if abs(math.degrees(math.atan2(right, ahead))) > AHEAD:
-            yield f"{mark.identity} is not before one who is told of {thing.number}"
+            yield f"{mark.identity} is not ahead of the walker"
 
 
 def is_called(thing: Thing, mark: Landmark) -> bool:

@@ -49,9 +49,9 @@ def faults_of_face(world: GateWorld, progress: GateProgress, thing: Thing) -> It
     (x, z), here = middle(world, (thing,), progress.at), world.path[progress.at]
     towards = direction(here, (x, z))
     if abs(turn_between(world.geometry.heading_after(progress.at), towards)) > ACCEPTED_FACED:
-        yield f"the path does not lead on as one faces {thing.identity}"
+        yield f"the path does not continue towards {thing.identity}"
     if thing.kind in PLACES:
-        yield f"{thing.identity} is one of several places that one may face"
+        yield f"{thing.identity} is a place: what to face is ambiguous"
 
 
 def turn(world: GateWorld, progress: GateProgress, step: Rotate, faults: list[str]) -> GateProgress:
@@ -88,7 +88,7 @@ def _turn_at(world: GateWorld, progress: GateProgress, index: int, degrees: floa
     if index in progress.turned:
         faults.append(f"the path turns only once at its place {index}, not twice")
     if abs(degrees) == 90.0 and any(_bends_again(world, index + later, degrees) for later in AGAIN):
-        faults.append(f"the path turns again soon after its place {index}, which is not said")
+        faults.append(f"the path turns again soon after its place {index}, which is not mentioned")
     return replace(progress, at=max(progress.at, index), turned=(*progress.turned, index))
 
 
@@ -134,7 +134,7 @@ def faults_of_bends(world: GateWorld, progress: GateProgress, *, is_end: bool) -
         if at >= until or abs(angle) <= ACCEPTED_UNMENTIONED or at in progress.turned:
             continue
         if not any(abs(at - faced) <= PEAK for faced in progress.faced) and not _sees_goal(world, at):
-            yield f"the path turns by {angle:.0f} degrees at its place {at}, which is not said"
+            yield f"the path turns by {angle:.0f} degrees at its place {at}, which is not mentioned"
     for at, wide in enumerate(world.geometry.wide_bends[: max(until if is_end else until - MENTION_REACH, 0)]):
         if (
             wide is None
@@ -143,7 +143,7 @@ def faults_of_bends(world: GateWorld, progress: GateProgress, *, is_end: bool) -
         ):
             continue
         if not _sees_goal(world, at):
-            yield f"the path turns by {wide:.0f} degrees in all around its place {at}, which is not said"
+            yield f"the path turns by {wide:.0f} degrees altogether around its place {at}, which is not mentioned"
             return
 
 

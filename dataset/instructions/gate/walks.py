@@ -22,7 +22,7 @@ def walk(world: GateWorld, progress: GateProgress, step: Walk, faults: list[str]
         road = world.road(step.things[0].identity)
         ahead = places_ahead(world, progress.at, 12)
         if road is None or min(road.distance(*world.path[i]) for i in ahead) > road.width / 2:
-            faults.append(f"{step.things[0].identity} is not walked along")
+            faults.append(f"{step.things[0].identity} is not on the path")
         return progress
     if step.straight and step.way in ("to", "towards", "until"):
         faults += _faults_of_straight(world, progress, step.things)

@@ -122,16 +122,16 @@ FALSE = [
     (wording(target=replace(MUG, look="dotted")), "collectible/0 is a mug/red/striped, not red dotted mug"),
     (wording(Walk("between", (NEAR, POST))), "the path does not lead between barrier/0 and lamp_post/0"),
     (wording(Walk("between", (BIN, Thing("bench", identity="bench/1")))), "the path does not lead between bin/0"),
-    (wording(Walk("past", (BENCHES,))), "the path turns by 90 degrees at its place 15, which is not said"),
+    (wording(Walk("past", (BENCHES,))), "the path turns by 90 degrees at its place 15, which is not mentioned"),
     (wording(Rotate("slightly right", "at", CROSSING)), "the path does not turn slightly right at junction/0"),
     (wording(Rotate("around")), "the path does not turn around after its place 0"),
     (wording(Rotate("right", "at", CROSSING), Walk("past", (ZEBRA,), "right")), "zebra_crossing/0 is not on the right"),
     (wording(Walk("past", (HYDRANT,), "left")), "hydrant/0 is not on the left"),
     (wording(Walk("to", (CONE,))), "cone/0 is not straight ahead"),
-    (wording(Face(KIOSK), Rotate("right", "at", CROSSING)), "the path does not lead on as one faces kiosk/0"),
+    (wording(Face(KIOSK), Rotate("right", "at", CROSSING)), "the path does not continue towards kiosk/0"),
     (
         wording(Rotate("right", "at", CROSSING), Walk("past", (CONE,)), Walk("past", (BENCHES,))),
-        "bench/0 is not before one who is told of two",
+        "bench/0 is not ahead of the walker",
     ),
     (wording(target=replace(MUG, where=(Where("near", (FAR_BALL,)),))), "another is nearer to collectible/0"),
 ]
@@ -326,8 +326,8 @@ def test_an_awning_is_told_by_its_colour_and_what_is_faced_is_walked_to() -> Non
     world = GateWorld(way(*AHEAD), Pose(0.0, 0.0, 0.0), (mark("awning/0", 1.0, 12.0, "green"),), (0.0, 15.0), None)
     bare, green = Thing("awning", identity="awning/0"), Thing("awning", "green", identity="awning/0")
     for steps, fault in (
-        ((Face(bare),), "awning/0 is not told by its colour"),
-        ((Face(green), Rotate("right", "after", green)), "one faces awning/0, and is not told to walk before the turn"),
+        ((Face(bare),), "awning/0 is named without its colour"),
+        ((Face(green), Rotate("right", "after", green)), "there is no walk between facing awning/0 and the turn"),
     ):
         assert fault in faults_of_navigation(wording(*steps, target=PLAIN), world)
     assert not any("colour" in each for each in faults_of_navigation(wording(Face(green), target=PLAIN), world))
