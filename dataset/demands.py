@@ -1,7 +1,7 @@
-"""Demands of episodes, see `arramon_server.episodes.demands`, from the meaning of their instructions.
+"""Demands of generated episodes, counted from the meanings of their instructions.
 
-A generated text is accepted only if it is read as it was meant, so that reading it gives back its meaning, and the same
-one in every language. Of texts that people wrote a reader skips what it does not know: their demands are not counted.
+See `arramon_server.episodes.demands`. Reading a generated text gives back its meaning, the same in every language.
+Texts by people are not counted, as the parser skips words that it does not know.
 """
 
 from pathlib import Path
@@ -16,7 +16,7 @@ from arramon_server.episodes.splits import Split, folder_of, read_split
 from arramon_server.errors import BadInput, StorageError
 
 WRITTEN = f"{SOURCE}, scale "
-"""Beginning of the `source` of splits whose texts the grammar wrote: not those of paraphrases."""
+"""Prefix of the `source` of splits whose texts the grammar wrote, not paraphrases."""
 
 
 def add_demands(data: Path, split: Split) -> Split:
@@ -76,12 +76,12 @@ def _kind(step: Step) -> str:
 
 
 def _relations(thing: Thing) -> list[Where]:
-    """Return the relations of a thing, and those of the things that they name."""
+    """Return the relations of a thing and, recursively, of their landmarks."""
     return [found for where in thing.where for found in (where, *(w for t in where.things for w in _relations(t)))]
 
 
 def _landmarks(way: Navigation) -> tuple[str, ...]:
-    """Return the sorts of the different things named besides the target; several mentions of one thing count once."""
+    """Return the sort of each thing named besides the target; repeated mentions count once."""
     named = list(zip(co_reference(way), mentions(way), strict=True))
     of_target = next(first for first, thing in named if thing is way.target)
     firsts = {first: thing for number, (first, thing) in enumerate(named) if first == number and first != of_target}

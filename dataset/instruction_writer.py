@@ -1,4 +1,4 @@
-"""Writer of instructions for generated episodes: plans, phrases them in all languages, and tests them with an agent."""
+"""Writer of instructions for generated episodes: plans, phrases in all languages, and tests with an agent."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache
@@ -22,8 +22,8 @@ from arramon_dataset.instructions.gate.assembly import faults_of_assembly
 from arramon_dataset.instructions.gate.texts import faults_of_text
 from arramon_dataset.instructions.sight import poses_along
 from arramon_dataset.randomness import seeded
-from arramon_dataset.told_turn import ToldTurn
-from arramon_dataset.trial import Hope, TrialWorld, leads
+from arramon_dataset.trial import EarlyStop, TrialWorld, play_or_stop_early
+from arramon_dataset.turn_planner import TurnPlanner
 from arramon_lang.meaning import Assembly, Meaning, Navigation, Rotate, Thing, Where
 from arramon_lang.quality import check, is_blocked
 from arramon_lang.writing.voice import Voice
@@ -37,13 +37,13 @@ from arramon_server.sim.room_scene import room_scene
 from arramon_server.sim.rules import PlacedObject
 
 FOLLOWER = "agents.follower"
-"""The agent that tests instructions, loaded by name because the server does not import agents."""
+"""The agent that tests instructions, loaded by name because this package does not import agents."""
 
 PLANS = 3
-"""Plans tried for one draft before the draft is discarded."""
+"""Maximum number of plans for one draft before the draft is discarded."""
 
 DRAWS = 8
-"""Meanings drawn for one assembly instruction of a plan until the gate finds no fault with one."""
+"""Maximum number of meanings drawn for one assembly instruction until the gate accepts one."""
 
 MIN_NDTW = 0.2
 """The follower's nDTW must exceed this in both turns (paper, section 4)."""
@@ -59,51 +59,54 @@ Texts = Mapping[str, tuple[Instructions, Instructions]]
 
 
 class InstructionWriter:
-    """Writes a draft's instructions in every language; accepts only those that lead the follower to the goal in all.
+    """Writes a draft's instructions in every language; accepts only those with which the follower succeeds in all.
 
     Args:
         languages: codes of the languages to write in.
         make_follower: returns a new agent that plays from text, depth and segmentation; called once per trial.
-        trial: whether the follower tries the texts. Without it, the first that pass the checks are taken.
+        trial: whether the follower must succeed with the texts. If not, the first that pass the checks are taken.
 
     Attributes:
-        make_follower: as it was given.
+        make_follower: the argument.
     """
 
     def __init__(self, languages: tuple[str, ...], make_follower: Callable[[], Agent], trial: bool = True) -> None:
         self._languages, self._trial = languages, trial
         self.make_follower = make_follower
-        self._turns: dict[int, ToldTurn] = {}
+        self._turns: dict[int, TurnPlanner] = {}
 
     def tells(self, start: Pose, turn: Turn, number: int, site: Site, names: tuple[object, ...]) -> bool:
-        """Return whether the way of a turn can be told; see `arramon_dataset.generation.Writer`."""
-        return self._told(start, turn, number, site).navigation((*names, 0, number)) is not None
+        """Return whether a plan describes the path of a turn; see `arramon_dataset.generation.Writer`."""
+        return self._planner(start, turn, number, site).navigation((*names, 0, number)) is not None
 
     def __call__(self, draft: Draft, site: Site, names: tuple[object, ...]) -> Texts | None:
         """Return instructions for a draft, or None if no plan passes; see `arramon_dataset.generation.Writer`."""
         candidates = self.candidates(draft, site, names)
-        return next((texts for texts in candidates if not self._trial or self._leads(draft, site, texts)), None)
+        return next(
+            (texts for texts in candidates if not self._trial or self._passes_in_all_languages(draft, site, texts)),
+            None,
+        )
 
     def candidates(self, draft: Draft, site: Site, names: tuple[object, ...]) -> Iterator[Texts]:
-        """Yield candidate instructions, one plan after another: they pass the quality checks and are untested."""
+        """Yield candidate instructions, one plan after another, that pass the quality checks but are not tried."""
         first, second = draft.turns
         end = poses_along(draft.start, first.path, first.actions)[-1]
-        told = self._told(draft.start, first, 1, site), self._told(end, second, 2, site)
+        planners = self._planner(draft.start, first, 1, site), self._planner(end, second, 2, site)
         routes: list[Tokens] = []
         for number in range(PLANS):
-            plan = _plan(draft, told, (*names, number))
+            plan = _plan(draft, planners, (*names, number))
             if plan is None:
-                return  # All of its draws failed; further ones would do so too.
-            routes = routes or [turn.tokens() for turn in told]
+                return  # All draws failed; further ones would fail too.
+            routes = routes or [turn.tokens() for turn in planners]
             texts = self._write(draft, plan, routes, (*names, number))
             if texts is not None:
                 yield texts
 
-    def _told(self, start: Pose, turn: Turn, number: int, site: Site) -> ToldTurn:
-        """Return a turn with what is seen along it; the last ones are kept."""
+    def _planner(self, start: Pose, turn: Turn, number: int, site: Site) -> TurnPlanner:
+        """Return the planner of a turn; the latest one for each number is cached."""
         kept = self._turns.get(number)
         if kept is None or kept.site is not site or kept.turn != turn:
-            kept = self._turns[number] = ToldTurn(start, turn, site)
+            kept = self._turns[number] = TurnPlanner(start, turn, site)
         return kept
 
     def _write(self, draft: Draft, plan: Plan, routes: Sequence[Tokens], names: tuple[object, ...]) -> Texts | None:
@@ -123,10 +126,10 @@ class InstructionWriter:
             texts[code] = (turns[0], turns[1])
         return texts
 
-    def _leads(self, draft: Draft, site: Site, texts: Texts) -> bool:
-        """Return whether the follower passes in every language.
+    def _passes_in_all_languages(self, draft: Draft, site: Site, texts: Texts) -> bool:
+        """Return whether the follower succeeds in every language.
 
-        The follower acts on its reading of a text alone, so languages whose texts it reads alike are tested once.
+        The follower acts on a text's meaning alone, so languages whose texts have equal meanings are tried once.
         """
         episode = draft.with_instructions(texts)
         world = TrialWorld(site.world, site.camera, room_camera())
@@ -134,7 +137,7 @@ class InstructionWriter:
         return all(self._passes(episode, code, world) for code in first_of.values())
 
     def _passes(self, episode: Episode, code: str, world: TrialWorld) -> bool:
-        scores = leads(self.make_follower(), episode, code, world, Hope(episode.turns, MIN_NDTW))
+        scores = play_or_stop_early(self.make_follower(), episode, code, world, EarlyStop(episode.turns, MIN_NDTW))
         return scores is not None and passes(scores)
 
 
@@ -147,8 +150,8 @@ def make_instruction_writer() -> InstructionWriter:
     return InstructionWriter(_languages(), type(load_agent(FOLLOWER)))
 
 
-def make_untried_writer() -> InstructionWriter:
-    """Return an instruction writer for all languages whose texts no agent tries; a `MakeWriter`.
+def make_writer_without_trial() -> InstructionWriter:
+    """Return an instruction writer for all languages without trials by an agent; a `MakeWriter`.
 
     Raises:
         ValueError: if a language's data cannot express even the simplest meaning.
@@ -182,9 +185,9 @@ def generate_splits(
 ) -> list[Split]:
     """Generate the named splits (None: the paper's) for `arramon-server generate`; see `generation.command.generate`.
 
-    Without the trial, an episode is kept once its texts have passed the gate. `sections` is the number of those of
-    `train_extra`. `secret` seeds hidden splits in place of the host's; empty for that. What the instructions ask for is
-    written beside splits that are not for training alone.
+    Without the trial, an episode is kept once its texts pass the gate. `sections` is the number of sections of
+    `train_extra`. `secret` seeds hidden splits in place of the host's secret, which is used if it is empty. Demands are
+    written beside all splits except those for training.
     """
     made = generate(
         data,
@@ -192,37 +195,37 @@ def generate_splits(
         scale=scale,
         seed=seed,
         jobs=jobs,
-        make_writer=make_instruction_writer if trial else make_untried_writer,
-        tell=seldom(tell),
+        make_writer=make_instruction_writer if trial else make_writer_without_trial,
+        tell=throttled(tell),
         tried=trial,
         secret=secret,
     )
     return [split if split.training else add_demands(data, split) for split in made]
 
 
-def seldom(tell: Callable[[str], None]) -> Callable[[Progress], None]:
-    """Return what tells of a split's progress in lines: the first, the last, and one in REPORT_SECONDS between."""
-    told: dict[str, float] = {}
+def throttled(tell: Callable[[str], None]) -> Callable[[Progress], None]:
+    """Return a callback that passes progress to `tell`: a split's first and last, and one in REPORT_SECONDS between."""
+    reported: dict[str, float] = {}
 
-    def tell_of(progress: Progress) -> None:
-        since = progress.seconds - told.get(progress.split, 0.0)
+    def report(progress: Progress) -> None:
+        since = progress.seconds - reported.get(progress.split, 0.0)
         if since >= REPORT_SECONDS or progress.done in (progress.kept, progress.total):
-            told[progress.split] = progress.seconds
+            reported[progress.split] = progress.seconds
             tell(str(progress))
 
-    return tell_of
+    return report
 
 
 def passes(scores: EpisodeScores) -> bool:
-    """Return whether a follower met the paper's second validation stage and picked up the right objects."""
+    """Return whether scores pass the paper's second validation stage, with the right objects picked up."""
     return all(turn["nDTW"] > MIN_NDTW and all(turn[name] == 1.0 for name in MUST_BE_ONE) for turn in scores.turns)
 
 
-def _plan(draft: Draft, told: tuple[ToldTurn, ToldTurn], names: tuple[object, ...]) -> Plan | None:
+def _plan(draft: Draft, planners: tuple[TurnPlanner, TurnPlanner], names: tuple[object, ...]) -> Plan | None:
     """Return the meanings of both turns' instructions, or None if a planner fails."""
     room, planned = draft.decoys, []
     for number, turn in enumerate(draft.turns, start=1):
-        navigation = told[number - 1].navigation((*names, number))
+        navigation = planners[number - 1].navigation((*names, number))
         if navigation is None:
             return None
         randoms = (seeded(*names, number, "assembly", draw) for draw in range(DRAWS))
@@ -235,7 +238,7 @@ def _plan(draft: Draft, told: tuple[ToldTurn, ToldTurn], names: tuple[object, ..
 
 
 def _assembly(turn: Turn, room: tuple[PlacedObject, ...], random: Random) -> Assembly | None:
-    """Return a meaning of an assembly instruction, or None if the gate finds a fault with the one that was drawn."""
+    """Draw a meaning of an assembly instruction, and return it, or None if the gate rejects it."""
     meaning = plan_assembly(turn.target.type, turn.target_cell, room, random)
     cell = turn.target_cell.column, turn.target_cell.row
     return None if meaning is None or faults_of_assembly(meaning, cell, whole_room(room)) else meaning
@@ -246,7 +249,7 @@ def _phrase(code: str, phase: str, turn: Turn, meaning: Meaning, voice: Voice, n
     try:
         text = lang.load(code).write(meaning, seeded(*names, phase), voice)
     except ValueError:
-        return None  # The language cannot express part of it, such as a number of paces; another plan may not need it.
+        return None  # The language cannot express a part, such as a number of paces; another plan may not need it.
     target = turn.target.type
     failures = check(
         text,
@@ -269,7 +272,7 @@ def first_turn(actions: tuple[Action, ...]) -> float:
 
 
 def _readings(texts: tuple[Instructions, Instructions], code: str) -> tuple[Meaning | str, ...]:
-    """Return the readings of a language's texts; the text itself where it cannot be read."""
+    """Return the meanings of a language's texts; the text itself if it cannot be read."""
     speech = lang.load(code)
     read: list[Meaning | str] = []
     for turn in texts:

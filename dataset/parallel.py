@@ -1,4 +1,4 @@
-"""Work on several cores: the number of processes of a command, and a pool whose processes end with their parent."""
+"""Process pools: the number of processes of a command, and a pool whose processes end with their parent."""
 
 import multiprocessing
 import os
@@ -27,7 +27,7 @@ def processes_of(jobs: int) -> int:
 
 @contextmanager
 def process_pool(processes: int, work: str) -> Iterator[ProcessPoolExecutor]:
-    """Yield a pool of processes; what it has not begun when the block is left, is not done.
+    """Yield a pool of processes; leaving the block cancels work that has not begun.
 
     Args:
         processes: their number.

@@ -1,4 +1,4 @@
-"""In-process trial of an agent with the server's own rules and camera, to test instructions."""
+"""Episodes played in process with the server's rules and camera, to test instructions with an agent."""
 
 import math
 from collections.abc import Generator, Mapping
@@ -41,11 +41,11 @@ class TrialWorld:
     room: Camera
 
 
-class Hope:
-    """Whether an agent can still reach nDTW above a minimum, and CTC-3 of 1, in every turn that it plays.
+class EarlyStop:
+    """Early stopping of an episode that can no longer reach a minimum nDTW, and CTC-3 of 1, in every turn.
 
-    Each place that it comes to adds at least its distance from the ground truth's path to the cost of aligning the two,
-    of which nDTW is a function.
+    nDTW is a function of the cost of aligning the agent's path with the ground truth's; each position adds at least its
+    distance from the latter.
 
     Args:
         turns: of the episode.
@@ -55,11 +55,11 @@ class Hope:
     def __init__(self, turns: tuple[Turn, Turn], min_ndtw: float) -> None:
         self._turns = turns
         self._paths = [np.array(turn.path) for turn in turns]
-        self._left = [-math.log(min_ndtw) * NDTW_THRESHOLD * len(turn.path) for turn in turns]
+        self._budget = [-math.log(min_ndtw) * NDTW_THRESHOLD * len(turn.path) for turn in turns]
         self._before: State | None = None
 
-    def holds(self, state: State) -> bool:
-        """Return whether there is hope after the next state of the episode."""
+    def may_still_pass(self, state: State) -> bool:
+        """Return whether both metrics are still within reach after the next state of the episode."""
         before, self._before = self._before, state
         if before is None or before.phase is not Phase.NAVIGATION:
             return True
@@ -68,11 +68,11 @@ class Hope:
             return self._may_be_at_target(number, before)
         if (state.pose.x, state.pose.z) != (before.pose.x, before.pose.z):
             apart = np.hypot(*(self._paths[number] - (state.pose.x, state.pose.z)).T)
-            self._left[number] -= float(apart.min())
-        return self._left[number] > 0.0
+            self._budget[number] -= float(apart.min())
+        return self._budget[number] > 0.0
 
     def _may_be_at_target(self, number: int, state: State) -> bool:
-        """Return whether CTC-3 may be 1 from the last state but one of a navigation; a step may have followed it."""
+        """Return whether CTC-3 may be 1, by the last but one state of a navigation, which one more step may follow."""
         target = self._turns[number].target.position
         far = math.hypot(target.x - state.pose.x, target.z - state.pose.z)
         return far < CTC_DISTANCES["CTC-3"] + STEP
@@ -100,12 +100,14 @@ def play(
     return session.scores()
 
 
-def leads(agent: client.Agent, episode: Episode, language: str, world: TrialWorld, hope: Hope) -> EpisodeScores | None:
-    """Play an episode as `play` does; return None as soon as there is no hope left."""
+def play_or_stop_early(
+    agent: client.Agent, episode: Episode, language: str, world: TrialWorld, early_stop: EarlyStop
+) -> EpisodeScores | None:
+    """Play an episode as `play` does; return None once it can no longer pass."""
     session = EpisodeSession(episode, world.ground, Limits())
     with closing(_steps(session, agent, language, world, SIZE, "trial")) as steps:
         for _ in steps:
-            if not hope.holds(session.state):
+            if not early_stop.may_still_pass(session.state):
                 return None
     return session.scores()
 

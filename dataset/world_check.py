@@ -1,14 +1,14 @@
-"""Comparison of a navigation text with the world of its episode: which things that it names are not there."""
+"""Check of a navigation text against its episode's world: named street furniture that is not there."""
 
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from arramon_dataset.release.landmarks.agreement import WITHIN, by_kind, mentions_of, standing_of
+from arramon_dataset.release.landmarks.agreement import WITHIN, by_kind, mentions_of, placed_things
 from arramon_dataset.release.landmarks.alignment import align
 from arramon_dataset.release.landmarks.city import KNOWN
 from arramon_dataset.release.landmarks.mentions import Event, events_of
-from arramon_dataset.release.landmarks.recovery import Map
-from arramon_dataset.release.landmarks.walks import walks_of
+from arramon_dataset.release.landmarks.recovery import LandmarkMap
+from arramon_dataset.release.landmarks.turn_paths import paths_of_turns
 from arramon_lang.quality import SUSPICIOUS, Failure
 from arramon_server.episodes.episode import Episode
 from arramon_server.episodes.splits import read_splits, split_with_episode
@@ -36,12 +36,12 @@ def missing(text: str, language: str, episode: Episode, turn: int, section: Sect
     events = events_of(text, language)
     if not events:
         return []
-    walk = walks_of(episode)[turn - 1]
-    things = standing_of(furnished(section, episode.furniture).props)
-    aligned = align(events, walk, Map.of(by_kind(things, KNOWN)).fit)
+    path = paths_of_turns(episode)[turn - 1]
+    things = placed_things(furnished(section, episode.furniture).props)
+    aligned = align(events, path, LandmarkMap.of(by_kind(things, KNOWN)).fit)
     return [
-        Failure(CHECK, SUSPICIOUS, _message(event, turn, place, tuple(walk.places[place])))
-        for event, place, thing in mentions_of(events, aligned, walk, things)
+        Failure(CHECK, SUSPICIOUS, _message(event, turn, place, tuple(path.places[place])))
+        for event, place, thing in mentions_of(events, aligned, path, things)
         if thing < 0
     ]
 
@@ -59,7 +59,7 @@ def _message(event: Event, turn: int, place: int, at: tuple[float, ...]) -> str:
 def check_in_world(
     data: Path, episode_id: str, split: str | None, turn: int | None, language: str, texts: Iterable[str] = ()
 ) -> Iterator[tuple[str, int, tuple[Failure, ...]]]:
-    """Yield navigation texts with their turn and the failures of `missing`.
+    """Yield navigation texts with their turns and the failures of `missing`.
 
     Args:
         data: the data folder.

@@ -17,9 +17,9 @@ import numpy.typing as npt
 from scipy.spatial import cKDTree
 
 from arramon_dataset.release.importer import ground_of
-from arramon_dataset.release.landmarks.ground import Ground, Room
+from arramon_dataset.release.landmarks.distracters import AROUND
+from arramon_dataset.release.landmarks.ground import FreeSpace, FurnitureGrid
 from arramon_dataset.release.landmarks.mentions import DRAWN
-from arramon_dataset.release.landmarks.strays import AROUND
 from arramon_server.episodes.episode import Episode
 from arramon_server.episodes.provenance import TEXT
 from arramon_server.episodes.splits import Split, read_splits
@@ -59,22 +59,24 @@ def count(split: Split, *, own_alone: bool) -> dict[str, float]:
     counts: dict[str, float] = defaultdict(float)
     for section in split.sections.values():
         episodes = [episode for episode in split.episodes.values() if episode.section == section.id]
-        ground = Ground.of(section.heading, section.buildings, ground_of(episodes))
+        ground = FurnitureGrid.of(section.heading, section.buildings, ground_of(episodes))
         walkable = cKDTree(ground_of(episodes))
         for episode in episodes:
             origins = split.provenance[section.id].own.get(episode.episode_id, ())
             added = zip(episode.furniture.added, origins, strict=True)
             props = [p for p, origin in added if p.kind in DRAWN and (origin == TEXT or not own_alone)]
-            _count(counts, episode, props, Room.of(episode, ground), np.asarray(walkable.data))
+            _count(counts, episode, props, FreeSpace.of(episode, ground), np.asarray(walkable.data))
     return counts
 
 
-def _count(counts: dict[str, float], episode: Episode, props: Sequence[Prop], room: Room, walkable: Numbers) -> None:
+def _count(
+    counts: dict[str, float], episode: Episode, props: Sequence[Prop], space: FreeSpace, walkable: Numbers
+) -> None:
     things = np.array([(prop.x, prop.z) for prop in props]).reshape(-1, 2)
-    at_path = sum(np.hypot(*(room.walked - thing).T).min() <= AROUND for thing in things)
-    near = int((room.from_path <= AROUND).sum())
+    at_path = sum(np.hypot(*(space.walked - thing).T).min() <= AROUND for thing in things)
+    near = int((space.from_path <= AROUND).sum())
     sums = {"at path": at_path, "elsewhere": len(things) - at_path}
-    sums |= {"places at path": near, "places elsewhere": len(room.from_path) - near}
+    sums |= {"places at path": near, "places elsewhere": len(space.from_path) - near}
     for name, number in sums.items():
         counts[name] += number
     for turn in episode.turns:

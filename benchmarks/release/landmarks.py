@@ -20,14 +20,14 @@ import numpy as np
 from arramon_dataset.randomness import seeded
 from arramon_dataset.release.files import read_release
 from arramon_dataset.release.importer import add_objects, ground_of
-from arramon_dataset.release.landmarks.agreement import by_kind, mentions_of, standing_of
+from arramon_dataset.release.landmarks.agreement import by_kind, mentions_of, placed_things
 from arramon_dataset.release.landmarks.alignment import align
 from arramon_dataset.release.landmarks.city import KNOWN, own_of
-from arramon_dataset.release.landmarks.ground import Ground, Room
+from arramon_dataset.release.landmarks.ground import FreeSpace, FurnitureGrid
 from arramon_dataset.release.landmarks.mentions import SCENERY
-from arramon_dataset.release.landmarks.recovery import Landmark, Map, Told, recover, told_of
+from arramon_dataset.release.landmarks.recovery import LandmarkMap, RecoveredLandmark, TurnText, recover, texts_of
 from arramon_dataset.release.landmarks.scenery import props_of
-from arramon_dataset.release.landmarks.walks import Numbers
+from arramon_dataset.release.landmarks.turn_paths import Numbers
 from arramon_server.episodes.episode import Episode
 from arramon_server.sim.cameras import Viewpoint
 from arramon_server.sim.city import city_scene, label_of_prop
@@ -99,23 +99,23 @@ def measure(section_id: str, episodes: Sequence[Episode], folds: int, seen: int)
     paths = [np.array(turn.path) for episode in episodes for turn in episode.turns]
     targets = np.array([(t.target.position.x, t.target.position.z) for e in episodes for t in e.turns])
     section, walked = reconstruct(section_id, paths, targets), np.concatenate(paths)
-    ground = Ground.of(section.heading, section.buildings, walked)
-    told = {episode.episode_id: told_of(episode) for episode in episodes}
+    ground = FurnitureGrid.of(section.heading, section.buildings, walked)
+    all_texts = {episode.episode_id: texts_of(episode) for episode in episodes}
     counts: Counts = defaultdict(Counter)
     found = 0
     for fold in range(folds):
         part = episodes[fold::folds]
         held_out = {episode.episode_id for episode in part}
-        landmarks = recover([each for name, listed in told.items() if name not in held_out for each in listed])
+        landmarks = recover([each for name, listed in all_texts.items() if name not in held_out for each in listed])
         found += len(landmarks)
         worlds = {
             name: _with(listed, section, ground, walked)
             for name, listed in (("held out", landmarks), ("permuted", permuted(landmarks, section_id, fold)))
         }
         for number, episode in enumerate(part):
-            texts, room = told[episode.episode_id], Room.of(episode, ground)
+            texts, space = all_texts[episode.episode_id], FreeSpace.of(episode, ground)
             for name, (world, made_from) in worlds.items():
-                own = own_of(episode.episode_id, texts, world, room, made_from)
+                own = own_of(episode.episode_id, texts, world, space, made_from)
                 as_it_is = furnished(world, own)
                 drawn = as_it_is if name == "held out" and seen and number % seen == 0 else None
                 _count(counts[name], texts, as_it_is.props, drawn)
@@ -125,7 +125,7 @@ def measure(section_id: str, episodes: Sequence[Episode], folds: int, seen: int)
     return counts, found / folds
 
 
-def permuted(landmarks: Sequence[Landmark], *names: object) -> list[Landmark]:
+def permuted(landmarks: Sequence[RecoveredLandmark], *names: object) -> list[RecoveredLandmark]:
     """Return the landmarks with their kinds, colours and looks permuted among their places."""
     looks = [(each.kind, each.colour, each.look, each.names) for each in landmarks]
     seeded(*names, "permuted").shuffle(looks)
@@ -136,30 +136,32 @@ def permuted(landmarks: Sequence[Landmark], *names: object) -> list[Landmark]:
 
 
 def _with(
-    landmarks: Sequence[Landmark], section: Section, ground: Ground, walked: Numbers
-) -> tuple[Section, list[Landmark]]:
+    landmarks: Sequence[RecoveredLandmark], section: Section, ground: FurnitureGrid, walked: Numbers
+) -> tuple[Section, list[RecoveredLandmark]]:
     """Return the section with landmarks, and from which of them each of its props was made."""
     built = props_of(landmarks, section.heading, section.buildings, ground, walked)
     return replace(section, props=tuple(prop for prop, _ in built)), [landmark for _, landmark in built]
 
 
-def scattered(episode_id: str, props: Sequence[Prop], ground: Ground) -> list[Prop]:
+def scattered(episode_id: str, props: Sequence[Prop], ground: FurnitureGrid) -> list[Prop]:
     """Return the props at random places."""
     random = seeded(episode_id, "scattered")
     places = [ground.places[random.randrange(len(ground.places))] for _ in props]
     return [replace(prop, x=float(x), z=float(z)) for prop, (x, z) in zip(props, places, strict=True)]
 
 
-def _count(counts: Counter[str], told: Sequence[Told], props: Sequence[Prop], drawn: Section | None = None) -> None:
+def _count(
+    counts: Counter[str], texts: Sequence[TurnText], props: Sequence[Prop], drawn: Section | None = None
+) -> None:
     """Add to the counts the turns and the mentions that fit a world, and those that a camera shows if it is drawn."""
-    things = standing_of(props)
-    known = Map.of(by_kind(things, KNOWN))
+    things = placed_things(props)
+    known = LandmarkMap.of(by_kind(things, KNOWN))
     camera = None if drawn is None else RasterCamera(city_scene(drawn))
-    for each in told:
+    for each in texts:
         fitting = []
         if each.events:
-            aligned = align(each.events, each.walk, known.fit)
-            for event, place, thing in mentions_of(each.events, aligned, each.walk, things):
+            aligned = align(each.events, each.path, known.fit)
+            for event, place, thing in mentions_of(each.events, aligned, each.path, things):
                 fitting.append(thing >= 0)
                 counts[f"all {event.sort}"] += 1
                 counts[f"fits {event.sort}"] += thing >= 0
@@ -175,11 +177,11 @@ def _count(counts: Counter[str], told: Sequence[Told], props: Sequence[Prop], dr
         counts["mention fits"] += sum(fitting)
 
 
-def is_seen(camera: RasterCamera, told: Told, place: int, prop: Prop) -> bool:
+def is_seen(camera: RasterCamera, text: TurnText, place: int, prop: Prop) -> bool:
     """Return whether the camera shows a prop's label in its direction, in the steps up to a place of the walk."""
     label = camera.labels.index(str(label_of_prop(prop)))
     for at in range(max(0, place - BEFORE), place + 1):
-        (x, z), heading = told.walk.places[at], float(told.walk.going[at])
+        (x, z), heading = text.path.places[at], float(text.path.going[at])
         frame = camera.render(Viewpoint(float(x), float(z), heading), (), SIZE, segmentation=True)
         assert frame.segmentation is not None
         if int((frame.segmentation == label).sum()) >= PIXELS:

@@ -24,11 +24,11 @@ DATA = Path(__file__).parent / "data"
 
 FROM_NONE, TENSION = 0.15, 5.0
 """Prior probability of no token; preference for tokens at the same relative position: a factor of e for each
-1 / TENSION of the whole way."""
+1 / TENSION of the whole route."""
 
 OTHERS, MOST_BETTER, MIRRORED_BETTER = 20, 5, 0.06
-"""Number of comparison routes; how many of them a text may fit better than its own; how much better, in nats a word, it
-may fit the mirrored route."""
+"""Number of comparison routes; maximum number of these that a text may fit better than its own route; maximum margin by
+which it may fit the mirrored route better, in nats per word."""
 
 DIGITS = 5
 """Decimal digits of a model's probabilities in its file."""
@@ -67,7 +67,7 @@ class Alignment:
         return float(np.log(posteriors(self.table, known, rows).sum(axis=1)).mean())
 
     def margin(self, text: str, route: Tokens) -> float:
-        """Return how much better a text fits a route than the mirrored route, in nats a word."""
+        """Return how much better a text fits a route than the mirrored route, in nats per word."""
         return self.score(text, route) - self.score(text, mirrored(route))
 
     def rank(self, text: str, route: Tokens) -> int:
@@ -120,8 +120,8 @@ def contradicts(text: str, language: str, route: Tokens) -> bool:
     """Return whether a navigation text fits its route too badly to be used.
 
     It does if it fits more than MOST_BETTER of OTHERS routes better, or the mirrored one by more than MIRRORED_BETTER.
-    The bounds reject few of the texts that lead the follower, and most texts of other routes; a text that only confuses
-    left and right now and then passes (`benchmarks/instructions/alignment.py`).
+    The bounds reject few texts with which the follower succeeds, and most texts of other routes; a text that confuses
+    left and right only occasionally passes (`benchmarks/instructions/alignment.py`).
     A language without a model has no such check.
     """
     model = load(language)

@@ -1,22 +1,17 @@
-"""A route as a sequence of tokens, with which the words of a text are aligned.
+"""Routes as token sequences, to which the words of a text are aligned.
 
 The tokens follow from the path and from what the camera shows along it, not from a plan of an instruction: directions
-of turns, kinds and colours of what is passed, its side, and the target with what stands around it.
+of turns, kinds, colours and sides of the landmarks passed, and the target with its surroundings.
 """
 
 import re
 from collections.abc import Iterator, Sequence
 
 from arramon_dataset.paraphrases.route import Passed, RouteFacts
+from arramon_dataset.path_tolerances import FACTS_AROUND, FACTS_ASIDE, FACTS_SLIGHT, FACTS_STRAIGHT
 from arramon_server.sim.catalogue import ObjectType
 
 Tokens = tuple[str, ...]
-
-STRAIGHT, SLIGHT, AROUND = 15.0, 52.0, 140.0
-"""Angles in degrees: a smaller bend is straight; a smaller bend is slight; a larger bend is a turn around."""
-
-ON_THE_WAY = 1.0
-"""Largest distance to the side, in units, of a thing on the way itself."""
 
 _MIRRORED = {"left": "right", "right": "left"}
 
@@ -52,10 +47,10 @@ def _tokens(facts: RouteFacts, target: ObjectType) -> Iterator[str]:
 
 
 def _turn(degrees: float, sort: str = "turn") -> Iterator[str]:
-    if abs(degrees) >= AROUND:
+    if abs(degrees) >= FACTS_AROUND:
         yield f"{sort}:around"
-    elif abs(degrees) >= STRAIGHT:
-        if abs(degrees) < SLIGHT:
+    elif abs(degrees) >= FACTS_STRAIGHT:
+        if abs(degrees) < FACTS_SLIGHT:
             yield f"{sort}:slight"
         yield f"{sort}:{'right' if degrees > 0 else 'left'}"
 
@@ -66,5 +61,5 @@ def _thing(sort: str, name: str) -> Iterator[str]:
 
 
 def _side(passed: Passed) -> Iterator[str]:
-    if abs(passed.aside) >= ON_THE_WAY:
+    if abs(passed.aside) >= FACTS_ASIDE:
         yield f"side:{'right' if passed.aside > 0 else 'left'}"

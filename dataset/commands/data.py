@@ -89,7 +89,7 @@ def _import(arguments: argparse.Namespace) -> None:
 
 def _generate(arguments: argparse.Namespace) -> None:
     from arramon_dataset.generation.command import generate_rooms
-    from arramon_dataset.instruction_writer import generate_splits, seldom
+    from arramon_dataset.instruction_writer import generate_splits, throttled
 
     def tell(line: str) -> None:
         print(line, file=sys.stderr, flush=True)
@@ -98,7 +98,7 @@ def _generate(arguments: argparse.Namespace) -> None:
         if arguments.split or arguments.sections is not None or arguments.secret is not None:
             raise BadInput("--rooms makes the split rooms alone; leave --split, --sections and --secret out")
         tasks = generate_rooms(
-            arguments.data, arguments.rooms, seed=arguments.seed, jobs=arguments.jobs, tell=seldom(tell)
+            arguments.data, arguments.rooms, seed=arguments.seed, jobs=arguments.jobs, tell=throttled(tell)
         )
         print(describe(tasks))
         return

@@ -1,1 +1,1 @@
-"""Planning of instructions: from the ground truth and what the camera sees along it to the meaning to be expressed."""
+"""Planning of instructions: from a ground truth and the landmarks seen along it to a meaning in no language."""

@@ -1,6 +1,6 @@
-"""Visibility of landmarks along a path, by the camera: which are recognised, from which poses, and where they are.
+"""Landmarks along a path: which ones the camera shows large enough to recognise, from which poses, and where.
 
-A landmark has the identity that the scene and the street graph give it, so that a phrase can be held against the world.
+Landmarks have the identities of the scene and the street graph, so that phrases can be checked against the world.
 """
 
 import math
@@ -13,6 +13,7 @@ import numpy.typing as npt
 from arramon_client.world import COLLECTIBLES, EYE_HEIGHT, FIELD_OF_VIEW, Action
 from arramon_dataset.instructions.sight_openings import openings
 from arramon_dataset.plans.graph import House, StreetGraph
+from arramon_server.sim.assets.roadside import ZEBRA_LENGTH, ZEBRA_WIDTH
 from arramon_server.sim.cameras import Camera, Frame, Viewpoint, colourless
 from arramon_server.sim.city import label_of_prop
 from arramon_server.sim.geometry import Pose
@@ -24,10 +25,10 @@ from arramon_server.sim.section import Section
 from arramon_server.sim.view import street_actor
 
 SIZE = 224
-"""Side length of the frames that a landmark must be recognised in, in pixels: the server's default."""
+"""Side length of the frames in which landmarks must be recognisable, in pixels: the server's default."""
 
 MIN_PIXELS, MIN_ROWS = 90, 7
-"""Minimum number of pixels, and of rows of them, of a thing that a person can recognise.
+"""Minimum numbers of pixels and of pixel rows at which a person recognises a thing.
 
 Johnson's criteria ask for 6 to 8 lines across the lesser side of a thing to recognise it, and frames of this world
 agree: with 90 pixels a hydrant has its caps and a bin its lid, with 40 both are a dab of colour."""
@@ -36,17 +37,17 @@ MIN_PIXELS_OF = {
     "building": 1200, "banner": 180, "shop_sign": 220, "speed_sign": 180, "zebra_crossing": 180, "bags": 130,
     "tyre_stack": 130, "kiosk": 130, "dumpster": 130, "barrier": 130, "car": 130, **dict.fromkeys(COLLECTIBLES, 45),
 }  # fmt: skip
-"""The same for other kinds. More pixels to read a sign, to tell a banner's shape or a facade, or for what is long and
-low or has no colour of its own; fewer for collectibles, which one looks for by colour and pattern."""
+"""Minimum number of pixels by kind. Signs, banner shapes, facades, and long, low or colourless things need more;
+collectibles, recognised by colour and pattern, need fewer."""
 
 MIN_ROWS_OF = {"zebra_crossing": 3, **dict.fromkeys(COLLECTIBLES, 5)}
-"""Rows for kinds that are flat, or small."""
+"""Minimum number of pixel rows of flat or small kinds."""
 
 MIN_GLIMPSE = 12
-"""Minimum number of pixels of what can be confused with another landmark: an agent can find that few."""
+"""Minimum number of pixels of a thing that can be confused with a landmark: an agent detects that few."""
 
 EVERY, LAST = 2, 6
-"""Of the poses along a path every second one is looked from, and each of the last six."""
+"""Frames are rendered from every second pose of a path, and from each of the last six."""
 
 SLACK = 1.0
 """Maximum distance between a pixel and the collectible that it is assigned to, in units, if several look the same."""
@@ -65,8 +66,8 @@ class Landmark:
             corner of a block it is "corner".
         x, z: position in the world frame, in units; for a building the middle of the wall nearest to the path.
         seen: indices of the poses from which it is recognised, in order; -1 for a look around at the first pose. If
-            empty, it is not mentioned, but may be confused with another.
-        glimpsed: index of the first pose from which at least a few pixels of it are seen; None if there is none.
+            empty, it is never mentioned, but may be confused with another.
+        glimpsed: index of the first pose from which at least MIN_GLIMPSE pixels are visible; None if there is none.
         identity: the name of its body in the scene ("cone/3", "building/12"), its identity in the street graph
             ("junction/2", "corner/7"), or "collectible/" and its place among the turn's. An opening has that of its
             junction, or "" without a graph.
@@ -83,9 +84,16 @@ class Landmark:
     pixels: tuple[int, ...] = ()
     heading: float = 0.0
 
+    def covers_ground(self, x: float, z: float, margin: float) -> bool:
+        """Return whether it is a zebra crossing and (x, z) is on it or within `margin` units of its edges."""
+        if self.label.kind != "zebra_crossing":
+            return False
+        across, along = Pose(self.x, self.z, self.heading).local(x, z)
+        return abs(across) <= ZEBRA_WIDTH / 2 + margin and abs(along) <= ZEBRA_LENGTH / 2 + margin
+
 
 def identified(scene: Scene) -> Scene:
-    """Return a section's scene with each body's name as its label: what `find_landmarks` needs a camera of."""
+    """Return a section's scene with each body's name as its label, for the camera of `find_landmarks`."""
     return replace(scene, bodies=tuple(replace(body, label=body.name) for body in scene.bodies))
 
 
@@ -150,7 +158,7 @@ def find_landmarks(
 def _things(
     poses: Sequence[Pose], street: Sequence[Collectible], section: Section, graph: StreetGraph | None
 ) -> list[Landmark]:
-    """Return everything that a pixel can show: furniture, collectibles and buildings, not yet seen."""
+    """Return the landmarks with visible bodies, without sightings: furniture, collectibles and buildings."""
     counts: dict[str, int] = {}
     found = []
     for prop in section.props:
@@ -167,7 +175,7 @@ def _things(
 
 
 def _places_of(graph: StreetGraph | None) -> list[Landmark]:
-    """Return the junctions and corners of a graph, not yet seen."""
+    """Return the junctions and corners of a graph, without sightings."""
     if graph is None:
         return []
     junctions = [
@@ -187,11 +195,11 @@ def _nearest_wall(house: House, poses: Sequence[Pose]) -> tuple[float, float]:
 
 
 class _Sightings:
-    """What the frames so far show of each thing.
+    """Sightings of each thing in the frames so far.
 
     Args:
         names: of the camera's labels: bodies' names, and types of collectibles.
-        things: landmarks, not yet seen.
+        things: landmarks without sightings.
     """
 
     def __init__(self, names: Sequence[str], things: Sequence[Landmark]) -> None:
@@ -231,7 +239,7 @@ class _Sightings:
                     self._add(number, thing, len(own), int(own[0]), int(own[-1]))
 
     def _add(self, number: int, thing: int, pixels: int, first: int, last: int) -> None:
-        """Add what one frame shows of a thing: how many pixels, and the first and last of them, row by row."""
+        """Add a sighting of a thing: its number of pixels in one frame, and the first and last of them, row by row."""
         if pixels < MIN_GLIMPSE:
             return
         self._glimpsed.setdefault(thing, number)
@@ -239,7 +247,7 @@ class _Sightings:
             self._seen[thing][number] = max(pixels, self._seen[thing].get(number, 0))
 
     def landmarks(self) -> list[Landmark]:
-        """Return all things with what was seen of them."""
+        """Return all things with their sightings."""
         return [
             replace(thing, seen=tuple(seen), pixels=tuple(seen.values()), glimpsed=self._glimpsed.get(number))
             for number, (thing, seen) in enumerate(zip(self._things, self._seen, strict=True))
@@ -268,7 +276,7 @@ def _find_extents(
 
 
 def is_recognisable(kind: str, pixels: int, rows: int) -> bool:
-    """Return whether a person recognises a thing in a frame of SIZE, by the pixels and the rows that show it."""
+    """Return whether a person recognises a thing with this many pixels and pixel rows in a frame of SIZE."""
     return pixels >= MIN_PIXELS_OF.get(kind, MIN_PIXELS) and rows >= MIN_ROWS_OF.get(kind, MIN_ROWS)
 
 
@@ -280,7 +288,7 @@ def _focal() -> float:
 def _ground_positions(
     pose: Pose, depth: npt.NDArray[np.uint16], columns: npt.NDArray[np.int64]
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Return the x and z of what pixels with these depths and columns show, (n,) each."""
+    """Return the x and z of the points shown by pixels with these depths and columns, (n,) each."""
     ahead = depth / 1000.0
     right = ahead * (columns + 0.5 - SIZE / 2) / _focal()
     angle = math.radians(pose.heading)
@@ -291,7 +299,7 @@ def _ground_positions(
 
 
 def _is_ground_seen(place: Landmark, pose: Pose, frame: Frame) -> bool:
-    """Return whether a place in the street is near enough, and nothing stands between it and the eye."""
+    """Return whether a place in the street is near enough and not occluded."""
     right, ahead = pose.local(place.x, place.z)
     farthest = CORNER_SEEN if place.label.kind == "corner" else JUNCTION_SEEN
     if ahead <= 0.5 or math.hypot(right, ahead) > farthest:
@@ -300,7 +308,7 @@ def _is_ground_seen(place: Landmark, pose: Pose, frame: Frame) -> bool:
     row = min(math.floor(SIZE / 2 + _focal() * EYE_HEIGHT / ahead), SIZE - 1)
     if not 0 <= column < SIZE:
         return False
-    # What shows the corner's wall or the junction's ground may be a little nearer.
+    # The pixel may show a point of the wall or ground a little nearer than the place itself.
     return bool(frame.depth[row, column] / 1000.0 >= 0.9 * ahead - 0.3) or frame.depth[row, column] == 0
 
 

@@ -1,4 +1,4 @@
-"""Streets that open to the sides of a path, detected as the follower does in agents/follower/navigation_places.py."""
+"""Streets that open on the sides of a path, detected as the follower does in agents/follower/navigation_places.py."""
 
 import math
 from collections.abc import Sequence
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from arramon_dataset.instructions.navigation.legs import Leg, Place, legs_of
+from arramon_dataset.paths import Leg, Place, legs_of
 from arramon_lang.street import OPENING_DEPTH, OPENING_INSET, OPENING_RANGE
 from arramon_server.sim.section import Building, Section
 

@@ -1,1 +1,1 @@
-"""Instructions written freely by writers who see an episode but not the grammar: their sheets and texts."""
+"""Free instructions by writers who see an episode but not the grammar: their sheets and their texts."""

@@ -1,7 +1,7 @@
-"""The split `val_unseen_paraphrased`: generated episodes of section 6 with texts that no grammar wrote.
+"""The split `val_unseen_paraphrased`: generated episodes of section 6 with freely written texts.
 
-Its episodes are kept in the package, as the generator may change: the texts are about these very episodes. How they
-were written and checked is said in `data/README.md`.
+The package contains the episodes themselves, as the generator may change but the texts describe exactly these.
+`data/README.md` documents how the texts were written and checked.
 """
 
 from collections.abc import Iterator, Mapping
@@ -22,26 +22,26 @@ NAME = "val_unseen_paraphrased"
 SOURCE = "generated, with machine-written paraphrases that no native speaker has reviewed"
 
 HALVES = ("development", "test")
-"""Readers are improved on the first half's texts. The second half is for final figures alone."""
+"""The first half's texts serve to improve parsers, the second half's only for final figures."""
 
 DATA = Path(__file__).parent / "data"
 
 
 @dataclass(frozen=True, slots=True)
 class Paraphrase:
-    """The texts of one turn in one language, and what a reader made of them who saw neither way nor goal.
+    """The texts of one turn in one language, and how a reader who saw neither path nor target understood them.
 
     Attributes:
         episode: id of the episode.
         turn: 1 or 2.
         language: code.
-        writer: which writer wrote it; each has a manner of their own.
-        manner: of the writer.
+        writer: name of the writer.
+        manner: the writer's style.
         half: one of HALVES; all texts of an episode are in one half.
         navigation, assembly: the texts.
-        navigation_led, assembly_led: whether the reader was led to the target, and to its cell; None if nobody has
-            read the text yet.
-        meaning: what another reader says that the texts ask for: "steps", "target" and "room", see `data/README.md`;
+        navigation_led, assembly_led: whether the reader found the target, and its cell; None if the text has not been
+            read yet.
+        meaning: the texts' meaning according to another reader: "steps", "target" and "room", see `data/README.md`;
             None for most episodes.
     """
 
@@ -59,7 +59,7 @@ class Paraphrase:
 
     @property
     def key(self) -> tuple[str, int, str]:
-        """Episode, turn and language, which no other text has."""
+        """Episode, turn and language: unique."""
         return self.episode, self.turn, self.language
 
 
@@ -88,7 +88,7 @@ def paraphrased_episodes() -> list[Episode]:
 
 
 def generated_episodes() -> list[Episode]:
-    """Return the same episodes with the instructions that the grammar wrote for them."""
+    """Return the same episodes with their generated instructions."""
     return read_episodes(DATA / "episodes.jsonl.gz")[1]
 
 

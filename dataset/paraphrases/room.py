@@ -1,4 +1,4 @@
-"""The assembly room of a turn as text: a plan seen from above, and where each thing is as one sees it from the tile."""
+"""Description of the assembly room of a turn: a plan from above, as text."""
 
 from arramon_client.world import COLUMNS, ROWS
 from arramon_server.episodes.episode import Episode

@@ -1,6 +1,6 @@
-"""What happens along a turn's ground truth, as facts of the world: legs, bends, what is passed, where the target is.
+"""Facts of a turn's ground truth for writers: legs, turns, passed landmarks, and the surroundings of the target.
 
-The facts follow from the path and from what the camera shows along it, not from any plan of an instruction.
+They follow from the path and from what the camera shows along it, not from a plan of an instruction.
 """
 
 import math
@@ -11,30 +11,23 @@ from itertools import pairwise
 from arramon_client.world import turn_between
 from arramon_dataset.generation.site import Site
 from arramon_dataset.instructions.sight import Landmark, find_landmarks, poses_along
+from arramon_dataset.path_tolerances import FACTS_ASIDE, FACTS_BY, FACTS_DEVIATION, FACTS_NEAR, FACTS_SHORTEST_LEG
+from arramon_dataset.paths import Place, direction, distance_from_line, offset_seen_from, simplify
 from arramon_server.episodes.episode import Episode, Turn
 from arramon_server.sim.geometry import Pose
 
-Place = tuple[float, float]
-
-TOLERANCE = 1.2
-"""Maximum distance of the path from the straight legs that it is told by, in units."""
-
-SHORT = 1.6
-"""A leg shorter than this is told together with the one before, in units."""
-
-ASIDE, AROUND_TARGET, IN_SIGHT = 5.5, 4.5, 14.0
-"""Maximum distances, in units: of what is passed from the leg; of what stands around the target from it; of what is
-told as straight ahead at the end of a leg."""
+IN_SIGHT = 14.0
+"""Maximum distance of a landmark reported as straight ahead at the end of a leg, in units."""
 
 PLACE_NAMES = {"t_junction": "T-junction", "street_end": "end of the street", "crossing": "crossing of streets"}
 
 
 @dataclass(frozen=True, slots=True)
 class Passed:
-    """A landmark that a leg goes by.
+    """A landmark beside a leg.
 
     Attributes:
-        name: such as "white barrier".
+        name: in English, such as "white barrier".
         along: distance from the beginning of the leg, in units.
         aside: distance to the right of the leg, in units; negative on the left.
     """
@@ -44,7 +37,7 @@ class Passed:
     aside: float
 
     def __str__(self) -> str:
-        if abs(self.aside) < 1.0:
+        if abs(self.aside) < FACTS_ASIDE:
             return f"{self.name} (at {self.along:.0f}, on the way)"
         return (
             f"{self.name} (at {self.along:.0f}, {abs(self.aside):.0f} to the {'right' if self.aside > 0 else 'left'})"
@@ -52,7 +45,7 @@ class Passed:
 
 
 @dataclass(frozen=True, slots=True)
-class Leg:
+class LegFacts:
     """A straight part of the path.
 
     Attributes:
@@ -79,13 +72,13 @@ class RouteFacts:
         marks: landmarks that are recognised along it.
         legs: in order.
         last_turn: degrees by which the agent turns at the end to face the target.
-        around: what stands around the target, with its place as one sees it when arriving.
+        around: landmarks around the target, with their positions as seen on arrival.
         others: the other objects of the turn that are seen along the path.
     """
 
     poses: tuple[Pose, ...]
     marks: tuple[Landmark, ...]
-    legs: tuple[Leg, ...]
+    legs: tuple[LegFacts, ...]
     last_turn: float
     around: tuple[str, ...]
     others: tuple[str, ...]
@@ -103,18 +96,18 @@ def route_facts(episode: Episode, number: int, site: Site) -> RouteFacts:
 
 
 def facts_along(turn: Turn, poses: Sequence[Pose], landmarks: Sequence[Landmark]) -> RouteFacts:
-    """Return the facts of a turn's navigation, from the poses of its ground truth and what is visible from them."""
+    """Return the facts of a turn's navigation, from the poses of its ground truth and the landmarks along it."""
     marks = tuple(mark for mark in landmarks if mark.seen)
     vertices = _vertices(turn.path)
     legs, heading = [], poses[0].heading
     for first, last in pairwise(vertices):
         (x0, z0), (x1, z1) = turn.path[first], turn.path[last]
-        new = math.degrees(math.atan2(x1 - x0, z1 - z0))
+        new = direction((x0, z0), (x1, z1))
         pose = Pose(x0, z0, new % 360.0)
         length = math.dist((x0, z0), (x1, z1))
         goal = (turn.target.position.x, turn.target.position.z)
         legs.append(
-            Leg(
+            LegFacts(
                 turn_between(heading, new),
                 length,
                 next(n for n, p in enumerate(poses) if (p.x, p.z) == (x0, z0)),
@@ -125,7 +118,7 @@ def facts_along(turn: Turn, poses: Sequence[Pose], landmarks: Sequence[Landmark]
         heading = new
     goal_x, goal_z = turn.target.position.x, turn.target.position.z
     x, z = turn.path[-1]
-    facing = math.degrees(math.atan2(goal_x - x, goal_z - z))
+    facing = direction((x, z), (goal_x, goal_z))
     return RouteFacts(
         tuple(poses),
         marks,
@@ -148,31 +141,16 @@ def name_of(mark: Landmark) -> str:
 
 
 def _vertices(path: Sequence[Place]) -> list[int]:
-    """Return the indices of the ends and bends of a path, by Douglas and Peucker; short legs are joined."""
-    kept = _simplify(path, 0, len(path) - 1)
+    """Return the indices of the ends and bends of a path, with short legs merged into the ones before."""
+    kept = simplify(path, FACTS_DEVIATION, distance_from_line)
     found = [kept[0]]
     for index in kept[1:-1]:
-        if math.dist(path[found[-1]], path[index]) >= SHORT and math.dist(path[index], path[-1]) >= SHORT:
+        if (
+            math.dist(path[found[-1]], path[index]) >= FACTS_SHORTEST_LEG
+            and math.dist(path[index], path[-1]) >= FACTS_SHORTEST_LEG
+        ):
             found.append(index)
     return [*found, kept[-1]]
-
-
-def _simplify(path: Sequence[Place], first: int, last: int) -> list[int]:
-    if last - first < 2:
-        return [first, last]
-    (x0, z0), (x1, z1) = path[first], path[last]
-    length = math.hypot(x1 - x0, z1 - z0)
-
-    def off(index: int) -> float:
-        x, z = path[index]
-        if length < 1e-6:
-            return math.hypot(x - x0, z - z0)
-        return abs((x1 - x0) * (z - z0) - (z1 - z0) * (x - x0)) / length
-
-    farthest = max(range(first + 1, last), key=off)
-    if off(farthest) <= TOLERANCE:
-        return [first, last]
-    return _simplify(path, first, farthest)[:-1] + _simplify(path, farthest, last)
 
 
 def _passed(pose: Pose, length: float, marks: Sequence[Landmark], goal: Place) -> list[Passed]:
@@ -181,7 +159,7 @@ def _passed(pose: Pose, length: float, marks: Sequence[Landmark], goal: Place) -
         if math.dist((mark.x, mark.z), goal) < 0.1 or mark.label.kind == "intersection":
             continue
         right, ahead = pose.local(mark.x, mark.z)
-        if 0.5 <= ahead <= length + 0.5 and abs(right) <= ASIDE:
+        if 0.5 <= ahead <= length + 0.5 and abs(right) <= FACTS_BY:
             found.append(Passed(name_of(mark), ahead, right))
     return sorted(found, key=lambda each: each.along)
 
@@ -199,16 +177,15 @@ def _ahead(pose: Pose, marks: Sequence[Landmark], goal: Place) -> list[str]:
 def _around(turn: Turn, poses: Sequence[Pose], marks: Sequence[Landmark]) -> list[str]:
     x, z = turn.target.position.x, turn.target.position.z
     view = poses[max(len(poses) - 6, 0)]
-    arrived = Pose(x, z, math.degrees(math.atan2(x - view.x, z - view.z)) % 360.0)
     found = []
     for mark in marks:
-        right, ahead = arrived.local(mark.x, mark.z)
+        right, ahead = offset_seen_from((view.x, view.z), (x, z), (mark.x, mark.z))
         distance = math.hypot(right, ahead)
-        if 0.1 < distance <= AROUND_TARGET and mark.label.kind != "intersection":
+        if 0.1 < distance <= FACTS_NEAR and mark.label.kind != "intersection":
             place = [f"{abs(ahead):.1f} {'behind' if ahead > 0 else 'in front of'} it"] if abs(ahead) > 0.4 else []
             place += [f"{abs(right):.1f} to its {'right' if right > 0 else 'left'}"] if abs(right) > 0.4 else []
             found.append((distance, f"{name_of(mark)}: {' and '.join(place) or 'at the same place'}"))
-    return [told for _, told in sorted(found)[:6]]
+    return [line for _, line in sorted(found)[:6]]
 
 
 def _others(turn: Turn, marks: Sequence[Landmark]) -> list[str]:

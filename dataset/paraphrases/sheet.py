@@ -1,4 +1,4 @@
-"""Sheets for writers of instructions: a picture with the way and the goal, and a page of facts, for each turn."""
+"""Sheets for writers of instructions: a picture with the path and the target, and a page of facts, for each turn."""
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -9,7 +9,8 @@ from PIL import Image
 from arramon_dataset.generation.site import Site
 from arramon_dataset.generation.split_maker import SOURCE
 from arramon_dataset.paraphrases.room import room_facts
-from arramon_dataset.paraphrases.route import Leg, RouteFacts, name_of, route_facts
+from arramon_dataset.paraphrases.route import LegFacts, RouteFacts, name_of, route_facts
+from arramon_dataset.path_tolerances import FACTS_STRAIGHT
 from arramon_dataset.pictures.canvas import BLACK, PINK, SWATCHES, WHITE, Canvas, add_title
 from arramon_dataset.pictures.maps import EDGE, PROPS, STREET, roof_colour
 from arramon_dataset.plans import plan_ids, read_plan
@@ -28,10 +29,7 @@ SIZE, FRAMES, MAP = 224, 9, 800
 """Pixels along each side of a frame; the number of frames on a sheet; pixels along the longer side of a map."""
 
 MARGIN = 7.0
-"""How far a map reaches beyond the path and the turn's objects, in units."""
-
-SLIGHT = 15.0
-"""Turns below this are told as going straight on, in degrees."""
+"""Margin of a map around the path and the turn's objects, in units."""
 
 
 def writer_sheet(episode: Episode, number: int, site: Site) -> tuple[Image.Image, str]:
@@ -125,7 +123,7 @@ def _route_lines(facts: RouteFacts, turn: Turn) -> list[str]:
 
 
 def _turning(degrees: float) -> str:
-    if abs(degrees) < SLIGHT:
+    if abs(degrees) < FACTS_STRAIGHT:
         return "straight on"
     return f"{abs(degrees):.0f} degrees to the {'right' if degrees > 0 else 'left'}"
 
@@ -154,7 +152,7 @@ def draw_object(canvas: Canvas, item: Collectible, name: str) -> None:
 
 
 def draw_arrow(canvas: Canvas, pose: Pose) -> None:
-    """Draw a pose on a map: where the agent starts, and which way it faces."""
+    """Draw the agent's start pose on a map, as an arrow."""
     tip = pose.ahead(2.0)
     canvas.line([(pose.x, pose.z), (tip.x, tip.z)], BLACK, 4)
     for side in (-150.0, 150.0):
@@ -164,7 +162,7 @@ def draw_arrow(canvas: Canvas, pose: Pose) -> None:
 
 
 def frames(poses: Mapping[str, Pose], turn: Turn, site: Site) -> list[tuple[str, Image.Image]]:
-    """Return what the agent sees from poses in a turn's streets, by the poses' names."""
+    """Return the agent's frames from named poses in a turn's streets."""
     actors = [street_actor(item) for item in turn.street]
     return [
         (name, Image.fromarray(site.camera.render(Viewpoint(p.x, p.z, p.heading), actors, SIZE).rgb))
@@ -172,7 +170,7 @@ def frames(poses: Mapping[str, Pose], turn: Turn, site: Site) -> list[tuple[str,
     ]
 
 
-def _moments(legs: Sequence[Leg], count: int) -> list[int]:
+def _moments(legs: Sequence[LegFacts], count: int) -> list[int]:
     """Return the indices of the poses to show: the beginnings of legs, the end, and evenly between, in order."""
     moments = {0, count - 1, *(min(leg.first + 3, count - 1) for leg in legs)}
     for place in range(FRAMES):

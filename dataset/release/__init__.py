@@ -1,1 +1,1 @@
-"""Import of the official release: its file format, and reconstruction of the city and objects that its files lack."""
+"""Import of the official release: its file format, and reconstruction of the missing city and objects."""

@@ -1,4 +1,4 @@
-"""Placement of the decoys that assembly instructions mention, so that the instructions lead to the target's cell.
+"""Placement of the decoys that assembly instructions mention, so that the instructions identify the target's cell.
 
 The semantics of relations is that of `arramon_lang.room`, shared with followers.
 """
@@ -21,11 +21,11 @@ MIN_FIT = 0.5
 """Minimum fit of a random placement of a decoy, relative to the best placement."""
 
 MIN_GRADE = 0.3
-"""Minimum grade of a relation at which an existing object is accepted as the meaning of an incomplete name."""
+"""Minimum grade of a relation at which an incomplete name may refer to an existing object."""
 
 
-def leads_to(meaning: Assembly, room: Sequence[PlacedObject], placement: RoomPosition) -> bool:
-    """Return whether an instruction, followed in a room, leads to the cell of a placement."""
+def identifies_cell(meaning: Assembly, room: Sequence[PlacedObject], placement: RoomPosition) -> bool:
+    """Return whether an instruction identifies the cell of a placement in a room."""
     return find_cell(meaning, whole_room(tuple(room)))[0] == (placement.column, placement.row)
 
 
@@ -36,11 +36,11 @@ class Arrangement:
     Attributes:
         floor: decoys by cell; `add` extends it.
         blocked: cells that must stay free of decoys.
-        walked: cells that get a decoy only if no other is as good.
+        walked: cells of the ground truth, which get a decoy only if no other cell is as good.
         excluded: types that no decoy may have.
         max_decoys: maximum number of decoys.
         is_random: whether to draw among all sufficiently good cells instead of taking the best.
-        random: draws what the instructions leave open.
+        random: draws types and cells that the instructions leave open.
     """
 
     floor: dict[RoomCell, ObjectType]
@@ -52,11 +52,11 @@ class Arrangement:
     random: Random
 
     def add(self, meaning: Assembly, placement: RoomPosition, placed: Sequence[PlacedObject]) -> None:
-        """Place the objects that an instruction mentions and that do not exist yet.
+        """Add a decoy for each object that an instruction mentions and that does not exist yet.
 
         Args:
             meaning: of the instruction.
-            placement: where the instruction should lead.
+            placement: the target's, which the instruction should identify.
             placed: objects in the room besides decoys: in turn 2, the object placed in turn 1.
         """
         for where in meaning.where:
@@ -69,7 +69,7 @@ class Arrangement:
         ]
 
     def _relate(self, where: Where, subject: RoomPosition, quarter: int, placed: Sequence[PlacedObject]) -> None:
-        """Place the landmarks of a relation so that it holds for `subject`, then those that their names refer to."""
+        """Place the landmarks of a relation so that it holds for `subject`, then those in their own relations."""
         known: list[Referent] = []
         missing: list[Thing] = []
         for thing in where.things:
@@ -95,7 +95,7 @@ class Arrangement:
     def _find(
         self, thing: Thing, where: Where, subject: RoomPosition, quarter: int, placed: Sequence[PlacedObject]
     ) -> PlacedObject | None:
-        """Return an existing object that the name means: by its complete name, or by the relation."""
+        """Return the existing object that a name refers to, by its complete name or by the relation, or None."""
         fitting = [item for item in (*self.items(), *placed) if fits(thing, item.type)]
         if fitting and thing.kind and thing.colour and thing.look:
             return fitting[0]
@@ -129,7 +129,7 @@ class Arrangement:
 
 
 def grade_alone(where: Where, subject: RoomPosition, landmark: Referent, quarter: int) -> float:
-    """Return how well `subject` is in the relation to one landmark; for "between", how near it is."""
+    """Return how well a relation to one landmark holds for `subject`; for "between", how near they are."""
     if where.relation == "between":
         where = Where("near", where.things[:1])
     return grade_relation(where, (subject.column, subject.row), subject.level, (landmark,), quarter)

@@ -1,4 +1,4 @@
-"""Objects that the release lacks, seeded by an episode's id: distracters in its streets and decoys in its room."""
+"""Objects missing from the release, seeded by an episode's id: distracters in its streets and decoys in its room."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from arramon_client.world import COLUMNS, REACH_AHEAD, REACH_SIDE, ROWS
 from arramon_dataset.randomness import seeded
-from arramon_dataset.release.decoys import Arrangement, leads_to
+from arramon_dataset.release.decoys import Arrangement, identifies_cell
 from arramon_lang import Language, Mention
 from arramon_lang.meaning import Assembly
 from arramon_server.sim.catalogue import ALL_TYPES, EXTENT, ObjectType
@@ -24,10 +24,10 @@ FROM_PATH, FROM_TARGET, FROM_EACH_OTHER = 1.2, 2.0, 1.0
 """Minimum distances of distracters from the ground-truth path, the target and each other, in units."""
 
 NEARBY = (3.0, 12.0)
-"""Range of distances from the path, in units, in which two of three distracters should be."""
+"""Range of distances from the path, in units, for two thirds of the distracters."""
 
 TRIED = 400
-"""Places tried for the distracters of one turn."""
+"""Maximum number of places tried for the distracters of one turn."""
 
 DECOYS = 8
 """Number of objects in the room when the first assembly phase begins (paper, section 3.1)."""
@@ -35,7 +35,7 @@ DECOYS = 8
 ATTRIBUTES = ("pattern", "colour", "kind")
 
 ATTEMPTS = 12
-"""Maximum number of rooms drawn until the instructions lead to the targets' cells."""
+"""Maximum number of rooms drawn until the instructions identify the targets' cells."""
 
 SHARED_COMBINATIONS = tuple(words for size in (1, 2) for words in combinations(ATTRIBUTES, size))
 """Combinations of attributes that a distracter may share with the target: at least one, but not all."""
@@ -45,7 +45,7 @@ OFFSETS = {"on_top_of": (0, 0), "left_of": (1, 0), "right_of": (-1, 0), "behind"
 
 
 @dataclass(frozen=True, slots=True)
-class Reference:
+class ObjectReference:
     """An object that an assembly instruction mentions, and the target's relation to it.
 
     Attributes:
@@ -66,10 +66,10 @@ class Reference:
         return all(getattr(self.mention, word) in (None, getattr(candidate, word)) for word in ATTRIBUTES)
 
 
-def read_references(instruction: str, language: Language) -> tuple[Reference, ...]:
+def read_references(instruction: str, language: Language) -> tuple[ObjectReference, ...]:
     """Return the objects that an assembly instruction mentions, in order."""
     mentions = language.find_objects(instruction)
-    return tuple(Reference(mention, language.relation_of(instruction, mention)) for mention in mentions)
+    return tuple(ObjectReference(mention, language.relation_of(instruction, mention)) for mention in mentions)
 
 
 def draw_distracters(
@@ -81,7 +81,7 @@ def draw_distracters(
     final_pose: Pose,
     ground: Points,
 ) -> tuple[tuple[ObjectType, Point], ...]:
-    """Return five to seven objects on free ground that share attributes with the target; fewer if there is no room.
+    """Return five to seven objects on free ground that share attributes with the target; fewer if they do not fit.
 
     None is near the ground truth's path, or in the pick-up box at its end.
 
@@ -165,20 +165,20 @@ def arrange_decoys(
     targets: tuple[ObjectType, ObjectType],
     placements: tuple[RoomPosition, RoomPosition],
     walks: tuple[Sequence[RoomCell], Sequence[RoomCell]],
-    references: tuple[Sequence[Reference], Sequence[Reference]],
+    references: tuple[Sequence[ObjectReference], Sequence[ObjectReference]],
     meanings: tuple[Assembly | None, Assembly | None] = (None, None),
 ) -> tuple[tuple[ObjectType, RoomCell], ...]:
-    """Return eight objects on the room's floor for the first assembly phase; fewer if there is no room.
+    """Return eight objects on the room's floor for the first assembly phase; fewer if they do not fit.
 
     If a target goes on top of an object other than the first turn's target, a decoy is placed there: the one that the
     instruction names. Other objects that the instructions mention are placed where their meanings hold, even on cells
     that the ground truth crosses (objects do not block agents; the official release's ground truth crosses some).
-    Several such rooms are drawn: the result is the first in which both instructions lead to the targets' cells, or else
-    one in which the most do. Objects mentioned in an instruction without a known meaning are placed in the stated
+    Several such rooms are drawn: the result is the first in which both instructions identify the targets' cells, or
+    else one in which the most do. Objects mentioned in an instruction without a known meaning are placed in the stated
     relation or near it. No other decoy is on the ground truth's cells or target cells.
 
     Args:
-        episode_id: seeds what the instructions leave open.
+        episode_id: seeds all choices that the instructions leave open.
         targets: of both turns.
         placements: target cells of both turns.
         walks: cells of both turns' ground truth.
@@ -186,17 +186,17 @@ def arrange_decoys(
         meanings: of these instructions; None for one that could not be read.
     """
     random = seeded(episode_id, "decoys")
-    told = [(turn, meaning) for turn, meaning in enumerate(meanings) if meaning is not None and meaning.where]
+    readable = [(turn, meaning) for turn, meaning in enumerate(meanings) if meaning is not None and meaning.where]
     first = PlacedObject(targets[0], placements[0])
     best: tuple[tuple[ObjectType, RoomCell], ...] = ()
     most = -1
-    for attempt in range(ATTEMPTS if told else 1):
+    for attempt in range(ATTEMPTS if readable else 1):
         room = _arrange(attempt, targets, placements, walks, references, meanings, random)
         items = [PlacedObject(kind, RoomPosition(cell.column, 1, cell.row)) for cell, kind in room.items()]
-        true = sum(leads_to(meaning, items + [first] * turn, placements[turn]) for turn, meaning in told)
+        true = sum(identifies_cell(meaning, items + [first] * turn, placements[turn]) for turn, meaning in readable)
         if true > most:
             best, most = tuple((kind, cell) for cell, kind in sorted(room.items())), true
-        if most == len(told):
+        if most == len(readable):
             break
     return best
 
@@ -206,7 +206,7 @@ def _arrange(
     targets: tuple[ObjectType, ObjectType],
     placements: tuple[RoomPosition, RoomPosition],
     walks: tuple[Sequence[RoomCell], Sequence[RoomCell]],
-    references: tuple[Sequence[Reference], Sequence[Reference]],
+    references: tuple[Sequence[ObjectReference], Sequence[ObjectReference]],
     meanings: tuple[Assembly | None, Assembly | None],
     random: Random,
 ) -> dict[RoomCell, ObjectType]:
@@ -248,7 +248,7 @@ def rests_on_first(placements: tuple[RoomPosition, RoomPosition]) -> bool:
 def stand_type(
     targets: tuple[ObjectType, ObjectType],
     turn: int,
-    references: Sequence[Reference],
+    references: Sequence[ObjectReference],
     room: dict[RoomCell, ObjectType],
     random: Random,
 ) -> ObjectType:

@@ -159,7 +159,7 @@ def _squares(path: list[_Vector]) -> list[RoomCell]:
 
 
 def _start_heading(turns: tuple[Turn, Turn]) -> float:
-    """Return the start heading, which the release does not state: that with which the actions follow the path."""
+    """Return the start heading, which the release omits: the one with which the actions follow the path."""
     turned = sin = cos = 0.0
     for turn in turns:
         if math.hypot(sin, cos) > 0.0:

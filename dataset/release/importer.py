@@ -1,4 +1,4 @@
-"""Import of official release files as splits of the data folder: languages merged, objects and sections added."""
+"""Import of official release files as splits: merges languages, and adds objects and sections."""
 
 import logging
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
@@ -10,7 +10,7 @@ import numpy as np
 
 import arramon_lang as lang
 from arramon_dataset.parallel import process_pool, processes_of
-from arramon_dataset.release.extras import Points, Reference, arrange_decoys, draw_distracters, read_references
+from arramon_dataset.release.extras import ObjectReference, Points, arrange_decoys, draw_distracters, read_references
 from arramon_dataset.release.files import read_release
 from arramon_dataset.release.landmarks.city import rebuild
 from arramon_dataset.release.reconstruction import build_up
@@ -27,7 +27,7 @@ from arramon_server.sim.section import Section
 SOURCE = "imported from the official release's format"
 
 EPISODES_A_PROCESS = 40
-"""Episodes that are worth a process of their own, which takes about two seconds to start."""
+"""Minimum number of episodes per process, as a process takes about two seconds to start."""
 
 Rebuilt = tuple[Section, Sequence[Episode], Provenance]
 """A section with its furniture, its episodes with theirs, and where both come from."""
@@ -143,8 +143,8 @@ def _rebuild_all(by_section: Mapping[str, Sequence[Episode]], processes: int) ->
 
 def _rebuild(section: str, episodes: Sequence[Episode]) -> Rebuilt:
     ground = ground_of(episodes)
-    peopled = [add_objects(episode, ground) for episode in episodes]
-    return rebuild(_section(section, peopled), peopled)
+    with_objects = [add_objects(episode, ground) for episode in episodes]
+    return rebuild(_section(section, with_objects), with_objects)
 
 
 def _section(section: str, episodes: Sequence[Episode]) -> Section:
@@ -186,7 +186,7 @@ def add_objects(episode: Episode, ground: Points) -> Episode:
     return replace(episode, turns=(first, second), decoys=placed)
 
 
-def _references(episode: Episode) -> tuple[tuple[Reference, ...], tuple[Reference, ...]]:
+def _references(episode: Episode) -> tuple[tuple[ObjectReference, ...], tuple[ObjectReference, ...]]:
     """Return the objects mentioned in both assembly instructions, in the first language by code: English if present."""
     code = min(episode.instructions)
     first, second = (read_references(text.assembly, lang.load(code)) for text in episode.instructions[code])

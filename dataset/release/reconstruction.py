@@ -1,4 +1,4 @@
-"""Reconstruction of a section's geometry from its episodes' paths: ground near paths is free, the rest is built up."""
+"""Reconstruction of a section's buildings from its episodes' paths: streets near paths, built up elsewhere."""
 
 from collections.abc import Sequence
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from arramon_client.agent import Action, Episode, Label, Observation
-from arramon_dataset.trial import AGENT_LABELS, Hope, TrialWorld, leads, play
+from arramon_dataset.trial import AGENT_LABELS, EarlyStop, TrialWorld, play, play_or_stop_early
 from arramon_server.episodes import episode as episodes
 from arramon_server.sim.city import city_scene
 from arramon_server.sim.physics import physics_of
@@ -86,7 +86,7 @@ def test_agent_that_only_turns_is_stopped_at_the_step_limit(place: TrialWorld) -
 
 def test_a_trial_with_hope_is_played_to_its_end(place: TrialWorld) -> None:
     actions = [*ACTIONS, P, P, P]
-    scores = leads(Replaying(actions), episode(), "en", place, Hope(episode().turns, 0.2))
+    scores = play_or_stop_early(Replaying(actions), episode(), "en", place, EarlyStop(episode().turns, 0.2))
     assert scores == play(Replaying(actions), episode(), "en", place)
 
 
@@ -99,7 +99,7 @@ def test_a_trial_with_hope_is_played_to_its_end(place: TrialWorld) -> None:
 )
 def test_a_trial_ends_when_there_is_no_hope(place: TrialWorld, actions: list[int], most: int) -> None:
     agent = Replaying([*actions, *[Action.FORWARD] * 150])
-    assert leads(agent, episode(), "en", place, Hope(episode().turns, 0.2)) is None
+    assert play_or_stop_early(agent, episode(), "en", place, EarlyStop(episode().turns, 0.2)) is None
     assert len(agent.seen) < most
     assert agent.ended == ["e"]
     scores = play(Replaying([*actions, *[Action.FORWARD] * 150]), episode(), "en", place, size=16)

@@ -1,1 +1,1 @@
-"""Planning of assembly instructions: what tells the one cell of the room that is meant."""
+"""Planning of assembly instructions: relations that identify one cell of the room."""

@@ -1,4 +1,4 @@
-"""Free cells of the room that an instruction fits, as a person reads it: without grades, a relation holds or not."""
+"""Free cells of the room that an instruction fits as a person reads it: each relation holds or does not."""
 
 from arramon_client.world import COLUMNS, ROWS
 from arramon_lang.meaning import Assembly, Thing, Where
@@ -9,7 +9,7 @@ BEYOND: tuple[Cell, ...] = ((0, 1), (1, 0), (0, -1), (-1, 0))
 
 
 def fitting_cells(meaning: Assembly, target: Cell, room: Room) -> tuple[Cell, ...]:
-    """Return the cells that an instruction may mean to a person who stands on the start tile, the target's included.
+    """Return the cells, including the target's, that an instruction may mean to a person on the start tile.
 
     "Left of" and "right of" a thing are all cells in line with it on that side, and to one's own side all that are not
     behind, unless they are "directly" there. "In front of" and "behind" mean the next cell if the target is the next.
@@ -18,7 +18,7 @@ def fitting_cells(meaning: Assembly, target: Cell, room: Room) -> tuple[Cell, ..
     the thing.
 
     Args:
-        meaning: with the identity of everything that it names ("room/COLUMN,LEVEL,ROW", "wall/LOOK").
+        meaning: with identities of all things that it names ("room/COLUMN,LEVEL,ROW", "wall/LOOK").
         target: (column, row) of the target.
         room: all objects in the room.
     """
@@ -37,7 +37,7 @@ def fitting_cells(meaning: Assembly, target: Cell, room: Room) -> tuple[Cell, ..
 
 
 def _is_loose(where: Where, target: Cell, quarter: int) -> bool:
-    """Return whether a relation to the reader is one of side alone: then others are not taken by their rows either."""
+    """Return whether a relation to the agent states its side but not its row; other relations are then as loose."""
     is_side = where.relation in ("left_of", "right_of") and where.things[0].kind == "you"
     return is_side and not where.exactly and relative(target, START, quarter)[1] != 0
 
@@ -74,7 +74,7 @@ def _is_beside(offset: Cell) -> bool:
 
 
 def _offset(cell: Cell, thing: Thing, room: Room, quarter: int) -> Cell:
-    """Return a cell's offset to the right of and ahead of a thing; of a wall's nearest place beyond it."""
+    """Return a cell's offset to the right of and ahead of a thing; for a wall, of the nearest cell beyond it."""
     if thing.kind == "you":
         return relative(cell, START, quarter)
     if thing.kind == "wall":
@@ -84,7 +84,7 @@ def _offset(cell: Cell, thing: Thing, room: Room, quarter: int) -> Cell:
 
 
 def from_wall(cell: Cell, wall: Thing, room: Room, quarter: int) -> Cell:
-    """Return a cell's offset from the nearest place beyond a wall, to the right of it and ahead of it."""
+    """Return a cell's offset to the right of and ahead of the nearest cell beyond a wall."""
     along = BEYOND[room.walls[wall.look]]
     column = cell[0] if not along[0] else COLUMNS if along[0] > 0 else -1
     row = cell[1] if not along[1] else ROWS if along[1] > 0 else -1

@@ -10,7 +10,7 @@ from random import Random
 
 from arramon_client.world import COLUMNS, ROWS
 from arramon_dataset.instructions.assembly.cells import fitting_cells
-from arramon_dataset.instructions.assembly.names import Names
+from arramon_dataset.instructions.assembly.namer import ObjectNamer
 from arramon_dataset.instructions.assembly.sight import seen_room, whole_room
 from arramon_lang.meaning import Assembly, Thing, Where
 from arramon_lang.room import RoomObject, find_cell, quarter_after, relative
@@ -19,32 +19,31 @@ from arramon_server.sim.room import START, RoomPosition
 from arramon_server.sim.rules import PlacedObject
 
 TRIES = 60
-"""Plans drawn before planning fails."""
+"""Maximum number of plans drawn before planning fails."""
 
 MIN_LEAD = 1.5
-"""Minimum factor by which the target's cell must fit better than any other."""
+"""Minimum ratio of the fits of the target's cell and of any other."""
 
 MAX_RELATIONS = 3
 """Maximum number of relations in one instruction."""
 
 EXTRA_RELATION = 0.2
-"""Probability of adding a relation that is not needed."""
+"""Probability of an unnecessary relation."""
 
 EXTRA_RELATION_ON_TOP = 0.12
-"""The same where the object goes on top of another."""
+"""The same if the target goes on top of another object."""
 
 EXACTLY, EXACTLY_ASIDE, EXACTLY_YOU = 0.15, 0.35, 0.6
-"""Probabilities of "directly" with a relation to an adjacent cell; for "left of" and "right of", which fit farther
-cells without it; and if the landmark is the agent."""
+"""Probabilities of "directly" with a relation to an adjacent cell, with "left of" and "right of", which otherwise fit
+farther cells, and with a relation to the agent."""
 
 WEIGHTS = {
     "left_of": 12.0, "right_of": 7.5, "in_front_of": 7.0, "behind": 26.0, "between": 9.0, "near": 3.0,
     "diagonal_to": 0.25, "against wall": 9.0, "near wall": 3.5, "in_front_of you": 11.0, "left_of you": 2.0,
     "right_of you": 2.0, "far": 0.6, "your side": 0.6,
 }  # fmt: skip
-"""Relative frequency with which people choose each relation where it holds. "far" is one of the first four across free
-cells: with a wall it may identify a cell that no adjacent relation does. "your side" is "on your left" for any cell
-there."""
+"""Relative frequency with which people choose each relation where it holds. "far" is one of the first four to a cell
+that is not adjacent; "your side" is "on your left" for any cell there."""
 
 TURN_FIRST = ((0.92, 0.9), (0.85, 0.8), (0.25, 0.12), (0.04, 0.01))
 """Probability that an instruction starts with a turn, for a target on the floor and one on top, by the cell's
@@ -53,7 +52,7 @@ direction: beside the start tile, beyond 60 degrees, about 45, less. As measured
 
 @dataclass(frozen=True, slots=True)
 class _Option:
-    """Relations that hold for the target's cell, before their landmarks are named."""
+    """Relations that hold for the target's cell, with their landmarks still unnamed."""
 
     name: str
     relations: tuple[str, ...]
@@ -84,8 +83,8 @@ def plan_assembly(
     seen = seen_room(room)
     for _ in range(TRIES):
         turns = _draw_turns(target_cell, random)
-        names = Names(seen, whole, target_type, quarter_after(turns))
-        meaning = _draw(turns, target_cell, names, random)
+        namer = ObjectNamer(seen, whole, target_type, quarter_after(turns))
+        meaning = _draw(turns, target_cell, namer, random)
         if meaning is not None:
             return meaning
     return None
@@ -100,42 +99,42 @@ def _draw_turns(cell: RoomPosition, random: Random) -> tuple[str, ...]:
     return ("right",) if across > 0 else ("left",)
 
 
-def _draw(turns: tuple[str, ...], cell: RoomPosition, names: Names, random: Random) -> Assembly | None:
+def _draw(turns: tuple[str, ...], cell: RoomPosition, namer: ObjectNamer, random: Random) -> Assembly | None:
     """Return one random plan, or None if it does not identify the cell."""
-    thing = names.name_target(random)
+    thing = namer.name_target(random)
     where: tuple[Where, ...] = ()
-    options = list(_options(cell, names))
+    options = list(_options(cell, namer))
     more = EXTRA_RELATION
     if cell.level > 1:
         base = next(
-            (i for i in names.seen.things if (i.column, i.level, i.row) == (cell[0], cell[1] - 1, cell[2])), None
+            (i for i in namer.seen.things if (i.column, i.level, i.row) == (cell[0], cell[1] - 1, cell[2])), None
         )
-        name = base and names.name(base, random)
+        name = base and namer.name(base, random)
         if not name:
             return None
         where, more = (Where("on_top_of", (name,)),), EXTRA_RELATION_ON_TOP
-    is_enough = bool(where) and _leads(Assembly(turns, thing, where), cell, names)
+    is_enough = bool(where) and _is_unambiguous(Assembly(turns, thing, where), cell, namer)
     while not is_enough or random.random() < more:
         if is_enough:  # Rare relations are not added without need.
             options = [option for option in options if WEIGHTS[option.name] >= 1.0]
         option = _choose(options, random)
         if option is None or len(where) >= MAX_RELATIONS:
             break
-        added = _name_landmarks(option, names, random)
+        added = _name_landmarks(option, namer, random)
         if added is None or len(where) + len(added) > MAX_RELATIONS:
             continue
         where += added
-        is_enough, more = _leads(Assembly(turns, thing, where), cell, names), more / 2
-    if not where or not _leads(Assembly(turns, thing, where), cell, names):
+        is_enough, more = _is_unambiguous(Assembly(turns, thing, where), cell, namer), more / 2
+    if not where or not _is_unambiguous(Assembly(turns, thing, where), cell, namer):
         return None
     return Assembly(turns, thing, where)
 
 
-def _leads(meaning: Assembly, cell: RoomPosition, names: Names) -> bool:
-    """Return whether the target's cell fits clearly best and alone, in the whole room and in its visible part."""
+def _is_unambiguous(meaning: Assembly, cell: RoomPosition, namer: ObjectNamer) -> bool:
+    """Return whether only the target's cell fits clearly, in the whole room and in its visible part."""
     if len(meaning.where) == 1 and meaning.where[0].things[0].kind == "wall":
-        return False  # A wall has several cells along it, even if the others are occupied.
-    for room in (names.seen, names.whole):
+        return False  # A wall has several cells along it, even if all but one are occupied.
+    for room in (namer.seen, namer.whole):
         found, lead = find_cell(meaning, room)
         target = cell.column, cell.row
         if found != target or lead < MIN_LEAD or len(fitting_cells(meaning, target, room)) > 1:
@@ -155,9 +154,9 @@ def _choose(options: list[_Option], random: Random) -> _Option | None:
     return chosen
 
 
-def _name_landmarks(option: _Option, names: Names, random: Random) -> tuple[Where, ...] | None:
-    """Return the option's relations with their landmarks named, or None if one has no unique name."""
-    things = [mark if isinstance(mark, Thing) else names.name(mark, random) for mark in option.landmarks]
+def _name_landmarks(option: _Option, namer: ObjectNamer, random: Random) -> tuple[Where, ...] | None:
+    """Return the option's relations with names for their landmarks, or None if one has no unique name."""
+    things = [mark if isinstance(mark, Thing) else namer.name(mark, random) for mark in option.landmarks]
     named = tuple(thing for thing in things if thing is not None)
     if len(named) < len(things):
         return None
@@ -168,17 +167,17 @@ def _name_landmarks(option: _Option, names: Names, random: Random) -> tuple[Wher
     return tuple(Where(relation, named, exactly) for relation in option.relations)
 
 
-def _options(cell: RoomPosition, names: Names) -> Iterator[_Option]:
-    """Yield all relations that hold for the cell, as seen in the agent's viewing direction."""
+def _options(cell: RoomPosition, namer: ObjectNamer) -> Iterator[_Option]:
+    """Yield all relations that hold for the cell in the agent's viewing direction."""
     here = (cell.column, cell.row)
-    before = [item for item in names.seen.things if _is_before(item, names.quarter) and item.cell != here]
-    for item in before:
-        offset = relative(here, item.cell, names.quarter)
+    in_front = [item for item in namer.seen.things if _is_in_front(item, namer.quarter) and item.cell != here]
+    for item in in_front:
+        offset = relative(here, item.cell, namer.quarter)
         yield from _beside(offset, item) if max(map(abs, offset)) == 1 else _far(offset, item)
     marks: list[tuple[tuple[int, int], RoomObject | Thing]] = [
-        (relative(here, i.cell, names.quarter), i) for i in before
+        (relative(here, i.cell, namer.quarter), i) for i in in_front
     ]
-    for wall, offset in _walls_beside(here, names):
+    for wall, offset in _walls_beside(here, namer):
         yield _Option("against wall", ("against",), (wall,))
         yield _Option("near wall", ("near",), (wall,))
         marks.append((offset, wall))
@@ -187,7 +186,7 @@ def _options(cell: RoomPosition, names: Names) -> Iterator[_Option]:
             is_opposite = max(map(abs, offset)) == 1 and (-offset[0], -offset[1]) == other_offset
             if is_opposite and (isinstance(mark, RoomObject) or isinstance(other, RoomObject)):
                 yield _Option("between", ("between",), (mark, other))
-    across, ahead = relative(here, (START.column, START.row), names.quarter)
+    across, ahead = relative(here, (START.column, START.row), namer.quarter)
     relation = {(0, 1): "in_front_of", (-1, 0): "left_of", (1, 0): "right_of"}.get((across, ahead))
     if relation:
         yield _Option(f"{relation} you", (relation,), (Thing("you"),))
@@ -218,17 +217,17 @@ def _far(offset: tuple[int, int], item: RoomObject) -> Iterator[_Option]:
         yield _Option("far", (depth if ahead else "left_of" if across < 0 else "right_of",), (item,))
 
 
-def _walls_beside(cell: tuple[int, int], names: Names) -> Iterator[tuple[Thing, tuple[int, int]]]:
+def _walls_beside(cell: tuple[int, int], namer: ObjectNamer) -> Iterator[tuple[Thing, tuple[int, int]]]:
     """Yield the walls adjacent to a cell, with the cell's offset to the right of and ahead of each."""
     column, row = cell
     beyond = ((column, row + 1), (column + 1, row), (column, row - 1), (column - 1, row))
-    for look, quarter in names.seen.walls.items():
+    for look, quarter in namer.seen.walls.items():
         place = beyond[quarter]
         if not (0 <= place[0] < COLUMNS and 0 <= place[1] < ROWS):
-            yield Thing("wall", look=look, identity=f"wall/{look}"), relative(cell, place, names.quarter)
+            yield Thing("wall", look=look, identity=f"wall/{look}"), relative(cell, place, namer.quarter)
 
 
-def _is_before(item: RoomObject, quarter: int) -> bool:
+def _is_in_front(item: RoomObject, quarter: int) -> bool:
     """Return whether an item is in front of an agent on the start tile that looks in that quarter."""
     across, ahead = relative(item.cell, (START.column, START.row), quarter)
     return abs(across) <= 2 * ahead

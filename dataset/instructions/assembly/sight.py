@@ -1,4 +1,4 @@
-"""The part of the room that the camera's segmentation shows from the start tile, as an `arramon_lang.room.Room`."""
+"""The objects of the room that the camera shows from the start tile, as an `arramon_lang.room.Room`."""
 
 import threading
 from functools import cache, lru_cache
@@ -25,11 +25,11 @@ MIN_PIXELS = 50
 twice as many."""
 
 CACHED = 8
-"""Rooms whose visible part is kept: many instructions are drawn for one."""
+"""Number of rooms whose visible part is cached: many instructions are drawn for each."""
 
 
 def whole_room(room: tuple[PlacedObject, ...]) -> Room:
-    """Return all objects in the room, hidden or not."""
+    """Return all objects in the room, visible or not."""
     return Room(tuple(to_standing(item) for item in room), _walls())
 
 
@@ -52,7 +52,7 @@ def seen_room(room: tuple[PlacedObject, ...]) -> Room:
 
 
 def to_standing(item: PlacedObject) -> RoomObject:
-    """Return an object of the room as a `arramon_lang.room.RoomObject`."""
+    """Return an object of the room as an `arramon_lang.room.RoomObject`."""
     type_, place = item.type, item.placement
     return RoomObject(type_.kind, type_.colour, type_.pattern, place.column, place.row, place.level)
 

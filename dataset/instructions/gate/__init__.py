@@ -1,1 +1,1 @@
-"""The gate of generation: every phrase of an instruction is held against the object or place that it stands for."""
+"""The gate: checks every phrase of a generated instruction against the object or place that it refers to."""

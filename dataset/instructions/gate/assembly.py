@@ -1,4 +1,4 @@
-"""The gate for assembly: every object that an instruction names, and every relation, held against the room."""
+"""Gate checks of assembly instructions: names and relations against the objects in the room."""
 
 from collections.abc import Iterator
 
@@ -9,11 +9,11 @@ from arramon_lang.room import START, Cell, Room, RoomObject, quarter_after, rela
 
 
 def faults_of_assembly(meaning: Assembly, cell: Cell, room: Room) -> tuple[str, ...]:
-    """Return what an instruction says that is not so, or that is so of other free cells too; nothing if all is well.
+    """Return the false statements of an instruction, or that it fits other free cells too; () if there is no fault.
 
     Args:
-        meaning: with the identity of everything that it names ("room/COLUMN,LEVEL,ROW", "wall/LOOK").
-        cell: (column, row) where the object is to be placed.
+        meaning: with identities of all things that it names ("room/COLUMN,LEVEL,ROW", "wall/LOOK").
+        cell: (column, row) of the target.
         room: all objects in the room.
     """
     named = Assembly(meaning.turns, Thing(""), meaning.where)
@@ -27,7 +27,7 @@ def _faults(meaning: Assembly, cell: Cell, room: Room) -> Iterator[str]:
     quarter = quarter_after(meaning.turns)
     named = {thing.identity for where in meaning.where for thing in where.things}
     for nested in (inner for where in meaning.where for thing in where.things for inner in thing.where):
-        yield from (f"{each.identity} tells of two places at once" for each in nested.things if each.identity in named)
+        yield from (f"{each.identity} locates two things at once" for each in nested.things if each.identity in named)
     for where in meaning.where:
         offsets = []
         for thing in where.things:

@@ -1,8 +1,8 @@
-"""The gate for navigation: every step and everything that an instruction names, held against path and world."""
+"""Gate checks of navigation instructions: every step and every named thing against the path and the world."""
 
 from dataclasses import replace
 
-from arramon_dataset.instructions.gate.progress import AT, Progress, nearest
+from arramon_dataset.instructions.gate.progress import GateProgress, nearest
 from arramon_dataset.instructions.gate.streets import faults_of_place, faults_of_turn_on_the_way
 from arramon_dataset.instructions.gate.texts import faults_of_names
 from arramon_dataset.instructions.gate.things import (
@@ -16,24 +16,25 @@ from arramon_dataset.instructions.gate.things import (
 from arramon_dataset.instructions.gate.turns import faults_of_bends, faults_of_face, turn
 from arramon_dataset.instructions.gate.walks import walk
 from arramon_dataset.instructions.gate.world import GateWorld
+from arramon_dataset.path_tolerances import ACCEPTED_AT
 from arramon_lang.meaning import PLACES, Face, Navigation, Rotate, Step, Thing, Walk
 from arramon_lang.reference import things_of
 
 NOT_FIRST = ("intersection", "t_junction", "corner", "building_corner")
-"""Kinds of places of which the first one on the way is meant; of a square, where one is to turn there."""
+"""Kinds of places that refer to the first one on the path; so does a square that marks a turn."""
 
 UNREACHED = ("towards", "until", "ahead")
-"""Ways of walking after which one is at no thing."""
+"""Ways of walking that do not end at the thing they refer to."""
 
 SHORT_OF = 2
-"""Places of the path that a turn after a walk to a thing may lie before the one nearest to it."""
+"""Maximum number of places by which a turn may precede the place nearest to the thing just walked to."""
 
 
 def faults_of_navigation(meaning: Navigation, world: GateWorld) -> tuple[str, ...]:
-    """Return what an instruction says that is not so; nothing if all of it is true.
+    """Return the false statements of an instruction; () if all of it is true.
 
     Args:
-        meaning: with the identity of everything that it names.
+        meaning: with identities of all things that it names.
         world: of its turn.
     """
     check = NavigationCheck(world)
@@ -42,7 +43,7 @@ def faults_of_navigation(meaning: Navigation, world: GateWorld) -> tuple[str, ..
 
 
 class NavigationCheck:
-    """Follows a path through an instruction's steps; a `navigation.Judge`.
+    """Checks an instruction step by step while it advances along the path; a `navigation.plan.Judge`.
 
     Args:
         world: of its turn.
@@ -50,11 +51,11 @@ class NavigationCheck:
 
     def __init__(self, world: GateWorld) -> None:
         self._world = world
-        self._progress = Progress()
+        self._progress = GateProgress()
         self._last: Step | None = None
 
     def after(self, steps: tuple[Step, ...]) -> "NavigationCheck | None":
-        """Return a check that has gone on by some steps, or None if they or what they leave out are wrong."""
+        """Return the check after further steps; None if they are false or omit a bend of the path."""
         check = NavigationCheck(self._world)
         check._progress, check._last = self._progress, self._last
         if any(check.add(step) for step in steps):
@@ -62,11 +63,11 @@ class NavigationCheck:
         return None if any(faults_of_bends(self._world, check._progress, is_end=False)) else check
 
     def may_end(self, target: Thing) -> bool:
-        """Return whether there is no fault in what is said of the target, and no bend that no step told of."""
+        """Return whether the target's description is true and every bend was mentioned."""
         return not self.end(target)
 
     def end(self, target: Thing) -> list[str]:
-        """Return what is said of the target that is not so, and the bends that no step told of."""
+        """Return the false statements about the target, and the bends that no step mentions."""
         world, progress = self._world, self._progress
         return [
             *faults_of_bends(world, progress, is_end=True),
@@ -76,36 +77,36 @@ class NavigationCheck:
         ]
 
     def add(self, step: Step) -> list[str]:
-        """Go on by a step, and return what it says that is not so."""
+        """Advance by a step, and return its false statements."""
         world, before, things = self._world, self._progress, things_of(step)
         faults: list[str] = []
         if isinstance(self._last, Face) and isinstance(step, Rotate) and step.at == "after":
-            faults.append(f"one faces {self._last.thing.identity}, and is not told to walk before the turn")
+            faults.append(f"there is no walk between facing {self._last.thing.identity} and the turn")
         for thing in things:
             faults += faults_of_description(world, before, thing)
             if thing.kind in NOT_FIRST or (thing.kind == "square" and isinstance(step, Rotate)):
                 faults += faults_of_place(world, before.last_choice, thing, step)
             faults += faults_of_relations(world, before, thing)
             faults += faults_of_several(world, before, thing)
-        self._go_on(step, faults)
+        self._advance(step, faults)
         self._last = step
         named = before.named.union(thing.identity for thing in things)
         self._progress = progress = replace(
-            self._progress, named=named, since=before.at, earlier=frozenset(before.told)
+            self._progress, named=named, since=before.at, earlier=frozenset(before.mentioned_turns)
         )
         for thing in things if world.poses else ():
             faults += faults_of_sight(world, progress, thing)
             faults += faults_of_rivals(world, progress, thing, is_faced=isinstance(step, Face))
         return faults
 
-    def _go_on(self, step: Step, faults: list[str]) -> None:
+    def _advance(self, step: Step, faults: list[str]) -> None:
         world, before = self._world, self._progress
         if isinstance(step, Rotate):
             self._progress = turn(world, before, step, faults)
             if step.thing is None and isinstance(self._last, Walk) and self._last.way in UNREACHED:
                 faults += faults_of_turn_on_the_way(world, before.since, step.direction, self._progress.at)
             if self._is_short(step, self._progress.turned[len(before.turned) :]):
-                faults.append(f"the path turns {step.direction} before it comes to the thing walked to")
+                faults.append(f"the path turns {step.direction} before it reaches the thing to walk to")
         elif isinstance(step, Face):
             faults += faults_of_face(world, before, step.thing)
             self._progress = replace(before, faced=(*before.faced, before.at))
@@ -113,9 +114,9 @@ class NavigationCheck:
             self._progress = walk(world, before, step, faults)
 
     def _is_short(self, step: Rotate, turned: tuple[int, ...]) -> bool:
-        """Return whether a turn that nothing marks lies well before the thing that the last step walked to."""
+        """Return whether a turn without a landmark lies well before the thing that the last step walked to."""
         last = self._last
         if step.thing is not None or not isinstance(last, Walk) or last.way != "to" or last.things[0].kind in PLACES:
             return False
-        near = nearest(self._world, last.things, self._progress.since, AT)
+        near = nearest(self._world, last.things, self._progress.since, ACCEPTED_AT)
         return near is not None and any(index < near - SHORT_OF for index in turned)

@@ -1,30 +1,27 @@
-"""How far the steps of an instruction have come along a path, as the gate follows them."""
+"""The gate's position on the path after some steps, and the places of the path nearest to named things."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from arramon_dataset.instructions.gate.world import GateWorld, Place
+from arramon_dataset.instructions.gate.world import GateWorld
+from arramon_dataset.paths import Place
 from arramon_lang.meaning import Thing
 
 HINDSIGHT = 5
-"""Places of the path before one is told of a thing, or comes to a bend, from which what is meant may have been
-recognised."""
-
-AT, BY = 4.5, 7.0
-"""Maximum distances of the path from what one turns at or walks to, and from what one passes, in units."""
+"""Number of places before a step begins, or before a bend, from which a thing may already have been recognised."""
 
 
 @dataclass(frozen=True, slots=True)
-class Progress:
-    """Where on the path some steps have come to.
+class GateProgress:
+    """The position on the path after some steps, and the turns and things mentioned so far.
 
     Attributes:
-        at: index of the path's place that they have come to.
-        turned: indices of the places where a turn has been said.
-        faced: indices of those where one has been told what to face.
-        named: identities of the things that have been named.
+        at: index of the path's place where they end.
+        turned: indices of the places of the turns mentioned.
+        faced: indices of the places where the instruction names a thing to face.
+        named: identities of the things named so far.
         since: index of the place where the last step began.
-        earlier: indices of the places where a turn was said before the last step.
+        earlier: indices of the places of the turns mentioned before the last step.
     """
 
     at: int = 0
@@ -35,19 +32,19 @@ class Progress:
     earlier: frozenset[int] = frozenset()
 
     @property
-    def told(self) -> Iterator[int]:
-        """Indices of the places where a turn of any sort has been said."""
+    def mentioned_turns(self) -> Iterator[int]:
+        """Indices of the places of all turns mentioned, including those to face a thing."""
         yield from self.turned
         yield from self.faced
 
     @property
     def last_turn(self) -> int:
-        """Index of the place of the last turn that has been said; 0 before any."""
-        return max((*self.told, 0))
+        """Index of the place of the last turn mentioned; 0 if there is none."""
+        return max((*self.mentioned_turns, 0))
 
     @property
     def last_choice(self) -> int:
-        """Index of the place after which streets open that one could take: a thing may stand at one."""
+        """Index of the place from which on the streets that open count as alternatives."""
         return self.at if self.at and self.at in self.turned else self.at - 2
 
 
@@ -57,7 +54,7 @@ def places_ahead(world: GateWorld, at: int, count: int) -> range:
 
 
 def nearest(world: GateWorld, things: Sequence[Thing], at: int, limit: float) -> int | None:
-    """Return the index where the path comes closest to things from a place on; None if it does not come near.
+    """Return the index where the path comes closest to things, from a place on; None if it stays farther away.
 
     Args:
         world: of its turn.
@@ -72,15 +69,15 @@ def nearest(world: GateWorld, things: Sequence[Thing], at: int, limit: float) ->
         return next(entered, None)
     marks = [mark for thing in things for mark in world.landmarks(thing.identity)]
     if len(things) == 1 and marks and marks[0].label.kind != "building":
-        near = [world.closest(mark.x, mark.z, max(at - 2, 0), limit) for mark in marks]
+        near = [world.geometry.closest(mark.x, mark.z, max(at - 2, 0), limit) for mark in marks]
         return None if any(index is None for index in near) else max(index for index in near if index is not None)
     x, z = middle(world, things, at)
     junction = world.junction(things[0].identity)
-    return world.closest(x, z, max(at - 2, 0), limit + (junction.radius if junction is not None else 0.0))
+    return world.geometry.closest(x, z, max(at - 2, 0), limit + (junction.radius if junction is not None else 0.0))
 
 
 def middle(world: GateWorld, things: Sequence[Thing], at: int) -> Place:
-    """Return the middle of things or places; where the path has come to if none of them exists."""
+    """Return the middle of things or places; the path's place `at` if none of them exists."""
     places: list[Place] = []
     for thing in things:
         junction, corner = world.junction(thing.identity), world.corner(thing.identity)

@@ -1,32 +1,32 @@
-"""The gate for streets: which streets, crossings and corners a walker comes to on the way, and which one is meant."""
+"""Gate checks of streets: whether a street, crossing or corner is the one that a walker would take it for."""
 
 import math
 from collections.abc import Iterator
 
 from arramon_client.world import turn_between
 from arramon_dataset.instructions.gate.world import GateWorld
+from arramon_dataset.paths import direction
 from arramon_dataset.plans.graph import ROADS, Junction
 from arramon_lang.meaning import Rotate, Step, Thing
 
 COME_TO = 4.5
-"""Maximum distance of the path from a junction's open ground that one comes to, in units."""
+"""Maximum distance of the path from the open ground of a junction that it reaches, in units."""
 
 CORNER_NEAR = 5.0
-"""Maximum distance of the path from a corner of a building that one passes, in units."""
+"""Maximum distance of the path from the corner of a building that it passes, in units."""
 
 ASIDE = (40.0, 140.0)
-"""Least and greatest angle between the way on and a street that opens to a side, in degrees."""
+"""Range of the angle between the path and a street that opens on one side, in degrees."""
 
 OPENING_NEAR = 3.0
-"""Maximum distance of the path from where one would turn into an opening between houses that one passes, in units."""
+"""Maximum distance of the path from an opening between houses that it passes, in units."""
 
 BEYOND_TURN = 20.0
-"""Minimum difference of the angles between a thing and the ways before and after a turn, for it to lie beyond, in
-degrees."""
+"""Minimum difference between a thing's angles to the path before and after a turn for it to lie beyond, in degrees."""
 
 TURNED_NEAR, OTHER, ROUGHLY = 3.0, 40.0, 15.0
-"""Maximum distance of a turn from the open ground of a junction whose streets one may turn into, in units; minimum
-angle of another street from the way on, and how exactly people turn around, in degrees."""
+"""Maximum distance of a turn from the open ground of a junction whose streets are alternatives, in units; minimum
+angle between such a street and the path, and accuracy with which people turn around, in degrees."""
 
 SIDES = {"left": -1.0, "right": 1.0}
 
@@ -34,13 +34,13 @@ ORDINALS = {"first": 1, "second": 2, "third": 3}
 
 
 def faults_of_place(world: GateWorld, since: int, thing: Thing, step: Step) -> Iterator[str]:
-    """Yield each place that a walker comes to before the one that is meant, and that may be called the same.
+    """Yield each place with the same name that the path reaches before the intended one.
 
     Args:
         world: of its turn.
-        since: index of the path's place where the step begins; less, if streets that open there count.
+        since: index of the path's place where the step begins; earlier if streets that open there count.
         thing: an intersection, T-junction, square or corner without an ordinal.
-        step: which it is mentioned in.
+        step: the one that mentions it.
     """
     if world.graph is None or thing.which:
         return
@@ -48,13 +48,13 @@ def faults_of_place(world: GateWorld, since: int, thing: Thing, step: Step) -> I
         yield from _earlier_corners(world, since, thing)
         return
     own = world.junction(thing.identity)
-    near = None if own is None else world.closest(own.x, own.z, max(since, 0), own.radius + COME_TO)
+    near = None if own is None else world.geometry.closest(own.x, own.z, max(since, 0), own.radius + COME_TO)
     if near is None:
         return
     is_turn = isinstance(step, Rotate) and step.at == "at" and thing.kind != "corner"
     side = SIDES.get(step.direction) if isinstance(step, Rotate) and is_turn else None
     for other in world.graph.junctions:
-        at = world.closest(other.x, other.z, max(since, 0), other.radius + 1.0)
+        at = world.geometry.closest(other.x, other.z, max(since, 0), other.radius + 1.0)
         if at is None or other is own or len(other.arms) < 3 or not since + 1 < at < near - 2:
             continue
         if side is None or _opens(world, other, at, side):
@@ -62,26 +62,26 @@ def faults_of_place(world: GateWorld, since: int, thing: Thing, step: Step) -> I
 
 
 def _opens(world: GateWorld, junction: Junction, at: int, side: float) -> bool:
-    before = world.heading_before(max(at - 2, 0))
+    before = world.geometry.heading_before(max(at - 2, 0))
     return any(ASIDE[0] <= side * turn_between(before, arm.heading) <= ASIDE[1] for arm in junction.arms)
 
 
 def _earlier_corners(world: GateWorld, since: int, thing: Thing) -> Iterator[str]:
-    """Yield each other corner of a building of that look that the path passes before the one that is meant."""
+    """Yield each corner of a building with the same look that the path passes before the intended one."""
     own = world.corner(thing.identity)
-    near = None if own is None else world.closest(own.x, own.z, max(since, 0), CORNER_NEAR)
+    near = None if own is None else world.geometry.closest(own.x, own.z, max(since, 0), CORNER_NEAR)
     if own is None or near is None or world.graph is None:
         return
     looks = {house.identity for house in world.graph.houses if house.look == thing.look}
     for house in (house for house in world.graph.houses if house.identity in looks):
         for x, z in house.corners:
-            at = world.closest(x, z, max(since, 0), CORNER_NEAR)
+            at = world.geometry.closest(x, z, max(since, 0), CORNER_NEAR)
             if at is not None and since < at < near - 1 and math.dist((x, z), (own.x, own.z)) > 1.0:
                 yield f"a corner of {house.identity} comes before {thing.identity}"
 
 
 def faults_of_street(world: GateWorld, since: int, thing: Thing, direction: str, index: int) -> Iterator[str]:
-    """Yield what is wrong with the street that one turns into at a place: another one, or not the one counted to."""
+    """Yield whether a turn enters another street than the named one, or one with another ordinal."""
     road = world.road(thing.identity)
     after = world.path[min(index + 4, len(world.path) - 1)]
     if road is None or road.distance(*after) > road.width / 2 + 1.5:
@@ -96,7 +96,7 @@ def faults_of_street(world: GateWorld, since: int, thing: Thing, direction: str,
 
 
 def faults_of_turn_by(world: GateWorld, since: int, step: Rotate, near: int, index: int) -> Iterator[str]:
-    """Yield each street into which one may turn instead, where one is told to turn before or after a thing.
+    """Yield each street that also fits a turn before or after a thing.
 
     Args:
         world: of its turn.
@@ -110,7 +110,7 @@ def faults_of_turn_by(world: GateWorld, since: int, step: Rotate, near: int, ind
     first, last = (since, index - 3) if step.at == "before" else (near, index - 3)
     own = _junctions_at(world, index)
     if step.at == "before" and any(_opens(world, each, index, SIDES[step.direction]) for each in own):
-        return  # The last street before the thing.
+        return  # This is the last street before the thing.
     passed = {arm for kind in ROADS for arm in passed_arms(world, first, step.direction, last, kind)}
     for arm in sorted(passed):
         if not any(arm.startswith(f"{each.identity} ") for each in own):
@@ -118,9 +118,9 @@ def faults_of_turn_by(world: GateWorld, since: int, step: Rotate, near: int, ind
 
 
 def faults_of_heading(world: GateWorld, index: int, degrees: float) -> Iterator[str]:
-    """Yield each street that one looks into rather than along the way, who turns by so many degrees at a place."""
-    exact = world.heading_before(index) + degrees
-    onward = world.heading_after(index)
+    """Yield each street that fits a turn by this many degrees better than the path does."""
+    exact = world.geometry.heading_before(index) + degrees
+    onward = world.geometry.heading_after(index)
     off = abs(turn_between(exact, onward)) + (ROUGHLY if abs(degrees) == 180.0 else 0.0)
     for junction in () if world.graph is None else world.graph.junctions:
         if math.dist((junction.x, junction.z), world.path[index]) > junction.radius + TURNED_NEAR:
@@ -131,21 +131,21 @@ def faults_of_heading(world: GateWorld, index: int, degrees: float) -> Iterator[
 
 
 def faults_of_turn_on_the_way(world: GateWorld, since: int, direction: str, index: int) -> Iterator[str]:
-    """Yield what is wrong with a turn that nothing marks, on the way towards something: that one may turn earlier."""
+    """Yield whether a turn without a landmark, on the way towards something, could be made earlier."""
     if world.graph is not None and direction in SIDES and _earlier_arms(world, since, direction, index):
         yield f"one may turn {direction} before the path's place {index}"
 
 
 def is_beyond_turn(world: GateWorld, x: float, z: float, index: int) -> bool:
-    """Return whether (x, z) lies along the street turned into at a place of the path, not ahead of the turn."""
+    """Return whether (x, z) lies along the street entered by a turn, not ahead of the turn."""
     here = world.path[index]
-    towards = math.degrees(math.atan2(x - here[0], z - here[1]))
-    off_before = abs(turn_between(world.heading_before(index), towards))
-    return abs(turn_between(world.heading_after(index), towards)) < off_before - BEYOND_TURN
+    towards = direction(here, (x, z))
+    off_before = abs(turn_between(world.geometry.heading_before(index), towards))
+    return abs(turn_between(world.geometry.heading_after(index), towards)) < off_before - BEYOND_TURN
 
 
 def _earlier_arms(world: GateWorld, since: int, direction: str, index: int) -> int:
-    """Return how many streets and alleys a generous walker counts on a side before the place of a turn."""
+    """Return how many streets and alleys a walker may count on one side before a turn, at most."""
     own = _junctions_at(world, index)
     passed = {arm for kind in ROADS for arm in passed_arms(world, since, direction, index - 2, kind, COME_TO)}
     return sum(not any(arm.startswith(f"{each.identity} ") for each in own) for arm in passed)
@@ -157,18 +157,18 @@ def _junctions_at(world: GateWorld, index: int) -> list[Junction]:
 
 
 def _earlier_openings(world: GateWorld, since: int, direction: str, index: int) -> int:
-    """Return how many openings between houses, streets or not, one passes on a side before the place of a turn."""
+    """Return how many openings between houses, streets or not, the path passes on one side before a turn."""
     passed: list[int] = []
     for mark in world.marks:
         if mark.label.kind == "intersection" and mark.label.look == direction:
-            near = world.closest(mark.x, mark.z, max(since, 0), OPENING_NEAR)
+            near = world.geometry.closest(mark.x, mark.z, max(since, 0), OPENING_NEAR)
             if near is not None and since + 1 <= near < index - 3 and all(abs(near - each) > 3 for each in passed):
                 passed.append(near)
     return len(passed)
 
 
 def passed_arms(world: GateWorld, since: int, direction: str, index: int, kind: str, near_by: float = 1.0) -> set[str]:
-    """Return the streets of a kind that open on a side of the path between two of its places, both included.
+    """Return the streets of a kind that open on one side of the path between two of its places, inclusive.
 
     Args:
         world: of its turn.
@@ -180,10 +180,10 @@ def passed_arms(world: GateWorld, since: int, direction: str, index: int, kind: 
     found = set()
     assert world.graph is not None
     for junction in world.graph.junctions:
-        near = world.closest(junction.x, junction.z, max(since, 0), junction.radius + near_by)
+        near = world.geometry.closest(junction.x, junction.z, max(since, 0), junction.radius + near_by)
         if near is None or near > index + 2 or near < since + 1:
             continue
-        before = world.heading_before(min(max(near - 2, 0), max(index - 2, 0)))
+        before = world.geometry.heading_before(min(max(near - 2, 0), max(index - 2, 0)))
         for arm in junction.arms:
             right = turn_between(before, arm.heading) * SIDES[direction]
             if ASIDE[0] <= right <= ASIDE[1] and world.graph.road(arm.road).kind == kind:

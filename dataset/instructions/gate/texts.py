@@ -1,8 +1,8 @@
-"""The gate of generation: no text passes that refers to another thing than was meant, or says of it what is not so.
+"""Gate checks of texts: reading a text must give back its meaning, and names must be unambiguous.
 
-A text is read back in its language; every phrase that refers to something is then held against the object that it
-stands for (see `navigation` and `assembly` beside this file). It shares no code with the planners, except what a
-relation in the room means to a person (`arramon_dataset.instructions.assembly.cells`).
+`navigation` and `assembly` beside this file check the meaning itself against the world. The gate shares no code with
+the planners except geometry and what a relation in the room means to a person
+(`arramon_dataset.instructions.assembly.cells`).
 """
 
 from collections.abc import Iterator
@@ -13,12 +13,12 @@ from arramon_lang.reference import co_reference, mentions
 
 
 def faults_of_text(text: str, language: str, meaning: Meaning) -> tuple[str, ...]:
-    """Return what a reader of a text would take for something else than was meant; nothing if all is clear.
+    """Return how the reading of a text differs from its meaning; () if it does not.
 
     Args:
         text: an instruction.
         language: its code.
-        meaning: what it is to say, with identities.
+        meaning: the intended one, with identities.
     """
     phase = "navigation" if isinstance(meaning, Navigation) else "assembly"
     try:
@@ -33,7 +33,7 @@ def faults_of_text(text: str, language: str, meaning: Meaning) -> tuple[str, ...
 
 
 def faults_of_names(meaning: Meaning) -> Iterator[str]:
-    """Yield each mention whose name an earlier one of another thing has too, or that calls one thing another."""
+    """Yield each mention whose name also fits an earlier thing, and each "next" or "another" without an earlier one."""
     earlier: list[Thing] = []
     for thing in mentions(meaning):
         if not thing.identity or not thing.kind:
@@ -50,7 +50,7 @@ def faults_of_names(meaning: Meaning) -> Iterator[str]:
 
 
 def _is_name_of(thing: Thing, other: Thing) -> bool:
-    """Return whether a name says nothing that is not said of an earlier thing."""
+    """Return whether every attribute of a name fits the name of an earlier thing."""
     return (
         thing.colour in ("", other.colour)
         and thing.look in ("", other.look)

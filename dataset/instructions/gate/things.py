@@ -1,52 +1,49 @@
-"""The gate for things: what an instruction calls them, where it says that they are, and whether one sees them."""
+"""Gate checks of things: their names, their stated locations, and their visibility."""
 
 import math
 from collections.abc import Iterator
 
-from arramon_dataset.instructions.gate.progress import AT, BY, HINDSIGHT, Progress
+from arramon_dataset.instructions.gate.progress import HINDSIGHT, GateProgress
 from arramon_dataset.instructions.gate.sides import stands_on
 from arramon_dataset.instructions.gate.streets import ORDINALS
 from arramon_dataset.instructions.gate.world import GateWorld
 from arramon_dataset.instructions.sight import Landmark
+from arramon_dataset.path_tolerances import (
+    ACCEPTED_AT,
+    ACCEPTED_BY,
+    ACCEPTED_LAST_VIEWS,
+    ACCEPTED_NEAR,
+    ACCEPTED_RELATION_ANGLE,
+    ACCEPTED_TWIN_GAP,
+)
+from arramon_dataset.paths import Place, along_relation, offset_seen_from
 from arramon_dataset.plans.graph import Junction
 from arramon_lang.meaning import PLACES, Thing, Where
 from arramon_lang.street import COUNTED_WITHIN
 from arramon_server.sim.geometry import Pose
 
-NEAR = 4.0
-"""Maximum distance of a target from the landmark that tells where it is, in units; BY for a building."""
-
-VIEWS, OFF_RELATION = 5, 75.0
-"""Last places of the path from all of which the target is on the told side of a thing, and maximum angle between that
-side and where it is from there, in degrees."""
-
-TWIN_NEAR = 6.0
-"""Distance from an object that looks like the target within which nothing is called as what tells the target's place,
-in units."""
-
 ALIKE = {"bin": ("dumpster",)}
-"""Kinds of things that may be taken for one of a kind."""
+"""By kind: other kinds that people may call by its name."""
 
 COLOURED = ("awning",)
-"""Kinds that fronts of houses are painted with too: they are told by their colours."""
+"""Kinds that facade textures show too: a name must state their colour."""
 
 AHEAD = 70.0
-"""Maximum angle from the path of several things that one has before oneself, in degrees."""
+"""Maximum angle between the path and each member of a group ahead, in degrees."""
 
 FORESIGHT = 3
-"""Places of the path after the last step's end from which a thing may be recognised, if one is told of it without
-coming nearer."""
+"""Number of places after the start of a step that does not advance from which its thing may be recognised."""
 
 LATELY = 9
-"""Places of the path before one comes to a thing from which it is seen: not only far off, and behind a corner then."""
+"""Number of places before a step's end within which its thing must be visible, not only from far away."""
 
 WALKED_OVER, SURELY_OVER = 3.0, 1.6
-"""Maximum distances of the path from the middle of a zebra crossing that counts, in units; and of one that everybody
-counts. What is farther than this, and no farther than COUNTED_ASIDE, some count and some do not."""
+"""Maximum distances of the path from the middle of a zebra crossing that counts, and of one that everybody counts, in
+units. Whether those beyond, up to COUNTED_ASIDE, count is ambiguous."""
 
 
-def faults_of_description(world: GateWorld, progress: Progress, thing: Thing) -> Iterator[str]:
-    """Yield what a name says that is not so: kind, colour, look, number, ordinal."""
+def faults_of_description(world: GateWorld, progress: GateProgress, thing: Thing) -> Iterator[str]:
+    """Yield the false parts of a name: kind, colour, look, number, ordinal."""
     if thing.kind in PLACES:
         yield from _faults_of_place_name(world, progress, thing)
         return
@@ -54,7 +51,7 @@ def faults_of_description(world: GateWorld, progress: Progress, thing: Thing) ->
     if not marks:
         yield f"{thing.kind} {thing.identity!r} does not exist"
     if thing.kind in COLOURED and not thing.colour and thing.identity not in progress.named:
-        yield f"{thing.identity} is not told by its colour"
+        yield f"{thing.identity} is named without its colour"
     for mark in marks:
         label = mark.label
         if thing.kind != label.kind or thing.colour not in ("", label.colour) or thing.look not in ("", label.look):
@@ -78,8 +75,8 @@ def faults_of_description(world: GateWorld, progress: Progress, thing: Thing) ->
             yield f"{thing.identity} is not the next of its kind"
 
 
-def _count(world: GateWorld, progress: Progress, thing: Thing, mark: Landmark) -> int:
-    """Return which of the fitting things along the way since the last turn a landmark is, from 1."""
+def _count(world: GateWorld, progress: GateProgress, thing: Thing, mark: Landmark) -> int:
+    """Return the ordinal of a landmark among the matching things since the last turn, from 1; 0 if it is not passed."""
     since = progress.last_turn
     own = _passed(world, mark, since)
     if own is None:
@@ -89,8 +86,8 @@ def _count(world: GateWorld, progress: Progress, thing: Thing, mark: Landmark) -
     return 1 + sum(place is not None and place <= own for place in places)
 
 
-def _doubtful_crossings(world: GateWorld, progress: Progress, mark: Landmark) -> Iterator[str]:
-    """Yield each zebra crossing beside the way since the last turn to one, which some count and some do not."""
+def _doubtful_crossings(world: GateWorld, progress: GateProgress, mark: Landmark) -> Iterator[str]:
+    """Yield each zebra crossing since the last turn that a walker might or might not count."""
     since = progress.last_turn
     own = _passed(world, mark, since)
     if own is None:
@@ -98,18 +95,18 @@ def _doubtful_crossings(world: GateWorld, progress: Progress, mark: Landmark) ->
     for other in world.marks:
         if other is mark or other.label.kind != "zebra_crossing":
             continue
-        near = world.closest(other.x, other.z, since, COUNTED_WITHIN)
+        near = world.geometry.closest(other.x, other.z, since, COUNTED_WITHIN)
         if near is not None and near <= own and math.dist(world.path[near], (other.x, other.z)) > SURELY_OVER:
             yield f"{other.identity} lies beside the way to {mark.identity}, and may be counted"
 
 
 def _passed(world: GateWorld, mark: Landmark, since: int) -> int | None:
-    """Return the index where the path comes closest to a landmark that counts; None if it does not come near."""
+    """Return the index where the path passes a landmark closely enough to count it; None if it does not."""
     limit = WALKED_OVER if mark.label.kind == "zebra_crossing" else COUNTED_WITHIN
-    return world.closest(mark.x, mark.z, since, limit)
+    return world.geometry.closest(mark.x, mark.z, since, limit)
 
 
-def _faults_of_place_name(world: GateWorld, progress: Progress, thing: Thing) -> Iterator[str]:
+def _faults_of_place_name(world: GateWorld, progress: GateProgress, thing: Thing) -> Iterator[str]:
     if thing.kind in ("street", "alley"):
         road = world.road(thing.identity)
         if road is None or (thing.kind == "alley") != (road.kind == "alley"):
@@ -126,15 +123,15 @@ def _faults_of_place_name(world: GateWorld, progress: Progress, thing: Thing) ->
         if thing.kind != "corner":
             yield f"{thing.kind} {thing.identity!r} does not exist"
         return
-    near = world.closest(junction.x, junction.z, progress.at, junction.radius + AT)
+    near = world.geometry.closest(junction.x, junction.z, progress.at, junction.radius + ACCEPTED_AT)
     if near is None:
-        yield f"the path does not come to {thing.identity}"
-    elif not _is_kind(junction, thing.kind, world.heading_before(max(near - 2, 0))):
+        yield f"the path does not reach {thing.identity}"
+    elif not _is_kind(junction, thing.kind, world.geometry.heading_before(max(near - 2, 0))):
         yield f"{thing.identity} is a {junction.kind}, not a {thing.kind}"
 
 
 def _is_kind(junction: Junction, kind: str, heading: float) -> bool:
-    """Return whether a junction may be called an intersection, and so on, by a walker who arrives with a heading."""
+    """Return whether a name such as "intersection" fits a junction for a walker who arrives with a heading."""
     if kind == "intersection":
         return len(junction.arms) >= 3
     if kind == "street_end":
@@ -144,11 +141,11 @@ def _is_kind(junction: Junction, kind: str, heading: float) -> bool:
     return junction.kind == "square" if kind == "square" else True
 
 
-# Where it is
+# Stated locations
 
 
-def faults_of_relations(world: GateWorld, progress: Progress, thing: Thing) -> Iterator[str]:
-    """Yield what is said of where a thing is that is not so, or that another thing fits better."""
+def faults_of_relations(world: GateWorld, progress: GateProgress, thing: Thing) -> Iterator[str]:
+    """Yield each stated relation that does not hold, or whose landmark could be another, nearer thing."""
     marks = world.landmarks(thing.identity)
     for where in thing.where:
         for landmark in where.things:
@@ -163,28 +160,30 @@ def faults_of_relations(world: GateWorld, progress: Progress, thing: Thing) -> I
 
 
 def _holds(world: GateWorld, where: Where, mark: Landmark, others: list[Landmark]) -> bool:
-    if min(_distance(mark, other) for other in others) > (BY if others[0].label.kind == "building" else NEAR):
+    if min(_distance(mark, other) for other in others) > (
+        ACCEPTED_BY if others[0].label.kind == "building" else ACCEPTED_NEAR
+    ):
         return False
-    return all(_is_so_from(view, where.relation, mark, others[0]) for view in world.path[-VIEWS:])
+    return all(_is_so_from(view, where.relation, mark, others[0]) for view in world.path[-ACCEPTED_LAST_VIEWS:])
 
 
-def _is_so_from(view: tuple[float, float], relation: str, mark: Landmark, other: Landmark) -> bool:
-    """Return whether one thing is left of another, and so on, to who looks at it from a place."""
-    heading = math.degrees(math.atan2(mark.x - view[0], mark.z - view[1]))
-    right, ahead = Pose(other.x, other.z, heading % 360.0).local(mark.x, mark.z)
-    least = {"left_of": -right, "right_of": right, "in_front_of": -ahead, "behind": ahead}.get(relation)
-    return least is None or least > math.cos(math.radians(OFF_RELATION)) * math.hypot(right, ahead)
+def _is_so_from(view: Place, relation: str, mark: Landmark, other: Landmark) -> bool:
+    """Return whether one thing is in a relation to another, as seen from a place."""
+    right, behind = offset_seen_from(view, (mark.x, mark.z), (other.x, other.z))
+    offset = along_relation(relation, right, behind)
+    least = math.cos(math.radians(ACCEPTED_RELATION_ANGLE)) * math.hypot(right, behind)
+    return offset is None or offset[0] > least
 
 
 def _is_nearest(world: GateWorld, thing: Thing, mark: Landmark, others: list[Landmark]) -> bool:
-    """Return whether no other thing that is called the same is nearer to a landmark."""
+    """Return whether no other thing that fits the name is nearer to a landmark."""
     own = min(_distance(mark, other) for other in others)
     rivals = (each for each in world.marks if each not in others and each != mark and _may_be_called(thing, each))
     return all(_distance(mark, rival) > own for rival in rivals)
 
 
 def faults_of_target(world: GateWorld, target: Thing) -> Iterator[str]:
-    """Yield each other object in the street that what is said of the target fits as well."""
+    """Yield each other object in the street that fits the target's description."""
     own = world.landmarks(target.identity)
     for other in world.marks:
         if not own or other in own or not is_called(target, other):
@@ -194,24 +193,27 @@ def faults_of_target(world: GateWorld, target: Thing) -> Iterator[str]:
 
 
 def _stands_alone(world: GateWorld, where: Where, other: Landmark) -> bool:
-    """Return whether nothing near an object is called as what a relation names."""
+    """Return whether nothing near an object fits the names in a relation."""
     return not any(
-        _distance(mark, other) <= TWIN_NEAR for mark in world.marks for thing in where.things if is_called(thing, mark)
+        _distance(mark, other) <= ACCEPTED_TWIN_GAP
+        for mark in world.marks
+        for thing in where.things
+        if is_called(thing, mark)
     )
 
 
-# What can be seen
+# Visibility
 
 
-def faults_of_sight(world: GateWorld, progress: Progress, thing: Thing) -> Iterator[str]:
-    """Yield each thing that cannot be recognised while the step is walked that has come to where one is."""
+def faults_of_sight(world: GateWorld, progress: GateProgress, thing: Thing) -> Iterator[str]:
+    """Yield each thing that cannot be recognised during the last step."""
     at, since = progress.at, progress.since
     until = at - 1 if at > since else since + FORESIGHT
     is_seen = thing.kind not in PLACES or thing.kind == "building_corner"
     for mark in world.landmarks(thing.identity) if is_seen else ():
         if since not in progress.earlier:
             is_visible = world.is_visible(mark, max(since - HINDSIGHT, until - LATELY), until)
-        else:  # What was seen before the turn may have been in another street.
+        else:  # A sighting before the turn may have been in another street.
             is_visible = (until - since <= LATELY and world.is_visible_on(mark, since)) or world.is_visible(
                 mark, max(since + 1, until - LATELY), max(until, since + 1)
             )
@@ -219,17 +221,21 @@ def faults_of_sight(world: GateWorld, progress: Progress, thing: Thing) -> Itera
             yield f"{mark.identity} cannot be seen on the way to it"
 
 
-def faults_of_rivals(world: GateWorld, progress: Progress, thing: Thing, *, is_faced: bool) -> Iterator[str]:
-    """Yield each other thing of a name that is seen ahead, or as one turns, nearer than the one that is meant.
+def faults_of_rivals(world: GateWorld, progress: GateProgress, thing: Thing, *, is_faced: bool) -> Iterator[str]:
+    """Yield each other thing that fits a name and is visible nearer ahead, or nearer during a turn.
 
-    So is one that the path passes before it, whenever it was seen.
+    Also yield each one that the path passes first, whenever it was seen.
     """
     marks, since = world.landmarks(thing.identity), progress.since
     if thing.kind in PLACES or thing.which or thing.number or not marks:
         return
-    view = Pose(*world.path[since], world.heading_after(since))
+    view = Pose(*world.path[since], world.geometry.heading_after(since))
     own = math.hypot(*view.local(marks[0].x, marks[0].z))
-    meant = None if is_faced or thing.kind == "building" else world.closest(marks[0].x, marks[0].z, since, BY)
+    meant = (
+        None
+        if is_faced or thing.kind == "building"
+        else world.geometry.closest(marks[0].x, marks[0].z, since, ACCEPTED_BY)
+    )
     for other in world.marks:
         if not _may_be_called(thing, other) or other in marks:
             continue
@@ -239,28 +245,28 @@ def faults_of_rivals(world: GateWorld, progress: Progress, thing: Thing, *, is_f
         if is_nearer and world.is_visible(other, since, since if is_faced else max(progress.at, since + FORESIGHT)):
             yield f"{other.identity} may be taken for {thing.identity}"
         elif meant is not None and other.glimpsed is not None:
-            passed = world.closest(other.x, other.z, since + 1, COUNTED_WITHIN)
+            passed = world.geometry.closest(other.x, other.z, since + 1, COUNTED_WITHIN)
             if passed is not None and passed < meant - 2:
                 yield f"the path passes {other.identity} before {thing.identity}"
 
 
-def faults_of_several(world: GateWorld, progress: Progress, thing: Thing) -> Iterator[str]:
-    """Yield each of several things that is not before the walker."""
-    view = Pose(*world.path[progress.at], world.heading_after(progress.at))
+def faults_of_several(world: GateWorld, progress: GateProgress, thing: Thing) -> Iterator[str]:
+    """Yield each member of a group that is not ahead of the walker."""
+    view = Pose(*world.path[progress.at], world.geometry.heading_after(progress.at))
     for mark in world.landmarks(thing.identity) if thing.number else ():
         right, ahead = view.local(mark.x, mark.z)
         if abs(math.degrees(math.atan2(right, ahead))) > AHEAD:
-            yield f"{mark.identity} is not before one who is told of {thing.number}"
+            yield f"{mark.identity} is not ahead of the walker"
 
 
 def is_called(thing: Thing, mark: Landmark) -> bool:
-    """Return whether the words of a name fit a landmark."""
+    """Return whether a name matches a landmark; omitted attributes match anything."""
     label = mark.label
     return thing.kind == label.kind and thing.colour in ("", label.colour) and thing.look in ("", label.look)
 
 
 def _may_be_called(thing: Thing, mark: Landmark) -> bool:
-    """Return whether somebody may call a landmark by a name: a dumpster is a bin to many, most of all in Hindi."""
+    """Return whether people may use a name for a landmark: many call a dumpster a bin, above all in Hindi."""
     return is_called(thing, mark) or mark.label.kind in ALIKE.get(thing.kind, ())
 
 

@@ -1,35 +1,34 @@
-"""The gate for walks: that the path leads to, past, along or between what one is told to walk by."""
+"""Gate checks of walks: the path must go to, past, along or between the things that a step names."""
 
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from arramon_client.world import turn_between
-from arramon_dataset.instructions.gate.progress import AT, BY, Progress, middle, nearest, places_ahead
+from arramon_dataset.instructions.gate.progress import GateProgress, middle, nearest, places_ahead
 from arramon_dataset.instructions.gate.sides import faults_of_passing, faults_of_side, poses_of_part
 from arramon_dataset.instructions.gate.turns import TURN_REACH
 from arramon_dataset.instructions.gate.world import GateWorld
+from arramon_dataset.path_tolerances import ACCEPTED_AT, ACCEPTED_BY, ACCEPTED_STRAIGHT
+from arramon_dataset.paths import direction
 from arramon_lang.meaning import PLACES, Thing, Walk
 
-STRAIGHT = 18.0
-"""Maximum angle from the path of what one walks straight to, in degrees."""
 
-
-def walk(world: GateWorld, progress: Progress, step: Walk, faults: list[str]) -> Progress:
-    """Return the progress after a walk; what is wrong with it is added to `faults`."""
+def walk(world: GateWorld, progress: GateProgress, step: Walk, faults: list[str]) -> GateProgress:
+    """Return the progress after a walk; its faults are added to `faults`."""
     if not step.things:
         return progress
     if step.way == "along":
         road = world.road(step.things[0].identity)
         ahead = places_ahead(world, progress.at, 12)
         if road is None or min(road.distance(*world.path[i]) for i in ahead) > road.width / 2:
-            faults.append(f"{step.things[0].identity} is not walked along")
+            faults.append(f"{step.things[0].identity} is not on the path")
         return progress
     if step.straight and step.way in ("to", "towards", "until"):
         faults += _faults_of_straight(world, progress, step.things)
     if step.way in ("until", "towards"):
         return _approach(world, progress, step, faults)
-    near = nearest(world, step.things, progress.at, BY if step.way in ("past", "beside") else AT)
+    near = nearest(world, step.things, progress.at, ACCEPTED_BY if step.way in ("past", "beside") else ACCEPTED_AT)
     if near is None:
         faults.append(f"the path does not come {step.way} {step.things[0].identity}")
         return progress
@@ -42,7 +41,7 @@ def walk(world: GateWorld, progress: Progress, step: Walk, faults: list[str]) ->
     return replace(progress, at=max(progress.at, near))
 
 
-def _approach(world: GateWorld, progress: Progress, step: Walk, faults: list[str]) -> Progress:
+def _approach(world: GateWorld, progress: GateProgress, step: Walk, faults: list[str]) -> GateProgress:
     x, z = middle(world, step.things, progress.at)
     here = math.dist(world.path[progress.at], (x, z))
     ahead = places_ahead(world, progress.at, 30)
@@ -50,11 +49,11 @@ def _approach(world: GateWorld, progress: Progress, step: Walk, faults: list[str
         faults.append(f"the path does not lead towards {step.things[0].identity}")
     if step.way == "until":
         return progress
-    return replace(progress, at=max(progress.at, world.closest(x, z, progress.at, BY) or 0))
+    return replace(progress, at=max(progress.at, world.geometry.closest(x, z, progress.at, ACCEPTED_BY) or 0))
 
 
 def _is_amid(world: GateWorld, things: Sequence[Thing], since: int, near: int) -> bool:
-    """Return whether two things stand on both sides of the way, more beside each other than one behind another."""
+    """Return whether two things stand on opposite sides of the path, rather beside than behind each other."""
     here = poses_of_part(world, since).get(near)
     if here is None:
         return False
@@ -63,11 +62,11 @@ def _is_amid(world: GateWorld, things: Sequence[Thing], since: int, near: int) -
     return right < 0.0 < other and abs(right + other) <= 5.0 and abs(along - far) <= other - right
 
 
-def _faults_of_straight(world: GateWorld, progress: Progress, things: Sequence[Thing]) -> Iterator[str]:
-    """Yield what is wrong with a walk straight to things: that they are not ahead, or the way there bends."""
+def _faults_of_straight(world: GateWorld, progress: GateProgress, things: Sequence[Thing]) -> Iterator[str]:
+    """Yield whether things described as straight ahead are not."""
     (x, z), here = middle(world, things, progress.at), world.path[progress.at]
-    towards = math.degrees(math.atan2(x - here[0], z - here[1]))
-    is_turned = any(abs(progress.at - said) <= TURN_REACH for said in progress.told)
-    heading = world.heading_after(progress.at) if is_turned else world.heading_before(progress.at)
-    if math.dist(here, (x, z)) > 3.0 and abs(turn_between(heading, towards)) > STRAIGHT:
+    towards = direction(here, (x, z))
+    is_turned = any(abs(progress.at - turn) <= TURN_REACH for turn in progress.mentioned_turns)
+    heading = world.geometry.heading_after(progress.at) if is_turned else world.geometry.heading_before(progress.at)
+    if math.dist(here, (x, z)) > 3.0 and abs(turn_between(heading, towards)) > ACCEPTED_STRAIGHT:
         yield f"{things[0].identity} is not straight ahead"

@@ -1,1 +1,1 @@
-"""Planning of navigation instructions: which steps are told, by which things and places, under which names."""
+"""Planning of navigation instructions: the choice of steps, of the landmarks they refer to, and of their names."""

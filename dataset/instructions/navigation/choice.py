@@ -1,4 +1,4 @@
-"""Choice of landmark names that a follower on the path cannot confuse.
+"""Choice of landmark names that are unambiguous to a follower on the path.
 
 The ranking is that of the follower (agents/mapping/landmarks.py), duplicated as neither may import the other.
 """
@@ -24,14 +24,14 @@ MIN_DISTANCE_RATIO = 1.35
 ORDINALS = ("first", "second", "third")
 
 MIN_RATIO_WITHOUT_COLOUR = 2.2
-"""The same if the colour is omitted though others of the kind have another."""
+"""The same ratio if the name omits the colour although other things of the kind have different colours."""
 
 OMIT_COLOUR = 0.4
 """Probability that an unnecessary colour is omitted."""
 
 
 NEVER_BARE = ("awning",)
-"""Kinds that are always named with their colour: fronts of houses are painted with such things too."""
+"""Kinds whose colour is never omitted: facade textures show such things too."""
 
 
 def name_of(
@@ -63,7 +63,7 @@ def name_of(
 
 
 def full_name(mark: Landmark) -> Thing:
-    """Return a name with all that is seen of a landmark."""
+    """Return the complete name of a landmark: kind, colour and look."""
     return Thing(mark.label.kind, mark.label.colour, mark.label.look, identity=mark.identity)
 
 
@@ -73,7 +73,7 @@ def counted_name(mark: Landmark, marks: Sequence[Landmark], seen: Sequence[Landm
     Args:
         mark: a landmark ahead.
         marks: all landmarks.
-        seen: those that have been seen by now: all that are counted.
+        seen: the landmarks seen so far; only these can be counted.
         view: position and course of the walker.
     """
     name = full_name(mark)
@@ -93,7 +93,7 @@ def counted_name(mark: Landmark, marks: Sequence[Landmark], seen: Sequence[Landm
 
 
 def fits(name: Thing, mark: Landmark) -> bool:
-    """Return whether a name matches a landmark; words that it leaves out match anything."""
+    """Return whether a name matches a landmark; omitted attributes match anything."""
     label = mark.label
     return name.kind == label.kind and name.colour in ("", label.colour) and name.look in ("", label.look)
 

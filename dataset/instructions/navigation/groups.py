@@ -1,4 +1,4 @@
-"""Several things that are named together, "both benches" or "the cones": which stand together, and what they are."""
+"""Groups of similar landmarks with one plural name, such as "both benches" or "the cones"."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -18,12 +18,12 @@ CLEARLY_FARTHER = 1.35
 """Minimum ratio of the perceived distances of any other thing of the same name and of a group's nearest."""
 
 NEVER_SEVERAL = (*COLLECTIBLES, "building", "intersection", "junction", "corner")
-"""Kinds of which several are not named together."""
+"""Kinds that never get a plural name."""
 
 
 @dataclass(frozen=True, slots=True)
-class Group:
-    """Things that are named together.
+class LandmarkGroup:
+    """Landmarks that share one plural name.
 
     Attributes:
         name: of number "two" or "several", with the identities of all.
@@ -34,14 +34,16 @@ class Group:
     marks: tuple[Landmark, ...]
 
 
-def groups_around(mark: Landmark, marks: Sequence[Landmark], seen: Sequence[Landmark], until: int) -> Iterator[Group]:
-    """Yield the groups of which a landmark is the middle, those with the shorter name first.
+def groups_centred_on(
+    mark: Landmark, marks: Sequence[Landmark], seen: Sequence[Landmark], until: int
+) -> Iterator[LandmarkGroup]:
+    """Yield the groups centred on a landmark, those with the shorter name first.
 
     Args:
         mark: a landmark.
         marks: all landmarks of its kind.
-        seen: those that are recognised where they are named: all that may be in a group.
-        until: index of the last pose; what is glimpsed later cannot be taken for one of them.
+        seen: the landmarks recognised where the group is named; only these can be members.
+        until: index of the last pose; landmarks glimpsed later cannot be confused with the members.
     """
     if mark.label.kind in NEVER_SEVERAL:
         return
@@ -56,23 +58,23 @@ def groups_around(mark: Landmark, marks: Sequence[Landmark], seen: Sequence[Land
         members.sort(key=lambda other: (_apart(mark, other), other.identity))
         number = "two" if len(members) == 2 else "several"
         identity = "+".join(sorted(other.identity for other in members))
-        yield Group(Thing(name.kind, name.colour, name.look, number=number, identity=identity), tuple(members))
+        yield LandmarkGroup(Thing(name.kind, name.colour, name.look, number=number, identity=identity), tuple(members))
 
 
-def group_of(
+def group_nearest_to(
     mark: Landmark, marks: Sequence[Landmark], seen: Sequence[Landmark], view: Pose, until: int
-) -> Group | None:
-    """Return the group whose nearest member a landmark is, or None if it stands alone or is not clearly apart.
+) -> LandmarkGroup | None:
+    """Return the group whose nearest member is the landmark; None if there is none or it is not clearly separate.
 
     Args:
         mark: a landmark.
         marks: all landmarks of its kind.
-        seen: those that are recognised as one walks on.
+        seen: the landmarks recognised within the next few places.
         view: position and course of the walker.
-        until: index of the last pose; what is glimpsed later cannot be taken for one of them.
+        until: index of the last pose; landmarks glimpsed later cannot be confused with the members.
     """
     own = perceived_distance(mark, view)
-    for group in groups_around(mark, marks, seen, until):
+    for group in groups_centred_on(mark, marks, seen, until):
         rest = (o for o in marks if fits(group.name, o) and o not in group.marks and _is_glimpsed(o, until))
         if any(perceived_distance(other, view) < own for other in group.marks):
             continue

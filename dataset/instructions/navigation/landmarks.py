@@ -1,4 +1,4 @@
-"""Continuations of a plan by landmarks: past them, to them, turns at them, between two, past several."""
+"""Candidate steps that refer to landmarks: walks past, to or between them, and turns at them."""
 
 import math
 from collections.abc import Iterator
@@ -7,19 +7,20 @@ from itertools import combinations
 
 from arramon_client.world import COLLECTIBLES, bearing, turn_between
 from arramon_dataset.instructions.navigation.choice import counted_name, name_of
-from arramon_dataset.instructions.navigation.groups import NEVER_SEVERAL, Group, group_of
+from arramon_dataset.instructions.navigation.groups import NEVER_SEVERAL, LandmarkGroup, group_nearest_to
 from arramon_dataset.instructions.navigation.places import MAX_BEND
 from arramon_dataset.instructions.navigation.route import (
     MAX_STEP_LENGTH,
+    DescribedRoute,
     Option,
-    Route,
     Waypoint,
+    path_turns_by,
     pose_after_passing,
     turn_towards,
     turn_word,
-    turns_on,
 )
 from arramon_dataset.instructions.sight import Landmark
+from arramon_dataset.path_tolerances import PLANNED_ASIDE, PLANNED_AT
 from arramon_lang.meaning import Rotate, Step, Thing, Walk
 from arramon_lang.street import DEGREES, PAST_DISTANCE, REACHED_WITHIN, TURN_OFFSETS
 from arramon_server.sim.geometry import Pose
@@ -29,38 +30,32 @@ AMBIGUITY_COST = 2.0
 """Cost of naming a landmark that could be confused with one not visible from the path."""
 
 COLLECTIBLE_COST, BUILDING_COST, COUNTED_COST, GROUP_COST = 1.3, 0.8, -5.0, -6.0
-"""Additional costs of what an option names: an object that is not the target, a building, an ordinal, several."""
+"""Additional costs of naming a collectible other than the target, a building, an ordinal, or a group."""
 
 GAP_WIDTH = (1.5, 7.0)
 """Range of the distance between two landmarks to walk between, in units."""
 
 NO_POST = ("building", "zebra_crossing", "shop_sign", "banner", "awning", "speed_sign")
-"""Kinds of things that nobody walks between: what lies on the ground or hangs on a wall, and buildings."""
+"""Kinds excluded from "walk between": flat things, things on walls, and buildings."""
 
-SOON = 6
-"""Places of the path after a waypoint from which several things may be recognised that are walked to or past."""
+GROUP_LOOKAHEAD = 6
+"""Places of the path after a waypoint within which the members of a group must be recognised."""
 
 TURNS_BY_SEVERAL = ("at", "after")
-"""Where one turns by several things; before which of them would not be clear."""
-
-AT_THING = 3.0
-"""Maximum distance of the walk from a thing that one turns at, in units: nobody turns at what they never come to."""
-
-ASIDE = 1.3
-"""Minimum distance from the course of what is on one's left or right, in units."""
+"""Positions of a turn relative to a group; "before" would be ambiguous."""
 
 BESIDE_WALL = 5.0
-"""Maximum distance of a building's wall from the walk past it, in units."""
+"""Maximum lateral distance of a building's wall from a walk past it, in units."""
 
-UNTOLD = SegmentationLabel("building", look="grey")
-"""Not named: nearly every building looks grey to somebody."""
+UNNAMED_BUILDING = SegmentationLabel("building", look="grey")
+"""Never named: nearly every building looks grey to some observers."""
 
 PLACES = ("intersection", "junction", "corner")
-"""Kinds of landmarks that are no things; see `places` beside this file."""
+"""Kinds of landmarks that are places, not things; `places` beside this file handles them."""
 
 
-def landmark_options(route: Route, waypoint: Waypoint) -> Iterator[Option]:
-    """Yield possible continuations by the landmarks seen so far."""
+def landmark_options(route: DescribedRoute, waypoint: Waypoint) -> Iterator[Option]:
+    """Yield candidate steps that refer to landmarks seen so far."""
     here = waypoint.pose.x, waypoint.pose.z
     seen = [mark for mark in route.marks if route.is_seen(mark, waypoint)]
     alike: dict[str, list[Landmark]] = {}
@@ -69,7 +64,7 @@ def landmark_options(route: Route, waypoint: Waypoint) -> Iterator[Option]:
     named: list[tuple[Landmark, Thing, float]] = []
     for mark in seen:
         distance = math.dist(here, (mark.x, mark.z))
-        if mark.label == UNTOLD or (waypoint.turned and waypoint.about == mark.identity != ""):
+        if mark.label == UNNAMED_BUILDING or (waypoint.turned and waypoint.about == mark.identity != ""):
             continue
         if mark.label.kind in PLACES or mark.label == route.target or not 2.0 <= distance <= MAX_STEP_LENGTH:
             continue
@@ -77,7 +72,7 @@ def landmark_options(route: Route, waypoint: Waypoint) -> Iterator[Option]:
         words = turn_towards(off)
         if words is None or (words and waypoint.turned) or (words == ("around",) and waypoint.number > 0):
             continue
-        if not turns_on(route, waypoint, words):
+        if not path_turns_by(route, waypoint, words):
             continue
         after = replace(waypoint, pose=waypoint.pose.turned(sum(DEGREES[word] for word in words)))
         turns = tuple(Rotate(word) for word in words)
@@ -85,14 +80,16 @@ def landmark_options(route: Route, waypoint: Waypoint) -> Iterator[Option]:
         if name is not None:
             if not words:
                 named.append((mark, *name))
-            told = _building_options if mark.label.kind == "building" else _options
-            yield from told(route, _Subject(mark, name[0], turns, after, name[1]))
-    yield from _gaps(route, waypoint, named)
-    yield from _groups(route, waypoint)
+            make_options = _building_options if mark.label.kind == "building" else _options
+            yield from make_options(route, _Subject(mark, name[0], turns, after, name[1]))
+    yield from _walks_between(route, waypoint, named)
+    yield from _walks_by_groups(route, waypoint)
 
 
-def _named(route: Route, mark: Landmark, seen: list[Landmark], waypoint: Waypoint) -> tuple[Thing, float] | None:
-    """Return a name for a landmark, and the cost of using it; None if no name is clear. `seen` are all of its kind."""
+def _named(
+    route: DescribedRoute, mark: Landmark, seen: list[Landmark], waypoint: Waypoint
+) -> tuple[Thing, float] | None:
+    """Return a name for a landmark and its cost; None if every name is ambiguous. `seen` are those of its kind."""
     until = route.departures[min(waypoint.number + 12, route.last)]
     name = name_of(mark, route.of_kind(mark.label.kind), waypoint.pose, until, route.random)
     kind = mark.label.kind
@@ -107,13 +104,13 @@ def _named(route: Route, mark: Landmark, seen: list[Landmark], waypoint: Waypoin
 
 @dataclass(frozen=True, slots=True)
 class _Subject:
-    """What an option is about.
+    """A landmark that candidate steps refer to.
 
     Attributes:
         mark: the landmark.
         name: its name.
-        turns: turns that bring it into view first.
-        waypoint: where the walk to it begins, after these turns.
+        turns: initial turns that bring it into view.
+        waypoint: the start of the walk, after these turns.
         cost: of using the name.
     """
 
@@ -123,22 +120,22 @@ class _Subject:
     waypoint: Waypoint
     cost: float
 
-    def option(self, route: Route, step: Step, end: Pose, cost: float) -> Iterator[Option]:
-        """Yield the continuation by a step about it, after the turns."""
+    def option(self, route: DescribedRoute, step: Step, end: Pose, cost: float) -> Iterator[Option]:
+        """Yield the candidate that ends with `step`, after the turns."""
         yield from route.option(self.waypoint, self.turns, step, end, self.cost + cost)
 
 
-def _options(route: Route, subject: _Subject) -> Iterator[Option]:
-    """Yield continuations by one thing."""
+def _options(route: DescribedRoute, subject: _Subject) -> Iterator[Option]:
+    """Yield candidate steps that refer to one thing."""
     pose, mark, name = subject.waypoint.pose, subject.mark, subject.name
     right, _ = pose.local(mark.x, mark.z)
     side = "right" if right > 0.0 else "left"
     passed = pose_after_passing(pose, mark.x, mark.z, PAST_DISTANCE)
     if _is_ahead(pose, passed):
         is_across = mark.label.kind == "zebra_crossing"
-        told = "" if route.random.random() < 0.6 or abs(right) < ASIDE or is_across else side
-        yield from subject.option(route, Walk("past", (name,), told), passed, 0.0)
-    if ASIDE < abs(right) < 5.0 and mark.label.kind != "zebra_crossing":
+        stated_side = "" if route.random.random() < 0.6 or abs(right) < PLANNED_ASIDE or is_across else side
+        yield from subject.option(route, Walk("past", (name,), stated_side), passed, 0.0)
+    if PLANNED_ASIDE < abs(right) < 5.0 and mark.label.kind != "zebra_crossing":
         beside = pose_after_passing(pose, mark.x, mark.z, 0.0)
         if _is_ahead(pose, beside):
             yield from subject.option(route, Walk("beside", (name,), side), beside, 1.1)
@@ -152,8 +149,8 @@ def _options(route: Route, subject: _Subject) -> Iterator[Option]:
             yield from subject.option(route, Walk(way, (name,)), straight.ahead(distance - near), cost)
 
 
-def _turns(route: Route, subject: _Subject, word: str, end: Pose) -> Iterator[Option]:
-    """Yield a turn at, before or after a thing, if the path comes to it and turns there."""
+def _turns(route: DescribedRoute, subject: _Subject, word: str, end: Pose) -> Iterator[Option]:
+    """Yield a turn at, before or after a thing, if the path turns there."""
     waypoint, mark = subject.waypoint, subject.mark
     number = route.nearest(end, waypoint.number)
     onward, at_once = route.onward_heading(number), route.onward_heading(number, 2)
@@ -161,7 +158,7 @@ def _turns(route: Route, subject: _Subject, word: str, end: Pose) -> Iterator[Op
         return
     if not _is_ahead(waypoint.pose, end):
         return
-    if min(math.dist((mark.x, mark.z), place) for place in route.path[waypoint.number : number + 2]) > AT_THING:
+    if min(math.dist((mark.x, mark.z), place) for place in route.path[waypoint.number : number + 2]) > PLANNED_AT:
         return
     rotation = turn_between(end.heading, onward)
     direction = turn_word(rotation)
@@ -172,7 +169,7 @@ def _turns(route: Route, subject: _Subject, word: str, end: Pose) -> Iterator[Op
         yield from subject.option(route, step, end.turned(DEGREES[direction]), cost)
 
 
-def _building_options(route: Route, subject: _Subject) -> Iterator[Option]:
+def _building_options(route: DescribedRoute, subject: _Subject) -> Iterator[Option]:
     """Yield a walk past a building along its wall, and towards one that is straight ahead."""
     pose, mark, name = subject.waypoint.pose, subject.mark, subject.name
     houses = () if route.graph is None else route.graph.houses
@@ -186,17 +183,17 @@ def _building_options(route: Route, subject: _Subject) -> Iterator[Option]:
     if is_aside and abs(nearest[0]) < BESIDE_WALL and along > 1.0:
         side = "right" if nearest[0] > 0.0 else "left"
         far = max(ahead for across, ahead in corners if abs(across) < abs(nearest[0]) + 1.0)
-        told = side if route.random.random() < 0.6 else ""
-        yield from subject.option(route, Walk("past", (name,), told), pose.ahead(far + PAST_DISTANCE), 0.0)
+        stated_side = side if route.random.random() < 0.6 else ""
+        yield from subject.option(route, Walk("past", (name,), stated_side), pose.ahead(far + PAST_DISTANCE), 0.0)
     if abs(right) < 2.5 and along > REACHED_WITHIN["towards"] + 2.5:
         straight = Pose(pose.x, pose.z, bearing((pose.x, pose.z), (mark.x, mark.z)))
         end = straight.ahead(math.dist((pose.x, pose.z), (mark.x, mark.z)) - REACHED_WITHIN["towards"])
         yield from subject.option(route, Walk("towards", (name,)), end, 0.0)
 
 
-def _groups(route: Route, waypoint: Waypoint) -> Iterator[Option]:
-    """Yield continuations by several things that stand together, seen by now or soon."""
-    soon = replace(waypoint, number=min(waypoint.number + SOON, route.last))
+def _walks_by_groups(route: DescribedRoute, waypoint: Waypoint) -> Iterator[Option]:
+    """Yield candidate steps that refer to groups of landmarks, seen now or soon."""
+    soon = replace(waypoint, number=min(waypoint.number + GROUP_LOOKAHEAD, route.last))
     until = route.departures[min(waypoint.number + 12, route.last)]
     seen = [mark for mark in route.marks if mark.label.kind not in NEVER_SEVERAL and route.is_seen(mark, soon)]
     for mark in seen:
@@ -205,29 +202,31 @@ def _groups(route: Route, waypoint: Waypoint) -> Iterator[Option]:
         words = turn_towards(off)
         if words is None or (words and (waypoint.turned or not route.is_seen(mark, waypoint))):
             continue
-        if (words == ("around",) and waypoint.number > 0) or not turns_on(route, waypoint, words):
+        if (words == ("around",) and waypoint.number > 0) or not path_turns_by(route, waypoint, words):
             continue
         if not 2.0 <= math.dist(here, (mark.x, mark.z)) <= MAX_STEP_LENGTH:
             continue
         after = replace(waypoint, pose=waypoint.pose.turned(sum(DEGREES[word] for word in words)))
-        group = group_of(mark, route.of_kind(mark.label.kind), seen, after.pose, until)
+        group = group_nearest_to(mark, route.of_kind(mark.label.kind), seen, after.pose, until)
         if group is not None and not (waypoint.turned and waypoint.about == group.name.identity):
             yield from _group_options(route, group, tuple(Rotate(word) for word in words), after)
 
 
-def _group_options(route: Route, group: Group, turns: tuple[Step, ...], waypoint: Waypoint) -> Iterator[Option]:
-    """Yield walks past several things and to them, and turns at them."""
+def _group_options(
+    route: DescribedRoute, group: LandmarkGroup, turns: tuple[Step, ...], waypoint: Waypoint
+) -> Iterator[Option]:
+    """Yield walks past and to a group, and turns at it."""
     pose, marks = waypoint.pose, group.marks
-    liking = GROUP_COST if route.is_by_several else 0.0
+    liking = GROUP_COST if route.prefers_groups else 0.0
     if any(math.dist((mark.x, mark.z), route.goal) < 0.1 for mark in marks):
         return
     last = max(marks, key=lambda mark: pose.local(mark.x, mark.z)[1])
     end = pose_after_passing(pose, last.x, last.z, PAST_DISTANCE)
     if _is_ahead(pose, end):
         rights = [pose.local(mark.x, mark.z)[0] for mark in marks]
-        side = "right" if min(rights) > ASIDE else "left" if max(rights) < -ASIDE else ""
-        told = side if route.random.random() < 0.4 else ""
-        yield from route.option(waypoint, turns, Walk("past", (group.name,), told), end, liking)
+        side = "right" if min(rights) > PLANNED_ASIDE else "left" if max(rights) < -PLANNED_ASIDE else ""
+        stated_side = side if route.random.random() < 0.4 else ""
+        yield from route.option(waypoint, turns, Walk("past", (group.name,), stated_side), end, liking)
     x, z = sum(mark.x for mark in marks) / len(marks), sum(mark.z for mark in marks) / len(marks)
     straight = Pose(pose.x, pose.z, bearing((pose.x, pose.z), (x, z)))
     distance = math.dist((pose.x, pose.z), (x, z))
@@ -241,8 +240,10 @@ def _group_options(route: Route, group: Group, turns: tuple[Step, ...], waypoint
         yield from _turns(route, subject, word, pose_after_passing(pose, *beside, TURN_OFFSETS[word]))
 
 
-def _gaps(route: Route, waypoint: Waypoint, named: list[tuple[Landmark, Thing, float]]) -> Iterator[Option]:
-    """Yield walks between two landmarks, of one name or of two."""
+def _walks_between(
+    route: DescribedRoute, waypoint: Waypoint, named: list[tuple[Landmark, Thing, float]]
+) -> Iterator[Option]:
+    """Yield walks between two landmarks, whether their names are equal or not."""
     for (one, first, cost), (other, second, more) in combinations(named, 2):
         if first.kind in NO_POST or second.kind in NO_POST or first.which or second.which:
             continue
@@ -253,8 +254,8 @@ def _gaps(route: Route, waypoint: Waypoint, named: list[tuple[Landmark, Thing, f
             yield from route.option(waypoint, (), Walk("between", (first, second)), end, cost + more + 0.4)
 
 
-def _is_between(route: Route, waypoint: Waypoint, one: Landmark, other: Landmark) -> bool:
-    """Return whether the path leads between two landmarks: they stand on opposite sides of it where it is nearest."""
+def _is_between(route: DescribedRoute, waypoint: Waypoint, one: Landmark, other: Landmark) -> bool:
+    """Return whether two landmarks stand on opposite sides of the path where it is nearest to them."""
     number = route.nearest(Pose((one.x + other.x) / 2, (one.z + other.z) / 2, 0.0), waypoint.number)
     before, after = route.path[max(number - 2, 0)], route.path[min(number + 2, route.last)]
     here = Pose(*route.path[number], bearing(before, after))

@@ -1,4 +1,4 @@
-"""Names in a whole instruction: one thing has one name, and another of its kind is told apart from it."""
+"""Consistent names within one instruction: each thing keeps one name, and things of one kind get distinct names."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -10,22 +10,22 @@ from arramon_lang.meaning import PLACES, Navigation, Thing
 from arramon_lang.reference import map_mentions, mentions
 
 NEXT_SHARE = 0.5
-"""Probability that another thing of a kind farther on is called the next one, rather than another."""
+"""Probability that a second thing of a kind farther on is called "the next bench" rather than "another bench"."""
 
 
 COUNTED_ON_SHARE = 0.6
-"""Probability that another thing of a kind farther on is called the next one, though its colour would tell it apart."""
+"""Probability that a second thing of a kind is called "the next one" although its colour would distinguish it."""
 
 NOT_COUNTED_ON = (*COLLECTIBLES, *NEVER_BARE, "building")
-"""Kinds of which that is not said: there are too many of them in sight."""
+"""Kinds never called "the next one" if their colour distinguishes them: too many are in sight."""
 
 
 class Indistinct(ValueError):
-    """Two things of an instruction cannot be told apart by their names."""
+    """Two things of an instruction have no names that distinguish them."""
 
 
 def distinguish(meaning: Navigation, full_names: Mapping[str, Thing], random: Random) -> Navigation | None:
-    """Return the meaning with names that tell its things apart, or None if that is not possible.
+    """Return the meaning with a distinct name for each of its things, or None if that is not possible.
 
     Args:
         meaning: whose things have identities.
@@ -55,15 +55,15 @@ def distinguish(meaning: Navigation, full_names: Mapping[str, Thing], random: Ra
             if is_next and random.random() < COUNTED_ON_SHARE:
                 named[thing.identity] = thing = replace(thing, colour="", look="", which="next")
                 return thing
-        named[thing.identity] = told = _told_apart(thing, named, random, is_step=count < steps)
-        return told
+        named[thing.identity] = distinct = _distinct_name(thing, named, random, is_step=count < steps)
+        return distinct
 
     try:
-        told = map_mentions(meaning, name)
+        renamed = map_mentions(meaning, name)
     except Indistinct:
         return None
-    assert isinstance(told, Navigation)
-    return told
+    assert isinstance(renamed, Navigation)
+    return renamed
 
 
 def _counts(meaning: Navigation) -> dict[str, int]:
@@ -80,8 +80,8 @@ def _may_be_next(thing: Thing, earlier: list[Thing]) -> bool:
     return is_one and len(earlier) == 1 and not earlier[0].which and not earlier[0].number
 
 
-def _told_apart(thing: Thing, named: Mapping[str, Thing], random: Random, *, is_step: bool) -> Thing:
-    """Return a thing with a name that none of those named before has.
+def _distinct_name(thing: Thing, named: Mapping[str, Thing], random: Random, *, is_step: bool) -> Thing:
+    """Return a thing under a name that matches none of the things named before.
 
     Raises:
         Indistinct: if there is no such name.
@@ -97,7 +97,7 @@ def _told_apart(thing: Thing, named: Mapping[str, Thing], random: Random, *, is_
 
 
 def _may_be_taken_for(thing: Thing, other: Thing) -> bool:
-    """Return whether nothing that is said of two things of one kind differs."""
+    """Return whether the names of two things are compatible: same kind, and no stated attribute differs."""
     return (
         thing.kind == other.kind
         and (not thing.colour or not other.colour or thing.colour == other.colour)

@@ -1,19 +1,26 @@
-"""Continuations of a plan by places in the street: crossings, corners, streets that open, the end of the street."""
+"""Candidate steps that refer to places: crossings, corners, side streets, and the end of the street."""
 
 import math
 from collections.abc import Iterator
 from dataclasses import replace
 
 from arramon_client.world import turn_between
-from arramon_dataset.instructions.navigation.route import MAX_DEVIATION, Option, Route, Waypoint, turn_word, turns_on
+from arramon_dataset.instructions.navigation.route import (
+    DescribedRoute,
+    Option,
+    Waypoint,
+    path_turns_by,
+    turn_word,
+)
 from arramon_dataset.instructions.sight import Landmark
+from arramon_dataset.path_tolerances import PLANNED_DEVIATION
 from arramon_dataset.plans.graph import Junction, StreetGraph
 from arramon_lang.meaning import Rotate, Step, Thing, Walk
 from arramon_lang.street import CROSSED_DISTANCE, DEGREES
 from arramon_server.sim.geometry import Pose
 
 MAX_BEND = 25.0
-"""If the path's next steps differ by more degrees from its later direction, the path has not turned yet."""
+"""Maximum angle between the path's next steps and its later direction once a turn is complete, in degrees."""
 
 NAMES: dict[str, tuple[tuple[str, int], ...]] = {
     "crossing": (("intersection", 18), ("corner", 1), ("street", 1)),
@@ -25,70 +32,70 @@ NAMES: dict[str, tuple[tuple[str, int], ...]] = {
     "square": (("square", 2), ("corner", 1)),
     "": (("corner", 1),),
 }
-"""Kinds of things that a place may be called, with weights, by what it looks like to the walker."""
+"""Names for a place, with weights, by its appearance to the walker."""
 
 CROSSED = ("crossing", "left_turn", "right_turn", "fork")
-"""Kinds of junctions, as they look to the walker, that are walked across: people call them intersections."""
+"""Kinds of junctions, as the walker sees them, that people cross and call intersections."""
 
 ORDINALS = ("", "second", "third")
 
 NAMES_DRAWN = 3
-"""Names drawn for one place: where a judge refuses one, another may be right."""
+"""Names drawn for one place, since the judge may reject some of them."""
 
 PLACE_COST = -6.0
-"""Additional cost of a turn at a place: people tell the way by streets and corners first."""
+"""Additional cost of a turn at a place; negative because people prefer streets and corners to other landmarks."""
 
 COUNTED_COST = -5.0
-"""Additional cost of a street that is counted to, "the second street on the left"."""
+"""Additional cost of a counted street, such as "the second street on the left"."""
 
 WALK_COST = -1.0
 """Additional cost of a walk to a place, or across it."""
 
 SIDE_STREET_COST = 3.0
-"""The same where a street only opens on one side."""
+"""The same where a street opens on one side only."""
 
 NEAR_CORNER = 4.5
-"""Maximum distance of a building's corner from where one turns at it, in units."""
+"""Maximum distance of a building's corner from a turn that it marks, in units."""
 
 BUILDING_SHARE = 0.25
-"""Probability that a corner is told by its building where it can be."""
+"""Probability that a corner is named after its building where possible."""
 
 
-def place_options(route: Route, waypoint: Waypoint) -> Iterator[Option]:
-    """Yield turns into streets that open ahead, walks to places, and walks across them, possibly after a first turn."""
+def place_options(route: DescribedRoute, waypoint: Waypoint) -> Iterator[Option]:
+    """Yield turns into streets ahead, and walks to and across places, possibly after an initial turn."""
     yield from _options(route, waypoint, ())
     onward = route.onward_heading(waypoint.number)
     if waypoint.number == 0 and onward is not None:
         word = turn_word(turn_between(waypoint.pose.heading, onward))
-        if turns_on(route, waypoint, (word,)):
+        if path_turns_by(route, waypoint, (word,)):
             after = replace(waypoint, pose=waypoint.pose.turned(DEGREES[word]))
             yield from _options(route, after, (Rotate(word),))
 
 
-def _options(route: Route, waypoint: Waypoint, turns: tuple[Step, ...]) -> Iterator[Option]:
+def _options(route: DescribedRoute, waypoint: Waypoint, turns: tuple[Step, ...]) -> Iterator[Option]:
     openings = _openings_ahead(route, waypoint)
     for side, degrees in (("left", -90.0), ("right", 90.0)):
         own = [(along, mark) for along, mark in openings if mark.label.look == side]
         for number, (along, mark) in enumerate(own[: len(ORDINALS)]):
             if number and own[0][0] < 1.5:
-                continue  # Nobody could tell whether it counts.
+                continue  # Whether the first opening counts would be ambiguous.
             yield from _turn_into(route, waypoint, turns, openings, number, (along, mark), degrees)
     yield from _walks(route, waypoint, turns, openings)
 
 
-def _openings_ahead(route: Route, waypoint: Waypoint) -> list[tuple[float, Landmark]]:
+def _openings_ahead(route: DescribedRoute, waypoint: Waypoint) -> list[tuple[float, Landmark]]:
     """Return the openings along the course, each with its distance, in order."""
     found = []
     for mark in route.marks:
         if mark.label.kind == "intersection":
             right, along = waypoint.pose.local(mark.x, mark.z)
-            if along > -1.0 and abs(right) < MAX_DEVIATION:
+            if along > -1.0 and abs(right) < PLANNED_DEVIATION:
                 found.append((along, mark))
     return sorted(found, key=lambda item: (item[0], item[1].label.look))
 
 
 def _turn_into(
-    route: Route,
+    route: DescribedRoute,
     waypoint: Waypoint,
     turns: tuple[Step, ...],
     openings: list[tuple[float, Landmark]],
@@ -113,9 +120,13 @@ def _turn_into(
 
 
 def _name(
-    route: Route, openings: list[tuple[float, Landmark]], number: int, place: tuple[float, Landmark], pose: Pose
+    route: DescribedRoute,
+    openings: list[tuple[float, Landmark]],
+    number: int,
+    place: tuple[float, Landmark],
+    pose: Pose,
 ) -> Thing | None:
-    """Return what the street that opens, or the place where it does, may be called."""
+    """Return a name for a side street or for the place where it opens, or None."""
     along, mark = place
     junction = junction_of(route.graph, mark)
     if junction is None:
@@ -133,14 +144,14 @@ def _name(
 
 
 def _counted_name(
-    route: Route,
+    route: DescribedRoute,
     openings: list[tuple[float, Landmark]],
     number: int,
     place: tuple[float, Landmark],
     pose: Pose,
     junction: Junction,
 ) -> Thing | None:
-    """Return a name with an ordinal: of the streets on one side that are alike, or of the crossings on the way."""
+    """Return a name with an ordinal among the similar streets on one side, or None if they differ in kind."""
     along, mark = place
     before = [other for far, other in openings if far < along + 0.1]
     same_side = [other for other in before if other.label.look == mark.label.look]
@@ -152,7 +163,7 @@ def _counted_name(
 
 
 def looks_like(graph: StreetGraph | None, junction: Junction, mark: Landmark, heading: float) -> str:
-    """Return the key of NAMES for an opening, as it looks to a walker who arrives with this heading."""
+    """Return the key of NAMES for an opening, as seen by a walker who arrives with this heading."""
     if road_kind(graph, junction, mark, heading) == "alley":
         return "alley"
     kind = junction.kind_from(heading)
@@ -164,18 +175,18 @@ def looks_like(graph: StreetGraph | None, junction: Junction, mark: Landmark, he
 
 
 def junction_of(graph: StreetGraph | None, mark: Landmark) -> Junction | None:
-    """Return the junction that an opening is at; None if it is unknown."""
+    """Return the junction of an opening; None if it is unknown."""
     return graph.junction(mark.identity) if graph is not None and mark.identity.startswith("junction/") else None
 
 
 def road_kind(graph: StreetGraph | None, junction: Junction | None, mark: Landmark, heading: float) -> str:
-    """Return "street" or "alley" for what opens there; "" if it is unknown."""
+    """Return the kind of road behind an opening, "street" or "alley"; "" if it is unknown."""
     arm = None if junction is None else junction.arm_towards(heading + (-90.0 if mark.label.look == "left" else 90.0))
     return "" if arm is None or graph is None else graph.road(arm.road).kind
 
 
 def identity_of(junction: Junction, mark: Landmark, heading: float, kind: str) -> str:
-    """Return the identity of the thing of this kind at an opening: the street itself, or the place."""
+    """Return the identity at an opening: of the street for "street" and "alley", otherwise of the junction."""
     if kind in ("street", "alley"):
         arm = junction.arm_towards(heading + (-90.0 if mark.label.look == "left" else 90.0))
         if arm is not None:
@@ -183,8 +194,8 @@ def identity_of(junction: Junction, mark: Landmark, heading: float, kind: str) -
     return junction.identity
 
 
-def _building_corner(route: Route, junction: Junction, mark: Landmark, at: Pose) -> Thing | None:
-    """Return the near corner of the street that opens, by its building, if no other there looks alike."""
+def _building_corner(route: DescribedRoute, junction: Junction, mark: Landmark, at: Pose) -> Thing | None:
+    """Return the near corner of a side street, named after its building; None if another building looks alike."""
     assert route.graph is not None
     side = -1.0 if mark.label.look == "left" else 1.0
     near = []
@@ -209,7 +220,7 @@ def _building_corner(route: Route, junction: Junction, mark: Landmark, at: Pose)
 
 
 def _walks(
-    route: Route, waypoint: Waypoint, turns: tuple[Step, ...], openings: list[tuple[float, Landmark]]
+    route: DescribedRoute, waypoint: Waypoint, turns: tuple[Step, ...], openings: list[tuple[float, Landmark]]
 ) -> Iterator[Option]:
     """Yield walks to the next crossing or to the end of the street, and across the next crossing."""
     ahead = [(along, mark) for along, mark in openings if along >= 1.5]
@@ -233,5 +244,5 @@ def _walks(
 
 
 def _place(kind: str, junction: Junction) -> Thing:
-    """Return a junction under a name, with the number of streets that meet there."""
+    """Return a junction as a thing of this kind, with its number of arms."""
     return Thing(kind, identity=junction.identity, arms=len(junction.arms))

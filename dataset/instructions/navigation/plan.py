@@ -1,8 +1,8 @@
-"""Planning of navigation instructions: steps in no language, from the ground truth's path and the landmarks along it.
+"""Planning of navigation instructions: language-independent steps that describe the ground-truth path.
 
 A plan is a sequence of steps from landmark to landmark and from place to place. Each step's end is predicted with the
-follower's semantics (agents/follower/navigation.py), and the next step is planned from there. A step that a judge has
-faults to find with is not taken, but the next best one.
+follower's semantics (agents/follower/navigation.py), and the next step is planned from there. The planner searches
+depth first, cheapest step first, and skips steps that the judge rejects.
 """
 
 import math
@@ -15,21 +15,20 @@ from arramon_client.world import bearing, turn_between
 from arramon_dataset.instructions.navigation.choice import fits, full_name
 from arramon_dataset.instructions.navigation.landmarks import PLACES as OPEN_PLACES
 from arramon_dataset.instructions.navigation.landmarks import landmark_options
-from arramon_dataset.instructions.navigation.legs import Place, max_deviation
 from arramon_dataset.instructions.navigation.names import distinguish
 from arramon_dataset.instructions.navigation.places import place_options
 from arramon_dataset.instructions.navigation.route import (
-    MAX_DEVIATION,
-    STRAIGHT,
+    DescribedRoute,
     Option,
-    Route,
     Waypoint,
+    path_turns_by,
     turn_towards,
     turn_word,
-    turns_on,
 )
 from arramon_dataset.instructions.navigation.target import describe
 from arramon_dataset.instructions.sight import Landmark
+from arramon_dataset.path_tolerances import PLANNED_DEVIATION, PLANNED_STRAIGHT
+from arramon_dataset.paths import Place, max_deviation
 from arramon_dataset.plans.graph import StreetGraph
 from arramon_lang.meaning import PLACES, Face, Navigation, Rotate, Step, Thing, Walk
 from arramon_lang.reference import mentions
@@ -37,46 +36,46 @@ from arramon_server.sim.geometry import Pose
 from arramon_server.sim.rules import Collectible
 
 AHEAD = 8
-"""Maximum length of a walk straight on that no landmark ends, in steps."""
+"""Maximum length of a walk straight ahead without a landmark at its end, in steps."""
 
 MAX_STEPS = 9
 """Maximum number of steps of a plan."""
 
 TRIED = 24
-"""Places along the path from which continuations are tried before planning fails."""
+"""Maximum number of partial plans to extend before planning fails."""
 
 UNTIL_SEEN = 0.4
-"""Probability that a walk straight to the target is told by it: "walk until you see the mug"."""
+"""Probability that a final straight walk refers to the target: "walk until you see the mug"."""
 
 ALONG_STREET = 0.18
-"""Probability that a walk down a street is told before what comes on it."""
+"""Probability of "walk down the street" before the first landmark on a street."""
 
 MORE_SHARE = 0.1
-"""Probability that something on the way is told though the target could be seen, where it is far."""
+"""Probability of another intermediate step although the target, far off, is already visible."""
 
 FACE_FIRST = 0.6
-"""Probability that the first turn is told by what one then faces, where that is clear."""
+"""Probability that the first turn is described by the landmark to face, where that is unambiguous."""
 
 
 class Judge(Protocol):
-    """Follows the steps of a plan, and says which are not so."""
+    """Accepts or rejects the steps of a plan, one after another."""
 
     def after(self, steps: tuple[Step, ...]) -> "Judge | None":
-        """Return the judge after further steps; None if there is a fault to find with one of them."""
+        """Return the judge after further steps; None if it rejects one of them."""
 
     def may_end(self, target: Thing) -> bool:
-        """Return whether nothing is wrong with what is said of the target, nor missing on the way to it."""
+        """Return whether the plan may end here: the target's description is true and no step is missing."""
 
 
-class Lenient:
-    """A judge that finds no faults."""
+class AcceptAll:
+    """A judge that accepts every step."""
 
-    def after(self, steps: tuple[Step, ...]) -> "Lenient":  # noqa: ARG002 - a judge's
+    def after(self, steps: tuple[Step, ...]) -> "AcceptAll":  # noqa: ARG002 - a judge's
         """Return this judge."""
         return self
 
     def may_end(self, target: Thing) -> bool:  # noqa: ARG002 - a judge's
-        """Return that it may."""
+        """Return True."""
         return True
 
 
@@ -90,7 +89,7 @@ def plan_navigation(
     graph: StreetGraph | None = None,
     judge: Judge | None = None,
 ) -> Navigation | None:
-    """Return the meaning of an instruction to walk a path, or None if no plan leads there.
+    """Return the meaning of an instruction to walk a path, or None if planning fails.
 
     Args:
         path: distinct positions (x, z) of the ground truth.
@@ -99,14 +98,14 @@ def plan_navigation(
         street: all collectibles of the turn, including the target.
         marks: result of `sight.find_landmarks` for the poses; can be reused for many draws.
         random: draws the wording; another draw gives another plan.
-        graph: of the section's streets, whose places are named; None to name none by what they look like.
-        judge: of the steps; None to take all of them for good.
+        graph: of the section's streets; None to call every place a corner.
+        judge: of the steps; None to accept all of them.
     """
     thing = describe(target, street, marks, poses, random)
     if thing is None:
         return None
-    route = Route(path, poses, marks, (target.position.x, target.position.z), graph, random)
-    steps = _Planner(route, thing).steps(judge or Lenient())
+    route = DescribedRoute(path, poses, marks, (target.position.x, target.position.z), graph, random)
+    steps = _Planner(route, thing).steps(judge or AcceptAll())
     if steps is None:
         return None
     full_names = {mark.identity: full_name(mark) for mark in marks if mark.label.kind not in OPEN_PLACES}
@@ -116,19 +115,19 @@ def plan_navigation(
 class _Planner:
     """Builds the steps of a plan."""
 
-    def __init__(self, route: Route, target: Thing) -> None:
+    def __init__(self, route: DescribedRoute, target: Thing) -> None:
         self._route, self._target, self._random = route, target, route.random
         self._around = [mark for mark in route.marks if mark.glimpsed is not None and mark.glimpsed <= 0]
         seen = [route.first_seen(mark) for mark in route.marks if (mark.x, mark.z) == route.goal]
         self._target_seen = min(seen, default=math.inf)
 
     def steps(self, judge: Judge) -> tuple[Step, ...] | None:
-        """Return all steps, or None if none that lead to the target were found."""
+        """Return all steps to the target, or None if the search fails."""
         self._left = TRIED
         return self._from(Waypoint(self._route.start, 0), (), judge)
 
     def _from(self, waypoint: Waypoint, steps: tuple[Step, ...], judge: Judge) -> tuple[Step, ...] | None:
-        """Return all steps, of which the first lead to a waypoint; None if no others were found."""
+        """Return a complete plan that extends `steps`, which end at the waypoint; None if there is none."""
         if not self._left or len(steps) > MAX_STEPS:
             return None
         self._left -= 1
@@ -140,10 +139,10 @@ class _Planner:
         for option in self._options(waypoint, is_optional=last is not None):
             if option.steps[-1] == Walk("ahead") == next(reversed(steps), None):
                 continue
-            for told in self._tellings(waypoint, option, is_first=not steps):
-                after = None if self._mixes((*steps, *told)) else judge.after(told)
+            for wording in self._wordings(waypoint, option, is_first=not steps):
+                after = None if self._mixes((*steps, *wording)) else judge.after(wording)
                 if after is not None:
-                    whole = self._from(option.waypoint, (*steps, *told), after)
+                    whole = self._from(option.waypoint, (*steps, *wording), after)
                     if whole is not None:
                         return whole
                     break
@@ -152,7 +151,7 @@ class _Planner:
         return steps if steps and waypoint.number >= self._route.last and judge.may_end(self._target) else None
 
     def _mixes(self, steps: tuple[Step, ...]) -> bool:
-        """Return whether several things are named together, and one of their kind, or others, apart from them."""
+        """Return whether steps name both a group and other things of the same kind."""
         named: dict[str, set[str]] = {}
         several = set()
         for thing in mentions(Navigation(steps, self._target)):
@@ -166,7 +165,7 @@ class _Planner:
         return after is not None and after.may_end(self._target)
 
     def _options(self, waypoint: Waypoint, *, is_optional: bool) -> list[Option]:
-        """Return the continuations at a waypoint, the best first; no turns where nothing more need be said."""
+        """Return the candidate steps at a waypoint, the cheapest first; no turns if the plan could end here."""
         route = self._route
         options = sorted([*place_options(route, waypoint), *landmark_options(route, waypoint)], key=lambda o: o.cost)
         if is_optional:
@@ -174,43 +173,43 @@ class _Planner:
         ahead = self._ahead(waypoint)
         return options if ahead is None else [*options, ahead]
 
-    def _tellings(self, waypoint: Waypoint, option: Option, *, is_first: bool) -> list[tuple[Step, ...]]:
-        """Return the steps of an option as they are told, then in fewer words: as they are, and without a side."""
-        told = self._with_facing(option) if is_first else (*self._along_street(waypoint, option), *option.steps)
-        tellings = [told] if told == option.steps else [told, option.steps]
+    def _wordings(self, waypoint: Waypoint, option: Option, *, is_first: bool) -> list[tuple[Step, ...]]:
+        """Return alternative wordings of an option's steps: elaborate, plain, and without the stated side."""
+        wording = self._with_facing(option) if is_first else (*self._along_street(waypoint, option), *option.steps)
+        wordings = [wording] if wording == option.steps else [wording, option.steps]
         step = option.steps[-1]
         if (
             isinstance(step, Walk) and step.way == "past" and step.side
         ):  # Where the side is refused, the rest may be so.
-            tellings.append((*option.steps[:-1], replace(step, side="")))
-        return tellings
+            wordings.append((*option.steps[:-1], replace(step, side="")))
+        return wordings
 
     def _may_say_more(self, waypoint: Waypoint) -> bool:
         far = math.dist((waypoint.pose.x, waypoint.pose.z), self._route.goal)
         return far > 9.0 and self._random.random() < MORE_SHARE
 
     def _final_steps(self, waypoint: Waypoint) -> tuple[Step, ...] | None:
-        """Return the remaining steps if the target comes into view, else None."""
+        """Return the final steps if the target comes into view, else None."""
         route = self._route
         here = waypoint.pose.x, waypoint.pose.z
         soon = min(waypoint.number + 1, route.last)
         if self._target_seen > route.departures[soon]:
             return None
-        if max_deviation(route.path, waypoint.number, route.last, here, route.goal) > MAX_DEVIATION:
+        if max_deviation(route.path, waypoint.number, route.last, here, route.goal) > PLANNED_DEVIATION:
             return None
         off = turn_between(waypoint.pose.heading, bearing(here, route.goal))
         words = turn_towards(off)
-        if words is None or (words and waypoint.turned) or not turns_on(route, waypoint, words):
+        if words is None or (words and waypoint.turned) or not path_turns_by(route, waypoint, words):
             return None
         turns = tuple(Rotate(word) for word in words)
         far = math.dist(here, route.goal)
         if far > 4.0 and self._target.look and not route.has_twin and self._random.random() < UNTIL_SEEN:
             way = self._random.choice(("until", "to", "towards", "until") if abs(off) < 25.0 else ("to", "towards"))
-            return (*turns, Walk(way, (self._target,), straight=not turns and abs(off) <= STRAIGHT))
+            return (*turns, Walk(way, (self._target,), straight=not turns and abs(off) <= PLANNED_STRAIGHT))
         return turns
 
     def _along_street(self, waypoint: Waypoint, option: Option) -> tuple[Step, ...]:
-        """Return a walk down the street that the last turn led into, sometimes; nothing where it is not clear."""
+        """Return a walk along the street entered by the last turn, drawn at random; () if the street is ambiguous."""
         graph, step = self._route.graph, option.steps[-1]
         is_on = (isinstance(step, Walk) and step.way == "past") or (isinstance(step, Rotate) and step.at != "")
         if graph is None or not waypoint.turned or not is_on or len(option.steps) > 1:
@@ -221,7 +220,7 @@ class _Planner:
         return (Walk("along", (Thing(roads[0].kind, identity=roads[0].identity),)),)
 
     def _ahead(self, waypoint: Waypoint) -> Option | None:
-        """Return a walk straight on to where more is seen, possibly after a turn; None if it leads nowhere."""
+        """Return a walk straight ahead, possibly after a turn, to a place with more in view; None if there is none."""
         route = self._route
         onward = route.onward_heading(waypoint.number, 4)
         if onward is None or waypoint.number >= route.last:
@@ -230,7 +229,7 @@ class _Planner:
         turns: tuple[Step, ...] = ()
         if abs(rotation) > (36.0 if waypoint.turned else 20.0):
             word = turn_word(rotation)
-            if waypoint.turned or not turns_on(route, waypoint, (word,)):
+            if waypoint.turned or not path_turns_by(route, waypoint, (word,)):
                 return None
             turns = (Rotate(word),)
         here = route.path[waypoint.number]
@@ -243,7 +242,7 @@ class _Planner:
         return Option(0.0, (*turns, Walk("ahead")), Waypoint(pose, number, turned=True))
 
     def _with_facing(self, option: Option) -> tuple[Step, ...]:
-        """Return the option's steps, with the first turn sometimes expressed as facing a landmark."""
+        """Return the option's steps, with the first turn sometimes replaced by facing a landmark."""
         after = option.steps[-1]
         is_turn_at = isinstance(after, Rotate) and after.at == "at"  # "Face the bin, turn left at that bin."
         if len(option.steps) < 2 or is_turn_at or self._random.random() > FACE_FIRST:
@@ -260,6 +259,6 @@ class _Planner:
         return (Face(thing), after)
 
 
-def _is_straight(route: Route, here: Place, heading: float, number: int) -> bool:
+def _is_straight(route: DescribedRoute, here: Place, heading: float, number: int) -> bool:
     """Return whether a place of the path is straight ahead."""
     return abs(turn_between(heading, bearing(here, route.path[number]))) < 28.0

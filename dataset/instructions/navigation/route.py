@@ -1,4 +1,4 @@
-"""The ground truth's path as the planner sees it: where it is, where it leads on, what has been seen by then."""
+"""The ground-truth path as the planner uses it: positions, directions, and the landmarks seen so far."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -6,44 +6,39 @@ from dataclasses import dataclass, replace
 from random import Random
 
 from arramon_client.world import bearing, turn_between
-from arramon_dataset.instructions.navigation.legs import Place, legs_of, max_deviation
 from arramon_dataset.instructions.sight import Landmark
+from arramon_dataset.path_tolerances import (
+    PLANNED_AROUND,
+    PLANNED_DEVIATION,
+    PLANNED_IN_VIEW,
+    PLANNED_SLIGHT,
+    PLANNED_STRAIGHT,
+)
+from arramon_dataset.paths import PathGeometry, Place, max_deviation
 from arramon_dataset.plans.graph import StreetGraph
 from arramon_lang.meaning import Rotate, Step, Walk
 from arramon_lang.reference import things_of
 from arramon_lang.street import DEGREES, PASSED_WITHIN
 from arramon_server.sim.geometry import Pose, wrap
 
-MAX_DEVIATION = 1.8
-"""Maximum distance of a step from the path, in units."""
-
-IN_VIEW = 40.0
-"""Maximum angle between the course and a landmark, with or without a turn before it, in degrees."""
-
-SLIGHT, AROUND = 45.0, 145.0
-"""Greatest turn that is slight, and least that is one around, in degrees."""
-
 SNAP = 40.0
-"""Maximum angle between a step's course and the path for the walker to go on in the path's direction, in degrees."""
+"""Maximum angle between a step's course and the path at which the course is replaced by the path's, in degrees."""
 
-STRAIGHT = 15.0
-"""Maximum angle from the course, and from the path, of what one walks straight to, in degrees."""
-
-SEVERAL_SHARE = 0.9
-"""Probability that a way is told by things that stand together ("the cones"), where it can be."""
+GROUP_PREFERENCE = 0.9
+"""Probability that a plan prefers groups of landmarks ("the cones") where there are any."""
 
 MAX_STEP_LENGTH = 30
-"""Maximum distance that one step leads, in units."""
+"""Maximum length of one step of a plan, in units."""
 
 
 @dataclass(frozen=True, slots=True)
 class Waypoint:
-    """Where the steps so far lead.
+    """The predicted state after some steps.
 
     Attributes:
         pose: position, with the course as heading.
         number: index of the nearest place in the path.
-        turned: whether the last step was a turn: a second one at once means that the first was misplaced.
+        turned: whether the last step was a turn; the planner never puts one turn directly after another.
         about: identity of the thing of the last step; "" if it had none.
     """
 
@@ -62,7 +57,7 @@ class Option:
     waypoint: Waypoint
 
 
-class Route:
+class DescribedRoute:
     """A path with the landmarks seen along it.
 
     Args:
@@ -74,9 +69,10 @@ class Route:
         random: draws all choices.
 
     Attributes:
+        geometry: directions of the path.
         target: the target's label; None if it is not among the landmarks.
         has_twin: whether another object looks like the target.
-        is_by_several: whether the way is told by things that stand together, where it can be.
+        prefers_groups: whether the plan prefers groups of landmarks.
     """
 
     def __init__(
@@ -94,8 +90,8 @@ class Route:
         self._first = {id(mark): next((n for n in mark.seen if n >= 0), len(poses)) for mark in marks}
         self.target = next((mark.label for mark in marks if (mark.x, mark.z) == goal), None)
         self.has_twin = sum(mark.label == self.target for mark in marks) > 1
-        self.is_by_several = random.random() < SEVERAL_SHARE
-        self.corners = [leg.last for leg in legs_of(path)]
+        self.prefers_groups = random.random() < GROUP_PREFERENCE
+        self.geometry = PathGeometry(path, self.start.heading, goal)
         self._by_kind: dict[str, list[Landmark]] = {}
         for mark in marks:
             self._by_kind.setdefault(mark.label.kind, []).append(mark)
@@ -112,21 +108,21 @@ class Route:
         return len(self.path) - 1
 
     def of_kind(self, kind: str) -> Sequence[Landmark]:
-        """Return the landmarks of a kind, in the order of `marks`: no others can be confused by name."""
+        """Return the landmarks of a kind, in the order of `marks`; only these can share a name."""
         return self._by_kind.get(kind, ())
 
     def first_seen(self, mark: Landmark) -> int:
-        """Return the index of the first pose on the way from which a landmark is seen; that after the last if none."""
+        """Return the index of the first pose from which a landmark is seen; the number of poses if there is none."""
         return self._first[id(mark)]
 
     def is_seen(self, mark: Landmark, waypoint: Waypoint) -> bool:
-        """Return whether a landmark has been seen on the way to a waypoint."""
+        """Return whether a landmark is seen before the walker leaves a waypoint."""
         return self.first_seen(mark) <= self.departures[waypoint.number]
 
     def option(
         self, waypoint: Waypoint, turns: tuple[Step, ...], step: Step, end: Pose, cost: float
     ) -> Iterator[Option]:
-        """Yield the continuation by these steps if they advance along the path."""
+        """Yield these steps as an option if they advance along the path."""
         if isinstance(step, Walk) and step.things:
             step = replace(step, straight=self._is_straight(waypoint, turns, end))
         number = self.nearest(end, waypoint.number)
@@ -135,7 +131,7 @@ class Route:
         here = waypoint.pose.x, waypoint.pose.z
         off = math.dist((end.x, end.z), self.path[number])
         strayed = max_deviation(self.path, waypoint.number, number, here, (end.x, end.z))
-        if off > MAX_DEVIATION or strayed > MAX_DEVIATION:
+        if off > PLANNED_DEVIATION or strayed > PLANNED_DEVIATION:
             return
         gain = min(number - waypoint.number, 14)
         onward = self.onward_heading(number)
@@ -146,7 +142,7 @@ class Route:
         yield Option(total, (*turns, step), Waypoint(pose, number, isinstance(step, Rotate), about))
 
     def _on_path(self, end: Pose, number: int, step: Step) -> Pose:
-        """Return the pose after a step with the path's direction there as its course, unless it differs by far."""
+        """Return the pose after a step, its course aligned with the path unless they differ by more than SNAP."""
         before, here = self.path[max(number - 3, 0)], self.path[number]
         is_turn = isinstance(step, Rotate) or before == here
         course = self.onward_heading(number, 3) if is_turn else bearing(before, here)
@@ -155,42 +151,40 @@ class Route:
         return Pose(end.x, end.z, course)
 
     def _is_straight(self, waypoint: Waypoint, turns: tuple[Step, ...], end: Pose) -> bool:
-        """Return whether a step's end is straight ahead, by the course and by the path as it was or is turned to."""
+        """Return whether a step's end is straight ahead of the walker's course and of the path before and after."""
         here = waypoint.pose.x, waypoint.pose.z
         towards = bearing(here, (end.x, end.z))
         onward = self.onward_heading(waypoint.number, 3)
-        came = bearing(self.path[max(waypoint.number - 3, 0)], self.path[waypoint.number]) if waypoint.number else None
+        came = self.geometry.heading_before(waypoint.number) if waypoint.number else None
         courses = [waypoint.pose.heading, onward, None if turns or waypoint.turned else came]
-        return all(course is None or abs(turn_between(course, towards)) <= STRAIGHT for course in courses)
+        return all(course is None or abs(turn_between(course, towards)) <= PLANNED_STRAIGHT for course in courses)
 
     def nearest(self, pose: Pose, since: int) -> int:
         """Return the index of the place in the path nearest to a pose, from `since` on."""
-        until = min(since + MAX_STEP_LENGTH, len(self.path))
-        return min(range(since, until), key=lambda i: math.dist(self.path[i], (pose.x, pose.z)))
+        return self.geometry.nearest((pose.x, pose.z), since, since + MAX_STEP_LENGTH - 1)
 
     def onward_heading(self, number: int, far: int = 5) -> float | None:
         """Return the direction of the path from a place over its next `far` places; None at its end."""
-        ahead = min(number + far, self.last)
-        if ahead <= number:
-            return None if self.path[number] == self.goal else bearing(self.path[number], self.goal)
-        return wrap(bearing(self.path[number], self.path[ahead]))
+        if number < self.last:
+            return wrap(self.geometry.heading_after(number, far))
+        return None if self.path[number] == self.goal else self.geometry.heading_after(number)
 
 
-def turns_on(route: Route, waypoint: Waypoint, words: tuple[str, ...]) -> bool:
-    """Return whether the path turns at a waypoint as these words say, or without words, not by more than slightly."""
+def path_turns_by(route: DescribedRoute, waypoint: Waypoint, words: tuple[str, ...]) -> bool:
+    """Return whether the path turns at a waypoint as the words say; without words, whether it hardly turns."""
     onward = route.onward_heading(waypoint.number)
     if onward is None:
         return not words
     turned = turn_between(waypoint.pose.heading, onward)
-    return turn_word(turned) == words[0] and abs(turned) >= 12.0 if words else abs(turned) <= SLIGHT
+    return turn_word(turned) == words[0] and abs(turned) >= 12.0 if words else abs(turned) <= PLANNED_SLIGHT
 
 
 def turn_word(degrees: float) -> str:
-    """Return which of `meaning.TURNS` a turn by so many degrees is, positive clockwise."""
+    """Return the name in `meaning.TURNS` of a turn by this many degrees, positive clockwise."""
     side = "right" if degrees > 0.0 else "left"
-    if abs(degrees) >= AROUND:
+    if abs(degrees) >= PLANNED_AROUND:
         return "around"
-    return f"slightly {side}" if abs(degrees) <= SLIGHT else side
+    return f"slightly {side}" if abs(degrees) <= PLANNED_SLIGHT else side
 
 
 def pose_after_passing(pose: Pose, x: float, z: float, beyond: float) -> Pose:
@@ -203,7 +197,7 @@ def pose_after_passing(pose: Pose, x: float, z: float, beyond: float) -> Pose:
 
 def turn_towards(off: float) -> tuple[str, ...] | None:
     """Return the turn that brings a landmark at this angle to the course into view, or None if there is none."""
-    if abs(off) <= IN_VIEW:
+    if abs(off) <= PLANNED_IN_VIEW:
         return ()
     word = turn_word(off)
-    return (word,) if abs(turn_between(DEGREES[word], off)) <= IN_VIEW else None
+    return (word,) if abs(turn_between(DEGREES[word], off)) <= PLANNED_IN_VIEW else None

@@ -6,45 +6,38 @@ from random import Random
 
 from arramon_client.world import COLLECTIBLES
 from arramon_dataset.instructions.navigation.choice import full_name
-from arramon_dataset.instructions.navigation.groups import groups_around
+from arramon_dataset.instructions.navigation.groups import groups_centred_on
 from arramon_dataset.instructions.sight import Landmark
+from arramon_dataset.path_tolerances import (
+    PLANNED_LAST_VIEWS,
+    PLANNED_NEAR,
+    PLANNED_RELATION_ANGLE,
+    PLANNED_TWIN_GAP,
+    PLANNED_ZEBRA_MARGIN,
+)
+from arramon_dataset.paths import Place, along_relation, offset_seen_from
 from arramon_lang.meaning import Thing, Where
-from arramon_server.sim.assets.roadside import ZEBRA_LENGTH, ZEBRA_WIDTH
 from arramon_server.sim.geometry import Pose
 from arramon_server.sim.labels import SegmentationLabel
 from arramon_server.sim.rules import Collectible
 
-NEAR = 3.0
-"""Maximum distance of a landmark from the target, in units."""
-
 BUILDING_SHARE = 0.25
-"""Probability that a building may tell a target's place."""
+"""Probability that a building is considered for locating a target."""
 
 COLLECTIBLE_LIKING = 0.5
-"""How many units nearer than other landmarks another collectible seems."""
+"""Bonus for collectibles in the choice of a landmark, as units of distance."""
 
 UNSUITED = ("intersection", "junction", "corner")
-"""Kinds of landmarks that a target's place is not told by."""
+"""Kinds of landmarks that never locate a target."""
 
 UNPLACED = 0.15
-"""Probability that the place is not told of a target that looks like no other object."""
-
-APART = 8.0
-"""Distance from another object that looks like the target within which nothing may be called as what tells the target's
-place, in units."""
+"""Probability of omitting the location of a target with a unique appearance."""
 
 GROUP_SHARE = 0.8
-"""Probability that things that stand together by the target are named together."""
-
-LAST_VIEWS, OFF_SIDE = 6, 65.0
-"""Last poses from all of which the target is on the told side of a landmark, and maximum angle between that side and
-where it is, in degrees."""
-
-ON_ZEBRA = (ZEBRA_WIDTH / 2 + 0.4, ZEBRA_LENGTH / 2 + 0.4)
-"""Half the size of the ground that a zebra crossing covers, with half of an object at its edge, in units."""
+"""Probability of a plural name for a group near the target."""
 
 FULL = 0.85
-"""Probability that the name is complete though fewer words suffice."""
+"""Probability of the complete name although fewer words suffice."""
 
 
 def describe(
@@ -87,8 +80,8 @@ def describe(
 
 
 def _is_by_any(mark: Landmark, twins: Sequence[Landmark]) -> bool:
-    """Return whether a landmark could tell where one of the target's twins is."""
-    return any(math.dist((mark.x, mark.z), (twin.x, twin.z)) < APART for twin in twins)
+    """Return whether a landmark is near an object that looks like the target."""
+    return any(math.dist((mark.x, mark.z), (twin.x, twin.z)) < PLANNED_TWIN_GAP for twin in twins)
 
 
 def _where(
@@ -100,27 +93,25 @@ def _where(
 ) -> tuple[Where, ...]:
     """Return the target's relation to a landmark near it, as seen when arriving along the path.
 
-    `elsewhere` are the landmarks near others that look like the target: what is called the same is not used, and no
-    building. None if there are no others.
+    `elsewhere` are the landmarks near objects that look like the target, or None if there are no such objects. If there
+    are, no landmark with the same label and no building is used.
     """
     view = poses[max(len(poses) - 6, 0)]
     x, z = target.position.x, target.position.z
-    heading = math.degrees(math.atan2(x - view.x, z - view.z))
-    came = Pose(x, z, heading % 360.0)
     is_alone = elsewhere is None
     unsuited = UNSUITED if random.random() < BUILDING_SHARE and is_alone else (*UNSUITED, "building")
     near = []
     marks = [mark for mark in every if mark.seen]
     for mark in marks:
-        right, ahead = came.local(mark.x, mark.z)
+        right, ahead = offset_seen_from((view.x, view.z), (x, z), (mark.x, mark.z))
         distance = math.hypot(right, ahead)
         if (
             mark.label.kind in unsuited
             or mark.label.look == "grey"
-            or distance > NEAR
+            or distance > PLANNED_NEAR
             or distance < 0.1
             or mark.seen[-1] < len(poses) - 10
-            or _is_under(mark, x, z)
+            or mark.covers_ground(x, z, PLANNED_ZEBRA_MARGIN)
             or any(mark.label == other.label for other in elsewhere or ())
         ):
             continue
@@ -136,32 +127,18 @@ def _where(
             relation = "left_of" if right > 0.0 else "right_of"
         elif abs(ahead) > 1.5 * abs(right):
             relation = "in_front_of" if ahead > 0.0 else "behind"
-    if not all(_is_so_from(pose, relation, (x, z), mark) for pose in poses[-LAST_VIEWS:]):
+    if not all(_is_so_from(pose, relation, (x, z), mark) for pose in poses[-PLANNED_LAST_VIEWS:]):
         relation = "near"
-    group = next(groups_around(mark, every, marks, len(poses)), None)
+    group = next(groups_centred_on(mark, every, marks, len(poses)), None)
     if group is not None and is_alone and random.random() < GROUP_SHARE:
         return (Where("near", (group.name,)),)
     return (Where(relation, (name,)),)
 
 
-def _is_under(mark: Landmark, x: float, z: float) -> bool:
-    """Return whether a landmark is what a place is on, a zebra crossing, and so not next to it."""
-    across, along = Pose(mark.x, mark.z, mark.heading).local(x, z)
-    return mark.label.kind == "zebra_crossing" and abs(across) <= ON_ZEBRA[0] and abs(along) <= ON_ZEBRA[1]
-
-
-def _is_so_from(view: Pose, relation: str, place: tuple[float, float], mark: Landmark) -> bool:
-    """Return whether a place is clearly on the told side of a landmark, for who looks at the place from a pose."""
-    x, z = place
-    towards = math.degrees(math.atan2(x - view.x, z - view.z))
-    right, ahead = Pose(x, z, towards % 360.0).local(mark.x, mark.z)
-    sides = {
-        "left_of": (right, ahead),
-        "right_of": (-right, ahead),
-        "in_front_of": (ahead, right),
-        "behind": (-ahead, right),
-    }
-    if relation not in sides:
+def _is_so_from(view: Pose, relation: str, place: Place, mark: Landmark) -> bool:
+    """Return whether a place is clearly in a relation to a landmark, as seen from a pose."""
+    offset = along_relation(relation, *offset_seen_from((view.x, view.z), place, (mark.x, mark.z)))
+    if offset is None:
         return True
-    along, across = sides[relation]
-    return along > 0.0 and abs(across) <= math.tan(math.radians(OFF_SIDE)) * along
+    along, across = offset
+    return along > 0.0 and abs(across) <= math.tan(math.radians(PLANNED_RELATION_ANGLE)) * along

@@ -1,7 +1,8 @@
-"""Recovery of a section's landmarks from what people said about them along known paths.
+"""Recovery of a section's landmarks from people's instructions along known paths.
 
-`mentions` reads the texts, `walks` and `kernels` say where a mentioned thing may be, `alignment` finds the moment of
-each mention, `mixture` the places on which many mentions agree, and `recovery` runs them in turns. `scenery` builds
-what was recovered into a section, `own` gives each episode what its own texts name, and `strays` what nobody named.
-`agreement` says which mentions of a text fit a world.
+`mentions` reads the texts; `turn_paths` and `kernels` give the likelihood of a mentioned thing at each place;
+`alignment` finds the place of the walker at each mention, and `mixture` the places on which many mentions agree;
+`recovery` alternates these two. `scenery` adds the recovered landmarks to a section, `text_colours` changes their
+colours to those that an episode's own texts state, `own_furniture` adds the furniture that these texts name, and
+`distracters` furniture that they do not name. `agreement` decides which mentions of a text are true in a world.
 """

@@ -1,4 +1,4 @@
-"""Agreement of a text with a world: whether each thing that it names is there, where its alignment puts it."""
+"""Agreement of a text with a world: whether each named thing stands where the text's alignment implies."""
 
 from collections.abc import Mapping, Sequence
 from functools import cache
@@ -6,43 +6,43 @@ from functools import cache
 import numpy as np
 from scipy import ndimage
 
-from arramon_dataset.release.landmarks.alignment import Aligned
+from arramon_dataset.release.landmarks.alignment import EventAlignment
 from arramon_dataset.release.landmarks.kernels import ASIDE, BACK, STEP, frames_of, in_frames, is_ahead, kernel
 from arramon_dataset.release.landmarks.mentions import FURNITURE, Event
-from arramon_dataset.release.landmarks.walks import Numbers, Walk
+from arramon_dataset.release.landmarks.turn_paths import Numbers, TurnPath
 from arramon_lang.street import is_of_colour
 from arramon_server.sim.city import label_of_prop
 from arramon_server.sim.section import Prop
 
 WITHIN = 4.0
-"""Distance from where a text puts a thing within which it must be, in units."""
+"""Maximum distance of a thing from where the text implies it, in units."""
 
 LIKELY = 0.5
-"""A text puts a thing wherever its kernel is at least this large; of what is seen ahead, relative to the best place at
-the same distance: farther things are spoken of less often, but what is said of them is as true."""
+"""Minimum kernel value of the places that a text implies; for things seen ahead, relative to the best place at the same
+distance, as farther things are mentioned less often but no less truly."""
 
-Standing = tuple[str, float, float, str, str]
+PlacedThing = tuple[str, float, float, str, str]
 """A thing in the world: kind, x, z, colour, look."""
 
 
 @cache
 def _apart(manner: str, relation: str) -> Numbers:
-    """Return the distance from where a kernel puts a thing, in units, on the kernel's table."""
+    """Return the distance of each entry of a kernel from the places that it implies, in units."""
     table = kernel(manner, relation, "")
     best = table.max(axis=1, keepdims=True) if is_ahead(manner) else 1.0
     distances: Numbers = ndimage.distance_transform_edt((table < LIKELY * best) | (table == 0.0), sampling=STEP)
     return distances
 
 
-def nearest(event: Event, place: int, walk: Walk, things: Sequence[Standing]) -> tuple[int, float]:
-    """Return the index of the fitting thing nearest to where a mention puts it, and how far it is; (-1, inf) if none.
+def nearest(event: Event, place: int, path: TurnPath, things: Sequence[PlacedThing]) -> tuple[int, float]:
+    """Return the index of the matching thing nearest to where a mention implies it, and its distance, or (-1, inf).
 
-    A thing fits if it is of the kind, of the colour and on the side that are said, and a banner has the shape.
+    A thing matches if its kind, colour and side are as stated, and for a banner its shape.
     """
     fitting = [number for number, thing in enumerate(things) if _fits(event, thing)]
     if not fitting:
         return -1, np.inf
-    origins, directions = frames_of(event, walk)
+    origins, directions = frames_of(event, path)
     places = np.array([things[number][1:3] for number in fitting], dtype=np.float64)
     ahead, right = in_frames(origins[place : place + 1], directions[place : place + 1], places)
     table = _apart(event.manner, event.relation)
@@ -55,7 +55,7 @@ def nearest(event: Event, place: int, walk: Walk, things: Sequence[Standing]) ->
     return fitting[best], float(apart[best])
 
 
-def _fits(event: Event, thing: Standing) -> bool:
+def _fits(event: Event, thing: PlacedThing) -> bool:
     kind, _, _, colour, look = thing
     if kind != event.kind or (kind == "banner" and event.look not in ("", look)):
         return False
@@ -63,25 +63,29 @@ def _fits(event: Event, thing: Standing) -> bool:
 
 
 def mentions_of(
-    events: Sequence[Event], aligned: Aligned, walk: Walk, things: Sequence[Standing], kinds: Sequence[str] = FURNITURE
+    events: Sequence[Event],
+    aligned: EventAlignment,
+    path: TurnPath,
+    things: Sequence[PlacedThing],
+    kinds: Sequence[str] = FURNITURE,
 ) -> list[tuple[Event, int, int]]:
-    """Return each mention of furniture, its place on the walk, and the index of its thing; -1 for none."""
+    """Return each mention of furniture with its place on the path and the index of its thing; -1 for none."""
     found = []
     for event, place in zip(events, aligned.best, strict=True):
         if event.kind in kinds:
-            number, apart = nearest(event, place, walk, things)
+            number, apart = nearest(event, place, path, things)
             found.append((event, place, number if apart <= WITHIN else -1))
     return found
 
 
-def standing_of(props: Sequence[Prop]) -> list[Standing]:
+def placed_things(props: Sequence[Prop]) -> list[PlacedThing]:
     """Return props as things in a world."""
     labels = [label_of_prop(prop) for prop in props]
     return [(prop.kind, prop.x, prop.z, label.colour, label.look) for prop, label in zip(props, labels, strict=True)]
 
 
-def by_kind(things: Sequence[Standing], strength: float) -> Mapping[str, list[tuple[float, float, float, str]]]:
-    """Return things as `recovery.Map.of` takes them, all with one strength."""
+def by_kind(things: Sequence[PlacedThing], strength: float) -> Mapping[str, list[tuple[float, float, float, str]]]:
+    """Return things as `recovery.LandmarkMap.of` takes them, all with one strength."""
     listed: dict[str, list[tuple[float, float, float, str]]] = {}
     for kind, x, z, colour, _ in things:
         listed.setdefault(kind, []).append((x, z, strength, colour))

@@ -1,7 +1,7 @@
-"""Alignment of an instruction to its walk: a hidden Markov model whose states are the places of the walk.
+"""Alignment of an instruction to its path: a hidden Markov model whose states are the places of the path.
 
-Events come in the order of the text. A turn is likely where the walk turns so; a mention where the known landmarks of
-its kind are where its kernel expects one; and a big turn of the walk is seldom passed over.
+Events are in the order of the text. A turn is likely where the path turns by its angle; a mention is likely where its
+kernel covers a known landmark of its kind; and skipping a big turn of the path is unlikely.
 """
 
 from collections.abc import Callable, Sequence
@@ -11,34 +11,34 @@ from itertools import pairwise
 import numpy as np
 
 from arramon_dataset.release.landmarks.mentions import Event
-from arramon_dataset.release.landmarks.walks import Indices, Numbers, Walk
+from arramon_dataset.release.landmarks.turn_paths import Indices, Numbers, TurnPath
 from arramon_lang.street import DEGREES
 
 BIG = 60.0
-"""Turns of a walk from this size on are spoken of, in degrees."""
+"""Minimum size of turns of a path that texts usually mention, in degrees."""
 
 PASSED_OVER = 1.5
-"""Cost of a big turn between two events, in nats."""
+"""Cost of skipping a big turn between two events, in nats."""
 
 NEAR = 2
-"""Number of steps from a turn within which it is the one that is spoken of."""
+"""Maximum number of steps between an event and the big turn that it mentions."""
 
 SPREAD = 35.0
-"""Standard deviation of turns around what their word says, in degrees."""
+"""Standard deviation of turns from the nominal angle of their word, in degrees."""
 
 UNEXPECTED = 0.03
-"""Likelihood of a turn where the walk has none, relative to the exact one."""
+"""Likelihood of a turn where the path has none, relative to an exact one."""
 
 PACE = 0.35
-"""Standard deviation of an event's place from an even pace through the text, as a share of the walk."""
+"""Standard deviation of an event's place from an even pace through the text, as a share of the path."""
 
-Fit = Callable[[Event, Walk], Numbers]
-"""Returns the likelihood (n,) of a mention at each place of the walk, from what is known of the landmarks."""
+Fit = Callable[[Event, TurnPath], Numbers]
+"""Returns the likelihood (n,) of a mention at each place of the path, given the known landmarks."""
 
 
 @dataclass(frozen=True, eq=False)
-class Aligned:
-    """An instruction's events on its walk.
+class EventAlignment:
+    """An instruction's events on its path.
 
     Attributes:
         posterior: (events, places), the probability of each place; rows sum to 1.
@@ -49,11 +49,11 @@ class Aligned:
     best: Sequence[int]
 
 
-def align(events: Sequence[Event], walk: Walk, fit: Fit) -> Aligned:
-    """Return the alignment of events, at least one, to a walk."""
-    size = len(walk.places)
-    emission = np.stack([_emission(event, number, len(events), walk, fit) for number, event in enumerate(events)])
-    passed = np.cumsum(_big_turns(walk))
+def align(events: Sequence[Event], path: TurnPath, fit: Fit) -> EventAlignment:
+    """Return the alignment of events, at least one, to a path."""
+    size = len(path.places)
+    emission = np.stack([_emission(event, number, len(events), path, fit) for number, event in enumerate(events)])
+    passed = np.cumsum(_big_turns(path))
     moves = [np.zeros((size, size)), *(_moves(before, event, passed) for before, event in pairwise(events))]
     forward, viterbi = np.empty_like(emission), np.empty_like(emission)
     back = np.zeros(emission.shape, dtype=np.intp)
@@ -74,28 +74,28 @@ def align(events: Sequence[Event], walk: Walk, fit: Fit) -> Aligned:
     best = [int((viterbi[-1] + last).argmax())]
     for at in range(len(events) - 1, 0, -1):
         best.append(int(back[at][best[-1]]))
-    return Aligned(posterior / posterior.sum(axis=1, keepdims=True), best[::-1])
+    return EventAlignment(posterior / posterior.sum(axis=1, keepdims=True), best[::-1])
 
 
-def _emission(event: Event, number: int, count: int, walk: Walk, fit: Fit) -> Numbers:
+def _emission(event: Event, number: int, count: int, path: TurnPath, fit: Fit) -> Numbers:
     """Return the logarithm of an event's likelihood at each place, (n,)."""
-    size = len(walk.places)
+    size = len(path.places)
     if event.manner == "target":
         only = np.full(size, -40.0)
-        only[-1] = np.log(fit(event, walk)[-1])
+        only[-1] = np.log(fit(event, path)[-1])
         return only
     share = np.linspace(0.0, 1.0, size) if size > 1 else np.zeros(1)
     pace = -0.5 * ((share - (number / (count - 1) if count > 1 else 0.5)) / PACE) ** 2
     if event.direction:
         expected = DEGREES[event.direction]
-        apart = np.abs((walk.turned - expected + 180.0) % 360.0 - 180.0)
+        apart = np.abs((path.turned - expected + 180.0) % 360.0 - 180.0)
         if abs(expected) == 90.0:  # People call anything from 60 to 150 degrees a turn to the left or right.
-            apart = np.maximum(apart - np.where(np.abs(walk.turned) > abs(expected), 60.0, 30.0), 0.0)
+            apart = np.maximum(apart - np.where(np.abs(path.turned) > abs(expected), 60.0, 30.0), 0.0)
         likely: Numbers = pace + np.log(UNEXPECTED + np.exp(-0.5 * (apart / SPREAD) ** 2))
         return likely
     if not event.kind:
         return pace
-    mention: Numbers = pace + np.log(fit(event, walk))
+    mention: Numbers = pace + np.log(fit(event, path))
     return mention
 
 
@@ -109,7 +109,7 @@ def _moves(before: Event, event: Event, passed: Numbers) -> Numbers:
 
 
 def _between(start: Indices, end: Indices, passed: Numbers, leaves: bool, arrives: bool) -> Numbers:
-    """Return the number of big turns between two places, (starts, ends), less those that the events there speak of."""
+    """Return the number of big turns between two places, (starts, ends), less those that the events there mention."""
     after = passed[np.minimum(start + (NEAR if leaves else 0), len(passed) - 1)]
     before = np.where(end - NEAR - 1 >= 0, passed[np.maximum(end - NEAR - 1, 0)], 0) if arrives else passed[end]
     turns: Numbers = np.maximum(before[None, :] - after[:, None], 0.0)
@@ -120,9 +120,9 @@ def _turns(event: Event) -> bool:
     return bool(event.direction) or event.manner in ("faced", "at", "after", "before")
 
 
-def _big_turns(walk: Walk) -> Numbers:
+def _big_turns(path: TurnPath) -> Numbers:
     """Return 1.0 at the middle of each big turn, (n,), otherwise 0.0."""
-    size = np.abs(walk.turned)
+    size = np.abs(path.turned)
     wide = np.pad(size, NEAR)
     greatest = np.max([wide[shift : shift + len(size)] for shift in range(2 * NEAR + 1)], axis=0)
     at = np.flatnonzero((size >= BIG) & (size == greatest))

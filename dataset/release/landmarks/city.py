@@ -1,4 +1,4 @@
-"""A section and its episodes as people spoke of them: recovered scenery, own furniture, and what nobody spoke of."""
+"""Rebuilding of a section from its episodes' texts: recovered scenery, own furniture, and distracter furniture."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -6,15 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from arramon_dataset.release.landmarks.agreement import by_kind, standing_of
-from arramon_dataset.release.landmarks.called import called
+from arramon_dataset.release.landmarks.agreement import by_kind, placed_things
+from arramon_dataset.release.landmarks.distracters import distracter_furniture
 from arramon_dataset.release.landmarks.facades import paint
-from arramon_dataset.release.landmarks.ground import Ground, Room
+from arramon_dataset.release.landmarks.ground import FreeSpace, FurnitureGrid
 from arramon_dataset.release.landmarks.mentions import DRAWN as DRAWN_KINDS
-from arramon_dataset.release.landmarks.own import moved_off, own_furniture, wanted
-from arramon_dataset.release.landmarks.recovery import Landmark, Map, Told, recover, told_of
+from arramon_dataset.release.landmarks.own_furniture import furniture_mentions, moved_off, own_furniture
+from arramon_dataset.release.landmarks.recovery import LandmarkMap, RecoveredLandmark, TurnText, recover, texts_of
 from arramon_dataset.release.landmarks.scenery import props_of
-from arramon_dataset.release.landmarks.strays import strays_of
+from arramon_dataset.release.landmarks.text_colours import recolour_landmarks
 from arramon_server.episodes.episode import Episode
 from arramon_server.episodes.provenance import COLOUR, DRAWN, TEXT, Provenance, Recovered
 from arramon_server.sim.own_furniture import OwnFurniture, furnished
@@ -25,28 +25,31 @@ KNOWN = 0.8
 
 
 def rebuild(section: Section, episodes: Sequence[Episode]) -> tuple[Section, list[Episode], Provenance]:
-    """Return a section with what its episodes' texts agree on, and the episodes with furniture of their own.
+    """Return a section with the landmarks on which its episodes' texts agree, and the episodes with own furniture.
 
     The same episodes, in whatever order, give the same result.
 
     Args:
-        section: its buildings; furniture that it may have is replaced.
+        section: with buildings; its furniture, if any, is replaced.
         episodes: all of the section, with objects in their streets.
     """
     listed = sorted(episodes, key=lambda each: each.episode_id)
     walked = np.concatenate([np.array(turn.path) for episode in listed for turn in episode.turns])
-    ground = Ground.of(section.heading, section.buildings, walked)
-    told = {episode.episode_id: told_of(episode) for episode in listed}
-    everything = [each for episode in listed for each in told[episode.episode_id]]
+    ground = FurnitureGrid.of(section.heading, section.buildings, walked)
+    texts = {episode.episode_id: texts_of(episode) for episode in listed}
+    everything = [each for episode in listed for each in texts[episode.episode_id]]
     landmarks = recover(everything)
     built = props_of(landmarks, section.heading, section.buildings, ground, walked)
     kept = [landmark for _, landmark in built]
     buildings, facades = paint(section.buildings, everything)
     rebuilt = replace(section, props=tuple(prop for prop, _ in built), buildings=buildings)
-    rooms = {episode.episode_id: Room.of(episode, ground) for episode in listed}
-    own = {name: own_of(name, told[name], rebuilt, room, kept) for name, room in rooms.items()}
-    asked = {name: [prop for prop in each.added if prop.kind in DRAWN_KINDS] for name, each in own.items()}
-    furniture = {name: _with_strays(name, own[name], asked, told[name], rebuilt, room) for name, room in rooms.items()}
+    spaces = {episode.episode_id: FreeSpace.of(episode, ground) for episode in listed}
+    own = {name: own_of(name, texts[name], rebuilt, space, kept) for name, space in spaces.items()}
+    named_props = {name: [prop for prop in each.added if prop.kind in DRAWN_KINDS] for name, each in own.items()}
+    furniture = {
+        name: _with_distracters(name, own[name], named_props, texts[name], rebuilt, space)
+        for name, space in spaces.items()
+    }
     origins = {name: _origins(own[name], each) for name, each in furniture.items() if each.added}
     props = tuple(_recovered(number, landmark) for number, (_, landmark) in enumerate(built))
     provenance = Provenance(section.id, props, facades, origins)
@@ -54,24 +57,24 @@ def rebuild(section: Section, episodes: Sequence[Episode]) -> tuple[Section, lis
 
 
 def own_of(
-    name: str, told: Sequence[Told], section: Section, room: Room, landmarks: Sequence[Landmark]
+    name: str, texts: Sequence[TurnText], section: Section, space: FreeSpace, landmarks: Sequence[RecoveredLandmark]
 ) -> OwnFurniture:
-    """Return what an episode's texts ask for, and which of its section's props it moves out of its way.
+    """Return the furniture that an episode's texts name, and the section's props that it moves off its own paths.
 
     Args:
         name: the episode's id.
-        told: by its texts.
+        texts: those of the episode.
         section: whose props are recovered landmarks.
-        room: what the episode leaves free.
+        space: free ground of the episode.
         landmarks: from which each of the section's props was made.
 
     Returns:
         Landmarks in the colour that the texts say come first in `added`.
     """
-    moved, left_out = moved_off(section.props, room)
+    moved, left_out = moved_off(section.props, space)
     standing = furnished(section, OwnFurniture((), tuple(moved), tuple(left_out))).props
     there = [number for number in range(len(section.props)) if number not in left_out]
-    renamed = called(told, standing, [landmarks[number] for number in there], KNOWN)
+    renamed = recolour_landmarks(texts, standing, [landmarks[number] for number in there], KNOWN)
     replaced = {there[at] for at in renamed}
     changed = OwnFurniture(
         tuple(renamed.values()),
@@ -79,8 +82,8 @@ def own_of(
         tuple(sorted({*left_out, *replaced})),
     )
     standing = furnished(section, changed).props
-    asked = wanted(told, Map.of(by_kind(standing_of(standing), KNOWN)), room.ground)
-    return replace(changed, added=(*changed.added, *own_furniture(name, asked, room, standing)))
+    named_props = furniture_mentions(texts, LandmarkMap.of(by_kind(placed_things(standing), KNOWN)), space.ground)
+    return replace(changed, added=(*changed.added, *own_furniture(name, named_props, space, standing)))
 
 
 def _origins(own: OwnFurniture, furniture: OwnFurniture) -> tuple[str, ...]:
@@ -89,26 +92,26 @@ def _origins(own: OwnFurniture, furniture: OwnFurniture) -> tuple[str, ...]:
     return (*named, *[DRAWN] * (len(furniture.added) - len(named)))
 
 
-def _with_strays(
+def _with_distracters(
     name: str,
     mine: OwnFurniture,
-    asked: Mapping[str, Sequence[Prop]],
-    told: Sequence[Told],
+    named_props: Mapping[str, Sequence[Prop]],
+    texts: Sequence[TurnText],
     section: Section,
-    room: Room,
+    space: FreeSpace,
 ) -> OwnFurniture:
     landmarks = tuple(prop for prop in mine.added if prop.kind not in DRAWN_KINDS)
-    strays = strays_of(
+    distracters = distracter_furniture(
         name,
-        asked[name],
-        frozenset(event.kind for each in told for event in each.events),
-        {other: props for other, props in asked.items() if other != name},
-        room,
+        named_props[name],
+        frozenset(event.kind for each in texts for event in each.events),
+        {other: props for other, props in named_props.items() if other != name},
+        space,
         furnished(section, replace(mine, added=landmarks)).props,
     )
-    return replace(mine, added=(*mine.added, *strays))
+    return replace(mine, added=(*mine.added, *distracters))
 
 
-def _recovered(index: int, landmark: Landmark) -> Recovered:
+def _recovered(index: int, landmark: RecoveredLandmark) -> Recovered:
     languages = Counter(dict(landmark.languages))
     return Recovered(index, landmark.votes, dict(sorted(languages.items())))

@@ -1,4 +1,4 @@
-"""Looks of facades on which texts agree: "the blue building" along many paths."""
+"""Facades on which texts agree, such as "the blue building" along many paths."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -10,33 +10,35 @@ from arramon_dataset.release.landmarks.alignment import align
 from arramon_dataset.release.landmarks.kernels import frames_of, likelihood
 from arramon_dataset.release.landmarks.mentions import FACADES
 from arramon_dataset.release.landmarks.mixture import Ballot, peaks_of
-from arramon_dataset.release.landmarks.recovery import CERTAIN, SIGNIFICANT, Map, Told
-from arramon_dataset.release.landmarks.walks import Indices, Numbers
+from arramon_dataset.release.landmarks.recovery import CERTAIN, SIGNIFICANT, LandmarkMap, TurnText
+from arramon_dataset.release.landmarks.turn_paths import Indices, Numbers
 from arramon_server.episodes.provenance import Recovered
 from arramon_server.sim.section import Building
 
 ALONG = 1.0
-"""Distance between the points of a facade at which a building is looked for, in units."""
+"""Spacing of the points of a facade at which mentions are evaluated, in units."""
 
 
-def paint(buildings: Sequence[Building], told: Sequence[Told]) -> tuple[tuple[Building, ...], tuple[Recovered, ...]]:
-    """Return the buildings with the facades on which texts agree, and which these are, with their votes.
+def paint(
+    buildings: Sequence[Building], texts: Sequence[TurnText]
+) -> tuple[tuple[Building, ...], tuple[Recovered, ...]]:
+    """Return the buildings with the facades on which texts agree, and the indices of these with their votes.
 
     Args:
         buildings: of a section.
-        told: all texts of the section.
+        texts: all texts of the section.
     """
     points, owners = _outlines(buildings)
     rows, weights, looks = [], [], []
-    for each in told:
+    for each in texts:
         if not any(event.kind == FACADES and event.look in world.FACADES for event in each.events):
             continue
-        aligned = align(each.events, each.walk, Map().fit)
+        aligned = align(each.events, each.path, LandmarkMap().fit)
         for event, posterior in zip(each.events, aligned.posterior, strict=True):
             if event.kind != FACADES or event.look not in world.FACADES:
                 continue
             chosen = np.flatnonzero(posterior >= SIGNIFICANT)
-            origins, directions = frames_of(event, each.walk)
+            origins, directions = frames_of(event, each.path)
             values = posterior[chosen] @ likelihood(event, origins[chosen], directions[chosen], points)
             rows.append(np.maximum.reduceat(values, owners))
             weights.append(event.weight)

@@ -1,4 +1,4 @@
-"""The ground of a rebuilt section on which furniture may stand, and what can be seen from where."""
+"""Places where furniture may stand in a rebuilt section, and their visibility between buildings."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 from arramon_dataset.layout.grid import sample_points
 from arramon_dataset.layout.places import PATH_GAP, TARGET_GAP
 from arramon_dataset.layout.solids import Solids
-from arramon_dataset.release.landmarks.walks import Numbers
+from arramon_dataset.release.landmarks.turn_paths import Numbers
 from arramon_server.episodes.episode import Episode
 from arramon_server.sim.assets.furniture import footprint_radius
 from arramon_server.sim.section import Building
@@ -21,22 +21,22 @@ SPACING = 0.5
 """Distance between places, in units."""
 
 WALKABLE = 4.0
-"""Maximum distance of furniture from walked ground, in units: farther places are seldom seen."""
+"""Maximum distance of furniture from paths, in units: farther places are seldom visible."""
 
 APART = 0.3
 """Minimum distance between the circles around two pieces of furniture, in units."""
 
 FAR = 8.0
-"""Distance from paths and objects from which on nothing depends on it, in units."""
+"""Maximum distance from paths and objects that is computed, in units; nothing depends on larger ones."""
 
 FEW = 100
-"""Number of places below which their distances from all that stands are taken at once, which is slower for more."""
+"""Number of places below which distances from all props are computed at once, which is slower for more."""
 
 _RASTER = 0.25
 
 
 @dataclass(frozen=True, eq=False)
-class Ground:
+class FurnitureGrid:
     """Places for furniture in a section, and its buildings as a raster.
 
     Attributes:
@@ -54,7 +54,7 @@ class Ground:
     built: Mask
 
     @classmethod
-    def of(cls, heading: float, buildings: Sequence[Building], walked: Numbers) -> "Ground":
+    def of(cls, heading: float, buildings: Sequence[Building], walked: Numbers) -> "FurnitureGrid":
         """Return the ground between buildings around walked positions (n, 2) of (x, z)."""
         solids = Solids.from_bodies(buildings)
         low, high = np.floor(walked.min(axis=0) - WALKABLE), np.ceil(walked.max(axis=0) + WALKABLE)
@@ -79,8 +79,8 @@ class Ground:
 
 
 @dataclass(frozen=True, eq=False)
-class Room:
-    """What one episode leaves free of a section's ground.
+class FreeSpace:
+    """Ground of a section that one episode's paths and objects leave free.
 
     Attributes:
         ground: of the section.
@@ -91,7 +91,7 @@ class Room:
         from_object: (g,), the same from the nearest object.
     """
 
-    ground: Ground
+    ground: FurnitureGrid
     walked: Numbers
     targets: Numbers
     distracters: Numbers
@@ -99,8 +99,8 @@ class Room:
     from_object: Numbers
 
     @classmethod
-    def of(cls, episode: Episode, ground: Ground) -> "Room":
-        """Return what an episode leaves free."""
+    def of(cls, episode: Episode, ground: FurnitureGrid) -> "FreeSpace":
+        """Return the free ground of an episode."""
         walked = sample_points([np.array(turn.path) for turn in episode.turns], 0.2)
         positions = [[(each.position.x, each.position.z) for each in turn.street] for turn in episode.turns]
         targets = np.array([street[0] for street in positions])
@@ -117,7 +117,7 @@ class Room:
         return np.concatenate([self.targets, self.distracters])
 
     def free_for(self, kind: str) -> Mask:
-        """Return the places (g,) where a thing of a kind blocks neither a path nor what lies in the street."""
+        """Return the places (g,) where a thing of a kind blocks neither a path nor an object."""
         radius = footprint_radius(kind)
         free: Mask = self.ground.clearance > radius
         free &= self.from_path >= PATH_GAP + radius
@@ -125,17 +125,17 @@ class Room:
 
 
 def apart_from(places: Numbers, kind: str, standing: Sequence[tuple[float, float, str]]) -> Mask:
-    """Return which places (m, 2) leave room between a thing of a kind and all others (x, z, kind), (m,)."""
+    """Return which places (m, 2) keep a thing of a kind clear of all others (x, z, kind), (m,)."""
     gaps = np.array([footprint_radius(kind) + footprint_radius(other) + APART for _, _, other in standing])
     spots = np.array([(x, z) for x, z, _ in standing]).reshape(-1, 2)
     if len(places) < FEW:
         offsets = places[:, None] - spots
         apart: Mask = (np.hypot(offsets[..., 0], offsets[..., 1]) >= gaps).all(axis=1)
         return apart
-    room = np.ones(len(places), dtype=bool)
+    clear = np.ones(len(places), dtype=bool)
     for (x, z), gap in zip(spots, gaps, strict=True):
-        room &= np.hypot(places[:, 0] - x, places[:, 1] - z) >= gap
-    return room
+        clear &= np.hypot(places[:, 0] - x, places[:, 1] - z) >= gap
+    return clear
 
 
 def _lattice(low: Numbers, high: Numbers, spacing: float) -> Numbers:

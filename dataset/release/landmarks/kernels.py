@@ -1,4 +1,4 @@
-"""Kernels: how likely a mentioned thing is at each place around the walker, by how it is mentioned.
+"""Kernels: the likelihood of a mentioned thing at each place around the walker, by the manner of the mention.
 
 A kernel is a table over the walker's own frame: rows ahead, columns to the right. Its greatest value is 1.
 """
@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 
 from arramon_dataset.release.landmarks.mentions import Event
-from arramon_dataset.release.landmarks.walks import Numbers, Walk
+from arramon_dataset.release.landmarks.turn_paths import Numbers, TurnPath
 
 BACK, FRONT, ASIDE = 8.0, 24.0, 12.0
 """Extent of kernels behind, ahead and to each side, in units."""
@@ -17,25 +17,25 @@ STEP = 0.5
 """Distance between a kernel's entries, in units."""
 
 BESIDE_TARGET = 1.1
-"""Distance of the object to pick up from the things that it is said to be at, in units."""
+"""Distance of the target from the things that locate it, in units."""
 
 PASSED = 1.7
-"""Lateral distance at which things are passed, in units."""
+"""Lateral distance of things that are passed, in units."""
 
 REACHED = 1.5
-"""Distance ahead of things at which walkers turn or stop, in units."""
+"""Distance from a thing at which walkers turn or stop, in units."""
 
 SEEN = 20.0
-"""Distance up to which things ahead are spoken of, in units."""
+"""Maximum distance of things mentioned as ahead, in units."""
 
 WIDTH = 1.3
-"""Standard deviation of all of these, in units: that of the moment is the greater part of it."""
+"""Standard deviation of all of these distances, in units, mostly due to the walker's position."""
 
 WRONG_SIDE = 0.15
-"""Likelihood of the side that is not said, of a thing whose side is said."""
+"""Relative likelihood of the side opposite to the stated one."""
 
 PASSING, REACHING = ("past", "beside", "between", "along"), ("to", "at", "before", "after")
-"""Manners of `arramon_lang.reading.outline.MANNERS` in which walkers pass things, and in which they come to them."""
+"""Manners of `arramon_lang.reading.outline.MANNERS` of things that walkers pass, and of things that they walk up to."""
 
 _AHEAD = np.arange(-BACK, FRONT + STEP, STEP)[:, None]
 _RIGHT = np.arange(-ASIDE, ASIDE + STEP, STEP)[None, :]
@@ -68,7 +68,7 @@ def _around_target(relation: str) -> Numbers:
 
 
 def is_ahead(manner: str) -> bool:
-    """Return whether a thing that is mentioned so is anywhere ahead, up to SEEN."""
+    """Return whether a manner implies only that a thing is ahead, up to SEEN."""
     return manner not in (*PASSING, *REACHING, "target")
 
 
@@ -94,15 +94,15 @@ def _ring(radius: float) -> Numbers:
     return ring
 
 
-def frames_of(event: Event, walk: Walk) -> tuple[Numbers, Numbers]:
-    """Return the origins (n, 2) and directions (n,) of a mention's kernel at each place of a walk."""
+def frames_of(event: Event, path: TurnPath) -> tuple[Numbers, Numbers]:
+    """Return the origins (n, 2) and directions (n,) of a mention's kernel at each place of a path."""
     if event.manner == "target":
-        size = len(walk.places)
-        return np.broadcast_to(walk.target, (size, 2)), np.broadcast_to(walk.going[-1], (size,))
+        size = len(path.places)
+        return np.broadcast_to(path.target, (size, 2)), np.broadcast_to(path.going[-1], (size,))
     if event.manner in PASSING:
-        half = np.radians(walk.turned) / 2.0
-        return walk.places, walk.coming + np.degrees(half)
-    return walk.places, walk.coming if event.manner in REACHING else walk.going
+        half = np.radians(path.turned) / 2.0
+        return path.places, path.coming + np.degrees(half)
+    return path.places, path.coming if event.manner in REACHING else path.going
 
 
 def likelihood(event: Event, origins: Numbers, directions: Numbers, places: Numbers) -> Numbers:
@@ -110,7 +110,7 @@ def likelihood(event: Event, origins: Numbers, directions: Numbers, places: Numb
     table = _bordered(event.manner, event.relation, event.side)
     ahead, right = in_frames(origins, directions, places)
     row, column = (ahead + BACK) / STEP, (right + ASIDE) / STEP
-    for index, size in ((row, table.shape[0]), (column, table.shape[1])):  # What is outside falls on the border.
+    for index, size in ((row, table.shape[0]), (column, table.shape[1])):  # Places outside fall on the border.
         np.clip(np.rint(index, out=index), -1.0, size - 2.0, out=index)
     values: Numbers = table.ravel()[((row + 1.0) * table.shape[1] + (column + 1.0)).astype(np.intp)]
     return values

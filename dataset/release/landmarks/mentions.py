@@ -1,4 +1,4 @@
-"""Mentions of landmarks in navigation instructions: what is named, and how it lies to the speaker's way."""
+"""Turns and mentions of landmarks in navigation instructions, with their relation to the path."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from arramon_lang.reading.outline import OutlineEntry
 from arramon_server.sim.labels import IMPORTED_BANNER_COLOURS
 
 METAL, METAL_BENCH = ("bench", "silver"), "metal_bench"
-"""Kind and colour of benches of metal, and their sort."""
+"""Kind and colour of metal benches, and their sort."""
 
 SCENERY = (
     "barrier", "banner", "barrel", "tyre_stack", "traffic_light", "mailbox", "bags", "stop_sign", "speed_sign",
@@ -28,7 +28,7 @@ FURNITURE = tuple(kind for kind in (*SCENERY, *DRAWN) if kind != METAL_BENCH)
 """Kinds of street furniture that people name."""
 
 _SIGN = "shop_sign"
-"""What has a ground colour and hangs on a wall is a banner, even if it is called a sign."""
+"""Kind that people confuse with banners: with a background colour it is a banner."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,12 +38,12 @@ class Event:
     Attributes:
         direction: of a turn, one of `arramon_lang.meaning.TURNS`; "" for a mention.
         kind: of FURNITURE, or "building"; "" for a turn and for what has no place of its own ("the corner").
-        colour: as said; "" if not said.
-        look: a banner's shape, a building's facade; "" if not said.
+        colour: as stated; "" if not stated.
+        look: a banner's shape, a building's facade; "" if not stated.
         manner: of `arramon_lang.reading.outline.MANNERS`; "" for a turn.
         relation: of the object to pick up to the landmark, of `arramon_lang.meaning.RELATIONS`; "" otherwise.
-        side: "left" or "right" if the landmark's side is said.
-        tied: whether it is of the same moment as the event before.
+        side: "left" or "right" if the landmark's side is stated.
+        tied: whether it is at the same place as the event before.
         weight: share of its landmark's one vote: a landmark named twice in a text still votes once.
         identity: the same for all mentions of one thing in a text; "" if unknown.
     """
@@ -61,7 +61,7 @@ class Event:
 
     @property
     def sort(self) -> str:
-        """What the landmark votes for: its kind, or "metal_bench", which unlike other benches keeps its place."""
+        """The landmark's kind, or "metal_bench", a bench that unlike others keeps its place."""
         return METAL_BENCH if (self.kind, self.colour) == METAL else self.kind
 
 

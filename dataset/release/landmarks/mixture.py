@@ -1,4 +1,4 @@
-"""Places on which mentions agree: a non-parametric mixture over a grid, with a background of misplaced mentions.
+"""Places on which mentions agree, found as a non-parametric mixture over a grid with a background of errors.
 
 The mixture's weights maximise the likelihood of all mentions of a kind, by expectation maximisation; where many
 mentions agree, its mass gathers on few cells.
@@ -11,19 +11,19 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.spatial import cKDTree
 
-from arramon_dataset.release.landmarks.walks import Indices, Numbers
+from arramon_dataset.release.landmarks.turn_paths import Indices, Numbers
 
 BACKGROUND = 0.15
-"""Share of mentions of something that is not where it is said to be."""
+"""Prior share of misplaced mentions."""
 
 OTHER_COLOUR = 0.1
-"""Likelihood of each other colour of a thing whose colour is said."""
+"""Likelihood of each colour other than the stated one."""
 
 ROUNDED = 12
-"""Digits kept in each round, so that machines whose last digits differ come to the same result."""
+"""Decimal digits kept in each iteration, so that the result is the same on all machines."""
 
 ITERATIONS = 60
-"""Rounds of expectation maximisation."""
+"""Number of iterations of expectation maximisation."""
 
 MERGED = 2.0
 """Mass within this distance belongs to one landmark, in units."""
@@ -36,7 +36,7 @@ class Peak:
     Attributes:
         x, z: in units.
         votes: expected number of mentions of it.
-        colours: votes by colour, of those whose colour is said.
+        colours: votes by colour, of mentions that state one.
         looks: votes by look, likewise.
         languages: votes by language.
     """
@@ -54,11 +54,11 @@ class Ballot:
     """The mentions of one kind in a section.
 
     Attributes:
-        cells: (g, 2) of (x, z), where a thing of the kind may be.
+        cells: (g, 2) of (x, z), candidate places of a thing of the kind.
         likelihoods: (m, g) of each mention.
         weights: (m,), the share of its thing's one vote.
-        colours: (m) said, "" if not said.
-        looks: (m) said, likewise.
+        colours: (m) stated, "" if not stated.
+        looks: (m) stated, likewise.
         languages: (m) codes; may be empty.
     """
 
@@ -134,7 +134,7 @@ def peaks_of(ballot: Ballot, least: float) -> list[Peak]:
 
 
 def _by_word(votes: Numbers, words: Sequence[str]) -> tuple[tuple[str, float], ...]:
-    """Return the votes for each word that is said, the most first."""
+    """Return the votes for each word, the most first."""
     sums: dict[str, float] = {}
     for word, share in zip(words, votes.tolist(), strict=True):
         if word and share > 0.0:

@@ -1,4 +1,4 @@
-"""Recovery of a section's landmarks: alignment and mixture in turns, then what is confirmed."""
+"""Recovery of a section's landmarks: alternates alignment and mixture, then keeps the confirmed peaks."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -6,82 +6,82 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.spatial import cKDTree
 
-from arramon_dataset.release.landmarks.alignment import Aligned, align
+from arramon_dataset.release.landmarks.alignment import EventAlignment, align
 from arramon_dataset.release.landmarks.kernels import frames_of, likelihood
 from arramon_dataset.release.landmarks.mentions import METAL, METAL_BENCH, SCENERY, Event, events_of
 from arramon_dataset.release.landmarks.mixture import Ballot, Peak, peaks_of
-from arramon_dataset.release.landmarks.walks import Numbers, Walk, walks_of
+from arramon_dataset.release.landmarks.turn_paths import Numbers, TurnPath, paths_of_turns
 from arramon_server.episodes.episode import Episode
 
 ROUNDS = 2
-"""Alignments with the map that the one before gave. After more, peaks fall to pieces."""
+"""Number of alignments with the map of the alignment before. With more, peaks fragment."""
 
 CERTAIN = 10.0
-"""Votes from which on a landmark is kept: on val-seen, held-out halves confirm 80 to 87% of such peaks within 2.5 units
-(by chance 2%)."""
+"""Minimum votes of a landmark that is kept in any case: on val-seen, held-out halves confirm 80 to 87% of such peaks
+within 2.5 units (by chance 2%)."""
 
 ENOUGH = 2.5
-"""Votes from which on a landmark is kept if both halves of the episodes speak of it: those of 4 to 10 votes are
-confirmed at 36 to 71% (by chance 2 to 20%). Those of 2.5 to 4 are kept as texts that were held out are then true more
-often: in sections 1, 2 and 5 of val-seen in 68% of turns, not 64%. With 2.0 nothing more is gained."""
+"""Minimum votes of a landmark that is kept if both halves of the episodes mention it: peaks of 4 to 10 votes are
+confirmed at 36 to 71% (by chance 2 to 20%). Those of 2.5 to 4 are kept because held-out texts are then true more
+often: in sections 1, 2 and 5 of val-seen in 68% of turns instead of 64%. A limit of 2.0 gains nothing more."""
 
 HALF = 0.5
-"""Votes of each half from which on it speaks of a landmark."""
+"""Minimum votes with which a half of the episodes mentions a landmark."""
 
 AGREED = 2.0
-"""Distance within which both halves must place a landmark, in units."""
+"""Maximum distance of a half's peak from the landmark, in units."""
 
 SIGNIFICANT = 0.02
-"""Probabilities of a mention's place that are below this do not vote."""
+"""Minimum probability of a mention's place that votes."""
 
 CELL = 1.0
 """Side of the mixture's cells, in units."""
 
 REACH = {"banner": 6.0}
-"""Distance from walked ground up to which things are looked for, by kind, in units."""
+"""Maximum distance of things from paths, by kind, in units."""
 
 GROUND = 3.0
 """The same of all other kinds."""
 
 ABSENT = 0.15
-"""Likelihood of a mention where no known landmark is, relative to the best place."""
+"""Likelihood of a mention without a known landmark, relative to the best place."""
 
-CALLED = 0.1
-"""Share of those who say a landmark's colour from which on a colour is one of its names."""
+MIN_NAME_SHARE = 0.1
+"""Minimum share of a landmark's colour mentions for a colour to be one of its names."""
 
 DOUBT = 3.0
-"""Votes at which a landmark counts half in an alignment."""
+"""Number of votes of a landmark with half the full strength in an alignment."""
 
 
 @dataclass(frozen=True, eq=False)
-class Told:
-    """One turn's walk, and what a text says along it.
+class TurnText:
+    """One turn's text as events, with the path that it describes.
 
     Attributes:
         episode: its id.
         turn: 1 or 2.
         language: of the text.
-        walk: of the turn.
+        path: of the turn.
         events: of the text.
     """
 
     episode: str
     turn: int
     language: str
-    walk: Walk
+    path: TurnPath
     events: tuple[Event, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Landmark:
+class RecoveredLandmark:
     """A recovered landmark.
 
     Attributes:
         kind: of `mentions.SCENERY`.
         x, z: in units.
-        colour: as most people say; "" if nobody says one.
+        colour: the most frequent one in texts; "" if none states one.
         look: likewise.
-        names: all colours that people say of it, not one of them alone; people differ in what they call one colour.
+        names: all colours that texts state with a share of at least MIN_NAME_SHARE.
         votes: expected number of mentions of it.
         halves: votes of each half of the episodes for the same place.
         languages: votes of each language's texts, by code.
@@ -99,15 +99,15 @@ class Landmark:
 
 
 @dataclass
-class Map:
-    """What is known of a section's landmarks: for each kind n places, strengths in [0, 1], and colours."""
+class LandmarkMap:
+    """Known landmarks of a section: for each kind n places, strengths in [0, 1], and colours."""
 
     places: dict[str, Numbers] = field(default_factory=dict)
     strengths: dict[str, Numbers] = field(default_factory=dict)
     colours: dict[str, list[str]] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, landmarks: Mapping[str, Sequence[tuple[float, float, float, str]]]) -> "Map":
+    def of(cls, landmarks: Mapping[str, Sequence[tuple[float, float, float, str]]]) -> "LandmarkMap":
         """Return the map of landmarks by kind, each with x, z, strength and colour ("" for any)."""
         known = cls()
         for kind, listed in landmarks.items():
@@ -117,11 +117,11 @@ class Map:
                 known.colours[kind] = [colour for _, _, _, colour in listed]
         return known
 
-    def fit(self, event: Event, walk: Walk) -> Numbers:
-        """Return the likelihood (n,) of a mention at each place of a walk."""
+    def fit(self, event: Event, path: TurnPath) -> Numbers:
+        """Return the likelihood (n,) of a mention at each place of a path."""
         if event.kind not in self.places:
-            return np.ones(len(walk.places))
-        origins, directions = frames_of(event, walk)
+            return np.ones(len(path.places))
+        origins, directions = frames_of(event, path)
         values = likelihood(event, origins, directions, self.places[event.kind])
         strengths = self.strengths[event.kind]
         if event.colour:
@@ -131,25 +131,27 @@ class Map:
         return found
 
 
-def told_of(episode: Episode) -> list[Told]:
-    """Return what the texts of an episode say, in all its languages, turn by turn."""
-    walks = walks_of(episode)
+def texts_of(episode: Episode) -> list[TurnText]:
+    """Return the texts of an episode as events, in all its languages, turn by turn."""
+    paths = paths_of_turns(episode)
     return [
-        Told(episode.episode_id, number + 1, language, walk, events_of(texts[number].navigation, language))
-        for number, walk in enumerate(walks)
+        TurnText(episode.episode_id, number + 1, language, path, events_of(texts[number].navigation, language))
+        for number, path in enumerate(paths)
         for language, texts in sorted(episode.instructions.items())
     ]
 
 
-def recover(told: Sequence[Told]) -> list[Landmark]:
+def recover(texts: Sequence[TurnText]) -> list[RecoveredLandmark]:
     """Return the landmarks of a section on which its texts agree; the same texts give the same result."""
-    told = [each for each in told if each.events]
-    known = Map()
+    texts = [each for each in texts if each.events]
+    known = LandmarkMap()
     ballots: dict[str, tuple[Ballot, Numbers]] = {}
     for _ in range(ROUNDS + 1):
-        aligned = [align(each.events, each.walk, known.fit) for each in told]
-        ballots = {kind: _ballot(kind, told, aligned) for kind in SCENERY}
-        known = Map.of({_kind(sort): _strengths(peaks_of(ballot, 1.0)) for sort, (ballot, _) in ballots.items()})
+        aligned = [align(each.events, each.path, known.fit) for each in texts]
+        ballots = {kind: _ballot(kind, texts, aligned) for kind in SCENERY}
+        known = LandmarkMap.of(
+            {_kind(sort): _strengths(peaks_of(ballot, 1.0)) for sort, (ballot, _) in ballots.items()}
+        )
     return [landmark for kind, (ballot, halves) in ballots.items() for landmark in _confirmed(kind, ballot, halves)]
 
 
@@ -160,16 +162,16 @@ def _strengths(peaks: Sequence[Peak]) -> list[tuple[float, float, float, str]]:
     ]
 
 
-def _ballot(kind: str, told: Sequence[Told], aligned: Sequence[Aligned]) -> tuple[Ballot, Numbers]:
-    """Return the mentions of a kind, and the half of the episodes (0 or 1) that each is in."""
-    cells = _cells(np.concatenate([each.walk.places for each in told]), REACH.get(kind, GROUND))
+def _ballot(kind: str, texts: Sequence[TurnText], aligned: Sequence[EventAlignment]) -> tuple[Ballot, Numbers]:
+    """Return the mentions of a kind, and for each the half of the episodes (0 or 1) that it belongs to."""
+    cells = _cells(np.concatenate([each.path.places for each in texts]), REACH.get(kind, GROUND))
     rows, weights, colours, looks, languages, halves = [], [], [], [], [], []
-    order = {episode: number for number, episode in enumerate(sorted({each.episode for each in told}))}
-    for each, found in zip(told, aligned, strict=True):
+    order = {episode: number for number, episode in enumerate(sorted({each.episode for each in texts}))}
+    for each, found in zip(texts, aligned, strict=True):
         for event, posterior in zip(each.events, found.posterior, strict=True):
             if event.sort != kind:
                 continue
-            rows.append(vote(event, each.walk, posterior, cells))
+            rows.append(vote(event, each.path, posterior, cells))
             weights.append(event.weight)
             colours.append(event.colour)
             looks.append(event.look)
@@ -179,16 +181,16 @@ def _ballot(kind: str, told: Sequence[Told], aligned: Sequence[Aligned]) -> tupl
     return Ballot(cells, likely, np.array(weights), colours, looks, languages), np.array(halves)
 
 
-def vote(event: Event, walk: Walk, posterior: Numbers, cells: Numbers) -> Numbers:
+def vote(event: Event, path: TurnPath, posterior: Numbers, cells: Numbers) -> Numbers:
     """Return the likelihood (g,) of a mentioned thing in each of the cells (g, 2)."""
     chosen = np.flatnonzero(posterior >= SIGNIFICANT)
-    origins, directions = frames_of(event, walk)
+    origins, directions = frames_of(event, path)
     voted: Numbers = posterior[chosen] @ likelihood(event, origins[chosen], directions[chosen], cells)
     return voted
 
 
 def _cells(walked: Numbers, reach: float) -> Numbers:
-    """Return the cells within reach of walked ground, (g, 2) of (x, z)."""
+    """Return the cells within reach of a path, (g, 2) of (x, z)."""
     low, high = np.floor(walked.min(axis=0) - reach), np.ceil(walked.max(axis=0) + reach)
     x, z = np.meshgrid(np.arange(low[0], high[0], CELL), np.arange(low[1], high[1], CELL), indexing="ij")
     cells = np.stack([x.ravel(), z.ravel()], axis=1)
@@ -196,8 +198,8 @@ def _cells(walked: Numbers, reach: float) -> Numbers:
     return near
 
 
-def _confirmed(kind: str, ballot: Ballot, halves: Numbers) -> list[Landmark]:
-    """Return the peaks that have enough votes, or whose place both halves give."""
+def _confirmed(kind: str, ballot: Ballot, halves: Numbers) -> list[RecoveredLandmark]:
+    """Return the peaks with CERTAIN votes, or that both halves of the episodes confirm."""
     by_half = [peaks_of(ballot.part(np.flatnonzero(halves == half)), HALF) for half in (0, 1)]
     found = []
     for peak in peaks_of(ballot, ENOUGH):
@@ -211,9 +213,11 @@ def _confirmed(kind: str, ballot: Ballot, halves: Numbers) -> list[Landmark]:
             place = (round(peak.x, 2), round(peak.z, 2))
             by_half_votes = (round(votes[0], 1), round(votes[1], 1))
             said = sum(votes for _, votes in peak.colours)
-            names = tuple(name for name, votes in peak.colours if votes >= max(1.0, CALLED * said))
+            names = tuple(name for name, votes in peak.colours if votes >= max(1.0, MIN_NAME_SHARE * said))
             found.append(
-                Landmark(_kind(kind), *place, colour, look, round(peak.votes, 1), names, by_half_votes, peak.languages)
+                RecoveredLandmark(
+                    _kind(kind), *place, colour, look, round(peak.votes, 1), names, by_half_votes, peak.languages
+                )
             )
     return found
 

@@ -1,4 +1,4 @@
-"""Recovered landmarks as a section's street furniture: on the ground, at corners and on walls."""
+"""Placement of recovered landmarks as a section's street furniture: on the ground, at corners and on walls."""
 
 from collections.abc import Sequence
 
@@ -17,30 +17,34 @@ from arramon_dataset.layout.places import (
     extents,
     is_wall_clear,
 )
-from arramon_dataset.release.landmarks.ground import Ground, apart_from
-from arramon_dataset.release.landmarks.own import front
-from arramon_dataset.release.landmarks.recovery import Landmark
-from arramon_dataset.release.landmarks.walks import Numbers
+from arramon_dataset.release.landmarks.ground import FurnitureGrid, apart_from
+from arramon_dataset.release.landmarks.own_furniture import front
+from arramon_dataset.release.landmarks.recovery import RecoveredLandmark
+from arramon_dataset.release.landmarks.turn_paths import Numbers
 from arramon_server.sim.assets import furniture
 from arramon_server.sim.geometry import wrap
 from arramon_server.sim.section import ON_WALLS, Building, Prop
 
 TO_CORNER = 2.0
-"""Distance up to which a traffic light or a sign is moved to a corner, in units."""
+"""Maximum distance that a traffic light or a sign is moved to a corner, in units."""
 
 TO_WALL = 6.0
-"""Distance up to which a banner is moved to a wall, in units."""
+"""Maximum distance that a banner is moved to a wall, in units."""
 
 SPOKEN_AS = {"gold": "yellow", "silver": "white", "concrete": "white", "purple": "blue"}
-"""The nearest of the colours that banners have, for those that people say of them."""
+"""By colour that texts state of banners: the nearest colour that banners have."""
 
 SHAPE_COLOURS = {**furnishing.SHAPE_COLOURS, "orange": ("white",), "brown": ("red",)}
 
 
 def props_of(
-    landmarks: Sequence[Landmark], heading: float, buildings: Sequence[Building], ground: Ground, walked: Numbers
-) -> list[tuple[Prop, Landmark]]:
-    """Return recovered landmarks as props, those with the most votes first; one that fits nowhere is left out.
+    landmarks: Sequence[RecoveredLandmark],
+    heading: float,
+    buildings: Sequence[Building],
+    ground: FurnitureGrid,
+    walked: Numbers,
+) -> list[tuple[Prop, RecoveredLandmark]]:
+    """Return recovered landmarks as props, those with the most votes first, without those that have no free place.
 
     Args:
         landmarks: of a section.
@@ -50,7 +54,7 @@ def props_of(
         walked: (n, 2), positions on paths.
     """
     surroundings = Surroundings.of(heading, buildings, walked, np.zeros((0, 2)))
-    built: list[tuple[Prop, Landmark]] = []
+    built: list[tuple[Prop, RecoveredLandmark]] = []
     for landmark in sorted(landmarks, key=lambda each: (-each.votes, each.kind, each.x, each.z)):
         taken = [
             (prop.x, prop.z, prop.kind) for prop, _ in built if (prop.kind in ON_WALLS) == (landmark.kind in ON_WALLS)
@@ -66,8 +70,8 @@ def props_of(
     return built
 
 
-def look_of(landmark: Landmark) -> tuple[str, str, str]:
-    """Return a prop's colour, shape and shape's colour: the nearest to what people say."""
+def look_of(landmark: RecoveredLandmark) -> tuple[str, str, str]:
+    """Return a prop's colour, shape and shape's colour: the nearest to those that texts state."""
     if landmark.kind == "banner":
         colour = SPOKEN_AS.get(landmark.colour, landmark.colour)
         colour = colour if colour in SHAPE_COLOURS else "blue"
@@ -79,9 +83,9 @@ def look_of(landmark: Landmark) -> tuple[str, str, str]:
 
 
 def _on_ground(
-    landmark: Landmark,
+    landmark: RecoveredLandmark,
     surroundings: Surroundings,
-    ground: Ground,
+    ground: FurnitureGrid,
     walked: Numbers,
     taken: Sequence[tuple[float, float, str]],
 ) -> tuple[float, float, float] | None:
@@ -104,7 +108,7 @@ def _on_ground(
 
 
 def _on_wall(
-    landmark: Landmark, surroundings: Surroundings, taken: Sequence[tuple[float, float, str]]
+    landmark: RecoveredLandmark, surroundings: Surroundings, taken: Sequence[tuple[float, float, str]]
 ) -> tuple[float, float, float] | None:
     """Return the clear place on a wall that is nearest to a landmark, and the direction in which it faces."""
     half_width, _ = extents("banner")

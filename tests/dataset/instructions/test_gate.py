@@ -66,23 +66,25 @@ HYDRANT, ZEBRA = Thing("hydrant", identity="hydrant/0"), Thing("zebra_crossing",
 FAR_BALL = replace(BALL, identity="collectible/3")
 
 
-def told(*steps: Step, target: Thing = MUG) -> Navigation:
+def wording(*steps: Step, target: Thing = MUG) -> Navigation:
     return Navigation(steps, target)
 
 
 TRUE = [
-    told(Walk("past", (NEAR,), "right"), Rotate("right", "at", CROSSING)),
-    told(Walk("past", (NEAR,)), Rotate("right", "after", BENCHES), Walk("past", (replace(FAR, which="another"),))),
-    told(Walk("past", (BARREL,), "left"), Walk("to", (CROSSING,)), Rotate("right"), Walk("past", (CONE,))),
-    told(Rotate("right", "at", Thing("street", which="first", identity="street/1")), Walk("beside", (CONE,), "right")),
-    told(
+    wording(Walk("past", (NEAR,), "right"), Rotate("right", "at", CROSSING)),
+    wording(Walk("past", (NEAR,)), Rotate("right", "after", BENCHES), Walk("past", (replace(FAR, which="another"),))),
+    wording(Walk("past", (BARREL,), "left"), Walk("to", (CROSSING,)), Rotate("right"), Walk("past", (CONE,))),
+    wording(
+        Rotate("right", "at", Thing("street", which="first", identity="street/1")), Walk("beside", (CONE,), "right")
+    ),
+    wording(
         Walk("along", (Thing("street", identity="street/0"),)),
         Rotate("right", "after", BENCHES),
         target=replace(MUG, where=()),
     ),
-    told(Walk("past", (replace(NEAR, which="first"),)), Walk("towards", (CROSSING,)), Rotate("right")),
-    told(Walk("between", (NEAR, BIN)), Rotate("right", "at", Thing("corner", identity="junction/0"))),
-    told(Rotate("right", "at", Thing("street", identity="street/1")), Walk("past", (ZEBRA,))),
+    wording(Walk("past", (replace(NEAR, which="first"),)), Walk("towards", (CROSSING,)), Rotate("right")),
+    wording(Walk("between", (NEAR, BIN)), Rotate("right", "at", Thing("corner", identity="junction/0"))),
+    wording(Rotate("right", "at", Thing("street", identity="street/1")), Walk("past", (ZEBRA,))),
 ]
 
 
@@ -92,43 +94,46 @@ def test_what_is_so_passes(meaning: Navigation) -> None:
 
 
 FALSE = [
-    (told(Walk("past", (NEAR,), "left")), "barrier/0 is not on the left"),
-    (told(Rotate("left", "at", CROSSING)), "the path does not turn left at junction/0"),
-    (told(Rotate("right", "at", BARREL)), "the path does not turn right at barrel/0"),
-    (told(Walk("past", (replace(NEAR, colour="red"),))), "barrier/0 is a barrier/white, not red"),
-    (told(Walk("past", (replace(BARREL, kind="bench"),))), "barrel/0 is a barrel/red, not"),
-    (told(Walk("past", (NEAR,)), Walk("past", (FAR,))), "the white barrier barrier/1 is also called"),
-    (told(Walk("past", (replace(NEAR, which="next"),))), "but none was named before"),
-    (told(Walk("past", (Thing("bench", number="two", identity="bench/0"),))), "bench/0 is 1, not two"),
-    (told(Walk("past", (replace(NEAR, which="second"),))), "barrier/0 is number 1 of its kind, not the second"),
-    (told(Rotate("right", "at", replace(CROSSING, kind="t_junction"))), "junction/0 is a crossing, not a t_junction"),
-    (told(Rotate("right", "at", Thing("alley", identity="street/1"))), "street/1 is no alley"),
-    (told(Rotate("right", "at", Thing("street", identity="street/0"))), "does not turn right at street/0"),
+    (wording(Walk("past", (NEAR,), "left")), "barrier/0 is not on the left"),
+    (wording(Rotate("left", "at", CROSSING)), "the path does not turn left at junction/0"),
+    (wording(Rotate("right", "at", BARREL)), "the path does not turn right at barrel/0"),
+    (wording(Walk("past", (replace(NEAR, colour="red"),))), "barrier/0 is a barrier/white, not red"),
+    (wording(Walk("past", (replace(BARREL, kind="bench"),))), "barrel/0 is a barrel/red, not"),
+    (wording(Walk("past", (NEAR,)), Walk("past", (FAR,))), "the white barrier barrier/1 is also called"),
+    (wording(Walk("past", (replace(NEAR, which="next"),))), "but none was named before"),
+    (wording(Walk("past", (Thing("bench", number="two", identity="bench/0"),))), "bench/0 is 1, not two"),
+    (wording(Walk("past", (replace(NEAR, which="second"),))), "barrier/0 is number 1 of its kind, not the second"),
     (
-        told(Rotate("right", "at", Thing("street", which="second", identity="street/1"))),
+        wording(Rotate("right", "at", replace(CROSSING, kind="t_junction"))),
+        "junction/0 is a crossing, not a t_junction",
+    ),
+    (wording(Rotate("right", "at", Thing("alley", identity="street/1"))), "street/1 is no alley"),
+    (wording(Rotate("right", "at", Thing("street", identity="street/0"))), "does not turn right at street/0"),
+    (
+        wording(Rotate("right", "at", Thing("street", which="second", identity="street/1"))),
         "street/1 is number 1 on the right, not the second",
     ),
-    (told(Rotate("left")), "the path does not turn left after its place 0"),
-    (told(Walk("past", (Thing("tree", identity="tree/0"),))), "tree 'tree/0' does not exist"),
-    (told(Walk("past", (CONE,)), Walk("past", (BARREL,))), "the path does not come past barrel/0"),
-    (told(Walk("between", (NEAR, CONE))), "the path does not"),
-    (told(target=replace(MUG, where=(Where("behind", (BALL,)),))), "collectible/0 is not behind collectible/2"),
-    (told(target=replace(MUG, where=(Where("near", (CONE,)),))), "collectible/0 is not near cone/0"),
-    (told(target=replace(MUG, look="dotted")), "collectible/0 is a mug/red/striped, not red dotted mug"),
-    (told(Walk("between", (NEAR, POST))), "the path does not lead between barrier/0 and lamp_post/0"),
-    (told(Walk("between", (BIN, Thing("bench", identity="bench/1")))), "the path does not lead between bin/0"),
-    (told(Walk("past", (BENCHES,))), "the path turns by 90 degrees at its place 15, which is not said"),
-    (told(Rotate("slightly right", "at", CROSSING)), "the path does not turn slightly right at junction/0"),
-    (told(Rotate("around")), "the path does not turn around after its place 0"),
-    (told(Rotate("right", "at", CROSSING), Walk("past", (ZEBRA,), "right")), "zebra_crossing/0 is not on the right"),
-    (told(Walk("past", (HYDRANT,), "left")), "hydrant/0 is not on the left"),
-    (told(Walk("to", (CONE,))), "cone/0 is not straight ahead"),
-    (told(Face(KIOSK), Rotate("right", "at", CROSSING)), "the path does not lead on as one faces kiosk/0"),
+    (wording(Rotate("left")), "the path does not turn left after its place 0"),
+    (wording(Walk("past", (Thing("tree", identity="tree/0"),))), "tree 'tree/0' does not exist"),
+    (wording(Walk("past", (CONE,)), Walk("past", (BARREL,))), "the path does not come past barrel/0"),
+    (wording(Walk("between", (NEAR, CONE))), "the path does not"),
+    (wording(target=replace(MUG, where=(Where("behind", (BALL,)),))), "collectible/0 is not behind collectible/2"),
+    (wording(target=replace(MUG, where=(Where("near", (CONE,)),))), "collectible/0 is not near cone/0"),
+    (wording(target=replace(MUG, look="dotted")), "collectible/0 is a mug/red/striped, not red dotted mug"),
+    (wording(Walk("between", (NEAR, POST))), "the path does not lead between barrier/0 and lamp_post/0"),
+    (wording(Walk("between", (BIN, Thing("bench", identity="bench/1")))), "the path does not lead between bin/0"),
+    (wording(Walk("past", (BENCHES,))), "the path turns by 90 degrees at its place 15, which is not mentioned"),
+    (wording(Rotate("slightly right", "at", CROSSING)), "the path does not turn slightly right at junction/0"),
+    (wording(Rotate("around")), "the path does not turn around after its place 0"),
+    (wording(Rotate("right", "at", CROSSING), Walk("past", (ZEBRA,), "right")), "zebra_crossing/0 is not on the right"),
+    (wording(Walk("past", (HYDRANT,), "left")), "hydrant/0 is not on the left"),
+    (wording(Walk("to", (CONE,))), "cone/0 is not straight ahead"),
+    (wording(Face(KIOSK), Rotate("right", "at", CROSSING)), "the path does not continue towards kiosk/0"),
     (
-        told(Rotate("right", "at", CROSSING), Walk("past", (CONE,)), Walk("past", (BENCHES,))),
-        "bench/0 is not before one who is told of two",
+        wording(Rotate("right", "at", CROSSING), Walk("past", (CONE,)), Walk("past", (BENCHES,))),
+        "bench/0 is not ahead of the walker",
     ),
-    (told(target=replace(MUG, where=(Where("near", (FAR_BALL,)),))), "another is nearer to collectible/0"),
+    (wording(target=replace(MUG, where=(Where("near", (FAR_BALL,)),))), "another is nearer to collectible/0"),
 ]
 
 
@@ -154,14 +159,14 @@ def test_the_target_is_told_apart_from_what_looks_like_it(
     target: Thing, more: tuple[Landmark, ...], is_clear: bool
 ) -> None:
     world = replace(WORLD, marks=(*MARKS, *more))
-    faults = faults_of_navigation(told(Rotate("right", "at", CROSSING), target=target), world)
+    faults = faults_of_navigation(wording(Rotate("right", "at", CROSSING), target=target), world)
     assert faults == () if is_clear else "collectible/0 may be taken for collectible/9" in faults
 
 
 PLAIN = Thing("mug", "red", "striped", identity="m")
-TWO = told(Walk("past", (NEAR,)), Walk("to", (replace(FAR, which="another"),)), target=PLAIN)
-ONE = told(Walk("past", (NEAR,)), Walk("to", (NEAR,)), target=PLAIN)
-STREET = told(Rotate("left", "at", Thing("street", which="second", identity="s")), target=PLAIN)
+TWO = wording(Walk("past", (NEAR,)), Walk("to", (replace(FAR, which="another"),)), target=PLAIN)
+ONE = wording(Walk("past", (NEAR,)), Walk("to", (NEAR,)), target=PLAIN)
+STREET = wording(Rotate("left", "at", Thing("street", which="second", identity="s")), target=PLAIN)
 
 TEXTS = [
     ("en", TWO, "Walk past the white barrier. Walk to another white barrier. Pick up the striped red mug.", ""),
@@ -192,7 +197,7 @@ def test_a_text_that_says_something_else_is_found_out(code: str, meaning: Naviga
 
 
 def test_a_thing_that_is_taken_for_another_is_found_out() -> None:
-    face = told(Face(NEAR), Walk("past", (replace(NEAR, identity="barrier/1"),)), target=PLAIN)
+    face = wording(Face(NEAR), Walk("past", (replace(NEAR, identity="barrier/1"),)), target=PLAIN)
     text = "Face the white barrier. Walk past that barrier. Pick up the striped red mug."
     assert faults_of_text(text, "en", face) == ("takes one thing for another: the white barrier barrier/1",)
 
@@ -202,7 +207,7 @@ def test_a_street_at_the_start_counts() -> None:
     later = Junction("junction/1", 0.0, 12.0, "crossing", tuple(replace(a, z=a.z + 12.0) for a in ARMS), 3.0)
     graph = StreetGraph((*GRAPH.junctions, later), ROADS, (), ())
     world = GateWorld(path, Pose(0.0, -1.0, 0.0), (), (7.0, 12.0), graph)
-    turn = told(Rotate("right", "at", Thing("corner", identity="junction/1")), target=PLAIN)
+    turn = wording(Rotate("right", "at", Thing("corner", identity="junction/1")), target=PLAIN)
     assert "junction/0 comes before the corner junction/1" in faults_of_navigation(turn, world)
 
 
@@ -226,7 +231,7 @@ BENT = [(0.0, float(z)) for z in range(10)]
 def test_a_turn_is_called_by_its_size(angle: float, word: str, fault: bool) -> None:
     on = [(math.sin(angle) * step, 9.0 + math.cos(angle) * step) for step in range(1, 8)]
     world = GateWorld((*BENT, *on), Pose(0.0, 0.0, 0.0), (mark("bin/0", 0.5, 9.5),), on[-1], GRAPH)
-    faults = faults_of_navigation(told(Rotate(word, "at", BIN), target=PLAIN), world)
+    faults = faults_of_navigation(wording(Rotate(word, "at", BIN), target=PLAIN), world)
     assert any(f"does not turn {word} at bin/0" in each for each in faults) == fault, faults
 
 
@@ -242,13 +247,13 @@ def test_a_corner_is_the_first_on_the_way() -> None:
         (Thing("street", which="second", identity="street/2"), ""),
         (Thing("intersection", identity="junction/1"), "junction/0 comes before the intersection junction/1"),
     ):
-        faults = faults_of_navigation(told(Rotate("right", "at", thing), target=PLAIN), world)
+        faults = faults_of_navigation(wording(Rotate("right", "at", thing), target=PLAIN), world)
         assert (fault in faults) if fault else not any("number" in each for each in faults), faults
-    walk = told(Walk("to", (Thing("intersection", identity="junction/1"),)), target=PLAIN)
+    walk = wording(Walk("to", (Thing("intersection", identity="junction/1"),)), target=PLAIN)
     assert "junction/0 comes before the intersection junction/1" in faults_of_navigation(walk, world)
     t_junction = replace(GRAPH.junctions[0], arms=(ARMS[0], ARMS[2], ARMS[3]))
     world = replace(world, graph=replace(graph, junctions=(t_junction, later)))
-    turn = told(Rotate("right", "at", Thing("intersection", identity="junction/1")), target=PLAIN)
+    turn = wording(Rotate("right", "at", Thing("intersection", identity="junction/1")), target=PLAIN)
     assert not any("comes before" in each for each in faults_of_navigation(turn, world))
 
 
@@ -260,16 +265,16 @@ def test_one_turns_at_a_square_where_no_street_opens_before_it() -> None:
     world, named = GateWorld(path, Pose(0.0, -9.0, 0.0), (), (7.0, 12.0), graph), Thing("square", identity="junction/1")
     fault = "junction/0 comes before the square junction/1"
 
-    assert fault in faults_of_navigation(told(Rotate("right", "at", named), target=PLAIN), world)
-    assert fault not in faults_of_navigation(told(Walk("to", (named,)), target=PLAIN), world)
+    assert fault in faults_of_navigation(wording(Rotate("right", "at", named), target=PLAIN), world)
+    assert fault not in faults_of_navigation(wording(Walk("to", (named,)), target=PLAIN), world)
     closed = replace(GRAPH.junctions[0], arms=(ARMS[0], ARMS[2], ARMS[3]))
     world = replace(world, graph=replace(graph, junctions=(closed, square)))
-    assert fault not in faults_of_navigation(told(Rotate("right", "at", named), target=PLAIN), world)
+    assert fault not in faults_of_navigation(wording(Rotate("right", "at", named), target=PLAIN), world)
 
 
 def test_what_is_told_of_is_seen_on_the_way_to_it() -> None:
     poses = tuple(Pose(*place, 0.0) for place in PATH)
-    told_of = told(Walk("past", (NEAR,)), Rotate("right", "at", CROSSING), Walk("past", (CONE,)))
+    told_of = wording(Walk("past", (NEAR,)), Rotate("right", "at", CROSSING), Walk("past", (CONE,)))
     for seen, is_seen in (((17,), True), ((12,), False), ((3, -1), False), ((), False)):
         marks = [replace(each, seen=seen if each.identity == "cone/0" else (2,)) for each in MARKS]
         world = replace(WORLD, marks=marks, poses=poses)
@@ -304,7 +309,7 @@ def test_small_turns_are_taken_together(headings: list[float], told_as: str | No
     path = way(*headings)
     world = GateWorld(path, Pose(0.0, 0.0, 0.0), (mark("bin/0", 0.5, 15.5),), path[-1], None)
     steps = () if told_as is None else (Rotate(told_as, "at", BIN),)
-    faults = faults_of_navigation(told(*steps, target=PLAIN), world)
+    faults = faults_of_navigation(wording(*steps, target=PLAIN), world)
     found = [each for each in faults if "in all" in each or "turn slightly" in each]
     assert len(found) == bool(fault), faults
     assert all(fault in each for each in found)
@@ -313,7 +318,7 @@ def test_small_turns_are_taken_together(headings: list[float], told_as: str | No
 def test_a_way_back_around_a_thing_at_the_start_is_no_slight_turn() -> None:
     path = way(75.0, 75.0, 165.0, 165.0, 75.0, *[105.0] * 20)
     world = GateWorld(path, Pose(0.0, 0.0, 285.0), (), path[-1], None)
-    faults = faults_of_navigation(told(Rotate("left"), Rotate("slightly left"), target=PLAIN), world)
+    faults = faults_of_navigation(wording(Rotate("left"), Rotate("slightly left"), target=PLAIN), world)
     assert any("not turn slightly left" in fault or "turn slightly at" in fault for fault in faults)
 
 
@@ -321,8 +326,8 @@ def test_an_awning_is_told_by_its_colour_and_what_is_faced_is_walked_to() -> Non
     world = GateWorld(way(*AHEAD), Pose(0.0, 0.0, 0.0), (mark("awning/0", 1.0, 12.0, "green"),), (0.0, 15.0), None)
     bare, green = Thing("awning", identity="awning/0"), Thing("awning", "green", identity="awning/0")
     for steps, fault in (
-        ((Face(bare),), "awning/0 is not told by its colour"),
-        ((Face(green), Rotate("right", "after", green)), "one faces awning/0, and is not told to walk before the turn"),
+        ((Face(bare),), "awning/0 is named without its colour"),
+        ((Face(green), Rotate("right", "after", green)), "there is no walk between facing awning/0 and the turn"),
     ):
-        assert fault in faults_of_navigation(told(*steps, target=PLAIN), world)
-    assert not any("colour" in each for each in faults_of_navigation(told(Face(green), target=PLAIN), world))
+        assert fault in faults_of_navigation(wording(*steps, target=PLAIN), world)
+    assert not any("colour" in each for each in faults_of_navigation(wording(Face(green), target=PLAIN), world))

@@ -50,7 +50,7 @@ def test_what_is_said_of_a_cell(
 def test_one_thing_tells_of_one_place() -> None:
     behind = Thing("ball", "blue", where=(Where("right_of", (MUG,)),), identity="room/4,1,2")
     meaning = Assembly((), Thing(""), (Where("left_of", (behind,)), Where("right_of", (MUG,))))
-    assert "room/2,1,2 tells of two places at once" in faults_of_assembly(meaning, (3, 2), ROOM)
+    assert "room/2,1,2 locates two things at once" in faults_of_assembly(meaning, (3, 2), ROOM)
 
 
 YOU = Thing("you")

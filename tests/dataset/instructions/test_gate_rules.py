@@ -47,9 +47,9 @@ def seen_all(world: GateWorld) -> GateWorld:
 @pytest.mark.parametrize(
     ("steps", "fault"),
     [
-        ((Face(CROSSING), TURN), "junction/0 is one of several places that one may face"),
+        ((Face(CROSSING), TURN), "junction/0 is a place: what to face is ambiguous"),
         ((TURN, Rotate("right", "at", CROSSING)), "the path turns only once at its place 15, not twice"),
-        ((Walk("along", (Thing("street", identity="street/1"),)), TURN), "street/1 is not walked along"),
+        ((Walk("along", (Thing("street", identity="street/1"),)), TURN), "street/1 is not on the path"),
         ((TURN, Walk("towards", (BARREL,))), "the path does not lead towards barrel/0"),
         ((Walk("to", (Thing("street_end", identity="junction/0"),)), TURN), "junction/0 is a crossing, not a street_"),
         ((Walk("to", (Thing("square", identity="junction/0"),)), TURN), "junction/0 is a crossing, not a square"),
@@ -112,14 +112,14 @@ def test_one_who_walks_to_a_thing_turns_there_and_not_short_of_it(x: float, is_f
     check = NavigationCheck(with_marks(mark("tree/3", x, 1.0)))
     check.add(Walk("to", (Thing("tree", identity="tree/3"),)))
     found = check.add(Rotate("right"))
-    assert ("the path turns right before it comes to the thing walked to" in found) == is_fault, found
+    assert ("the path turns right before it reaches the thing to walk to" in found) == is_fault, found
 
 
 def test_who_turns_left_does_not_turn_left_again_at_once() -> None:
     for headings, is_fault in (((-60.0, -60.0, -123.0), True), ((-90.0,), False), ((-60.0, -90.0), False)):
         path = way(*headings, *[headings[-1]] * 14)
         found = faults(GateWorld(path, Pose(0.0, 0.0, 0.0), (), path[-1], None), Rotate("left"), target=PLAIN)
-        assert ("the path turns again soon after its place 0, which is not said" in found) == is_fault, found
+        assert ("the path turns again soon after its place 0, which is not mentioned" in found) == is_fault, found
 
 
 def test_a_dumpster_is_taken_for_a_bin() -> None:
@@ -146,7 +146,7 @@ def test_a_thing_is_seen_shortly_before_one_comes_to_it(places: tuple[int, ...],
 def test_a_bend_that_is_more_than_slight_is_told(degrees: float, is_told: bool) -> None:
     path = way(*[0.0] * 15, *[degrees] * 15)
     found = faults(GateWorld(path, Pose(0.0, 0.0, 0.0), (), path[-1], None), target=PLAIN)
-    assert any("which is not said" in each for each in found) == is_told, found
+    assert any("which is not mentioned" in each for each in found) == is_told, found
 
 
 def test_one_turns_before_or_after_a_thing_where_no_other_street_opens() -> None:

@@ -12,7 +12,7 @@ import pytest
 from arramon_dataset.instructions.gate.navigation import NavigationCheck, faults_of_navigation
 from arramon_dataset.instructions.gate.sides import sides_of, stands_on
 from arramon_dataset.instructions.gate.world import GateWorld
-from arramon_dataset.instructions.navigation.plan import Lenient, plan_navigation
+from arramon_dataset.instructions.navigation.plan import AcceptAll, plan_navigation
 from arramon_dataset.instructions.navigation.target import describe
 from arramon_dataset.instructions.sight import Landmark, find_landmarks, identified, poses_along
 from arramon_dataset.plans.graph import House, StreetGraph
@@ -185,13 +185,13 @@ def described(target: Collectible, *marks: Landmark) -> list[Thing]:
 @pytest.mark.parametrize(("z", "is_named"), [(1.6, False), (3.2, True)])
 def test_a_target_on_a_crossing_is_told_by_something_else(z: float, is_named: bool) -> None:
     zebra = replace(mark("zebra_crossing/0", 0.0, 1.2), heading=NORTH)
-    told = described(thing("striped red mug", 0.3, z), zebra, mark("bench/0", 2.4, z))
-    names = {where.things[0].kind for each in told for where in each.where}
+    wording = described(thing("striped red mug", 0.3, z), zebra, mark("bench/0", 2.4, z))
+    names = {where.things[0].kind for each in wording for where in each.where}
     assert ("zebra_crossing" in names) == is_named
     assert "bench" in names
 
 
-class NoSides(Lenient):
+class NoSides(AcceptAll):
     """Refuses every side of what is passed."""
 
     def after(self, steps: tuple[Step, ...]) -> "NoSides":
@@ -204,14 +204,14 @@ def test_a_walk_whose_side_is_refused_is_told_without_it() -> None:
     marks = find_landmarks(poses, town.STREET, section, RasterCamera(identified(city_scene(section))))
     sides = 0
     for seed in range(40):
-        told, refused = (
+        wording, refused = (
             plan_navigation(town.PATH, poses, town.STREET[0], town.STREET, marks, Random(seed), None, judge)
             for judge in (None, NoSides())
         )
-        assert told is not None
+        assert wording is not None
         assert refused is not None
-        walks = [step for step in told.steps if isinstance(step, Walk) and step.way == "past" and step.side]
-        if all(step.way == "past" for step in told.steps if isinstance(step, Walk) and step.side):
+        walks = [step for step in wording.steps if isinstance(step, Walk) and step.way == "past" and step.side]
+        if all(step.way == "past" for step in wording.steps if isinstance(step, Walk) and step.side):
             sides += len(walks)
-            assert refused.steps == tuple(replace(step, side="") if step in walks else step for step in told.steps)
+            assert refused.steps == tuple(replace(step, side="") if step in walks else step for step in wording.steps)
     assert sides > 10

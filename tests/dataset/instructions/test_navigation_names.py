@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from arramon_dataset.instructions.navigation.choice import counted_name
-from arramon_dataset.instructions.navigation.groups import group_of
+from arramon_dataset.instructions.navigation.groups import group_nearest_to
 from arramon_dataset.instructions.navigation.names import distinguish
 from arramon_dataset.instructions.sight import Landmark
 from arramon_dataset.randomness import seeded
@@ -20,8 +20,8 @@ FULL = {"r": RED, "y": YELLOW, "b": Thing("bench", identity="b"), "c": Thing("be
 
 
 def named(*things: Thing) -> list[Thing] | None:
-    told = distinguish(Navigation(tuple(Walk("past", (thing,)) for thing in things), MUG), FULL, seeded("names"))
-    return None if told is None else [thing for thing in mentions(told) if thing.identity != "m"]
+    wording = distinguish(Navigation(tuple(Walk("past", (thing,)) for thing in things), MUG), FULL, seeded("names"))
+    return None if wording is None else [thing for thing in mentions(wording) if thing.identity != "m"]
 
 
 def test_one_thing_keeps_its_name() -> None:
@@ -30,8 +30,8 @@ def test_one_thing_keeps_its_name() -> None:
 
 def test_two_of_a_kind_are_told_apart_by_colour_or_as_the_next() -> None:
     meaning = Navigation((Walk("past", (replace(RED, colour=""),)), Walk("past", (replace(YELLOW, colour=""),))), MUG)
-    told = [distinguish(meaning, FULL, seeded("names", draw)) for draw in range(20)]
-    names = {tuple(mentions(each))[:2] for each in told if each is not None}
+    wording = [distinguish(meaning, FULL, seeded("names", draw)) for draw in range(20)]
+    names = {tuple(mentions(each))[:2] for each in wording if each is not None}
     assert names == {(RED, YELLOW), (RED, Thing("barrel", which="next"))}
 
 
@@ -40,22 +40,22 @@ def test_three_of_a_kind_are_told_apart_by_colour() -> None:
     full = {**FULL, "g": green}
     meaning = Navigation(tuple(Walk("past", (each,)) for each in (RED, YELLOW, green)), MUG)
     for draw in range(20):
-        told = distinguish(meaning, full, seeded("names", draw))
-        assert told is not None
-        assert tuple(mentions(told))[:3] == (RED, YELLOW, green)
+        wording = distinguish(meaning, full, seeded("names", draw))
+        assert wording is not None
+        assert tuple(mentions(wording))[:3] == (RED, YELLOW, green)
 
 
 def test_two_that_look_alike_are_told_apart_by_a_word() -> None:
-    told = named(FULL["b"], FULL["c"], FULL["b"])
-    assert told is not None
-    assert [thing.which in ("next", "another") for thing in told] == [False, True, False]
+    wording = named(FULL["b"], FULL["c"], FULL["b"])
+    assert wording is not None
+    assert [thing.which in ("next", "another") for thing in wording] == [False, True, False]
 
 
 def test_places_are_the_next_ones() -> None:
     corners = [Thing("corner", identity=identity) for identity in "de"]
-    told = distinguish(Navigation(tuple(Rotate("left", "at", each) for each in corners), MUG), {}, seeded("places"))
-    assert told is not None
-    assert [thing.which for thing in mentions(told)][:2] == ["", "next"]
+    wording = distinguish(Navigation(tuple(Rotate("left", "at", each) for each in corners), MUG), {}, seeded("places"))
+    assert wording is not None
+    assert [thing.which for thing in mentions(wording)][:2] == ["", "next"]
 
 
 def test_what_cannot_be_told_apart_is_not_told() -> None:
@@ -97,5 +97,5 @@ def test_ordinals(own: Landmark, marks: tuple[Landmark, ...], seen: tuple[Landma
     ],
 )
 def test_groups(marks: tuple[Landmark, ...], number: str | None) -> None:
-    group = group_of(FIRST, marks, marks, VIEW, until=3)
+    group = group_nearest_to(FIRST, marks, marks, VIEW, until=3)
     assert (None if group is None else group.name.number) == number

@@ -3,7 +3,7 @@
 import pytest
 
 import arramon_lang as lang
-from arramon_dataset.release.decoys import leads_to
+from arramon_dataset.release.decoys import identifies_cell
 from arramon_dataset.release.extras import DECOYS, arrange_decoys, read_references
 from arramon_lang.meaning import Assembly, Thing
 from arramon_server.sim.catalogue import ObjectType
@@ -35,7 +35,7 @@ def room(
     items = [PlacedObject(kind, RoomPosition(cell.column, 1, cell.row)) for kind, cell in found]
     first = PlacedObject(FIRST, placements[0])
     for meaning, placement, placed in zip(meanings, placements, ([], [first]), strict=True):
-        assert meaning is None or leads_to(meaning, items + placed, placement)
+        assert meaning is None or identifies_cell(meaning, items + placed, placement)
     assert len(found) == len({kind for kind, _ in found}) == DECOYS
     assert START not in {cell for _, cell in found}
     return {cell: str(kind) for kind, cell in found}

@@ -6,25 +6,25 @@ import numpy as np
 
 from arramon_dataset.release.landmarks.mentions import Event
 from arramon_dataset.release.landmarks.mixture import Ballot, peaks_of
-from arramon_dataset.release.landmarks.recovery import CERTAIN, Told, recover
-from tests.dataset.release.landmarks.walking import walk_along
+from arramon_dataset.release.landmarks.recovery import CERTAIN, TurnText, recover
+from tests.dataset.release.landmarks.turn_path import path_along
 
 PLACE = (6.0, 11.7)
 """Of a mailbox beside a street that everybody walks."""
 
 
-def told(number: int, event: Event) -> Told:
+def texts(number: int, event: Event) -> TurnText:
     """Return what one of many people says who pass the place: they come from different sides and go on differently."""
     start = ((0, 10), (-number % 5, 10))[number % 2]
-    walk = walk_along(start, (12, 10), (12, 10 + 6 + number % 4))
-    return Told(str(number), 1, "en", walk, (event, Event(direction="left")))
+    path = path_along(start, (12, 10), (12, 10 + 6 + number % 4))
+    return TurnText(str(number), 1, "en", path, (event, Event(direction="left")))
 
 
 MAILBOX = Event(kind="mailbox", colour="blue", manner="past", side="left")
 
 
 def test_a_landmark_is_where_most_people_put_it() -> None:
-    (found,) = recover([told(number, MAILBOX) for number in range(24)])
+    (found,) = recover([texts(number, MAILBOX) for number in range(24)])
     assert (found.kind, found.colour) == ("mailbox", "blue")
     assert found.votes >= CERTAIN
     assert np.hypot(found.x - PLACE[0], found.z - PLACE[1]) < 4.0
@@ -32,15 +32,15 @@ def test_a_landmark_is_where_most_people_put_it() -> None:
 
 
 def test_two_people_are_not_enough() -> None:
-    assert recover([told(number, MAILBOX) for number in range(2)]) == []
+    assert recover([texts(number, MAILBOX) for number in range(2)]) == []
 
 
 def test_things_drawn_for_each_episode_are_no_landmarks() -> None:
-    assert recover([told(number, replace(MAILBOX, kind="cone")) for number in range(24)]) == []
+    assert recover([texts(number, replace(MAILBOX, kind="cone")) for number in range(24)]) == []
 
 
 def test_the_order_of_the_episodes_does_not_matter() -> None:
-    people = [told(number, MAILBOX) for number in range(16)]
+    people = [texts(number, MAILBOX) for number in range(16)]
     assert recover(people) == recover(people[::-1])
 
 

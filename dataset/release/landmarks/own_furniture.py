@@ -1,6 +1,6 @@
-"""An episode's own furniture: where its own texts put the things that are drawn anew for each episode.
+"""An episode's own furniture: things that differ between episodes, placed where its texts imply them.
 
-A thing stands where the mentions of both turns overlap; mentions that fit nowhere together are of different things.
+A thing stands where the mentions of both turns overlap; mentions without a common place are of different things.
 """
 
 from collections.abc import Sequence
@@ -12,10 +12,10 @@ import numpy as np
 from arramon_dataset.layout.places import PATH_GAP, TARGET_GAP
 from arramon_dataset.randomness import seeded
 from arramon_dataset.release.landmarks.alignment import align
-from arramon_dataset.release.landmarks.ground import Ground, Room, apart_from
+from arramon_dataset.release.landmarks.ground import FreeSpace, FurnitureGrid, apart_from
 from arramon_dataset.release.landmarks.mentions import DRAWN, METAL_BENCH, Event
-from arramon_dataset.release.landmarks.recovery import Map, Told, vote
-from arramon_dataset.release.landmarks.walks import Indices, Numbers
+from arramon_dataset.release.landmarks.recovery import LandmarkMap, TurnText, vote
+from arramon_dataset.release.landmarks.turn_paths import Indices, Numbers
 from arramon_server.sim.assets import furniture
 from arramon_server.sim.assets.furniture import footprint_radius
 from arramon_server.sim.geometry import wrap
@@ -23,24 +23,24 @@ from arramon_server.sim.own_furniture import MovedProp
 from arramon_server.sim.section import ON_WALLS, Prop
 
 EXPLAINED = 0.3
-"""A thing explains the mentions that are at least so likely at its place, relative to their best place."""
+"""Minimum likelihood of the mentions that a thing at a place explains, relative to their best place."""
 
 UNLIKELY = 0.02
 """Likelihood of a mention at a place where its kernel does not reach, relative to its best place."""
 
 TRIED = 80
-"""Number of likeliest places of which the one seen by most of its mentions is taken."""
+"""Number of likeliest places among which visibility from the mentions decides."""
 
 
 @dataclass(frozen=True, eq=False)
-class Wanted:
-    """A mention that asks for a thing.
+class FurnitureMention:
+    """A mention of a thing that an episode must add.
 
     Attributes:
         event: the mention.
         turn: of its text.
         likely: (g,) at each place of the ground, relative to the best one.
-        eye: (2,) of (x, z), where the walker is when it is spoken of.
+        eye: (2,) of (x, z), the walker's position at the mention.
     """
 
     event: Event
@@ -49,45 +49,47 @@ class Wanted:
     eye: Numbers
 
 
-def wanted(told: Sequence[Told], known: Map, ground: Ground) -> list[Wanted]:
-    """Return the mentions in an episode's texts of things that are drawn anew for each episode."""
+def furniture_mentions(texts: Sequence[TurnText], known: LandmarkMap, ground: FurnitureGrid) -> list[FurnitureMention]:
+    """Return the mentions in an episode's texts of things that differ between episodes."""
     found = []
-    for each in told:
+    for each in texts:
         if not each.events:
             continue
-        aligned = align(each.events, each.walk, known.fit)
+        aligned = align(each.events, each.path, known.fit)
         for event, posterior, place in zip(each.events, aligned.posterior, aligned.best, strict=True):
             if event.kind in DRAWN and event.sort != METAL_BENCH:
-                likely = vote(event, each.walk, posterior, ground.places)
+                likely = vote(event, each.path, posterior, ground.places)
                 top = float(likely.max())
                 if top > 0.0:
-                    found.append(Wanted(event, each.turn, likely / top, each.walk.places[place]))
+                    found.append(FurnitureMention(event, each.turn, likely / top, each.path.places[place]))
     return found
 
 
-def own_furniture(episode: str, asked: Sequence[Wanted], room: Room, standing: Sequence[Prop]) -> list[Prop]:
-    """Return the things that an episode's own texts ask for, clear of its paths and of what stands there already.
+def own_furniture(
+    episode: str, mentions: Sequence[FurnitureMention], space: FreeSpace, standing: Sequence[Prop]
+) -> list[Prop]:
+    """Return the things that an episode's own texts name, clear of its paths and of other furniture.
 
     Args:
         episode: its id.
-        asked: by its texts.
-        room: what the episode leaves free.
-        standing: furniture that is there already.
+        mentions: in its texts.
+        space: free ground of the episode.
+        standing: furniture that exists already.
     """
     random = seeded(episode, "own furniture")
     taken = [(prop.x, prop.z, prop.kind) for prop in standing if prop.kind not in ON_WALLS]
     placed: list[Prop] = []
     for kind in DRAWN:
-        left = [each for each in asked if each.event.kind == kind]
-        indices, news = np.flatnonzero(room.free_for(kind)) if left else np.zeros(0, dtype=np.intp), taken
+        left = [each for each in mentions if each.event.kind == kind]
+        indices, news = np.flatnonzero(space.free_for(kind)) if left else np.zeros(0, dtype=np.intp), taken
         while left:
             group = _same_colour(left)
-            indices, news = indices[apart_from(room.ground.places[indices], kind, news)], []
+            indices, news = indices[apart_from(space.ground.places[indices], kind, news)], []
             if not len(indices):
                 break
-            at = _best(group, indices, room.ground)
+            at = _best(group, indices, space.ground)
             explained = [each for each in group if each.likely[at] >= EXPLAINED] or group[:1]
-            prop = make(kind, room.ground.places[at], explained, room, random)
+            prop = make(kind, space.ground.places[at], explained, space, random)
             placed.append(prop)
             news.append((prop.x, prop.z, kind))
             taken.append(news[0])
@@ -95,8 +97,8 @@ def own_furniture(episode: str, asked: Sequence[Wanted], room: Room, standing: S
     return placed
 
 
-def _same_colour(left: Sequence[Wanted]) -> list[Wanted]:
-    """Return the mentions that can be of the thing first mentioned: of its colour or of none, one name a text."""
+def _same_colour(left: Sequence[FurnitureMention]) -> list[FurnitureMention]:
+    """Return the mentions that may be of the first one's thing: with its colour or none, and one identity per text."""
     first = left[0]
     colour = next((each.event.colour for each in left if each.event.identity == first.event.identity), "")
     colour = first.event.colour or colour
@@ -111,8 +113,8 @@ def _same_colour(left: Sequence[Wanted]) -> list[Wanted]:
     return group
 
 
-def _best(group: Sequence[Wanted], indices: Indices, ground: Ground) -> int:
-    """Return the index of the place where a thing explains most, and is seen by those who speak of it."""
+def _best(group: Sequence[FurnitureMention], indices: Indices, ground: FurnitureGrid) -> int:
+    """Return the index of the place where a thing best explains the mentions and is visible from them."""
     scores = np.sum([np.log(UNLIKELY + each.likely[indices]) for each in group], axis=0)
     tops = indices[np.argsort(-scores, kind="stable")[:TRIED]]
     best = np.sort(-scores, kind="stable")[:TRIED]
@@ -120,12 +122,12 @@ def _best(group: Sequence[Wanted], indices: Indices, ground: Ground) -> int:
     return int(tops[int((-best + 2.0 * seen).argmax())])
 
 
-def make(kind: str, place: Numbers, mentions: Sequence[Wanted], room: Room, random: Random) -> Prop:
-    """Return a prop of a kind at a place, in the colour that is said, with its front to the nearest path."""
+def make(kind: str, place: Numbers, mentions: Sequence[FurnitureMention], space: FreeSpace, random: Random) -> Prop:
+    """Return a prop of a kind at a place, in the stated colour, with its front to the nearest path."""
     possible = (*furniture.COLOURS.get(kind, ()), *furniture.IMPORTED_COLOURS.get(kind, ()))
     said = next((each.event.colour for each in mentions if each.event.colour in possible), "")
     drawn = random.choice(furniture.COLOURS.get(kind, ("",)))
-    return Prop(kind, *_rounded(place), front(place, room.ground.heading, room.walked), said or drawn)
+    return Prop(kind, *_rounded(place), front(place, space.ground.heading, space.walked), said or drawn)
 
 
 def front(place: Numbers, heading: float, walked: Numbers) -> float:
@@ -135,10 +137,10 @@ def front(place: Numbers, heading: float, walked: Numbers) -> float:
     return round(wrap(heading + 90.0 * turns), 3)
 
 
-def moved_off(props: Sequence[Prop], room: Room) -> tuple[list[MovedProp], list[int]]:
+def moved_off(props: Sequence[Prop], space: FreeSpace) -> tuple[list[MovedProp], list[int]]:
     """Return which of a section's props an episode moves off its own paths and objects, and which it leaves out.
 
-    A prop stands as near to its place as it can, and is left out if that is nowhere.
+    A prop is moved to the nearest free place, and left out if there is none.
     """
     moved, left_out = [], []
     standing = [(prop.x, prop.z, prop.kind) for prop in props if prop.kind not in ON_WALLS]
@@ -147,16 +149,16 @@ def moved_off(props: Sequence[Prop], room: Room) -> tuple[list[MovedProp], list[
         if prop.kind in ON_WALLS or not radius:
             continue
         place = np.array([prop.x, prop.z])
-        near_path = np.hypot(*(room.walked - place).T).min() < PATH_GAP + radius
-        if not near_path and np.hypot(*(room.objects - place).T).min() >= TARGET_GAP + radius:
+        near_path = np.hypot(*(space.walked - place).T).min() < PATH_GAP + radius
+        if not near_path and np.hypot(*(space.objects - place).T).min() >= TARGET_GAP + radius:
             continue
         others = [each for each in standing if each[:2] != (prop.x, prop.z)]
-        free = np.flatnonzero(room.free_for(prop.kind))
-        free = free[apart_from(room.ground.places[free], prop.kind, others)]
+        free = np.flatnonzero(space.free_for(prop.kind))
+        free = free[apart_from(space.ground.places[free], prop.kind, others)]
         if not len(free):
             left_out.append(index)
             continue
-        to = room.ground.places[free[int(np.hypot(*(room.ground.places[free] - place).T).argmin())]]
+        to = space.ground.places[free[int(np.hypot(*(space.ground.places[free] - place).T).argmin())]]
         moved.append(MovedProp(index, *_rounded(to), prop.heading))
         standing = [*others, (float(to[0]), float(to[1]), prop.kind)]
     return moved, left_out

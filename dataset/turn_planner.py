@@ -1,4 +1,4 @@
-"""A turn of a draft whose way is to be told: what is seen along it, and meanings of its navigation without a fault."""
+"""Planning of valid navigation instructions for one turn of a draft."""
 
 from arramon_dataset.alignment.routes import Tokens, tokens_of
 from arramon_dataset.generation.site import Site
@@ -13,8 +13,8 @@ from arramon_server.episodes.episode import Turn
 from arramon_server.sim.geometry import Pose
 
 
-class ToldTurn:
-    """A turn, with what is seen along its ground truth.
+class TurnPlanner:
+    """Plans valid navigation instructions for one turn.
 
     Args:
         start: pose at its beginning.
@@ -22,7 +22,7 @@ class ToldTurn:
         site: where it takes place.
 
     Attributes:
-        turn, site: as they were given.
+        turn, site: the arguments.
     """
 
     def __init__(self, start: Pose, turn: Turn, site: Site) -> None:
@@ -34,13 +34,13 @@ class ToldTurn:
         self._drawn: dict[tuple[object, ...], Navigation | None] = {}
 
     def navigation(self, names: tuple[object, ...]) -> Navigation | None:
-        """Return a meaning of its navigation that the gate finds no fault with, or None; `names` seed all choices."""
+        """Return a meaning of its navigation that passes the gate, or None; `names` seed all choices."""
         if names not in self._drawn:
             self._drawn[names] = self._draw(names)
         return self._drawn[names]
 
     def tokens(self) -> Tokens:
-        """Return what happens along its ground truth, for the check that shares nothing with the grammar."""
+        """Return the tokens of its route, for the alignment check, which shares nothing with the grammar."""
         return tokens_of(facts_along(self.turn, self._poses, self._marks), self.turn.target.type)
 
     def _draw(self, names: tuple[object, ...]) -> Navigation | None:

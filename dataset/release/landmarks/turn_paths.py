@@ -1,4 +1,4 @@
-"""Walks: the ground truth of one turn as positions with the directions in which the walker comes and goes."""
+"""The ground truth of a turn as arrays: positions, and directions of arrival and departure."""
 
 from dataclasses import dataclass
 from functools import reduce
@@ -6,6 +6,7 @@ from functools import reduce
 import numpy as np
 import numpy.typing as npt
 
+from arramon_dataset.paths import STRIDE
 from arramon_server.episodes.episode import Episode, Turn
 from arramon_server.sim.geometry import Pose
 from arramon_server.sim.rules import moved
@@ -13,20 +14,17 @@ from arramon_server.sim.rules import moved
 Numbers = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.intp]
 
-STRIDE = 3
-"""Number of steps over which a direction is taken: paths zigzag by single turns of 30 degrees."""
-
 
 @dataclass(frozen=True, eq=False)
-class Walk:
-    """One turn's path.
+class TurnPath:
+    """The path of one turn.
 
     Attributes:
         places: (n, 2) of (x, z), in units.
         coming: (n,) direction in which the walker arrives, degrees clockwise from +z.
         going: (n,) direction in which the walker leaves.
         turned: (n,) from coming to going, in (-180, 180], positive to the right.
-        target: (2,) of (x, z), the object to pick up.
+        target: (2,) of (x, z), position of the target.
     """
 
     places: Numbers
@@ -36,16 +34,16 @@ class Walk:
     target: Numbers
 
 
-def walks_of(episode: Episode) -> tuple[Walk, Walk]:
-    """Return the walks of both turns."""
+def paths_of_turns(episode: Episode) -> tuple[TurnPath, TurnPath]:
+    """Return the paths of both turns."""
     middle = reduce(moved, episode.turns[0].actions, episode.start)
     end = reduce(moved, episode.turns[1].actions, middle)
     first, second = episode.turns
-    return walk_of(first, episode.start, middle), walk_of(second, middle, end)
+    return path_of_turn(first, episode.start, middle), path_of_turn(second, middle, end)
 
 
-def walk_of(turn: Turn, start: Pose, end: Pose) -> Walk:
-    """Return the walk of a turn between two poses."""
+def path_of_turn(turn: Turn, start: Pose, end: Pose) -> TurnPath:
+    """Return the path of a turn between two poses."""
     places = np.array(turn.path, dtype=np.float64)
     size = np.arange(len(places))
     behind = places - places[np.maximum(size - STRIDE, 0)]
@@ -53,7 +51,7 @@ def walk_of(turn: Turn, start: Pose, end: Pose) -> Walk:
     coming, going = _direction(behind, start.heading), _direction(ahead, end.heading)
     turned = -((coming - going + 180.0) % 360.0 - 180.0)
     target = np.array([turn.target.position.x, turn.target.position.z])
-    return Walk(places, coming, going, turned, target)
+    return TurnPath(places, coming, going, turned, target)
 
 
 def _direction(offsets: Numbers, otherwise: float) -> Numbers:

@@ -10,10 +10,10 @@ from arramon_dataset.layout.places import PATH_GAP
 from arramon_dataset.release.files import read_release
 from arramon_dataset.release.importer import add_objects, ground_of
 from arramon_dataset.release.landmarks.city import own_of, rebuild
-from arramon_dataset.release.landmarks.ground import Ground, Room
+from arramon_dataset.release.landmarks.distracters import NAMED_KIND_GAP
+from arramon_dataset.release.landmarks.ground import FreeSpace, FurnitureGrid
 from arramon_dataset.release.landmarks.mentions import Event
-from arramon_dataset.release.landmarks.recovery import Told, told_of
-from arramon_dataset.release.landmarks.strays import HEARD
+from arramon_dataset.release.landmarks.recovery import TurnText, texts_of
 from arramon_server.episodes.episode import Episode, Instructions
 from arramon_server.episodes.provenance import DRAWN, TEXT, Provenance
 from arramon_server.sim.assets.furniture import footprint_radius
@@ -50,9 +50,9 @@ def rebuilt(section: Section, episodes: list[Episode]) -> tuple[Section, list[Ep
     return rebuild(section, episodes)
 
 
-def room_of(episode: Episode, section: Section, episodes: list[Episode]) -> Room:
+def space_of(episode: Episode, section: Section, episodes: list[Episode]) -> FreeSpace:
     walked = np.concatenate([np.array(turn.path) for each in episodes for turn in each.turns])
-    return Room.of(episode, Ground.of(section.heading, section.buildings, walked))
+    return FreeSpace.of(episode, FurnitureGrid.of(section.heading, section.buildings, walked))
 
 
 def test_the_same_episodes_give_the_same_world(
@@ -67,10 +67,10 @@ def test_nothing_stands_on_an_episodes_own_path(
 ) -> None:
     world, furnished_episodes, _ = rebuilt
     for episode in furnished_episodes:
-        room = room_of(episode, section, episodes)
+        space = space_of(episode, section, episodes)
         for prop in furnished(world, episode.furniture).props:
             if prop.kind not in ON_WALLS:
-                apart = np.hypot(*(room.walked - (prop.x, prop.z)).T).min()
+                apart = np.hypot(*(space.walked - (prop.x, prop.z)).T).min()
                 assert apart >= PATH_GAP + footprint_radius(prop.kind) - 0.01, prop
 
 
@@ -78,36 +78,36 @@ def test_what_nobody_spoke_of_is_of_kinds_that_nobody_named_near_the_path(
     section: Section, episodes: list[Episode], rebuilt: tuple[Section, list[Episode], Provenance]
 ) -> None:
     _, furnished_episodes, provenance = rebuilt
-    strays = 0
+    distracters = 0
     for episode in furnished_episodes:
-        named = {event.kind for each in told_of(episode) for event in each.events}
-        room = room_of(episode, section, episodes)
+        named = {event.kind for each in texts_of(episode) for event in each.events}
+        space = space_of(episode, section, episodes)
         for prop, origin in zip(episode.furniture.added, provenance.own.get(episode.episode_id, ()), strict=True):
             assert origin in (TEXT, DRAWN)
             if origin == DRAWN:
-                strays += 1
-                near = np.hypot(*(room.walked - (prop.x, prop.z)).T).min()
-                assert prop.kind not in named or near > HEARD - 0.5
+                distracters += 1
+                near = np.hypot(*(space.walked - (prop.x, prop.z)).T).min()
+                assert prop.kind not in named or near > NAMED_KIND_GAP - 0.5
             else:
                 assert prop.kind in named
-    assert strays
+    assert distracters
 
 
 def test_a_thing_that_both_turns_name_at_one_place_is_one_thing(section: Section, episodes: list[Episode]) -> None:
     episode = episodes[0]
-    room = room_of(episode, section, episodes)
-    first, second = (each for each in told_of(episode) if each.language == "en")
+    space = space_of(episode, section, episodes)
+    first, second = (each for each in texts_of(episode) if each.language == "en")
     at_end = replace(first, events=(Event(kind="hydrant", manner="target", relation="near", identity="1"),))
-    at_start = replace(second, walk=replace(second.walk, target=first.walk.target), events=(*at_end.events,))
+    at_start = replace(second, path=replace(second.path, target=first.path.target), events=(*at_end.events,))
     bare = replace(section, props=())
 
-    def hydrants(told: list[Told]) -> list[Prop]:
-        return [prop for prop in own_of(episode.episode_id, told, bare, room, []).added if prop.kind == "hydrant"]
+    def hydrants(texts: list[TurnText]) -> list[Prop]:
+        return [prop for prop in own_of(episode.episode_id, texts, bare, space, []).added if prop.kind == "hydrant"]
 
     (one,) = hydrants([at_end, at_start])
-    assert np.hypot(*(first.walk.target - (one.x, one.z))) < 4.0
+    assert np.hypot(*(first.path.target - (one.x, one.z))) < 4.0
     assert len(hydrants([at_end, replace(second, events=at_end.events)])) == 2 or _near(first, second)
 
 
-def _near(first: Told, second: Told) -> bool:
-    return bool(np.hypot(*(first.walk.target - second.walk.target)) < 4.0)
+def _near(first: TurnText, second: TurnText) -> bool:
+    return bool(np.hypot(*(first.path.target - second.path.target)) < 4.0)

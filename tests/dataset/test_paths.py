@@ -1,9 +1,18 @@
-"""Division of navigation paths into straight legs."""
+"""Facts about paths: legs, distances, relations as seen, and bends."""
 
 import pytest
 
 from arramon_client.world import bearing, turn_between
-from arramon_dataset.instructions.navigation.legs import legs_of, max_deviation
+from arramon_dataset.paths import (
+    PathGeometry,
+    Place,
+    along_relation,
+    distance_from_line,
+    distance_from_segment,
+    legs_of,
+    max_deviation,
+    offset_seen_from,
+)
 from tests.dataset.instructions.town import PATH
 
 
@@ -45,3 +54,35 @@ def test_max_deviation_is_the_largest_distance_from_the_line() -> None:
     assert max_deviation(PATH, 0, 15, (0.0, -15.0), (0.0, 0.0)) == 0.0
     assert max_deviation(PATH, 0, 15, (2.0, -15.0), (2.0, 0.0)) == pytest.approx(2.0)
     assert max_deviation(PATH, 0, 27, (0.0, -15.0), (12.0, 0.0)) == pytest.approx(9.37, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("place", "segment", "line"), [((3.0, 5.0), 3.0, 3.0), ((0.0, 14.0), 4.0, 0.0), ((3.0, -4.0), 5.0, 3.0)]
+)
+def test_distance_from_a_line_does_not_end_with_the_segment(place: Place, segment: float, line: float) -> None:
+    start, end = (0.0, 0.0), (0.0, 10.0)
+    assert distance_from_segment(place, start, end) == pytest.approx(segment)
+    assert distance_from_line(place, start, end) == pytest.approx(line)
+
+
+@pytest.mark.parametrize(
+    ("relation", "offset"),
+    [
+        ("left_of", (2.0, 1.0)),
+        ("right_of", (-2.0, 1.0)),
+        ("in_front_of", (1.0, 2.0)),
+        ("behind", (-1.0, 2.0)),
+        ("near", None),
+    ],
+)
+def test_offset_along_a_relation(relation: str, offset: tuple[float, float] | None) -> None:
+    """The viewer looks east at a place; the landmark is 1 unit behind it and 2 to its right."""
+    right, behind = offset_seen_from((0.0, 0.0), (5.0, 0.0), (6.0, -2.0))
+    assert along_relation(relation, right, behind) == (offset if offset is None else pytest.approx(offset))
+
+
+def test_path_bends_at_the_corner_alone() -> None:
+    geometry = PathGeometry(PATH, 0.0, (14.0, 0.0))
+    (corner,) = (at for at, angle in geometry.bends.items() if abs(angle) > 60.0)
+    assert PATH[corner] == (0.0, 0.0)
+    assert geometry.closest(0.5, 0.5, 0, 2.0) == geometry.nearest((0.5, 0.5), 0, len(PATH)) == corner

@@ -1,4 +1,4 @@
-"""Names for objects in assembly instructions: short but unique, sometimes complete or related to a neighbour."""
+"""Unique names for objects in assembly instructions: short, complete, or with a relation to a neighbour."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -10,7 +10,7 @@ from arramon_lang.room import Room, RoomObject, relative, weigh_things
 from arramon_server.sim.catalogue import ObjectType
 
 IN_FULL, WITH_PLACE = 0.55, 0.1
-"""Probability that a landmark is named by all its words though fewer suffice, and that it is named with a relation."""
+"""Probabilities of a landmark's complete name although fewer words suffice, and of a name with a relation."""
 
 TARGET_NAMES = (
     (("look", "colour", "kind"), 64),
@@ -19,29 +19,29 @@ TARGET_NAMES = (
     (("look", "kind"), 4),
     ((), 4),
 )
-"""Words that name the object in hand, with weights; no words for a pronoun. In the release: all words 69%, the kind
-alone 27%, no kind 4%."""
+"""Attributes in the name of the object in hand, with weights; () for a pronoun. In the release: all attributes 69%, the
+kind alone 27%, no kind 4%."""
 
 SHORT = tuple(
     words for size in (1, 2, 3) for words in combinations(("kind", "colour", "look"), size) if "kind" in words
 )
-"""Combinations of words that may name a landmark, the shortest first."""
+"""Combinations of attributes that may name a landmark, the shortest first."""
 
 HELD = "held"
 """Identity of the object in the agent's hand."""
 
 MIN_LIKELIHOOD_RATIO = 1.5
-"""Minimum factor by which the named object must be likelier than any other."""
+"""Minimum ratio of the named object's likelihood and any other's."""
 
 
 @dataclass(frozen=True, slots=True)
-class Names:
-    """Names for the objects in a room.
+class ObjectNamer:
+    """Names the objects in a room.
 
     Attributes:
-        seen: the part of the room visible to the agent, which may be mentioned.
-        whole: the whole room, with which names must not be confused.
-        target: type of the object in hand, which landmark names must not match either.
+        seen: the part of the room visible to the agent; only its objects are mentioned.
+        whole: the whole room; names must be unique in it.
+        target: type of the object in hand; landmark names must not match it either.
         quarter: viewing direction of the agent in quarter turns clockwise from +row.
     """
 
@@ -74,7 +74,7 @@ class Names:
     def _is_unique(self, name: Thing, item: RoomObject) -> bool:
         others = [(o.kind, o.colour, o.look) for o in self.whole.things if o != item]
         target = (self.target.kind, self.target.colour, self.target.pattern)
-        if target != (item.kind, item.colour, item.look):  # Otherwise only "the other one" would tell them apart.
+        if target != (item.kind, item.colour, item.look):  # Otherwise only "the other one" would distinguish them.
             others.append(target)
         return not any(_means(name, *other) for other in others)
 

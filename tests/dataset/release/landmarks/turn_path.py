@@ -2,10 +2,11 @@
 
 import numpy as np
 
-from arramon_dataset.release.landmarks.walks import STRIDE, Numbers, Walk
+from arramon_dataset.paths import STRIDE
+from arramon_dataset.release.landmarks.turn_paths import Numbers, TurnPath
 
 
-def walk_along(*corners: tuple[float, float]) -> Walk:
+def path_along(*corners: tuple[float, float]) -> TurnPath:
     """Return a walk of unit steps along straight streets between corners; its target is a unit beyond its end."""
     places = [np.array(corners[0], dtype=np.float64)]
     for x, z in corners[1:]:
@@ -19,7 +20,7 @@ def walk_along(*corners: tuple[float, float]) -> Walk:
     last = len(path) - 1
     going = np.array([_direction(path[min(last, at + STRIDE)] - path[at]) if at < last else end for at in size])
     turned = (going - coming + 180.0) % 360.0 - 180.0
-    return Walk(path, coming, going, turned, path[-1] + (path[-1] - path[-2]))
+    return TurnPath(path, coming, going, turned, path[-1] + (path[-1] - path[-2]))
 
 
 def _direction(offset: Numbers) -> float:

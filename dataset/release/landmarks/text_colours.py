@@ -1,28 +1,28 @@
-"""Landmarks by the colour that an episode's own text gives them.
+"""Recovered landmarks in the colour that an episode's own text states.
 
-People differ in what they call one colour: of the same barrel some say gold, some orange, some yellow.
+People differ in the name of a colour: some call the same barrel gold, some orange, some yellow.
 """
 
 from collections.abc import Sequence
 from dataclasses import replace
 
-from arramon_dataset.release.landmarks.agreement import WITHIN, by_kind, mentions_of, nearest, standing_of
+from arramon_dataset.release.landmarks.agreement import WITHIN, by_kind, mentions_of, nearest, placed_things
 from arramon_dataset.release.landmarks.alignment import align
 from arramon_dataset.release.landmarks.mentions import SCENERY
-from arramon_dataset.release.landmarks.recovery import Landmark, Map, Told
+from arramon_dataset.release.landmarks.recovery import LandmarkMap, RecoveredLandmark, TurnText
 from arramon_dataset.release.landmarks.scenery import look_of
 from arramon_server.sim.section import Prop
 
 
-def called(
-    told: Sequence[Told], standing: Sequence[Prop], landmarks: Sequence[Landmark], strength: float
+def recolour_landmarks(
+    texts: Sequence[TurnText], standing: Sequence[Prop], landmarks: Sequence[RecoveredLandmark], strength: float
 ) -> dict[int, Prop]:
-    """Return the landmarks that an episode's texts call otherwise than most people do, in the colour that they say.
+    """Return the landmarks whose colour an episode's texts state differently from most texts, in that colour.
 
-    Only where others give the landmark this colour too; a banner has the shape that the text says with it.
+    Only colours that other texts give the landmark too are used; a banner also gets the shape that the text states.
 
     Args:
-        told: by the episode's texts.
+        texts: those of the episode.
         standing: the scenery as it is in the episode.
         landmarks: from which it was made, in the same order.
         strength: of each thing in the alignment of the texts.
@@ -31,18 +31,18 @@ def called(
         Props by their index in `standing`.
     """
     changed: dict[int, Prop] = {}
-    things = standing_of(standing)
-    known = Map.of(by_kind(things, strength))
-    for each in told:
+    things = placed_things(standing)
+    known = LandmarkMap.of(by_kind(things, strength))
+    for each in texts:
         if not each.events:
             continue
-        aligned = align(each.events, each.walk, known.fit)
-        for event, place, thing in mentions_of(each.events, aligned, each.walk, things, SCENERY):
+        aligned = align(each.events, each.path, known.fit)
+        for event, place, thing in mentions_of(each.events, aligned, each.path, things, SCENERY):
             if thing >= 0 or not event.colour:
                 continue
             same = [number for number, landmark in enumerate(landmarks) if event.colour in landmark.names]
             plain = replace(event, colour="", look="")
-            number, apart = nearest(plain, place, each.walk, [things[number] for number in same])
+            number, apart = nearest(plain, place, each.path, [things[number] for number in same])
             if apart <= WITHIN:
                 at = same[number]
                 landmark = landmarks[at]
