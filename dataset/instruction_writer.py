@@ -12,10 +12,10 @@ from arramon_client.world import TURN, Action
 from arramon_dataset.alignment.model import contradicts
 from arramon_dataset.alignment.routes import Tokens
 from arramon_dataset.demands import add_demands
-from arramon_dataset.generation import Draft, Site
+from arramon_dataset.generation import Draft, GenerationSite
 from arramon_dataset.generation.command import generate
 from arramon_dataset.generation.sizes import select_plans
-from arramon_dataset.generation.split_maker import Progress
+from arramon_dataset.generation.split_maker import GenerationProgress
 from arramon_dataset.instructions.assembly.plan import plan_assembly
 from arramon_dataset.instructions.assembly.sight import whole_room
 from arramon_dataset.instructions.gate.assembly import faults_of_assembly
@@ -75,16 +75,18 @@ class InstructionWriter:
         self.make_follower = make_follower
         self._turns: dict[int, ToldTurn] = {}
 
-    def tells(self, start: Pose, turn: Turn, number: int, site: Site, names: tuple[object, ...]) -> bool:
-        """Return whether the way of a turn can be told; see `arramon_dataset.generation.Writer`."""
+    def can_describe(
+        self, start: Pose, turn: Turn, number: int, site: GenerationSite, names: tuple[object, ...]
+    ) -> bool:
+        """Return whether the way of a turn can be told; see `arramon_dataset.generation.DraftWriter`."""
         return self._told(start, turn, number, site).navigation((*names, 0, number)) is not None
 
-    def __call__(self, draft: Draft, site: Site, names: tuple[object, ...]) -> Texts | None:
-        """Return instructions for a draft, or None if no plan passes; see `arramon_dataset.generation.Writer`."""
+    def __call__(self, draft: Draft, site: GenerationSite, names: tuple[object, ...]) -> Texts | None:
+        """Return instructions for a draft, or None if no plan passes; see `arramon_dataset.generation.DraftWriter`."""
         candidates = self.candidates(draft, site, names)
         return next((texts for texts in candidates if not self._trial or self._leads(draft, site, texts)), None)
 
-    def candidates(self, draft: Draft, site: Site, names: tuple[object, ...]) -> Iterator[Texts]:
+    def candidates(self, draft: Draft, site: GenerationSite, names: tuple[object, ...]) -> Iterator[Texts]:
         """Yield candidate instructions, one plan after another: they pass the quality checks and are untested."""
         first, second = draft.turns
         end = poses_along(draft.start, first.path, first.actions)[-1]
@@ -99,7 +101,7 @@ class InstructionWriter:
             if texts is not None:
                 yield texts
 
-    def _told(self, start: Pose, turn: Turn, number: int, site: Site) -> ToldTurn:
+    def _told(self, start: Pose, turn: Turn, number: int, site: GenerationSite) -> ToldTurn:
         """Return a turn with what is seen along it; the last ones are kept."""
         kept = self._turns.get(number)
         if kept is None or kept.site is not site or kept.turn != turn:
@@ -123,7 +125,7 @@ class InstructionWriter:
             texts[code] = (turns[0], turns[1])
         return texts
 
-    def _leads(self, draft: Draft, site: Site, texts: Texts) -> bool:
+    def _leads(self, draft: Draft, site: GenerationSite, texts: Texts) -> bool:
         """Return whether the follower passes in every language.
 
         The follower acts on its reading of a text alone, so languages whose texts it reads alike are tested once.
@@ -193,18 +195,18 @@ def generate_splits(
         seed=seed,
         jobs=jobs,
         make_writer=make_instruction_writer if trial else make_untried_writer,
-        tell=seldom(tell),
+        on_progress=seldom(tell),
         tried=trial,
         secret=secret,
     )
     return [split if split.training else add_demands(data, split) for split in made]
 
 
-def seldom(tell: Callable[[str], None]) -> Callable[[Progress], None]:
+def seldom(tell: Callable[[str], None]) -> Callable[[GenerationProgress], None]:
     """Return what tells of a split's progress in lines: the first, the last, and one in REPORT_SECONDS between."""
     told: dict[str, float] = {}
 
-    def tell_of(progress: Progress) -> None:
+    def tell_of(progress: GenerationProgress) -> None:
         since = progress.seconds - told.get(progress.split, 0.0)
         if since >= REPORT_SECONDS or progress.done in (progress.kept, progress.total):
             told[progress.split] = progress.seconds

@@ -14,7 +14,7 @@ from random import Random
 
 from arramon_dataset.alignment.model import DATA, MOST_BETTER, OTHERS, Alignment, contradicts, load
 from arramon_dataset.alignment.routes import Tokens, mirrored, tokens_of
-from arramon_dataset.generation.site import Site
+from arramon_dataset.generation.site import GenerationSite
 from arramon_dataset.paraphrases.collection import HALVES, generated_episodes, paraphrased_section, paraphrases
 from arramon_dataset.paraphrases.route import route_facts
 from arramon_dataset.randomness import seeded
@@ -28,7 +28,7 @@ NINE = 9
 
 def routes_of(episodes: set[str]) -> dict[Key, Tokens]:
     """Return the tokens of both routes of some of the paraphrased episodes."""
-    site = Site(paraphrased_section())
+    site = GenerationSite(paraphrased_section())
     return {
         (episode.episode_id, number): tokens_of(
             route_facts(episode, number, site), episode.turns[number - 1].target.type

@@ -16,7 +16,7 @@ from typing import Any
 
 import arramon_lang as lang
 from arramon_agents.follower import Agent as Follower
-from arramon_dataset.generation.site import Site
+from arramon_dataset.generation.site import GenerationSite
 from arramon_dataset.instruction_writer import room_camera
 from arramon_dataset.instructions.assembly.sight import whole_room
 from arramon_dataset.paraphrases.collection import (
@@ -122,7 +122,7 @@ def _share(results: Iterable[bool]) -> str:
 
 def _playing(language: str, ids: Sequence[str]) -> None:
     section = paraphrased_section()
-    site = Site(section)
+    site = GenerationSite(section)
     world = TrialWorld(site.world, site.camera, room_camera())
     sources = {"paraphrases": paraphrased_episodes(), "the grammar's texts": generated_episodes()}
     for name, episodes in sources.items():

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from PIL import Image
 
-from arramon_dataset.generation.site import Site
+from arramon_dataset.generation.site import GenerationSite
 from arramon_dataset.paraphrases.room import room_facts
 from arramon_dataset.paraphrases.route import route_facts
 from arramon_dataset.paraphrases.sheet import beside, draw_arrow, draw_object, frames, sheets_of_split, street_map
@@ -26,7 +26,7 @@ from arramon_server.sim.section import Prop
 from benchmarks.common import parser_of
 
 
-def reader_sheet(episode: Episode, number: int, site: Site) -> tuple[Image.Image, str]:
+def reader_sheet(episode: Episode, number: int, site: GenerationSite) -> tuple[Image.Image, str]:
     """Return the picture and the page of facts from which a reader finds where a text leads, without way and goal."""
     facts, turn = route_facts(episode, number, site), episode.turns[number - 1]
     chart = street_map(site.section, turn)

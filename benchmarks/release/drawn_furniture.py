@@ -9,7 +9,7 @@ from random import Random
 
 import numpy as np
 
-from arramon_dataset.layout.furnishing import COLOURS, SHAPE_COLOURS
+from arramon_dataset.layout.furniture_colours import COLOURS, SHAPE_COLOURS
 from arramon_dataset.layout.grid import Points, sample_points
 from arramon_dataset.layout.places import Surroundings, candidates, extents, free_of_others
 from arramon_dataset.randomness import seeded

@@ -25,7 +25,7 @@ from pathlib import Path
 from random import Random
 
 from arramon_client.world import AGENT_RADIUS, STEP, TURN, Action
-from arramon_dataset.generation.extra import extra_sections
+from arramon_dataset.generation.extra_sections import extra_sections
 from arramon_dataset.plans import build_section, plan_ids, read_plan
 from arramon_server.episodes.episode import Episode
 from arramon_server.episodes.splits import Split, read_splits

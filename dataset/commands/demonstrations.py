@@ -15,7 +15,7 @@ from arramon_dataset.demonstrations.request import (
     REWARDS,
     SMALLEST,
     STRIDE,
-    Request,
+    ExportRequest,
     make_request,
 )
 from arramon_server.commands import Commands
@@ -23,7 +23,7 @@ from arramon_server.commands.journal import open_journal
 from arramon_server.errors import BadInput
 
 if TYPE_CHECKING:
-    from arramon_dataset.demonstrations.sources import Sources
+    from arramon_dataset.demonstrations.sources import EpisodeSelection
     from arramon_server.episodes.splits import Split
 
 DEFAULT_SPLIT = "train"
@@ -76,7 +76,7 @@ def add(commands: Commands, common: argparse.ArgumentParser) -> None:
 
 def _export(arguments: argparse.Namespace) -> None:
     # Imported only here: the simulator takes half a second to load.
-    from arramon_dataset.demonstrations.export import Progress, export_demonstrations
+    from arramon_dataset.demonstrations.export import ExportProgress, export_demonstrations
     from arramon_dataset.demonstrations.formats import load_format
 
     request = _request(arguments, arguments.split or DEFAULT_SPLIT, arguments.lang)
@@ -85,15 +85,15 @@ def _export(arguments: argparse.Namespace) -> None:
     for episode_id, reason in sources.left_out.items():
         print(f"left out: episode {episode_id}: {reason}", file=sys.stderr)
 
-    def tell(progress: Progress) -> None:
+    def on_progress(progress: ExportProgress) -> None:
         print(progress, file=sys.stderr, flush=True)
 
     output = arguments.output or Path(OUTPUT) / f"{arguments.run or split.name}-{request.format}"
-    export = export_demonstrations(request, split, sources, output, jobs=arguments.jobs, tell=tell)
+    export = export_demonstrations(request, split, sources, output, jobs=arguments.jobs, on_progress=on_progress)
     print(f"{output}: {export.episodes} episodes with {export.steps} steps in {', '.join(request.languages)}")
 
 
-def _request(arguments: argparse.Namespace, split: str, languages: Sequence[str]) -> Request:
+def _request(arguments: argparse.Namespace, split: str, languages: Sequence[str]) -> ExportRequest:
     return make_request(
         arguments.data,
         split,
@@ -108,7 +108,7 @@ def _request(arguments: argparse.Namespace, split: str, languages: Sequence[str]
     )
 
 
-def _of_split(request: Request) -> "tuple[Request, Split, Sources]":
+def _of_split(request: ExportRequest) -> "tuple[ExportRequest, Split, EpisodeSelection]":
     from arramon_dataset.demonstrations.export import find_split, with_languages
     from arramon_dataset.demonstrations.sources import ground_truth
 
@@ -117,7 +117,7 @@ def _of_split(request: Request) -> "tuple[Request, Split, Sources]":
     return request, split, ground_truth(split, request)
 
 
-def _of_run(arguments: argparse.Namespace) -> "tuple[Request, Split, Sources]":
+def _of_run(arguments: argparse.Namespace) -> "tuple[ExportRequest, Split, EpisodeSelection]":
     from arramon_dataset.demonstrations.export import find_split, with_languages
     from arramon_dataset.demonstrations.sources import recorded_run
     from arramon_server.runs.storage.journal import Journal

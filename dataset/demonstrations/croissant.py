@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from arramon_dataset.demonstrations.description import describe
-from arramon_dataset.demonstrations.folder import Folder, as_json
+from arramon_dataset.demonstrations.folder import ExportFolder, as_json
 from arramon_dataset.demonstrations.request import Export
 
 FILE = "croissant.json"
@@ -36,7 +36,7 @@ CONTEXT: dict[str, Any] = {
 
 
 @dataclass(frozen=True, slots=True)
-class Field:
+class CroissantField:
     """A column of the files.
 
     Attributes:
@@ -53,7 +53,7 @@ class Field:
 
 
 @dataclass(frozen=True, slots=True)
-class Records:
+class CroissantFiles:
     """A set of files with equal columns.
 
     Attributes:
@@ -66,10 +66,10 @@ class Records:
     name: str
     files: str
     encoding: str
-    fields: Sequence[Field] = ()
+    fields: Sequence[CroissantField] = ()
 
 
-def write_croissant(export: Export, folder: Folder, sets: Sequence[Records]) -> None:
+def write_croissant(export: Export, folder: ExportFolder, sets: Sequence[CroissantFiles]) -> None:
     """Write the Croissant file of an export."""
     request = export.request
     document: dict[str, Any] = {
@@ -103,7 +103,7 @@ def is_generated(export: Export) -> bool:
     return export.source.startswith("generated")
 
 
-def _record_set(records: Records) -> dict[str, Any]:
+def _record_set(records: CroissantFiles) -> dict[str, Any]:
     return {
         "@type": "cr:RecordSet",
         "@id": records.name,

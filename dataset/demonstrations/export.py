@@ -10,12 +10,12 @@ from functools import lru_cache
 from pathlib import Path
 
 from arramon_dataset.demonstrations.description import record_of
-from arramon_dataset.demonstrations.folder import Folder
+from arramon_dataset.demonstrations.folder import ExportFolder
 from arramon_dataset.demonstrations.formats import load_format
-from arramon_dataset.demonstrations.parts import Part, episodes_by_language, make_parts
+from arramon_dataset.demonstrations.parts import ExportPart, episodes_by_language, make_parts
 from arramon_dataset.demonstrations.processes import run_all
-from arramon_dataset.demonstrations.request import Export, Request, check_request
-from arramon_dataset.demonstrations.sources import Sources
+from arramon_dataset.demonstrations.request import Export, ExportRequest, check_request
+from arramon_dataset.demonstrations.sources import EpisodeSelection
 from arramon_dataset.parallel import processes_of
 from arramon_server.episodes.splits import Split, folder_of, folders_of, no_splits, read_split
 from arramon_server.errors import BadInput, Conflict, NotFound, StorageError
@@ -26,12 +26,12 @@ from arramon_server.sim.raster.camera import compile_kernels
 CAMERA = "ARRAMON_CAMERA"
 """Environment variable that names the camera, as for the environments."""
 
-FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+DISK_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 """Error numbers of a full disk."""
 
 
 @dataclass(frozen=True, slots=True)
-class Progress:
+class ExportProgress:
     """The progress of an export.
 
     Attributes:
@@ -59,13 +59,17 @@ class Progress:
         )
 
 
+OnProgress = Callable[[ExportProgress], None]
+"""Receives the progress, in the thread that exports."""
+
+
 @dataclass(frozen=True, slots=True)
-class Job:
+class PartJob:
     """A part to export, as sent to another process."""
 
     export: Export
     folder: Path
-    part: Part
+    part: ExportPart
 
 
 def find_split(data: Path, name: str) -> Split:
@@ -83,7 +87,7 @@ def find_split(data: Path, name: str) -> Split:
     return read_split(folder_of(data, name))
 
 
-def with_languages(request: Request, split: Split) -> Request:
+def with_languages(request: ExportRequest, split: Split) -> ExportRequest:
     """Return the settings with the languages spelled out, checked against the split.
 
     Raises:
@@ -96,13 +100,13 @@ def with_languages(request: Request, split: Split) -> Request:
 
 
 def export_demonstrations(
-    request: Request,
+    request: ExportRequest,
     split: Split,
-    sources: Sources,
+    sources: EpisodeSelection,
     output: Path,
     *,
     jobs: int = 0,
-    tell: Callable[[Progress], None],
+    on_progress: OnProgress,
 ) -> Export:
     """Export demonstrations to a folder; go on where an earlier attempt with the same settings ended.
 
@@ -114,7 +118,7 @@ def export_demonstrations(
         sources: the actions to export.
         output: the folder.
         jobs: number of processes; 0 for one per core.
-        tell: receives the progress, in this thread.
+        on_progress: called with the progress, in this thread.
 
     Raises:
         BadInput: if libraries of the format are not installed, there is nothing to export, or the folder holds
@@ -137,12 +141,12 @@ def export_demonstrations(
         request, split.data_hash, split.source, camera, sources.steps_per_phase, len(parts),
         last.episodes_before + last.episodes, last.steps_before + last.steps,
     )  # fmt: skip
-    folder = Folder(output)
+    folder = ExportFolder(output)
     try:
         if folder.begin(export.settings()):
             return export
         with folder.alone():
-            _work(export, folder, parts, processes, tell)
+            _write_missing_parts(export, folder, parts, processes, on_progress)
             done = folder.finished_parts()
             format_.finish(export, split, folder, [done[part.number]["content"] for part in parts])
             folder.write_record(record_of(export, episodes_by_language(parts)))
@@ -152,7 +156,13 @@ def export_demonstrations(
     return export
 
 
-def _work(export: Export, folder: Folder, parts: list[Part], processes: int, tell: Callable[[Progress], None]) -> None:
+def _write_missing_parts(
+    export: Export,
+    folder: ExportFolder,
+    parts: list[ExportPart],
+    processes: int,
+    on_progress: OnProgress,
+) -> None:
     """Write all parts that are not finished yet."""
     begun = time.monotonic()
     finished = {number: int(record["size"]) for number, record in folder.finished_parts().items()}
@@ -160,22 +170,22 @@ def _work(export: Export, folder: Folder, parts: list[Part], processes: int, tel
     first = sum(part.steps for part in parts if part.number in finished)
     if left and export.request.size and export.camera == CAMERAS[0]:
         compile_kernels()  # Once, before each process would do so.
-    jobs = [Job(export, folder.path, part) for part in left]
+    jobs = [PartJob(export, folder.path, part) for part in left]
     for number, size in run_all(write_part, jobs, min(processes, max(1, len(jobs)))):
         finished[number] = size
         done = [part for part in parts if part.number in finished]
         steps = sum(part.steps for part in done)
-        tell(
-            Progress(
+        on_progress(
+            ExportProgress(
                 export, len(done), sum(part.episodes for part in done), steps, sum(finished.values()), steps - first,
                 time.monotonic() - begun,
             )
         )  # fmt: skip
 
 
-def write_part(job: Job) -> tuple[int, int]:
+def write_part(job: PartJob) -> tuple[int, int]:
     """Write one part; return its number and the size of its files in bytes."""
-    folder = Folder(job.folder)
+    folder = ExportFolder(job.folder)
     made = folder.scratch(f"{job.part.number:05d}")
     try:
         content = load_format(job.export.request.format).write_part(job.export, _split(job.export), job.part, made)
@@ -194,9 +204,9 @@ def _split(export: Export) -> Split:
     return split
 
 
-def _unwritable(folder: Folder, export: Export, error: OSError) -> StorageError:
+def _unwritable(folder: ExportFolder, export: Export, error: OSError) -> StorageError:
     kept = f"{len(folder.finished_parts())} of {export.parts} parts are finished and stay"
-    if error.errno in FULL:
+    if error.errno in DISK_FULL:
         return StorageError(
             f"there is no room left in {folder.path} ({os.strerror(error.errno)}): {kept}. Make room there, or move "
             "the folder to a larger disk and name it with --output; the same command then goes on where this one ended"

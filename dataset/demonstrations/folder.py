@@ -21,7 +21,7 @@ WORK = ".export"
 """Folder of parts in work and records of finished parts; it is gone when the export is complete."""
 
 
-class Folder:
+class ExportFolder:
     """The folder of an export.
 
     Args:

@@ -3,13 +3,13 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from arramon_dataset.demonstrations.request import Request
-from arramon_dataset.demonstrations.sources import Source
+from arramon_dataset.demonstrations.request import ExportRequest
+from arramon_dataset.demonstrations.sources import EpisodeActions
 from arramon_server.episodes.splits import Split
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class ExportPart:
     """Some episodes of an export, with the counts of all earlier parts; each language of an episode is a demonstration.
 
     Attributes:
@@ -21,7 +21,7 @@ class Part:
     """
 
     number: int
-    sources: tuple[Source, ...]
+    sources: tuple[EpisodeActions, ...]
     before: Mapping[str, int]
     steps_before: int
     tasks: Mapping[str, int]
@@ -42,9 +42,9 @@ class Part:
         return sum(len(source.languages) * len(source.actions) for source in self.sources)
 
 
-def make_parts(split: Split, request: Request, sources: Sequence[Source]) -> list[Part]:
+def make_parts(split: Split, request: ExportRequest, sources: Sequence[EpisodeActions]) -> list[ExportPart]:
     """Return the parts of an export, which depend on nothing but its settings and the split."""
-    parts: list[Part] = []
+    parts: list[ExportPart] = []
     before = dict.fromkeys(request.languages, 0)
     steps = 0
     numbers: dict[str, int] = {}
@@ -56,7 +56,7 @@ def make_parts(split: Split, request: Request, sources: Sequence[Source]) -> lis
             for language in source.languages
             for text in texts_of(split, source, language)
         }
-        part = Part(len(parts), some, dict(before), steps, tasks)
+        part = ExportPart(len(parts), some, dict(before), steps, tasks)
         parts.append(part)
         steps += part.steps
         for source in some:
@@ -65,13 +65,13 @@ def make_parts(split: Split, request: Request, sources: Sequence[Source]) -> lis
     return parts
 
 
-def texts_of(split: Split, source: Source, language: str) -> list[str]:
+def texts_of(split: Split, source: EpisodeActions, language: str) -> list[str]:
     """Return the instructions of an episode in the order of its phases."""
     turns = split.episodes[source.episode_id].instructions[language]
     return [text for turn in turns for text in (turn.navigation, turn.assembly)]
 
 
-def episodes_by_language(parts: Sequence[Part]) -> dict[str, int]:
+def episodes_by_language(parts: Sequence[ExportPart]) -> dict[str, int]:
     """Return the number of demonstrations in each language."""
     counts = dict(parts[-1].before)
     for source in parts[-1].sources:

@@ -7,7 +7,7 @@ from functools import lru_cache
 from arramon_client.agent import Observation
 from arramon_client.environments.backend import Settings
 from arramon_dataset.demonstrations.request import Export
-from arramon_dataset.demonstrations.sources import Source
+from arramon_dataset.demonstrations.sources import EpisodeActions
 from arramon_dataset.demonstrations.trajectory import Scores, misfit, scores_of
 from arramon_dataset.environments import LocalBackend
 from arramon_dataset.environments.player import LocalPlayer
@@ -16,7 +16,7 @@ from arramon_server.errors import Conflict
 
 
 @dataclass(frozen=True, eq=False)
-class Rendered:
+class RenderedDemonstration:
     """A demonstration with its observations.
 
     Attributes:
@@ -30,7 +30,7 @@ class Rendered:
         scores: of the whole.
     """
 
-    source: Source
+    source: EpisodeActions
     episode: Episode
     observations: Sequence[Observation]
     rewards: Sequence[float]
@@ -61,7 +61,7 @@ class Rendered:
         return [*(False for _ in self.source.actions[1:]), not self.finished]
 
 
-def render(export: Export, source: Source) -> Rendered:
+def render(export: Export, source: EpisodeActions) -> RenderedDemonstration:
     """Play and render a demonstration.
 
     Raises:
@@ -83,7 +83,7 @@ def render(export: Export, source: Source) -> Rendered:
     session = player.session
     finished = session.state.finished
     scores = scores_of(source, session)
-    return Rendered(source, session.episode, observations, rewards, ended, finished, scores)
+    return RenderedDemonstration(source, session.episode, observations, rewards, ended, finished, scores)
 
 
 @lru_cache(maxsize=8)

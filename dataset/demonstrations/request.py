@@ -30,7 +30,7 @@ EPISODES_PER_PART = 16
 
 
 @dataclass(frozen=True, slots=True)
-class Request:
+class ExportRequest:
     """The settings of an export.
 
     Attributes:
@@ -74,7 +74,7 @@ class Export:
         episodes, steps: numbers of all demonstrations and of their steps; each language counts.
     """
 
-    request: Request
+    request: ExportRequest
     data_hash: str
     source: str
     camera: str
@@ -111,7 +111,7 @@ def make_request(
     episodes: int | None = None,
     part_size: int = EPISODES_PER_PART,
     single_dataset: bool = False,
-) -> Request:
+) -> ExportRequest:
     """Return valid settings; `check_request` compares them with the split.
 
     Raises:
@@ -135,7 +135,7 @@ def make_request(
     if part_size < 1:
         raise BadInput(f"the number of episodes in a part is {part_size}; expected at least 1")
     sensors, size = ((), 0) if format_ == PLAIN else (_sensors(sensors), _size(size))
-    return Request(
+    return ExportRequest(
         data,
         split,
         format_,
@@ -150,7 +150,7 @@ def make_request(
     )
 
 
-def check_request(request: Request, split: Split) -> None:
+def check_request(request: ExportRequest, split: Split) -> None:
     """Compare the settings with the split.
 
     Raises:

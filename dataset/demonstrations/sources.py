@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from arramon_client.world import STEPS_PER_PHASE
-from arramon_dataset.demonstrations.request import Request
+from arramon_dataset.demonstrations.request import ExportRequest
 from arramon_server.episodes.episode import Episode
 from arramon_server.episodes.splits import Split
 from arramon_server.errors import BadInput, Conflict
@@ -15,7 +15,7 @@ from arramon_server.runs.storage.records import RUNNING, Ending, Run
 
 
 @dataclass(frozen=True, slots=True)
-class Source:
+class EpisodeActions:
     """The exported actions of one episode.
 
     Attributes:
@@ -32,7 +32,7 @@ class Source:
 
 
 @dataclass(frozen=True, slots=True)
-class Sources:
+class EpisodeSelection:
     """The exported actions of all episodes.
 
     Attributes:
@@ -41,12 +41,12 @@ class Sources:
         steps_per_phase: the step limit of a phase.
     """
 
-    chosen: tuple[Source, ...]
+    chosen: tuple[EpisodeActions, ...]
     left_out: Mapping[str, str]
     steps_per_phase: int
 
 
-def ground_truth(split: Split, request: Request) -> Sources:
+def ground_truth(split: Split, request: ExportRequest) -> EpisodeSelection:
     """Return the ground truth of a split. An episode with a phase longer than a run's limit cannot be exported."""
     chosen, left_out = [], {}
     for episode in _first(split.in_playing_order(*request.languages), request):
@@ -55,11 +55,11 @@ def ground_truth(split: Split, request: Request) -> Sources:
             left_out[episode.episode_id] = f"its ground truth has a phase of more than {STEPS_PER_PHASE} steps"
             continue
         actions = tuple(int(action) for phase in phases for action in phase)
-        chosen.append(Source(episode.episode_id, _languages(episode, request), actions))
-    return Sources(tuple(chosen), left_out, STEPS_PER_PHASE)
+        chosen.append(EpisodeActions(episode.episode_id, _languages(episode, request), actions))
+    return EpisodeSelection(tuple(chosen), left_out, STEPS_PER_PHASE)
 
 
-def recorded_run(journal: Journal, run: Run, split: Split, request: Request) -> Sources:
+def recorded_run(journal: Journal, run: Run, split: Split, request: ExportRequest) -> EpisodeSelection:
     """Return an agent's actions in a finished run.
 
     Raises:
@@ -80,19 +80,19 @@ def recorded_run(journal: Journal, run: Run, split: Split, request: Request) -> 
         ending = endings[episode.episode_id]
         actions = _recorded(journal, ending)
         if actions:
-            chosen.append(Source(episode.episode_id, (run.language,), tuple(actions), ending.cause))
+            chosen.append(EpisodeActions(episode.episode_id, (run.language,), tuple(actions), ending.cause))
         else:
             left_out[episode.episode_id] = f"nothing was played: it ended by {ending.cause}"
-    return Sources(tuple(chosen), left_out, run.steps_per_phase)
+    return EpisodeSelection(tuple(chosen), left_out, run.steps_per_phase)
 
 
 def _recorded(journal: Journal, ending: Ending) -> Sequence[int]:
     return journal.actions(ending.run_id, ending.episode_id)[: ending.steps] if ending.has_played else ()
 
 
-def _first(episodes: Sequence[Episode], request: Request) -> Sequence[Episode]:
+def _first(episodes: Sequence[Episode], request: ExportRequest) -> Sequence[Episode]:
     return episodes if request.episodes is None else episodes[: request.episodes]
 
 
-def _languages(episode: Episode, request: Request) -> tuple[str, ...]:
+def _languages(episode: Episode, request: ExportRequest) -> tuple[str, ...]:
     return tuple(language for language in request.languages if language in episode.instructions)

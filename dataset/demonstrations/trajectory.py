@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from arramon_dataset.demonstrations.sources import Source
+from arramon_dataset.demonstrations.sources import EpisodeActions
 from arramon_server.episodes.episode import Episode
 from arramon_server.errors import ArraMonError
 from arramon_server.runs.play.session import Session
@@ -35,7 +35,7 @@ class Trajectory:
     scores: Scores
 
 
-def follow(source: Source, episode: Episode, ground: Ground, steps_per_phase: int) -> Trajectory:
+def follow(source: EpisodeActions, episode: Episode, ground: Ground, steps_per_phase: int) -> Trajectory:
     """Play the actions of a demonstration by the rules, and return the trajectory.
 
     Raises:
@@ -55,7 +55,7 @@ def follow(source: Source, episode: Episode, ground: Ground, steps_per_phase: in
     return Trajectory(turns, phases, poses, finished, scores_of(source, session))
 
 
-def scores_of(source: Source, session: Session) -> Scores:
+def scores_of(source: EpisodeActions, session: Session) -> Scores:
     """Return the scores of a session that has played all actions, and check its end.
 
     Raises:
@@ -71,6 +71,6 @@ def scores_of(source: Source, session: Session) -> Scores:
     return {f"turn {number}": dict(turn) for number, turn in enumerate(session.scores().turns, start=1)}
 
 
-def misfit(source: Source, why: str) -> ArraMonError:
+def misfit(source: EpisodeActions, why: str) -> ArraMonError:
     """Return the error for actions that do not fit their episode."""
     return ArraMonError(f"the actions for episode {source.episode_id!r} do not fit its data: {why}")

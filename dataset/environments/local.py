@@ -8,7 +8,7 @@ from arramon_client.environments.backend import Settings, SplitInfo
 from arramon_client.environments.backend import Texts as ClientTexts
 from arramon_client.errors import UsageError
 from arramon_client.world import STEPS_PER_PHASE
-from arramon_dataset.environments.library import DRAWN, Library, open_library
+from arramon_dataset.environments.playable_split import DRAWN, PlayableSplit, open_playable_split
 from arramon_dataset.environments.player import LocalPlayer
 from arramon_server.episodes.episode import Episode
 from arramon_server.episodes.splits import Split
@@ -47,10 +47,10 @@ class LocalBackend:
         """
         if settings.split == DRAWN:
             # Imported here: what draws tasks knows languages, and imports the planners of whole episodes.
-            from arramon_dataset.environments.rooms import draw_room, room_library, room_split
+            from arramon_dataset.environments.rooms import draw_room, playable_rooms, room_split
 
             info = room_split(settings)
-            library = room_library(self._camera)
+            library = playable_rooms(self._camera)
             return LocalPlayer(library, info, settings, lambda id_, seed: draw_room(seed, settings.language, id_))
         library = self._library(settings.split)
         split = library.split
@@ -76,9 +76,9 @@ class LocalBackend:
         if self._camera == CAMERAS[0]:
             compile_kernels()
 
-    def _library(self, name: str) -> Library:
+    def _library(self, name: str) -> PlayableSplit:
         try:
-            return open_library(self._data, name, self._camera)
+            return open_playable_split(self._data, name, self._camera)
         except ArraMonError as error:
             raise UsageError(str(error)) from error
 

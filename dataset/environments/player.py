@@ -14,7 +14,7 @@ from arramon_client.agent import Label, Observation
 from arramon_client.environments.backend import Ending, Images, Scores, Settings, SplitInfo, Step
 from arramon_client.errors import UsageError
 from arramon_client.world import NAVIGATION, Action
-from arramon_dataset.environments.library import Library
+from arramon_dataset.environments.playable_split import PlayableSplit
 from arramon_dataset.environments.rewards import NoReward, Reward, reward_of
 from arramon_server.episodes.episode import Episode
 from arramon_server.runs.play.session import Session
@@ -50,7 +50,7 @@ class LocalPlayer:
         find: returns episodes.
     """
 
-    def __init__(self, library: Library, info: SplitInfo, settings: Settings, find: FindEpisode) -> None:
+    def __init__(self, library: PlayableSplit, info: SplitInfo, settings: Settings, find: FindEpisode) -> None:
         self._worlds, self._name = library.worlds, library.split.name
         self._sections = library.split.sections
         self._info, self._settings, self._find = info, settings, find

@@ -62,7 +62,7 @@ class ProgressReward:
     def __init__(self, episode: Episode) -> None:
         self._sparse = SparseReward()
         self._paths = {
-            (number, phase): Path(points)
+            (number, phase): ReferencePath(points)
             for number, turn in enumerate(episode.turns, start=1)
             for phase, points in ((Phase.NAVIGATION, turn.path), (Phase.ASSEMBLY, turn.room_path))
         }
@@ -90,7 +90,7 @@ def reward_of(name: str, episode: Episode) -> Reward:
             return NoReward()
 
 
-class Path:
+class ReferencePath:
     """A path on the ground, for the distance that is left along it.
 
     Args:

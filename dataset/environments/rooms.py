@@ -8,7 +8,7 @@ from arramon_client.environments.backend import Settings, SplitInfo
 from arramon_client.environments.backend import Texts as ClientTexts
 from arramon_client.errors import UsageError
 from arramon_client.world import STEPS_PER_PHASE
-from arramon_dataset.environments.library import DRAWN, Library, library_of
+from arramon_dataset.environments.playable_split import DRAWN, PlayableSplit, playable_split
 from arramon_dataset.generation.room_tasks import PREFIX, ROOM_SECTION, draw_task
 from arramon_server.episodes.episode import Episode
 from arramon_server.episodes.splits import ROOMS, SENSORS, Split
@@ -19,11 +19,11 @@ SURVEYED = 24
 
 
 @lru_cache(2)
-def room_library(camera: str) -> Library:
+def playable_rooms(camera: str) -> PlayableSplit:
     """Return the split and the worlds of drawn tasks. The split's episodes are not listed: there is no end of them."""
     sections = {ROOM_SECTION.id: ROOM_SECTION}
     split = Split(DRAWN, hidden=False, source="drawn", episodes={}, sections=sections, data_hash="", training=True)
-    return library_of(split, camera)
+    return playable_split(split, camera)
 
 
 def room_split(settings: Settings) -> SplitInfo:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from pydantic import TypeAdapter
 
-from arramon_dataset.generation.work import GeneratedEpisode
+from arramon_dataset.generation.batches import GeneratedEpisode
 from arramon_server.episodes.files import parse, read_bytes
 from arramon_server.errors import BadFile, Conflict, StorageError
 
@@ -33,7 +33,7 @@ class _Origin:
 _ORIGIN, _MADE = TypeAdapter(_Origin), TypeAdapter(GeneratedEpisode)
 
 
-class Checkpoint:
+class GenerationCheckpoint:
     """The finished episodes of an unfinished split. The file is locked as long as this is open.
 
     Args:

@@ -4,11 +4,11 @@ from collections.abc import Callable, Sequence
 from functools import lru_cache
 from pathlib import Path
 
-from arramon_dataset.generation.extra import extra_sections
+from arramon_dataset.generation.batches import EpisodeBatch, MakeWriter, batch_runner, make_batches
+from arramon_dataset.generation.extra_sections import extra_sections
 from arramon_dataset.generation.room_tasks import ROOM_SECTION, room_batches, room_ids
 from arramon_dataset.generation.sizes import EXTRA, SplitPlan
-from arramon_dataset.generation.split_maker import Progress, SplitOrder, make_split
-from arramon_dataset.generation.work import EpisodeBatch, MakeWriter, batch_runner, make_batches
+from arramon_dataset.generation.split_maker import GenerationProgress, SplitOrder, make_split
 from arramon_dataset.parallel import processes_of
 from arramon_dataset.plans import Plan, build_section, read_plan
 from arramon_server.episodes.epochs import epoch_of
@@ -21,7 +21,7 @@ NO_TRIAL = "not tried by the follower"
 """Mark in the `source` of a split whose instructions no agent has tried."""
 
 
-Tell = Callable[[Progress], None]
+OnProgress = Callable[[GenerationProgress], None]
 """Receives the progress of a split, in the thread that generates."""
 
 
@@ -33,7 +33,7 @@ def generate(
     seed: int = 0,
     jobs: int = 0,
     make_writer: MakeWriter,
-    tell: Tell,
+    on_progress: OnProgress,
     tried: bool = True,
     secret: str = "",
 ) -> list[Split]:
@@ -50,7 +50,7 @@ def generate(
         seed: seeds furniture, facades and episodes, and the street plans of `train_extra`.
         jobs: number of processes; 0 for one per core.
         make_writer: returns the instruction writer of a process.
-        tell: receives the progress.
+        on_progress: called with the progress.
         tried: whether an agent tries what the writer writes; the header of a split says if not.
         secret: seeds hidden splits in place of the host's secret; empty for that.
 
@@ -71,10 +71,10 @@ def generate(
     _check_secret(plans, secret)
     with batch_runner(number) as run:
         orders = (_order(data, plan, scale, seed, make_writer, tried, secret) for plan in plans)
-        return [make_split(data, order, run, tell) for order in orders]
+        return [make_split(data, order, run, on_progress) for order in orders]
 
 
-def generate_rooms(data: Path, count: int, *, seed: int = 0, jobs: int = 0, tell: Tell) -> Split:
+def generate_rooms(data: Path, count: int, *, seed: int = 0, jobs: int = 0, on_progress: OnProgress) -> Split:
     """Generate the split `rooms`: tasks in the room alone, without a city, in every language; for training alone.
 
     Args:
@@ -82,7 +82,7 @@ def generate_rooms(data: Path, count: int, *, seed: int = 0, jobs: int = 0, tell
         count: number of tasks.
         seed: seeds all of them. A smaller count gives a prefix of a larger one.
         jobs: number of processes; 0 for one per core.
-        tell: receives the progress.
+        on_progress: called with the progress.
 
     Raises:
         BadInput: if the number of tasks or of jobs is out of range.
@@ -101,7 +101,7 @@ def generate_rooms(data: Path, count: int, *, seed: int = 0, jobs: int = 0, tell
         training=True,
     )
     with batch_runner(processes_of(jobs)) as run:
-        return make_split(data, order, run, tell)
+        return make_split(data, order, run, on_progress)
 
 
 def _check_secret(plans: Sequence[SplitPlan], secret: str) -> None:

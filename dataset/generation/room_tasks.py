@@ -6,8 +6,8 @@ from random import Random
 
 import arramon_lang as lang
 from arramon_client.world import Action
+from arramon_dataset.generation.batches import GeneratedEpisode
 from arramon_dataset.generation.rooms import draw_decoys, draw_tasks
-from arramon_dataset.generation.work import GeneratedEpisode
 from arramon_dataset.instructions.assembly.plan import plan_assembly
 from arramon_dataset.instructions.assembly.sight import whole_room
 from arramon_dataset.instructions.gate.assembly import faults_of_assembly
@@ -40,7 +40,7 @@ BEFORE_AGENT = Point(0.0, 0.1, 1.5)
 
 @dataclass(frozen=True, slots=True)
 class RoomBatch:
-    """Room tasks to generate (`work.Batch`).
+    """Room tasks to generate (`batches.GenerationBatch`).
 
     Attributes:
         seed: seeds all random choices.

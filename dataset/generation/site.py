@@ -5,7 +5,7 @@ from functools import cached_property
 from typing import Protocol
 
 from arramon_dataset.generation.draft import Draft
-from arramon_dataset.generation.drawing import DraftSampler
+from arramon_dataset.generation.draft_sampler import DraftSampler
 from arramon_dataset.instructions.sight import identified
 from arramon_dataset.layout.solids import Solids
 from arramon_dataset.plans.graph import StreetGraph
@@ -21,7 +21,7 @@ from arramon_server.sim.scene import Scene
 from arramon_server.sim.section import Section
 
 
-class Site:
+class GenerationSite:
     """A section with its geometry, physics, camera and sampler. Not thread-safe.
 
     Attributes:
@@ -68,10 +68,12 @@ class Site:
         return DraftSampler(self.section)
 
 
-class Writer(Protocol):
+class DraftWriter(Protocol):
     """Writes the instructions of drafts. All of its random choices are seeded by names, for `randomness.seeded`."""
 
-    def tells(self, start: Pose, turn: Turn, number: int, site: Site, names: tuple[object, ...]) -> bool:
+    def can_describe(
+        self, start: Pose, turn: Turn, number: int, site: GenerationSite, names: tuple[object, ...]
+    ) -> bool:
         """Return whether the way of a turn can be told, as far as that is known before its episode is complete.
 
         Args:
@@ -83,6 +85,6 @@ class Writer(Protocol):
         """
 
     def __call__(
-        self, draft: Draft, site: Site, names: tuple[object, ...]
+        self, draft: Draft, site: GenerationSite, names: tuple[object, ...]
     ) -> Mapping[str, tuple[Instructions, Instructions]] | None:
         """Return both turns' instructions in every language; None if no good ones are found: another draft is drawn."""

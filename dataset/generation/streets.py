@@ -9,9 +9,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from arramon_client.world import STEPS_PER_PHASE, Action
-from arramon_dataset.generation.ground import Ground
-from arramon_dataset.generation.motion import NEED, REACH_TO, Field, Walker
-from arramon_dataset.generation.steering import steered
+from arramon_dataset.generation.clearance_map import ClearanceMap
+from arramon_dataset.generation.path_planner import REACH_TO, STEP_CLEARANCE, CostField, PathPlanner
+from arramon_dataset.generation.sidesteps import with_sidesteps
 from arramon_dataset.release.extras import Points, distance_to_path, draw_distracters, in_pick_up_box, is_apart
 from arramon_server.sim.assets.collectibles import height_of
 from arramon_server.sim.catalogue import ObjectType
@@ -47,10 +47,10 @@ HEADINGS = (45, 2, 2, 12, 2, 2, 15, 2, 2, 12, 2, 2)
 LANDMARK_DISTANCE, LANDMARK_SHARE = 2.5, 0.85
 """Distance to street furniture within which targets are preferred, in units, and how often only those are drawn."""
 
-BESIDE_SHARE = 0.3
+NEIGHBOUR_SHARE = 0.3
 """Share of turns with a distracter beside the target, by which people tell where it is ("behind the green ball")."""
 
-BESIDE, BESIDE_PATH = (1.2, 2.6), 0.8
+NEIGHBOUR_DISTANCE, NEIGHBOUR_PATH_DISTANCE = (1.2, 2.6), 0.8
 """Range of its distance from the target, and its minimum distance from the path, in units."""
 
 TWIN_SHARE = 0.75
@@ -109,8 +109,8 @@ class Streets:
 
     def __init__(self, section: Section) -> None:
         self._section = section
-        self.ground = Ground.of(section)
-        self._walker = Walker(self.ground)
+        self.ground = ClearanceMap.of(section)
+        self._walker = PathPlanner(self.ground)
         self._places = self._connected(lattice(self.ground, section))
         if not len(self._places):
             raise ValueError(f"section {section.id} has no open ground")
@@ -118,7 +118,7 @@ class Streets:
         props = np.array([(prop.x, prop.z) for prop in section.props]).reshape(-1, 2)
         distance = cKDTree(props).query(self._places)[0] if len(props) else np.full(len(self._places), np.inf)
         self._is_beside_landmark = distance <= LANDMARK_DISTANCE
-        self._last_field: tuple[Pose, Field] | None = None
+        self._last_field: tuple[Pose, CostField] | None = None
 
     @property
     def places(self) -> Points:
@@ -151,7 +151,7 @@ class Streets:
         actions = self._walker.actions(start, place, self._walker.field(*place))
         if not actions or random.randrange(100) >= FIRST_TURNS_KEPT[_turns_first(actions)]:
             return None
-        actions = steered(self.ground, start, actions, place, random)
+        actions = with_sidesteps(self.ground, start, actions, place, random)
         if len(actions) > MAX_ACTIONS:
             return None
         path, end = follow_actions(start, actions)
@@ -159,7 +159,7 @@ class Streets:
             return None
         lying = Point(place[0], 0.0, place[1])
         others = draw_distracters(key, turn, target, lying, np.array(path), end, self._places)
-        if others and others[-1][0].kind != target.kind and random.random() < BESIDE_SHARE:
+        if others and others[-1][0].kind != target.kind and random.random() < NEIGHBOUR_SHARE:
             beside = self._beside(lying, np.array(path), end, [at for _, at in others[:-1]], random)
             others = (*others[:-1], (others[-1][0], beside or others[-1][1]))
         if random.random() < TWIN_SHARE:
@@ -171,18 +171,18 @@ class Streets:
         )
         return NavigationTask(start, end, path, (*actions, Action.INTERACT), street)
 
-    def _field_of(self, start: Pose) -> Field:
+    def _field_of(self, start: Pose) -> CostField:
         """Return the cost field of a start; the last one is kept, as several turns are drawn from one start."""
         if self._last_field is None or self._last_field[0] != start:
             self._last_field = start, self._walker.field(start.x, start.z)
         return self._last_field[1]
 
-    def _length(self, field: Field) -> Points:
+    def _length(self, field: CostField) -> Points:
         """Return the length of the cheapest path to each of the places, in units, (n,)."""
         length: Points = field.length[self._columns, self._rows] / 1000.0
         return length
 
-    def _draw_target(self, points: int, start: Pose, field: Field, random: Random) -> tuple[float, float] | None:
+    def _draw_target(self, points: int, start: Pose, field: CostField, random: Random) -> tuple[float, float] | None:
         """Return a random place to which the path has about `points` points."""
         length = self._length(field)
         wanted = FIELD_LENGTH_RATIO * (points - 1) + REACH_TO - 0.5
@@ -197,7 +197,7 @@ class Streets:
         return x, z
 
     def _twin(
-        self, target: Point, path: Points, start: Pose, field: Field, others: Sequence[Point], random: Random
+        self, target: Point, path: Points, start: Pose, field: CostField, others: Sequence[Point], random: Random
     ) -> Point | None:
         """Return a place for another object of the target's type, or None if there is none.
 
@@ -224,11 +224,11 @@ class Streets:
     def _beside(self, target: Point, path: Points, end: Pose, others: Sequence[Point], random: Random) -> Point | None:
         """Return a place beside the target for a distracter by which it can be told, or None if there is none."""
         far = np.hypot(self._places[:, 0] - target.x, self._places[:, 1] - target.z)
-        near = self._places[(far >= BESIDE[0]) & (far <= BESIDE[1])]
+        near = self._places[(far >= NEIGHBOUR_DISTANCE[0]) & (far <= NEIGHBOUR_DISTANCE[1])]
         taken = [np.array((at.x, at.z)) for at in others]
         free = [
             place
-            for place in near[distance_to_path(near, path) >= BESIDE_PATH]
+            for place in near[distance_to_path(near, path) >= NEIGHBOUR_PATH_DISTANCE]
             if not in_pick_up_box(end, place) and is_apart(place, taken)
         ]
         if not free:
@@ -251,13 +251,13 @@ class Streets:
         return left
 
 
-def lattice(ground: Ground, section: Section) -> Points:
+def lattice(ground: ClearanceMap, section: Section) -> Points:
     """Return the lattice's places on open ground, (n, 2) of (x, z)."""
     x0, z0, x1, z1 = section.bounds
     xs, zs = (np.arange(np.ceil(low - LATTICE), high - LATTICE) + LATTICE for low, high in ((x0, x1), (z0, z1)))
     places: Points = np.stack(np.meshgrid(xs, zs, indexing="ij"), axis=-1).reshape(-1, 2)
     clear = np.array(
-        [ground.clear_at(x, z) >= max(MIN_CLEARANCE, NEED / 1000.0) for x, z in places.tolist()], dtype=bool
+        [ground.clear_at(x, z) >= max(MIN_CLEARANCE, STEP_CLEARANCE / 1000.0) for x, z in places.tolist()], dtype=bool
     )
     return places[clear & (ground.solids.distance(places) >= MIN_CLEARANCE)]
 

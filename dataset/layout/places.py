@@ -45,7 +45,7 @@ REACH = 2.5
 
 
 @dataclass(frozen=True)
-class Row:
+class AlignedBuildings:
     """The buildings of one heading.
 
     Attributes:
@@ -73,7 +73,7 @@ class Surroundings:
     """
 
     heading: float
-    rows: tuple[Row, ...]
+    rows: tuple[AlignedBuildings, ...]
     trodden: cKDTree
     targets: cKDTree | None
     reach: float = REACH
@@ -98,7 +98,7 @@ class Surroundings:
             members = [building for building in buildings if building.heading == own]
             centres = to_street_frame(np.array([[b.x, b.z] for b in members]), own)
             halves = np.array([[b.half_width, b.half_length] for b in members])
-            rows.append(Row(own - heading, centres - halves, centres + halves))
+            rows.append(AlignedBuildings(own - heading, centres - halves, centres + halves))
         paths = cKDTree(to_street_frame(trodden, heading))
         return cls(
             heading, tuple(rows), paths, cKDTree(to_street_frame(targets, heading)) if len(targets) else None, reach
@@ -218,7 +218,7 @@ def at_corners(surroundings: Surroundings, back: float) -> tuple[Points, Points]
     return table[:, :2], table[:, 2]
 
 
-def from_row_frame(row: Row, places: list[tuple[float, float, float]]) -> list[tuple[float, float, float]]:
+def from_row_frame(row: AlignedBuildings, places: list[tuple[float, float, float]]) -> list[tuple[float, float, float]]:
     """Convert (across, along, front) in the frame of a row's buildings to the street frame."""
     table = np.array(places).reshape(-1, 3)
     table[:, :2] = to_world_frame(table[:, :2], row.turned)

@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from arramon_client.world import FACADES
 from arramon_dataset.layout.grid import CELL, Grid, Mask, Points
-from arramon_dataset.layout.lots import Rectangle, cover, split
+from arramon_dataset.layout.lots import CellRectangle, cover, split
 from arramon_dataset.layout.masks import RING, connected_to, dilate, rectangle_mask, set_back, with_neighbours
 from arramon_dataset.plans.plan import Plan
 from arramon_dataset.plans.strips import Surface, surface
@@ -57,7 +57,7 @@ class Layer:
     grid: Grid
     street: Mask
     own: Mask
-    lots: list[Rectangle] = field(default_factory=list)
+    lots: list[CellRectangle] = field(default_factory=list)
 
 
 def build_up(plan: Plan, seed: str) -> tuple[Building, ...]:
@@ -100,19 +100,19 @@ def survey(ground: Surface, heading: float) -> Layer:
     return Layer(grid, street, own)
 
 
-def lots_of(plan: Plan, layer: Layer) -> list[Rectangle]:
+def lots_of(plan: Plan, layer: Layer) -> list[CellRectangle]:
     """Return lots on a layer's own ground."""
-    found: list[Rectangle] = []
+    found: list[CellRectangle] = []
     for number, rectangle in enumerate(cover(layer.own, round(NARROWEST / CELL))):
         random = seeded(plan.id, "lots", layer.grid.heading, number)
         found += split(rectangle, round(SHORTEST / CELL), round(LONGEST / CELL), random)
     return found
 
 
-def thicken(gap: Rectangle, street: Mask) -> Rectangle:
+def thicken(gap: CellRectangle, street: Mask) -> CellRectangle:
     """Return a gap's lot extended behind its neighbours, but not into a street, so that no wall is thin."""
     grown = gap
-    for side, outwards in zip(Rectangle._fields, (-1, -1, 1, 1), strict=True):
+    for side, outwards in zip(CellRectangle._fields, (-1, -1, 1, 1), strict=True):
         for _ in range(round(THICKEN / CELL)):
             wider = grown._replace(**{side: getattr(grown, side) + outwards})
             inside = (
@@ -153,7 +153,7 @@ def built_cells(grid: Grid, buildings: list[Building]) -> Mask:
     return built.reshape(grid.shape)
 
 
-def apply_setbacks(plan: Plan, number: int, layer: Layer, layers: list[Layer]) -> list[Rectangle]:
+def apply_setbacks(plan: Plan, number: int, layer: Layer, layers: list[Layer]) -> list[CellRectangle]:
     """Return the layer's lots that are visible from the street, some of them set back from it."""
     empty = ~built_cells(layer.grid, lot_boxes(layers))
     seen = connected_to(empty, layer.street)

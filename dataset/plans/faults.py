@@ -31,7 +31,7 @@ SPACING, MARGIN, NEAR_FREE = 0.2, 0.1, 0.3
 """Of the places that connected ground is told by; what they have around them besides the agent's radius; maximum
 distance of every street's middle line from free ground, but for its ends. In units."""
 
-AROUND, BESIDE = 3.0, 1.5
+SURVEY_MARGIN, MAX_OFF_STREET = 3.0, 1.5
 """How far around its bounds a section is looked at, and maximum distance of reachable ground from streets, in units."""
 
 AT_END = 0.75
@@ -78,7 +78,7 @@ def _ground_faults(plan: Plan, section: Section) -> Iterator[str]:
     inner = middles[distances(middles, ends).min(axis=1) > AT_END]
     streets = surface(plan)
     beside = free[~streets.covers(free)]
-    if len(beside) and np.min([strip.distance(beside) for strip in streets.strips], axis=0).max() > BESIDE:
+    if len(beside) and np.min([strip.distance(beside) for strip in streets.strips], axis=0).max() > MAX_OFF_STREET:
         yield "it is open to the outside"
     if not len(free) or max(_nearest(inner, free)) > NEAR_FREE:
         yield "a street is not free, or leads nowhere"
@@ -87,7 +87,7 @@ def _ground_faults(plan: Plan, section: Section) -> Iterator[str]:
 def _connected(section: Section) -> Points:
     """Return the places of a lattice that the agent can reach from one another, (n, 2) of (x, z)."""
     x0, z0, x1, z1 = section.bounds
-    xs, zs = (np.arange(low - AROUND, high + AROUND, SPACING) for low, high in ((x0, x1), (z0, z1)))
+    xs, zs = (np.arange(low - SURVEY_MARGIN, high + SURVEY_MARGIN, SPACING) for low, high in ((x0, x1), (z0, z1)))
     places = np.stack(np.meshgrid(xs, zs, indexing="ij"), axis=-1)
     clear = Solids.of(section).distance(places.reshape(-1, 2)).reshape(places.shape[:2]) > AGENT_RADIUS + MARGIN
     parts, _ = ndimage.label(clear)

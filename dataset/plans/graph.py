@@ -127,7 +127,7 @@ class Corner:
 
 
 @dataclass(frozen=True, slots=True)
-class House:
+class NamedBuilding:
     """A building, as it can be named.
 
     Attributes:
@@ -160,7 +160,7 @@ class StreetGraph:
     junctions: tuple[Junction, ...]
     roads: tuple[Road, ...]
     corners: tuple[Corner, ...]
-    houses: tuple[House, ...]
+    houses: tuple[NamedBuilding, ...]
 
     def junction(self, identity: str) -> Junction:
         """Return a junction by its identity.

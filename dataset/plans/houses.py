@@ -6,8 +6,8 @@ import numpy as np
 
 from arramon_dataset.layout.grid import Points
 from arramon_dataset.layout.solids import to_rectangle
-from arramon_dataset.plans.graph import House, Road
-from arramon_dataset.plans.survey import Track
+from arramon_dataset.plans.graph import NamedBuilding, Road
+from arramon_dataset.plans.survey import MiddleLine
 from arramon_server.sim.section import Building, Section
 
 COLOURS = {
@@ -30,7 +30,7 @@ SMALL, SMALL_GROUND = 2.6, 30.0
 """Height and ground up to which a building is small, in units and square units: two storeys."""
 
 
-def house_of(number: int, section: Section, roads: tuple[Road, ...], tracks: tuple[Track, ...]) -> House:
+def house_of(number: int, section: Section, roads: tuple[Road, ...], tracks: tuple[MiddleLine, ...]) -> NamedBuilding:
     """Return how one of a section's buildings can be named.
 
     Args:
@@ -45,7 +45,7 @@ def house_of(number: int, section: Section, roads: tuple[Road, ...], tracks: tup
         for road, track in zip(roads, tracks, strict=True)
         if from_building(building, track.places).min() <= road.width / 2 + AT_ROAD
     )
-    return House(
+    return NamedBuilding(
         f"building/{number}",
         building.x,
         building.z,

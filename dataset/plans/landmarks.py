@@ -8,7 +8,7 @@ from random import Random
 import numpy as np
 
 from arramon_client.world import SHOPS
-from arramon_dataset.layout.furnishing import COLOURS, SHAPE_COLOURS
+from arramon_dataset.layout.furniture_colours import COLOURS, SHAPE_COLOURS
 from arramon_dataset.layout.grid import Points, sample_points, to_street_frame
 from arramon_dataset.layout.places import AT_CORNERS, Surroundings, candidates, extents, free_of_others
 from arramon_dataset.plans.plan import Plan

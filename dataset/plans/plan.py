@@ -47,7 +47,7 @@ class Street:
 
 
 @dataclass(frozen=True, slots=True)
-class Square:
+class OpenSquare:
     """An open square.
 
     Attributes:
@@ -81,7 +81,7 @@ class Plan:
     heading: Annotated[float, Field(ge=0.0, lt=180.0)]
     origin: Pair
     streets: Annotated[tuple[Street, ...], Field(min_length=1)]
-    squares: tuple[Square, ...] = ()
+    squares: tuple[OpenSquare, ...] = ()
 
     def world(self, points: Points) -> Points:
         """Convert (n, 2) of (across, along) in the plan's frame to (n, 2) of (x, z) in the world frame."""

@@ -5,7 +5,7 @@ import math
 from arramon_dataset.plans.graph import STRAIGHT, Arm, Corner, Junction, Road, StreetGraph, apart
 from arramon_dataset.plans.houses import corners_of, house_of
 from arramon_dataset.plans.plan import Plan
-from arramon_dataset.plans.survey import SHARPEST_CURVE, Meeting, Mouth, Track, meetings_of, tracks_of
+from arramon_dataset.plans.survey import SHARPEST_CURVE, Meeting, MiddleLine, Mouth, meetings_of, tracks_of
 from arramon_server.sim.section import Building, Section
 
 WIDEST_ALLEY = 3.0
@@ -34,7 +34,7 @@ def _road_identity(number: int) -> str:
 
 
 def _junction(
-    meeting: Meeting, meetings: list[Meeting], numbered: dict[int, str], tracks: tuple[Track, ...]
+    meeting: Meeting, meetings: list[Meeting], numbered: dict[int, str], tracks: tuple[MiddleLine, ...]
 ) -> Junction:
     arms = []
     for mouth in meeting.mouths:
@@ -56,7 +56,7 @@ def _middle(meeting: Meeting) -> tuple[float, float]:
     return x, z
 
 
-def _kind(meeting: Meeting, tracks: tuple[Track, ...]) -> str:
+def _kind(meeting: Meeting, tracks: tuple[MiddleLine, ...]) -> str:
     """Return one of `graph.JUNCTIONS`; "" for a meeting that is no junction, as where a road merely goes on."""
     headings = [tracks[mouth.track].heading(mouth.at, mouth.way) for mouth in meeting.mouths]
     if not headings:
@@ -73,7 +73,7 @@ def _kind(meeting: Meeting, tracks: tuple[Track, ...]) -> str:
     return "t_junction" if in_line else "fork"
 
 
-def _next(mouth: Mouth, track: Track, meeting: Meeting, meetings: list[Meeting], numbered: dict[int, str]) -> str:
+def _next(mouth: Mouth, track: MiddleLine, meeting: Meeting, meetings: list[Meeting], numbered: dict[int, str]) -> str:
     """Return the identity of the first other junction on the way from a mouth; "" if there is none."""
     others = [m for m in meetings if m is not meeting and track.number in m.grounds]
     for at in track.following(mouth.at, mouth.way):
@@ -83,7 +83,7 @@ def _next(mouth: Mouth, track: Track, meeting: Meeting, meetings: list[Meeting],
     return ""
 
 
-def _road(plan: Plan, track: Track, meetings: list[Meeting], numbered: dict[int, str]) -> Road:
+def _road(plan: Plan, track: MiddleLine, meetings: list[Meeting], numbered: dict[int, str]) -> Road:
     street = plan.streets[track.number]
     passed = sorted(
         (int(m.grounds[track.number].argmax()), numbered[id(m)])

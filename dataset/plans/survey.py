@@ -45,7 +45,7 @@ Place = tuple[float, float]
 
 
 @dataclass(frozen=True, eq=False)
-class Track:
+class MiddleLine:
     """A road's middle line.
 
     Attributes:
@@ -109,7 +109,7 @@ class Meeting:
     mouths: tuple[Mouth, ...]
 
 
-def tracks_of(plan: Plan) -> tuple[Track, ...]:
+def tracks_of(plan: Plan) -> tuple[MiddleLine, ...]:
     """Return the middle lines of all streets of a plan, in its order."""
     found = []
     for number, (street, line) in enumerate(zip(plan.streets, plan.lines(), strict=True)):
@@ -124,11 +124,11 @@ def tracks_of(plan: Plan) -> tuple[Track, ...]:
         if closed:
             corners.append((vertices[-2], 0, vertices[1]))
         bends = tuple(at for before, at, after in corners if _bend(places[[before, at, after]]) > SHARPEST_CURVE)
-        found.append(Track(number, street.width / 2, places, bends, closed))
+        found.append(MiddleLine(number, street.width / 2, places, bends, closed))
     return tuple(found)
 
 
-def meetings_of(plan: Plan, tracks: tuple[Track, ...]) -> tuple[Meeting, ...]:
+def meetings_of(plan: Plan, tracks: tuple[MiddleLine, ...]) -> tuple[Meeting, ...]:
     """Return all places where a plan's roads meet, bend or end: squares first, then in the plan's order."""
     squares = [plan.world(np.array(square.corners)) for square in plan.squares]
     nodes = [*_crossings(tracks), *(track.places[i] for track in tracks for i in track.bends)]
@@ -150,7 +150,7 @@ def _bend(three: Points) -> float:
     return abs(turn_between(math.degrees(math.atan2(x1 - x0, z1 - z0)), after))
 
 
-def _crossings(tracks: tuple[Track, ...]) -> list[Points]:
+def _crossings(tracks: tuple[MiddleLine, ...]) -> list[Points]:
     """Return the (x, z) of all places where two middle lines meet."""
     found: list[Points] = []
     for one, other in combinations(tracks, 2):
@@ -159,7 +159,7 @@ def _crossings(tracks: tuple[Track, ...]) -> list[Points]:
     return found
 
 
-def _dead_ends(tracks: tuple[Track, ...], squares: list[Points]) -> list[Points]:
+def _dead_ends(tracks: tuple[MiddleLine, ...], squares: list[Points]) -> list[Points]:
     """Return the (x, z) before the ends of roads that lead nowhere."""
     found = []
     for track in tracks:
@@ -184,7 +184,7 @@ def _clusters(nodes: list[Points]) -> list[list[Points]]:
     return groups
 
 
-def _meeting(nodes: Points, corners: Points | None, tracks: tuple[Track, ...]) -> Meeting:
+def _meeting(nodes: Points, corners: Points | None, tracks: tuple[MiddleLine, ...]) -> Meeting:
     """Return a meeting with its open ground and where roads leave it."""
     grounds: dict[int, Mask] = {}
     here = [track for track in tracks if _meets(track, nodes, corners)]
@@ -204,13 +204,13 @@ def _meeting(nodes: Points, corners: Points | None, tracks: tuple[Track, ...]) -
     return Meeting(nodes, corners, grounds, tuple(_without_doubles(mouths, tracks)))
 
 
-def _meets(track: Track, nodes: Points, corners: Points | None) -> bool:
+def _meets(track: MiddleLine, nodes: Points, corners: Points | None) -> bool:
     if len(nodes) and _distances(track.places, nodes).min() <= TOUCH:
         return True
     return corners is not None and bool((_from_polygon(corners, track.places) <= SQUARE_EDGE).any())
 
 
-def _mouths(track: Track, ground: Mask) -> list[Mouth]:
+def _mouths(track: MiddleLine, ground: Mask) -> list[Mouth]:
     """Return where a road leaves the open ground and goes on for at least the length of an arm."""
     found = []
     for first, last in runs(ground):
@@ -221,7 +221,7 @@ def _mouths(track: Track, ground: Mask) -> list[Mouth]:
     return found
 
 
-def _without_doubles(mouths: list[Mouth], tracks: tuple[Track, ...]) -> list[Mouth]:
+def _without_doubles(mouths: list[Mouth], tracks: tuple[MiddleLine, ...]) -> list[Mouth]:
     """Return the mouths without those of narrower roads that leave at nearly the same place in the same direction."""
     kept: list[Mouth] = []
     for mouth in sorted(mouths, key=lambda m: -tracks[m.track].half_width):

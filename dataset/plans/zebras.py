@@ -4,7 +4,7 @@ import math
 from random import Random
 
 from arramon_dataset.plans.plan import Plan
-from arramon_dataset.plans.survey import Mouth, Track, meetings_of, tracks_of
+from arramon_dataset.plans.survey import MiddleLine, Mouth, meetings_of, tracks_of
 from arramon_server.sim.assets.roadside import ZEBRA_LENGTH
 from arramon_server.sim.section import Prop
 
@@ -42,7 +42,7 @@ def zebra_crossings(plan: Plan, random: Random) -> tuple[Prop, ...]:
     return tuple(found)
 
 
-def _zebra(mouth: Mouth, track: Track) -> Prop:
+def _zebra(mouth: Mouth, track: MiddleLine) -> Prop:
     x, z = track.places[mouth.at].tolist()
     heading = track.heading(mouth.at, mouth.way)
     angle, away = math.radians(heading), BACK + ZEBRA_LENGTH / 2

@@ -19,7 +19,7 @@ FREQUENT = 25
 
 
 @dataclass(frozen=True, slots=True)
-class Share:
+class PropertyShare:
     """Shares of texts that show a linguistic property, 0 to 1.
 
     Attributes:
@@ -44,7 +44,7 @@ class PhaseFigures:
 
     lengths: PhaseLengths
     frequent: tuple[tuple[str, int], ...]
-    properties: dict[str, Share]
+    properties: dict[str, PropertyShare]
     diversity: Diversity | None
 
 
@@ -120,12 +120,12 @@ def _without(text: str, mentions: Sequence[Mention]) -> str:
     return " , ".join(text[start:end] for start, end in list(pairwise(cuts))[::2])
 
 
-def _properties(words: Sequence[Sequence[str]], language: Language) -> dict[str, Share]:
+def _properties(words: Sequence[Sequence[str]], language: Language) -> dict[str, PropertyShare]:
     patterns = load_patterns(language.code)
     found = [patterns.find(each) for each in words]
     shares = {}
     for name in PROPERTIES:
         shown = [name in each for each in found]
         both = [first or second for first, second in zip(shown[::2], shown[1::2], strict=True)]
-        shares[name] = Share(sum(shown) / len(shown), sum(both) / len(both))
+        shares[name] = PropertyShare(sum(shown) / len(shown), sum(both) / len(both))
     return shares

@@ -6,8 +6,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Protocol, cast
 
-from arramon_dataset.demonstrations.folder import Folder
-from arramon_dataset.demonstrations.parts import Part
+from arramon_dataset.demonstrations.folder import ExportFolder
+from arramon_dataset.demonstrations.parts import ExportPart
 from arramon_dataset.demonstrations.request import HUGGINGFACE, LEROBOT, MINARI, PLAIN, Export
 from arramon_server.episodes.splits import Split
 from arramon_server.errors import BadInput
@@ -24,10 +24,10 @@ INSTALL = "pip install 'arramon-server[demos]'"
 """Installs all of them."""
 
 
-class Format(Protocol):
+class DemonstrationFormat(Protocol):
     """A format: a module with these functions."""
 
-    def write_part(self, export: Export, split: Split, part: Part, made: Path) -> Mapping[str, Any]:
+    def write_part(self, export: Export, split: Split, part: ExportPart, made: Path) -> Mapping[str, Any]:
         """Write the files of a part, and return what `finish` has to know of it, as plain data.
 
         Args:
@@ -37,7 +37,7 @@ class Format(Protocol):
             made: an empty folder; files in it are laid out as in the export's folder.
         """
 
-    def finish(self, export: Export, split: Split, folder: Folder, parts: Sequence[Mapping[str, Any]]) -> None:
+    def finish(self, export: Export, split: Split, folder: ExportFolder, parts: Sequence[Mapping[str, Any]]) -> None:
         """Write the files that describe the whole, when all parts are there.
 
         Args:
@@ -48,7 +48,7 @@ class Format(Protocol):
         """
 
 
-def load_format(name: str) -> Format:
+def load_format(name: str) -> DemonstrationFormat:
     """Return a format by name.
 
     Raises:
@@ -60,4 +60,4 @@ def load_format(name: str) -> Format:
             f"the format {name!r} needs {', '.join(missing)}, which this installation lacks; "
             f"expected the libraries of the extra `demos`: {INSTALL}"
         )
-    return cast(Format, import_module(f"{__name__}.{name}"))
+    return cast(DemonstrationFormat, import_module(f"{__name__}.{name}"))

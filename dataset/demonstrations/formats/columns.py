@@ -13,7 +13,7 @@ import pyarrow.parquet as pq
 from PIL import Image
 
 from arramon_dataset.demonstrations.description import UNITS, shape_of
-from arramon_dataset.demonstrations.rendering import Rendered
+from arramon_dataset.demonstrations.rendering import RenderedDemonstration
 
 COMPRESSION = "zstd"
 
@@ -54,7 +54,7 @@ def feature_of(sensor: str, size: int) -> Any:
     return datasets.Array2D(shape=shape, dtype=dtype)
 
 
-def sensor_column(rendered: Rendered, sensor: str) -> pa.Array:
+def sensor_column(rendered: RenderedDemonstration, sensor: str) -> pa.Array:
     """Return what a sensor gave before each action, without any loss."""
     values = [getattr(seen, sensor) for seen in rendered.seen]
     if sensor == "rgb":

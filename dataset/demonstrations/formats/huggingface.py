@@ -9,12 +9,12 @@ from datasets.info import DatasetInfosDict
 from huggingface_hub import DatasetCardData
 
 from arramon_dataset.demonstrations.card import card
-from arramon_dataset.demonstrations.croissant import Field, Records, write_croissant
+from arramon_dataset.demonstrations.croissant import CroissantField, CroissantFiles, write_croissant
 from arramon_dataset.demonstrations.description import ACTIONS, UNITS
-from arramon_dataset.demonstrations.folder import Folder
+from arramon_dataset.demonstrations.folder import ExportFolder
 from arramon_dataset.demonstrations.formats.columns import TableFile, feature_of, sensor_column
-from arramon_dataset.demonstrations.parts import Part
-from arramon_dataset.demonstrations.rendering import Rendered, render
+from arramon_dataset.demonstrations.parts import ExportPart
+from arramon_dataset.demonstrations.rendering import RenderedDemonstration, render
 from arramon_dataset.demonstrations.request import Export
 from arramon_dataset.demonstrations.trajectory import PHASES
 from arramon_server.episodes.splits import Split
@@ -54,7 +54,7 @@ def features_of(export: Export) -> "datasets.Features":
     })  # fmt: skip
 
 
-def write_part(export: Export, split: Split, part: Part, made: Path) -> Mapping[str, Any]:  # noqa: ARG001
+def write_part(export: Export, split: Split, part: ExportPart, made: Path) -> Mapping[str, Any]:  # noqa: ARG001
     """Write a file for each language; frames are drawn and encoded once for all of them."""
     files: dict[str, TableFile] = {}
     counts = dict.fromkeys(export.request.languages, 0)
@@ -75,7 +75,7 @@ def write_part(export: Export, split: Split, part: Part, made: Path) -> Mapping[
     return {"rows": counts, "bytes": bytes_of}
 
 
-def finish(export: Export, split: Split, folder: Folder, parts: Sequence[Mapping[str, Any]]) -> None:  # noqa: ARG001
+def finish(export: Export, split: Split, folder: ExportFolder, parts: Sequence[Mapping[str, Any]]) -> None:  # noqa: ARG001
     """Write the dataset card and the Croissant file."""
     rows = {code: sum(part["rows"][code] for part in parts) for code in export.request.languages}
     there = [code for code in export.request.languages if rows[code]]
@@ -99,11 +99,11 @@ def finish(export: Export, split: Split, folder: Folder, parts: Sequence[Mapping
     write_croissant(
         export,
         folder,
-        [Records(code, f"data/{code}-*.parquet", "application/x-parquet", fields) for code in there],
+        [CroissantFiles(code, f"data/{code}-*.parquet", "application/x-parquet", fields) for code in there],
     )
 
 
-def _columns(export: Export, rendered: Rendered) -> dict[str, Any]:
+def _columns(export: Export, rendered: RenderedDemonstration) -> dict[str, Any]:
     """Return the columns that do not depend on the language."""
     seen = rendered.seen
     return {
@@ -121,11 +121,11 @@ def _columns(export: Export, rendered: Rendered) -> dict[str, Any]:
     }
 
 
-def _fields(export: Export) -> list[Field]:
+def _fields(export: Export) -> list[CroissantField]:
     """Return the columns that Croissant's types can express: all but grids of numbers."""
-    fields = [Field(name, type_, meaning) for name, (type_, meaning) in COLUMNS.items()]
+    fields = [CroissantField(name, type_, meaning) for name, (type_, meaning) in COLUMNS.items()]
     if "rgb" in export.request.sensors:
-        fields.append(Field("rgb", "sc:ImageObject", UNITS["rgb"][1], path="bytes"))
+        fields.append(CroissantField("rgb", "sc:ImageObject", UNITS["rgb"][1], path="bytes"))
     return fields
 
 

@@ -21,11 +21,11 @@ from arramon_client.environments.backend import Texts
 from arramon_client.environments.registration import NAMESPACE, register
 from arramon_client.environments.spaces import NO_ACTION, Translator, action_space, observation_space, united
 from arramon_client.environments.tokens import ByteTokenizer
-from arramon_dataset.demonstrations.croissant import Records, write_croissant
+from arramon_dataset.demonstrations.croissant import CroissantFiles, write_croissant
 from arramon_dataset.demonstrations.description import describe
-from arramon_dataset.demonstrations.folder import Folder
-from arramon_dataset.demonstrations.parts import Part
-from arramon_dataset.demonstrations.rendering import Rendered, player_of, render, settings_of
+from arramon_dataset.demonstrations.folder import ExportFolder
+from arramon_dataset.demonstrations.parts import ExportPart
+from arramon_dataset.demonstrations.rendering import RenderedDemonstration, player_of, render, settings_of
 from arramon_dataset.demonstrations.request import Export
 from arramon_server.episodes.splits import Split
 
@@ -48,7 +48,7 @@ def dataset_id(export: Export, languages: Sequence[str]) -> str:
     return f"{NAMESPACE}/{split}-{'_'.join(languages)}-v0"
 
 
-def write_part(export: Export, split: Split, part: Part, made: Path) -> Mapping[str, Any]:  # noqa: ARG001
+def write_part(export: Export, split: Split, part: ExportPart, made: Path) -> Mapping[str, Any]:  # noqa: ARG001
     """Write a folder for each demonstration, by Minari itself."""
     groups = datasets_of(export)
     numbers = [sum(part.before[language] for language in languages) for languages in groups]
@@ -64,7 +64,7 @@ def write_part(export: Export, split: Split, part: Part, made: Path) -> Mapping[
     return {"end": ends, "steps": {language: _steps(part, language) for language in ends}}
 
 
-def finish(export: Export, split: Split, folder: Folder, parts: Sequence[Mapping[str, Any]]) -> None:  # noqa: ARG001
+def finish(export: Export, split: Split, folder: ExportFolder, parts: Sequence[Mapping[str, Any]]) -> None:  # noqa: ARG001
     """Write what describes the datasets, and the Croissant file."""
     ends = parts[-1]["end"]
     groups = [languages for languages in datasets_of(export) if any(ends[language] for language in languages)]
@@ -87,18 +87,20 @@ def finish(export: Export, split: Split, folder: Folder, parts: Sequence[Mapping
         )
         folder.place(made / METADATA_FILE_NAME, f"{name}/data/{METADATA_FILE_NAME}")
     sets = [
-        Records("_".join(each), f"{dataset_id(export, each)}/data/*/*.arrow", "application/vnd.apache.arrow.file")
+        CroissantFiles(
+            "_".join(each), f"{dataset_id(export, each)}/data/*/*.arrow", "application/vnd.apache.arrow.file"
+        )
         for each in groups
     ]
     write_croissant(export, folder, sets)
 
 
-def _steps(part: Part, language: str) -> int:
+def _steps(part: ExportPart, language: str) -> int:
     return sum(len(source.actions) for source in part.sources if language in source.languages)
 
 
 def _write_episode(
-    export: Export, rendered: Rendered, language: str, languages: Sequence[str], number: int, folder: Path
+    export: Export, rendered: RenderedDemonstration, language: str, languages: Sequence[str], number: int, folder: Path
 ) -> None:
     """Write an episode as `number` of a dataset: by Minari to a folder of its own, then compressed to its place."""
     own = folder.parent / "own"
@@ -127,7 +129,7 @@ def _write_episode(
     shutil.rmtree(own)
 
 
-def _observations(tokenizer: ByteTokenizer, rendered: Rendered, language: str) -> dict[str, Any]:
+def _observations(tokenizer: ByteTokenizer, rendered: RenderedDemonstration, language: str) -> dict[str, Any]:
     """Return the environment's observations by key, one more than there are actions."""
     translator = Translator(tokenizer)
     last = [NO_ACTION, *rendered.source.actions]

@@ -2,12 +2,11 @@
 
 import sys
 
-from arramon_dataset.generation import work
 from arramon_server import cli
 
 
 def main(arguments: list[str]) -> int:
-    work.BATCH_SIZE = 1
+    batches.BATCH_SIZE = 1
     return cli.main(arguments)
 
 

@@ -2,7 +2,7 @@
 
 from functools import cache
 
-from arramon_dataset.generation.extra import extra_sections
+from arramon_dataset.generation.extra_sections import extra_sections
 from arramon_dataset.plans import Plan, build_section, plan_ids, read_plan
 from arramon_server.sim.section import Section
 

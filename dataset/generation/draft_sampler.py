@@ -20,7 +20,7 @@ SECOND_TRIES = 2
 
 
 @dataclass(frozen=True, slots=True)
-class Beginning:
+class PartialDraft:
     """A draft without the path of its second turn.
 
     Attributes:
@@ -70,7 +70,7 @@ class DraftSampler:
                 return draft
         raise self._no_paths()
 
-    def begin(self, names: tuple[object, ...]) -> Beginning:
+    def begin(self, names: tuple[object, ...]) -> PartialDraft:
         """Return the first turn of a draft, and its room; it depends on `names` alone.
 
         Raises:
@@ -84,7 +84,7 @@ class DraftSampler:
                     return found
         raise self._no_paths()
 
-    def complete(self, beginning: Beginning, episode_id: str, names: tuple[object, ...]) -> Draft | None:
+    def complete(self, beginning: PartialDraft, episode_id: str, names: tuple[object, ...]) -> Draft | None:
         """Return a draft that begins so, or None if no second path was found; it depends on the arguments alone."""
         for length_draw in range(LENGTH_DRAWS):
             points = draw_length(seeded(*names, "length", length_draw))
@@ -98,7 +98,7 @@ class DraftSampler:
                     return Draft(episode_id, self._section.id, beginning.start, turns, beginning.decoys)
         return None
 
-    def _try_beginning(self, points: int, names: tuple[object, ...]) -> Beginning | None:
+    def _try_beginning(self, points: int, names: tuple[object, ...]) -> PartialDraft | None:
         random, key = seeded(*names), _joined(names)
         first_type, second_type = random.sample(ALL_TYPES, 2)
         start = self.streets.draw_start(random)
@@ -107,7 +107,7 @@ class DraftSampler:
         decoys = None if first is None else draw_decoys(key, (first_type, second_type), tasks)
         if first is None or decoys is None:
             return None
-        return Beginning(start, _turn(first, tasks[0]), first.end, second_type, tasks[1], decoys)
+        return PartialDraft(start, _turn(first, tasks[0]), first.end, second_type, tasks[1], decoys)
 
     def _no_paths(self) -> ValueError:
         return ValueError(f"no episode found in section {self._section.id}: it has no paths of the drawn lengths")

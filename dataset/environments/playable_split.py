@@ -19,19 +19,19 @@ DRAWN = "drawn_rooms"
 
 
 @dataclass(frozen=True, eq=False)
-class Library:
+class PlayableSplit:
     """A split, and the worlds in which it is played. For use from one thread."""
 
     split: Split
     worlds: Worlds
 
 
-def library_of(split: Split, camera: str) -> Library:
+def playable_split(split: Split, camera: str) -> PlayableSplit:
     """Return a split with its worlds; collisions are checked on the plane, which starts faster than pybullet."""
-    return Library(split, Worlds({split.name: split}, camera, Footprints))
+    return PlayableSplit(split, Worlds({split.name: split}, camera, Footprints))
 
 
-def open_library(data: Path, name: str, camera: str) -> Library:
+def open_playable_split(data: Path, name: str, camera: str) -> PlayableSplit:
     """Return a split of a data folder with its worlds, shared by all callers in this thread.
 
     Args:
@@ -54,5 +54,5 @@ def open_library(data: Path, name: str, camera: str) -> Library:
 
 
 @lru_cache(CACHED_SPLITS)
-def _open(folder: Path, changed: int, camera: str, thread: int) -> Library:  # noqa: ARG001 - parts of the key
-    return library_of(read_split(folder), camera)
+def _open(folder: Path, changed: int, camera: str, thread: int) -> PlayableSplit:  # noqa: ARG001 - parts of the key
+    return playable_split(read_split(folder), camera)

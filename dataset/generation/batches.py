@@ -7,7 +7,7 @@ from functools import lru_cache
 from typing import Protocol
 
 from arramon_dataset.generation.check import problems
-from arramon_dataset.generation.site import Site, Writer
+from arramon_dataset.generation.site import DraftWriter, GenerationSite
 from arramon_dataset.parallel import process_pool
 from arramon_dataset.plans.plan import Plan
 from arramon_server.episodes.episode import Episode
@@ -26,7 +26,7 @@ BATCH_SIZE = 6
 CACHED_SECTIONS = 7
 """Sections that a process keeps in memory."""
 
-MakeWriter = Callable[[], Writer]
+MakeWriter = Callable[[], DraftWriter]
 """Returns a process's instruction writer. Must be a module-level function, so that it can be pickled by name."""
 
 
@@ -38,7 +38,7 @@ class GeneratedEpisode:
     attempts: int
 
 
-class Batch(Protocol):
+class GenerationBatch(Protocol):
     """Some episodes to generate. Can be pickled."""
 
     def generate(self) -> list[GeneratedEpisode]:
@@ -75,7 +75,7 @@ class EpisodeBatch:
         return [_make(self, episode_id, site, writer) for episode_id in self.episode_ids]
 
 
-RunBatches = Callable[[Sequence[Batch]], Iterator[list[GeneratedEpisode]]]
+RunBatches = Callable[[Sequence[GenerationBatch]], Iterator[list[GeneratedEpisode]]]
 
 
 @contextmanager
@@ -110,25 +110,27 @@ def make_batches(
     ]
 
 
-def _generate(batch: Batch) -> list[GeneratedEpisode]:
+def _generate(batch: GenerationBatch) -> list[GeneratedEpisode]:
     return batch.generate()
 
 
-def _make(batch: EpisodeBatch, episode_id: str, site: Site, writer: Writer) -> GeneratedEpisode:
+def _make(batch: EpisodeBatch, episode_id: str, site: GenerationSite, writer: DraftWriter) -> GeneratedEpisode:
     tried = 0
     while tried < ATTEMPTS:
         names = (batch.seed, batch.split, episode_id, tried)
         words = (*names, "words")
         begun = site.sampler.begin((*names, "draft"))
         tried += 1
-        if not writer.tells(begun.start, begun.turn, 1, site, words):
+        if not writer.can_describe(begun.start, begun.turn, 1, site, words):
             continue
         for number in range(SECOND_TURNS):
             draft = site.sampler.complete(begun, episode_id, (*names, "second", number))
             if draft is None:
                 break
             tried += number > 0
-            if not writer.tells(begun.end, draft.turns[1], 2, site, words) or problems(draft, site.solids, site.world):
+            if not writer.can_describe(begun.end, draft.turns[1], 2, site, words) or problems(
+                draft, site.solids, site.world
+            ):
                 continue
             instructions = writer(draft, site, words)
             if instructions is not None:
@@ -137,10 +139,10 @@ def _make(batch: EpisodeBatch, episode_id: str, site: Site, writer: Writer) -> G
 
 
 @lru_cache(maxsize=CACHED_SECTIONS)
-def _site(section: Section, plan: Plan) -> Site:
-    return Site(section, plan)
+def _site(section: Section, plan: Plan) -> GenerationSite:
+    return GenerationSite(section, plan)
 
 
 @lru_cache(maxsize=1)
-def _writer(make: MakeWriter) -> Writer:
+def _writer(make: MakeWriter) -> DraftWriter:
     return make()

@@ -5,8 +5,8 @@ from functools import lru_cache
 
 from arramon_dataset.generation.sizes import FIRST_EXTRA
 from arramon_dataset.plans import Plan, build_section
-from arramon_dataset.plans.drawn import draw_plan
 from arramon_dataset.plans.faults import faults_of_plan, faults_of_section
+from arramon_dataset.plans.random_plan import draw_plan
 from arramon_dataset.randomness import seeded
 from arramon_server.errors import ArraMonError
 from arramon_server.sim.section import Section

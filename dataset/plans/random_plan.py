@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from random import Random
 
-from arramon_dataset.plans.plan import Pair, Plan, Square, Street
+from arramon_dataset.plans.plan import OpenSquare, Pair, Plan, Street
 
 HALF = (14.5, 17.0)
 """Range of half the ring's width and length, between the middle lines of its streets, in units."""
@@ -24,10 +24,10 @@ WIDTHS = {
 }
 """Widths of streets by their role, in units."""
 
-APART = 6.5
+JUNCTION_SPACING = 6.5
 """Minimum distance of two places on a street at which others leave it, in units: nearer ones look like one crossing."""
 
-DEPTH = 8.0
+MIN_BLOCK_DEPTH = 8.0
 """Minimum distance of two streets beside each other, and of an alley from the ends of its block, in units."""
 
 CUT, CUT_SHARE = (6.0, 8.5), 0.3
@@ -39,7 +39,7 @@ SLANT, SLANT_SHARE = (2.5, 6.0), 0.35
 CURVE_SHARE, CURVE = 0.4, (2.5, 4.5)
 """Share of main streets that swerve, and by how much, in units."""
 
-ALONG_SHARE = 0.7
+LANE_SHARE = 0.7
 """Share of the blocks with enough room that an alley or a side street leads through."""
 
 YARD = (5.5, 6.5)
@@ -100,7 +100,7 @@ def draw_plan(id: str, origin: Pair, random: Random) -> Plan | None:  # noqa: A0
         return None
     for cross in sides:
         _blocks(sketch, cross, random)
-    squares: tuple[Square, ...] = (_square(sketch, sides, random),)
+    squares: tuple[OpenSquare, ...] = (_square(sketch, sides, random),)
     _ring(sketch, random)
     _yards(sketch, random)
     streets = tuple(sketch.streets)
@@ -146,9 +146,9 @@ def _cross_streets(sketch: _Sketch, random: Random) -> tuple[list[_Cross], list[
             if len(found) == count:
                 break
             cross = _cross(sketch, side, others, random)
-            if all(min(abs(cross.near - one.near), abs(cross.far - one.far)) >= DEPTH for one in found) and all(
-                cross.near == other or abs(cross.near - other) >= APART for other in others
-            ):
+            if all(
+                min(abs(cross.near - one.near), abs(cross.far - one.far)) >= MIN_BLOCK_DEPTH for one in found
+            ) and all(cross.near == other or abs(cross.near - other) >= JUNCTION_SPACING for other in others):
                 found.append(cross)
         if len(found) < count:
             return None
@@ -162,7 +162,7 @@ def _cross_streets(sketch: _Sketch, random: Random) -> tuple[list[_Cross], list[
 
 
 def _cross(sketch: _Sketch, side: str, others: Sequence[float], random: Random) -> _Cross:
-    low, high = sketch.bottom + DEPTH, sketch.top - DEPTH
+    low, high = sketch.bottom + MIN_BLOCK_DEPTH, sketch.top - MIN_BLOCK_DEPTH
     near = random.choice(others) if others and random.random() < 0.4 else random.uniform(low, high)
     if random.random() >= SLANT_SHARE:
         return _Cross(side, near, near)
@@ -179,16 +179,16 @@ def _blocks(sketch: _Sketch, crosses: Sequence[_Cross], random: Random) -> None:
     lines = [low_line, *(cross.line(sketch) for cross in crosses), high_line]
     taken: dict[int, list[float]] = {}  # By line, the places across at which an alley leaves it.
     for number, (low, high) in enumerate(pairwise(lines)):
-        if random.random() >= ALONG_SHARE:
+        if random.random() >= LANE_SHARE:
             continue
         for _ in range(TRIES):
             across = random.uniform(min(edge, 0.0), max(edge, 0.0))
             start, end = _along(low, across), _along(high, across)
             nearest = min(abs(across - sketch.main_at(place)) for place in (start, (start + end) / 2, end))
             others = taken.get(number, []) + taken.get(number + 1, [])
-            if end - start < DEPTH or nearest < APART or abs(across - edge) < APART:
+            if end - start < MIN_BLOCK_DEPTH or nearest < JUNCTION_SPACING or abs(across - edge) < JUNCTION_SPACING:
                 continue
-            if all(abs(across - other) >= APART for other in others):
+            if all(abs(across - other) >= JUNCTION_SPACING for other in others):
                 role = random.choice(("alley", "alley", "street"))
                 sketch.add(f"{side.title()} Lane {number + 1}", role, ((across, start), (across, end)), random)
                 for line in (number, number + 1):
@@ -200,7 +200,7 @@ def _blocks(sketch: _Sketch, crosses: Sequence[_Cross], random: Random) -> None:
                 break
 
 
-def _square(sketch: _Sketch, sides: Sequence[Sequence[_Cross]], random: Random) -> Square:
+def _square(sketch: _Sketch, sides: Sequence[Sequence[_Cross]], random: Random) -> OpenSquare:
     """Return an open square on the main street, where a cross street leaves it."""
     cross = random.choice([cross for side in sides for cross in side])
     across, towards = sketch.main_at(cross.near), -1.0 if random.random() < 0.5 else 1.0
@@ -213,7 +213,7 @@ def _square(sketch: _Sketch, sides: Sequence[Sequence[_Cross]], random: Random) 
     corners = [(near, low), (far, low), (far, high), (near, high)]
     if random.random() < 0.4:  # One corner is cut off.
         corners[2:3] = [(far, high - 2.0), (far - towards * 2.0, high)]
-    return Square("Square", tuple((round(x, 2), round(y, 2)) for x, y in corners))
+    return OpenSquare("Square", tuple((round(x, 2), round(y, 2)) for x, y in corners))
 
 
 def _ring(sketch: _Sketch, random: Random) -> None:
@@ -237,7 +237,7 @@ def _cut(sketch: _Sketch, one: str, other: str, random: Random) -> float:
     if random.random() >= CUT_SHARE:
         return 0.0
     ends = [(one, getattr(sketch, other)), (other, getattr(sketch, one))]
-    if any(abs(place - corner) < cut + APART for side, corner in ends for place in sketch.leaving[side]):
+    if any(abs(place - corner) < cut + JUNCTION_SPACING for side, corner in ends for place in sketch.leaving[side]):
         return 0.0
     for side, corner in ends:
         sketch.leaving[side].append(corner - math.copysign(cut, corner))
@@ -251,8 +251,8 @@ def _yards(sketch: _Sketch, random: Random) -> None:
         low, high = (sketch.bottom, sketch.top) if along else (sketch.left, sketch.right)
         edge = getattr(sketch, side)
         for _ in range(TRIES):
-            place = random.uniform(low + APART, high - APART)
-            if all(abs(place - other) >= APART for other in sketch.leaving[side]):
+            place = random.uniform(low + JUNCTION_SPACING, high - JUNCTION_SPACING)
+            if all(abs(place - other) >= JUNCTION_SPACING for other in sketch.leaving[side]):
                 end = edge + math.copysign(random.uniform(*YARD), edge)
                 points = ((edge, place), (end, place)) if along else ((place, edge), (place, end))
                 sketch.add(f"{side.title()} Yard", "yard", points, random)
@@ -260,7 +260,9 @@ def _yards(sketch: _Sketch, random: Random) -> None:
                 break
 
 
-def _exchanged(streets: Sequence[Street], squares: Sequence[Square]) -> tuple[tuple[Street, ...], tuple[Square, ...]]:
+def _exchanged(
+    streets: Sequence[Street], squares: Sequence[OpenSquare]
+) -> tuple[tuple[Street, ...], tuple[OpenSquare, ...]]:
     """Return streets and squares with their axes exchanged."""
 
     def turned(points: Sequence[Pair]) -> Iterator[Pair]:
@@ -268,7 +270,7 @@ def _exchanged(streets: Sequence[Street], squares: Sequence[Square]) -> tuple[tu
 
     return (
         tuple(Street(street.name, street.width, tuple(turned(street.points))) for street in streets),
-        tuple(Square(square.name, tuple(turned(square.corners))) for square in squares),
+        tuple(OpenSquare(square.name, tuple(turned(square.corners))) for square in squares),
     )
 
 

@@ -16,7 +16,7 @@ CELL = 0.125
 """Side length of a raster cell, in units."""
 
 STRIDE = 3
-"""Cells between two neighbouring nodes of the cost fields (see `motion.Field`)."""
+"""Cells between two neighbouring nodes of the cost fields (see `path_planner.CostField`)."""
 
 FAR = 2500
 """Upper limit of stored clearances, in thousandths of a unit."""
@@ -28,7 +28,7 @@ Numbers = npt.NDArray[np.int32]
 
 
 @dataclass(frozen=True, eq=False)
-class Ground:
+class ClearanceMap:
     """The free ground of a section.
 
     Attributes:
@@ -47,7 +47,7 @@ class Ground:
     solids: Solids
 
     @classmethod
-    def of(cls, section: Section) -> "Ground":
+    def of(cls, section: Section) -> "ClearanceMap":
         """Return the ground of a section."""
         x0, z0, x1, z1 = section.bounds
         left, bottom = math.floor(x0 - BORDER), math.floor(z0 - BORDER)
