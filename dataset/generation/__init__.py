@@ -1,4 +1,4 @@
-"""Generation of the data set: episodes drawn from a seed in the project's own sections, and validated."""
+"""Generation of the data set: random, validated episodes in the project's own sections, reproducible from a seed."""
 
 from arramon_dataset.generation.check import problems
 from arramon_dataset.generation.draft import Draft

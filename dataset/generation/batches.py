@@ -1,4 +1,4 @@
-"""Parallel generation of a split's episodes: the result and its order do not depend on the number of processes."""
+"""Batches of episodes to generate, on any number of processes with the same result in the same order."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -15,19 +15,19 @@ from arramon_server.errors import ArraMonError
 from arramon_server.sim.section import Section
 
 ATTEMPTS = 100
-"""Drafts tried for one episode before generation fails."""
+"""Maximum number of drafts for one episode."""
 
 SECOND_TURNS = 6
-"""Second turns drawn for one first turn whose way can be told."""
+"""Maximum number of second turns drawn for one valid first turn."""
 
 BATCH_SIZE = 6
 """Episodes in one batch."""
 
 CACHED_SECTIONS = 7
-"""Sections that a process keeps in memory."""
+"""Number of sections cached by each process."""
 
 MakeWriter = Callable[[], DraftWriter]
-"""Returns a process's instruction writer. Must be a module-level function, so that it can be pickled by name."""
+"""Creates the instruction writer of a process. A module-level function, as it is pickled by name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +39,7 @@ class GeneratedEpisode:
 
 
 class GenerationBatch(Protocol):
-    """Some episodes to generate. Can be pickled."""
+    """Some episodes to generate, as a picklable unit of work."""
 
     def generate(self) -> list[GeneratedEpisode]:
         """Generate the episodes, one after another."""
@@ -50,7 +50,7 @@ class EpisodeBatch:
     """Episodes of one section to generate.
 
     Attributes:
-        seed: seeds all random choices.
+        seed: of all random choices.
         split: name of the split.
         plan: street plan of the section.
         section: where the episodes take place.
@@ -69,7 +69,7 @@ class EpisodeBatch:
         """Generate the episodes, one after another.
 
         Raises:
-            ArraMonError: if an episode cannot be made.
+            ArraMonError: if no valid episode is found for an id.
         """
         site, writer = _site(self.section, self.plan), _writer(self.make_writer)
         return [_make(self, episode_id, site, writer) for episode_id in self.episode_ids]
@@ -80,7 +80,7 @@ RunBatches = Callable[[Sequence[GenerationBatch]], Iterator[list[GeneratedEpisod
 
 @contextmanager
 def batch_runner(jobs: int) -> Iterator[RunBatches]:
-    """Yield a function that generates batches in order on `jobs` cores, without child processes if `jobs` is 1.
+    """Yield a function that runs batches on `jobs` processes, in this one if `jobs` is 1, and yields results in order.
 
     Raises:
         ArraMonError: when results are read, if a child process has died.
@@ -99,7 +99,7 @@ def make_batches(
     sections: Mapping[str, tuple[Plan, Section]],
     make_writer: MakeWriter,
 ) -> list[EpisodeBatch]:
-    """Return batches for (episode id, section id) pairs, grouped by section; `sections` are by id, with their plans."""
+    """Return batches for pairs of episode id and section id, by section; `sections` maps ids to plan and section."""
     by_section: dict[str, list[str]] = {}
     for episode_id, section in episodes:
         by_section.setdefault(section, []).append(episode_id)

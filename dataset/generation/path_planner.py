@@ -1,4 +1,4 @@
-"""Ground truth of a navigation: A* in the agent's action space, along the middle of streets, with few turns."""
+"""Planning of ground-truth paths by A* over the agent's actions, along the middle of streets and with few turns."""
 
 import math
 from dataclasses import dataclass
@@ -11,42 +11,41 @@ from arramon_dataset.generation.search import Heap, a_star, dijkstra
 from arramon_server.sim.geometry import Pose
 
 STEP_CLEARANCE = 420
-"""Clearance that each sample of a step needs, in thousandths of a unit: samples are an eighth of a unit apart, in cells
-of the same size, so between them the agent's disc with radius 250 touches nothing."""
+"""Minimum clearance at each sample of a step, in thousandths of a unit. Samples are an eighth of a unit apart, in cells
+of the same size, so that the agent's disc of radius 250 touches nothing between them either."""
 
 SIGHT_CLEARANCE = 160
-"""Clearance needed along the line of sight to the target, which nothing moves along, in thousandths of a unit."""
+"""Minimum clearance along the line of sight to the target, in thousandths of a unit."""
 
 PREFERRED_CLEARANCE = 2000
 """Clearance that paths keep where possible, in thousandths of a unit."""
 
 WALL_COST = 900
-"""Extra cost of a unit of path directly at a wall, on top of 1000; it falls with the square of the distance, to 0 at
-COMFORT."""
+"""Extra cost of a unit of path at a wall, on top of 1000; it falls quadratically to 0 at PREFERRED_CLEARANCE."""
 
 TURN_COST = 110
 """Cost of a turn of 30 degrees, where a step costs 1000."""
 
 OBLIQUE_COST = 600
-"""Extra cost of a step that goes 30 degrees off the street's direction; 0 up to 15 degrees, as headings are 30 degrees
-apart and streets run in any direction. People walk along streets and turn at corners."""
+"""Extra cost of a step 30 degrees off the street's direction; 0 up to 15 degrees, as headings are 30 degrees apart and
+streets run in any direction. People walk along streets and turn at corners."""
 
 OFFSET_COST = 700
-"""Cost of each unit that the target is aside at the end: the agent should face what it picks up."""
+"""Cost of each unit of the target's sideways offset at the end: the agent should face what it picks up."""
 
 REACH_FROM, REACH_TO = 0.97, 1.96
 """Range of the target's distance ahead at the end, in units, as in the original."""
 
 REACH_OFFSET = REACH_SIDE - 0.05
-"""Maximum distance of the target to either side at the end, in units."""
+"""Maximum sideways offset of the target at the end, in units."""
 
 MAX_EXPANDED = 400_000
-"""Number of expanded poses after which a search fails."""
+"""Maximum number of poses that a search expands."""
 
 
 @dataclass(frozen=True, eq=False)
 class CostField:
-    """Costs of the cheapest paths to one place from all others.
+    """Costs and lengths of the cheapest paths from all nodes to one place.
 
     Attributes:
         cost: (node columns, node rows), thousandths of a step; 2**31 - 1 where unreachable.
@@ -58,10 +57,10 @@ class CostField:
 
 
 class PathPlanner:
-    """Finds paths over one section's ground. Reuses scratch memory, so it is not thread-safe.
+    """Plans paths in one section. Reuses its buffers, so it is not thread-safe.
 
     Args:
-        ground: of the section.
+        ground: clearance map of the section.
     """
 
     def __init__(self, ground: ClearanceMap) -> None:
@@ -89,7 +88,7 @@ class PathPlanner:
         return CostField(cost, length)
 
     def actions(self, start: Pose, target: tuple[float, float], field: CostField) -> list[Action] | None:
-        """Return the actions from `start` until the target is in reach and in view, without INTERACT.
+        """Return the actions from `start` until the target is within reach and in view, without the final INTERACT.
 
         Args:
             start: pose before the first action.

@@ -1,8 +1,7 @@
-"""How people walk a way: beside the straight line here and there, with single turns of 30 degrees off it and back.
+"""Random sidesteps that make planned paths look like walks of people.
 
-A ground truth of few turns becomes one that a person could have walked. Where it leads straight on, the walker
-sometimes steps to one side and goes on beside the line, within `MAX_OFFSET` of it. The way as a whole, its corners and its
-end stay the same.
+On straight parts of a path the walker sometimes turns by 30 degrees, steps to one side, turns back, and continues beside
+the line, within `MAX_OFFSET` of it. The course, its corners and its end stay the same.
 """
 
 import math
@@ -19,37 +18,36 @@ from arramon_dataset.generation.path_planner import REACH_FROM, REACH_OFFSET, RE
 from arramon_server.sim.geometry import Pose
 
 SIDESTEP_CHANCE, RETURN_CHANCE = 0.45, 0.5
-"""Probabilities of a sidestep off the way and of one back to it, before each forward move that has room for one."""
+"""Probabilities of a sidestep off the line and of one back to it, before each forward move where one fits."""
 
 LENGTHS = (1, 2), (40, 60)
-"""Forward moves of a sidestep off the way, and their percentages."""
+"""Forward moves of a sidestep off the line, and their percentages."""
 
 MAX_OFFSET = 1.0
-"""Maximum distance to either side of the straight way, in units."""
+"""Maximum distance from the straight line, in units."""
 
 MIN_STRAIGHT_BEFORE = 3
-"""Forward moves between a turn of the way and a sidestep, and between two sidesteps: with fewer, one to the left after
-one to the right is a bend that has to be told."""
+"""Minimum number of forward moves between a turn of the path or another sidestep and a sidestep: with fewer, two turns
+in succession would be a bend that the instruction has to mention."""
 
 MIN_STRAIGHT_AFTER = 2.0
-"""Straight way that is left after a sidestep, in units."""
+"""Minimum length of the straight part that remains after a sidestep, in units."""
 
 SIDESTEP_CLEARANCE = 700
-"""Clearance at the end of each move of a sidestep, in thousandths of a unit."""
+"""Minimum clearance at the end of each move of a sidestep, in thousandths of a unit."""
 
 TRIES, PART_TRIES = 3, 6
-"""Draws of a walk before the way is left as it was, and of each of its straight parts."""
+"""Maximum number of attempts for a whole walk, after which the path stays as planned, and for each straight part."""
 
 SAMPLES, SIGHT_SAMPLES = 8, 16
-"""Segments of a step, and of the line of sight to the target, at whose ends clearance is sampled; as in the search."""
-
+"""Segments of a step and of the line of sight to the target; clearance is sampled at their ends, as in `search`."""
 
 Step = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
 class _StraightPart:
-    """A straight part of a way: the turns before it, where it ends, and its heading's number."""
+    """A straight part of a path: the turns before it, the index of its heading, and where it ends."""
 
     turns: tuple[Action, ...]
     heading: int
@@ -58,7 +56,7 @@ class _StraightPart:
 
 @dataclass(frozen=True, slots=True)
 class _PartialWalk:
-    """A walk in the making: its actions, and where it has come to."""
+    """The beginning of a walk: its actions, and the position after them."""
 
     actions: tuple[Action, ...]
     x: float
@@ -68,12 +66,12 @@ class _PartialWalk:
 def with_sidesteps(
     ground: ClearanceMap, start: Pose, actions: Sequence[Action], target: tuple[float, float], random: Random
 ) -> list[Action]:
-    """Return the actions of a walk along a way as a person steers; those of the way itself if none is found.
+    """Return a planned path's actions with random sidesteps, or unchanged if no such walk is found.
 
     Args:
-        ground: of the section.
+        ground: clearance map of the section.
         start: pose before the first action.
-        actions: a way to the target with few turns, from `path_planner.PathPlanner.actions`.
+        actions: a path to the target with few turns, from `path_planner.PathPlanner.actions`.
         target: (x, z), in units.
         random: draws the sidesteps.
     """
@@ -90,7 +88,7 @@ def with_sidesteps(
 
 
 class _SidestepSampler:
-    """Draws walks along one way."""
+    """Samples walks along one planned path."""
 
     def __init__(self, ground: ClearanceMap, start: Pose, target: tuple[float, float], random: Random) -> None:
         self._ground, self._start, self._target, self._random = ground, start, target, random
@@ -99,7 +97,7 @@ class _SidestepSampler:
         self._steps: list[Step] = [(x, z) for x, z in steps.tolist()]
 
     def parts(self, actions: Sequence[Action]) -> tuple[list[_StraightPart], tuple[Action, ...]]:
-        """Return the straight parts of a way, and the turns at its end."""
+        """Return the straight parts of a path, and the turns at its end."""
         parts: list[_StraightPart] = []
         turns: list[Action] = []
         x, z, heading = self._start.x, self._start.z, 0
@@ -115,12 +113,13 @@ class _SidestepSampler:
         return parts, tuple(turns)
 
     def part(self, walk: _PartialWalk, part: _StraightPart, last: Sequence[Action] | None) -> _PartialWalk | None:
-        """Return a walk that has gone on beside a straight part of the way, or None if none is free.
+        """Return the walk extended along the next straight part, or None if no free continuation is found.
 
         Args:
-            walk: so far.
-            part: the next one of the way.
-            last: the turns after it from which the target is to be in reach and in view; None if more parts follow.
+            walk: the walk so far.
+            part: the next straight part of the path.
+            last: the turns after the part, if it is the last one: after them the target must be within reach and in
+                view; None if more parts follow.
         """
         facing = part.heading
         for action in last or ():
@@ -133,12 +132,12 @@ class _SidestepSampler:
         return None
 
     def _draw(self, walk: _PartialWalk, part: _StraightPart, more: int) -> _PartialWalk | None:
-        """Return a walk that has gone on with sidesteps until beside a part's end; None if it touches something.
+        """Return the walk extended with random sidesteps to the end of a part; None if it lacks clearance.
 
         Args:
-            walk: so far.
-            part: the next one of the way.
-            more: forward moves beyond its end.
+            walk: the walk so far.
+            part: the next straight part of the path.
+            more: number of forward moves beyond its end.
         """
         along_x, along_z = self._steps[part.heading]
         actions, places = [*walk.actions, *part.turns], [(walk.x, walk.z)]
@@ -151,8 +150,8 @@ class _SidestepSampler:
                 break
             right = (x - part.end[0]) * along_z - (z - part.end[1]) * along_x
             length, side = self._sidestep(right) if straight >= MIN_STRAIGHT_BEFORE else (0, 1)
-            is_room = left - length * STEP * math.sqrt(0.75) >= MIN_STRAIGHT_AFTER
-            if not length or not is_room or abs(right + side * length * STEP / 2) > MAX_OFFSET:
+            fits = left - length * STEP * math.sqrt(0.75) >= MIN_STRAIGHT_AFTER
+            if not length or not fits or abs(right + side * length * STEP / 2) > MAX_OFFSET:
                 places.append((x + along_x, z + along_z))
                 actions.append(Action.FORWARD)
                 straight += 1
@@ -166,10 +165,10 @@ class _SidestepSampler:
         return _PartialWalk(tuple(actions), *places[-1]) if self._is_free(places, aside) else None
 
     def _sidestep(self, right: float) -> tuple[int, int]:
-        """Return a sidestep's forward moves, 0 for none, and its side: 1 to the right, -1 to the left.
+        """Return the number of a sidestep's forward moves, 0 for none, and its side: 1 for right, -1 for left.
 
         Args:
-            right: how far to the right of the way one is, in units.
+            right: distance of the walker to the right of the line, in units.
         """
         is_off = abs(right) >= STEP / 2 - 0.1
         if self._random.random() >= (RETURN_CHANCE if is_off else SIDESTEP_CHANCE):
@@ -179,7 +178,7 @@ class _SidestepSampler:
         return self._random.choices(*LENGTHS)[0], self._random.choice((-1, 1))
 
     def _is_free(self, places: Sequence[tuple[float, float]], aside: Sequence[int]) -> bool:
-        """Return whether moves keep the clearance that they need, sampled as the search does."""
+        """Return whether all moves keep the minimum clearance, sampled as in `search`."""
         if len(places) == 1:
             return True
         at = np.array(places)
@@ -191,7 +190,7 @@ class _SidestepSampler:
         )
 
     def _is_at(self, walk: _PartialWalk, facing: int) -> bool:
-        """Return whether the target is in reach and in view at the end of a walk."""
+        """Return whether the target is within reach and in view at the end of a walk."""
         to_x, to_z = self._target[0] - walk.x, self._target[1] - walk.z
         sin, cos = self._steps[facing]
         ahead, aside = to_x * sin + to_z * cos, abs(to_x * cos - to_z * sin)

@@ -1,4 +1,4 @@
-"""Generation of one split: batches of episodes on all cores, kept as they are made, and its folder at the end."""
+"""Generation of one split: runs batches of episodes, checkpoints their results, and writes the split at the end."""
 
 import time
 from collections.abc import Callable, Iterable, Sequence
@@ -17,15 +17,15 @@ SOURCE = "generated"
 
 @dataclass(frozen=True, slots=True)
 class SplitOrder:
-    """A split to generate.
+    """The order to generate a split.
 
     Attributes:
         name: of the split.
-        source: its origin, as free text, without `SOURCE`.
-        key: seed or host's secret, and whatever else the episodes depend on besides their ids.
+        source: origin of the split, as free text, without the prefix `SOURCE`.
+        key: seed or host's secret, and everything else but their ids that determines the episodes.
         episode_ids: in the split's order.
         sections: of the episodes.
-        batches: returns batches that generate the episodes with these ids.
+        batches: returns the batches that generate the episodes with the given ids.
         hidden, training: see `arramon_server.episodes.splits.Split`.
     """
 
@@ -41,14 +41,14 @@ class SplitOrder:
 
 @dataclass(frozen=True, slots=True)
 class GenerationProgress:
-    """The progress of a split.
+    """The progress of a split's generation.
 
     Attributes:
         split: name of the split.
         done, total: numbers of episodes.
         drafts: number of drafts tried so far, rejected ones included.
-        seconds: since the split was started, or gone on with.
-        kept: how many of the episodes an earlier call made that was killed.
+        seconds: since this call started or resumed the split.
+        kept: number of episodes from the checkpoint of an earlier call.
     """
 
     split: str
@@ -75,18 +75,18 @@ def _clock(seconds: float) -> str:
 def make_split(
     data: Path, order: SplitOrder, run: RunBatches, on_progress: Callable[[GenerationProgress], None]
 ) -> Split:
-    """Generate a split and write it. Episodes that an earlier call made, which was killed, are not made again.
+    """Generate a split and write it, resuming from the checkpoint of an interrupted call.
 
     Args:
         data: the data folder.
         order: the split.
-        run: generates batches, in order.
+        run: runs batches and yields their results in order.
         on_progress: called with the progress, in this thread.
 
     Raises:
         StorageError: if the data folder cannot be written.
-        Conflict: if another process generates the split in this data folder.
-        ArraMonError: if an episode cannot be made.
+        Conflict: if another process is generating the split in this data folder.
+        ArraMonError: if no valid episode is found for an id.
     """
     with closing(GenerationCheckpoint(data / FOLDER / f"{order.name}.jsonl", origin_of(*order.key))) as checkpoint:
         kept = [checkpoint.episodes[name] for name in order.episode_ids if name in checkpoint.episodes]
@@ -115,7 +115,7 @@ def _generate(
     checkpoint: GenerationCheckpoint,
     on_progress: Callable[[GenerationProgress], None],
 ) -> list[GeneratedEpisode]:
-    """Return the missing episodes. Each batch is written down before the next one is waited for."""
+    """Generate the missing episodes. Each batch is checkpointed before the next result is awaited."""
     begun, made, drafts = time.monotonic(), [], sum(one.attempts for one in kept)
     total = len(kept) + len(missing)
     if kept:

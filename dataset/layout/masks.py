@@ -1,4 +1,4 @@
-"""Masks of built-up ground and streets around building lots, and lots that are set back from the street."""
+"""Raster masks of streets and built-up ground, and setbacks of building lots from the street."""
 
 from collections.abc import Sequence
 from random import Random
@@ -16,7 +16,7 @@ SHORTEST, LONGEST = 4.5, 9.0
 """Range of a lot's side lengths, in units, where the ground is wide enough."""
 
 SETBACKS = (0.0, 0.0, 0.0, 0.75, 1.0, 1.5)
-"""Possible distances of a facade from the edge of the street, in units: room for street furniture."""
+"""Possible distances of a facade from the edge of the street, in units: leaves space for street furniture."""
 
 
 def dilate(mask: Mask, units: float) -> Mask:

@@ -1,4 +1,4 @@
-"""Generation of a street plan's buildings: along every street, facing it, without gaps that open to the outside."""
+"""Generation of the buildings along a plan's streets: they face the street and leave no gap to the outside."""
 
 import math
 from dataclasses import dataclass, field
@@ -22,7 +22,7 @@ SHORTEST, LONGEST = 3.5, 7.5
 """Range of a lot's side lengths, in units, where the ground is wide enough."""
 
 NARROWEST = 1.5
-"""Ground that no square of this side length fits into stays empty, unless it lies deep between the lots, in units."""
+"""Side length of the smallest square of ground that is built up, in units; deep between the lots, see `DEEP`."""
 
 DEEP = 1.0
 """Ground farther than this from every street is built up completely, in units."""
@@ -40,7 +40,7 @@ HEIGHTS = ((1.6, 2.6), (2.6, 4.4), (4.4, 6.5), (6.5, 9.0))
 """Ranges of building heights in units, all equally likely."""
 
 NEAR = 9.0
-"""Buildings whose centres are closer than this get different facades while there are enough, in units."""
+"""Distance of centres, in units, below which buildings get different facades as long as there are enough."""
 
 
 @dataclass
@@ -50,8 +50,8 @@ class Layer:
     Attributes:
         grid: raster turned to the heading.
         street: cells covered by streets.
-        own: cells to build on that are nearest to a street of this heading.
-        lots: on `own` cells.
+        own: cells to build on whose nearest street has this heading.
+        lots: building lots on `own` cells.
     """
 
     grid: Grid
@@ -63,7 +63,7 @@ class Layer:
 def build_up(plan: Plan, seed: str) -> tuple[Building, ...]:
     """Return the section's buildings; the same plan and seed give the same result.
 
-    Their places depend on the plan alone, their looks on the seed too.
+    Positions depend on the plan alone; heights and facades also depend on the seed.
 
     Args:
         plan: street plan.
@@ -181,7 +181,7 @@ def make_buildings(plan: Plan, seed: str, bare: list[Building]) -> list[Building
 
 
 def choose_facade(box: Building, done: list[Building], used: dict[str, int], random: Random) -> str:
-    """Return the facade whose nearest use is farthest away; of equals, the least used."""
+    """Return the facade whose nearest use is farthest away; ties go to the least used facade."""
     apart = dict.fromkeys(FACADES, NEAR)
     for other in done:
         distance = round(math.hypot(other.x - box.x, other.z - box.z), 3)

@@ -43,7 +43,7 @@ def test_serve_without_episodes_suggests_generating_them(tmp_path: Path) -> None
         (["--rooms", "0"], "the number of room tasks is 0; expected at least 1"),
         (
             ["--split", "train_extra"],
-            "the split 'train_extra' has as many sections as are asked for: give their number with --sections",
+            "the split 'train_extra' needs a number of sections: give it with --sections",
         ),
     ],
 )

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from arramon_client.world import BANNER_SHAPES
+from arramon_dataset.layout import furniture_colours
 from arramon_dataset.layout.grid import to_street_frame, to_world_frame
 from arramon_dataset.layout.places import (
     AT_CORNERS,

@@ -2,6 +2,7 @@
 
 import sys
 
+from arramon_dataset.generation import batches
 from arramon_server import cli
 
 

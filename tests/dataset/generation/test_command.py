@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from arramon_dataset.generation import batches
 from arramon_dataset.generation.batches import MakeWriter, make_batches
 from arramon_dataset.generation.command import generate
 from arramon_dataset.generation.sizes import SPLITS
