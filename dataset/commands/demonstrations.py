@@ -1,4 +1,4 @@
-"""The command `export-demos`: demonstrations in the formats that training code reads."""
+"""The command `export-demos`: export of demonstrations in formats for training code."""
 
 import argparse
 import sys
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 DEFAULT_SPLIT = "train"
 
 OUTPUT = "demonstrations"
-"""Folder of exports, unless another is named."""
+"""Default parent folder of exports."""
 
 
 def add(commands: Commands, common: argparse.ArgumentParser) -> None:
@@ -37,13 +37,11 @@ def add(commands: Commands, common: argparse.ArgumentParser) -> None:
     export = commands.add_parser(
         "export-demos",
         parents=[common],
-        help="export ground truth or a recorded run with frames, for learning",
-        description="Export ground truth or a recorded run, rendered again as agents see it. A killed export goes on "
-        "where it stopped when the same command is given again.",
+        help="export ground truth or a recorded run with frames, for training",
+        description="Export ground truth or a recorded run, rendered as agents see it. Run the same command again to "
+        "resume a killed export.",
     )
-    export.add_argument(
-        "--split", metavar="S", help=f"split, not a hidden one (default: that of the run, or {DEFAULT_SPLIT})"
-    )
+    export.add_argument("--split", metavar="S", help=f"open split (default: that of the run, or {DEFAULT_SPLIT})")
     export.add_argument("--format", required=True, metavar="F", help=f"one of {', '.join(FORMATS)}")
     export.add_argument("--lang", nargs="+", default=(), metavar="L", help="languages (default: all in the split)")
     export.add_argument(
@@ -67,7 +65,7 @@ def add(commands: Commands, common: argparse.ArgumentParser) -> None:
         action="store_true",
         help="with --format minari, one dataset for all languages (default: one for each)",
     )
-    export.add_argument("--run", metavar="RUN", help="id of a run that is over, to export instead of ground truth")
+    export.add_argument("--run", metavar="RUN", help="id of a finished run, to export instead of ground truth")
     export.add_argument("--episodes", type=int, metavar="N", help="export only N episodes, a fair sample of the split")
     export.add_argument("--output", type=Path, metavar="FOLDER", help=f"folder (default: {OUTPUT}/SPLIT-FORMAT)")
     export.add_argument("--jobs", type=int, default=0, help="number of processes (default: one for each core)")

@@ -1,4 +1,4 @@
-"""Export of demonstrations, for `arramon-server export-demos`: part by part, on all cores, resumable."""
+"""Resumable, parallel export of demonstrations in parts, for `arramon-server export-demos`."""
 
 import errno
 import os
@@ -24,10 +24,10 @@ from arramon_server.sim.physics import problem_of_camera
 from arramon_server.sim.raster.camera import compile_kernels
 
 CAMERA = "ARRAMON_CAMERA"
-"""Environment variable that names the camera, as for the environments."""
+"""Environment variable that selects the camera, as for the environments."""
 
 DISK_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-"""Error numbers of a full disk."""
+"""Error numbers that mean a full disk or quota."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,9 +36,9 @@ class ExportProgress:
 
     Attributes:
         export: the export.
-        parts, episodes, steps, size: finished so far, those of an earlier attempt included; size in bytes.
+        parts, episodes, steps, size: finished so far, including earlier attempts; size in bytes.
         fresh: steps finished in this attempt.
-        seconds: since this attempt began.
+        seconds: since the start of this attempt.
     """
 
     export: Export
@@ -65,7 +65,7 @@ OnProgress = Callable[[ExportProgress], None]
 
 @dataclass(frozen=True, slots=True)
 class PartJob:
-    """A part to export, as sent to another process."""
+    """A part to export, as sent to a worker process."""
 
     export: Export
     folder: Path
@@ -76,7 +76,7 @@ def find_split(data: Path, name: str) -> Split:
     """Return a split of the data folder.
 
     Raises:
-        NotFound: if there is none of that name; the message says which there are.
+        NotFound: if there is no such split; the message lists the existing ones.
         BadFile: if a file of the split is invalid.
     """
     names = [folder.name for folder in folders_of(data)]
@@ -88,11 +88,11 @@ def find_split(data: Path, name: str) -> Split:
 
 
 def with_languages(request: ExportRequest, split: Split) -> ExportRequest:
-    """Return the settings with the languages spelled out, checked against the split.
+    """Return the request with its languages filled in, checked against the split.
 
     Raises:
         Forbidden: if the split is hidden.
-        BadInput: if it does not have a language or a sensor.
+        BadInput: if the split lacks a language or a sensor.
     """
     filled = request if request.languages else replace(request, languages=tuple(sorted(split.languages)))
     check_request(filled, split)
@@ -108,23 +108,23 @@ def export_demonstrations(
     jobs: int = 0,
     on_progress: OnProgress,
 ) -> Export:
-    """Export demonstrations to a folder; go on where an earlier attempt with the same settings ended.
+    """Export demonstrations to a folder, resuming an earlier attempt with the same settings.
 
-    The same settings and data give the same files, whatever the number of processes or attempts.
+    The same settings and data give the same files, for any number of processes and attempts.
 
     Args:
-        request: the settings, with languages.
-        split: that is exported.
+        request: the settings, with languages filled in.
+        split: the split to export.
         sources: the actions to export.
         output: the folder.
         jobs: number of processes; 0 for one per core.
         on_progress: called with the progress, in this thread.
 
     Raises:
-        BadInput: if libraries of the format are not installed, there is nothing to export, or the folder holds
-            something else.
-        Conflict: if the folder holds an export with other settings, or another export is writing to it.
-        StorageError: if the folder cannot be written; what is finished stays.
+        BadInput: if libraries of the format are not installed, there is nothing to export, or the folder contains
+            other files.
+        Conflict: if the folder contains an export with other settings, or another export is writing to it.
+        StorageError: if the folder cannot be written; finished parts are kept.
         ArraMonError: if a demonstration does not fit its episode.
     """
     processes = processes_of(jobs)
@@ -145,7 +145,7 @@ def export_demonstrations(
     try:
         if folder.begin(export.settings()):
             return export
-        with folder.alone():
+        with folder.locked():
             _write_missing_parts(export, folder, parts, processes, on_progress)
             done = folder.finished_parts()
             format_.finish(export, split, folder, [done[part.number]["content"] for part in parts])
@@ -169,7 +169,7 @@ def _write_missing_parts(
     left = [part for part in parts if part.number not in finished]
     first = sum(part.steps for part in parts if part.number in finished)
     if left and export.request.size and export.camera == CAMERAS[0]:
-        compile_kernels()  # Once, before each process would do so.
+        compile_kernels()  # Once here, instead of in each process.
     jobs = [PartJob(export, folder.path, part) for part in left]
     for number, size in run_all(write_part, jobs, min(processes, max(1, len(jobs)))):
         finished[number] = size
@@ -200,7 +200,7 @@ def write_part(job: PartJob) -> tuple[int, int]:
 def _split(export: Export) -> Split:
     split = find_split(export.request.data, export.request.split)
     if split.data_hash != export.data_hash:
-        raise Conflict(f"the data of split {split.name!r} has changed while it was exported; begin again")
+        raise Conflict(f"the data of split {split.name!r} has changed during the export; start again")
     return split
 
 

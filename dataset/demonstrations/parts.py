@@ -1,4 +1,4 @@
-"""Parts of an export: the units that processes work on and that a killed export keeps."""
+"""Parts of an export: the units of parallel work, and of resuming after a kill."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -10,14 +10,14 @@ from arramon_server.episodes.splits import Split
 
 @dataclass(frozen=True, slots=True)
 class ExportPart:
-    """Some episodes of an export, with the counts of all earlier parts; each language of an episode is a demonstration.
+    """Some episodes of an export, and the counts of all earlier parts. Each language of an episode is a demonstration.
 
     Attributes:
         number: from 0.
-        sources: the episodes.
-        before: by language, demonstrations in all earlier parts.
-        steps_before: steps of all demonstrations in all earlier parts.
-        tasks: number of each instruction text of the part; equal texts have one number in all parts.
+        sources: the episodes, with their actions.
+        before: number of demonstrations in all earlier parts, by language.
+        steps_before: number of steps of all demonstrations in all earlier parts.
+        tasks: task index of each instruction text of the part; equal texts share an index in all parts.
     """
 
     number: int
@@ -28,22 +28,22 @@ class ExportPart:
 
     @property
     def episodes_before(self) -> int:
-        """Demonstrations in all earlier parts, in all languages."""
+        """Number of demonstrations in all earlier parts, in all languages."""
         return sum(self.before.values())
 
     @property
     def episodes(self) -> int:
-        """Demonstrations in this part."""
+        """Number of demonstrations in this part."""
         return sum(len(source.languages) for source in self.sources)
 
     @property
     def steps(self) -> int:
-        """Steps of all demonstrations in this part."""
+        """Number of steps of all demonstrations in this part."""
         return sum(len(source.languages) * len(source.actions) for source in self.sources)
 
 
 def make_parts(split: Split, request: ExportRequest, sources: Sequence[EpisodeActions]) -> list[ExportPart]:
-    """Return the parts of an export, which depend on nothing but its settings and the split."""
+    """Divide an export into parts, which depend only on its settings and the split."""
     parts: list[ExportPart] = []
     before = dict.fromkeys(request.languages, 0)
     steps = 0

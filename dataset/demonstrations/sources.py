@@ -1,4 +1,4 @@
-"""Actions to export for each episode: the ground truth, or a recorded run."""
+"""Selection of the episodes to export, with their actions from the ground truth or a recorded run."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -20,9 +20,9 @@ class EpisodeActions:
 
     Attributes:
         episode_id: the episode.
-        languages: in which it is exported.
+        languages: of the exported instructions.
         actions: in order, at least one.
-        cause: of the episode's end; AGENT_FINISHED for the ground truth.
+        cause: why the episode ended; AGENT_FINISHED for the ground truth.
     """
 
     episode_id: str
@@ -33,11 +33,11 @@ class EpisodeActions:
 
 @dataclass(frozen=True, slots=True)
 class EpisodeSelection:
-    """The exported actions of all episodes.
+    """The episodes to export, and those left out.
 
     Attributes:
-        chosen: in the split's playing order.
-        left_out: ids of the episodes that cannot be exported, with the reason.
+        chosen: episodes with their actions, in the split's playing order.
+        left_out: reason for each episode that cannot be exported, by id.
         steps_per_phase: the step limit of a phase.
     """
 
@@ -47,7 +47,7 @@ class EpisodeSelection:
 
 
 def ground_truth(split: Split, request: ExportRequest) -> EpisodeSelection:
-    """Return the ground truth of a split. An episode with a phase longer than a run's limit cannot be exported."""
+    """Select ground-truth episodes of a split. Those with a phase longer than a run's step limit are left out."""
     chosen, left_out = [], {}
     for episode in _first(split.in_playing_order(*request.languages), request):
         phases = [phase for turn in episode.turns for phase in (turn.actions, turn.room_actions)]
@@ -60,10 +60,10 @@ def ground_truth(split: Split, request: ExportRequest) -> EpisodeSelection:
 
 
 def recorded_run(journal: Journal, run: Run, split: Split, request: ExportRequest) -> EpisodeSelection:
-    """Return an agent's actions in a finished run.
+    """Select the episodes of a finished run, with the agent's actions.
 
     Raises:
-        Conflict: if the run is still being played, or the split's data has changed since.
+        Conflict: if the run is still being played, or the split's data has changed since then.
         BadInput: if the run was played in another language.
     """
     split_of(run, {split.name: split})

@@ -1,4 +1,4 @@
-"""The trajectory of a demonstration, without frames: turn, phase and pose at each step, and the scores."""
+"""Trajectories of demonstrations, without frames: turn, phase and pose at each step, and the scores."""
 
 from dataclasses import dataclass
 
@@ -13,7 +13,7 @@ from arramon_server.sim.view import visible_pose
 PHASES = (Phase.NAVIGATION, Phase.ASSEMBLY)
 
 Scores = dict[str, dict[str, float]]
-"""Value by metric, for "turn 1" and "turn 2"."""
+"""Values by metric, under "turn 1" and "turn 2"."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,7 +25,7 @@ class Trajectory:
         phases: index in `PHASES`, before the action.
         poses: (x, z, heading) before the action: units and degrees; in the room column and row.
         finished: whether the actions end the episode.
-        scores: of the whole.
+        scores: of the whole episode.
     """
 
     turns: list[int]
@@ -36,10 +36,10 @@ class Trajectory:
 
 
 def follow(source: EpisodeActions, episode: Episode, ground: Ground, steps_per_phase: int) -> Trajectory:
-    """Play the actions of a demonstration by the rules, and return the trajectory.
+    """Replay the actions of a demonstration by the rules, and return the trajectory.
 
     Raises:
-        ArraMonError: if they do not fit the episode.
+        ArraMonError: if the actions do not fit the episode.
     """
     session = Session(episode, ground, Limits(steps_per_phase))
     turns, phases, poses = [], [], []
@@ -56,10 +56,10 @@ def follow(source: EpisodeActions, episode: Episode, ground: Ground, steps_per_p
 
 
 def scores_of(source: EpisodeActions, session: Session) -> Scores:
-    """Return the scores of a session that has played all actions, and check its end.
+    """Return the scores of a session that has replayed all actions, after checking how it ended.
 
     Raises:
-        ArraMonError: if the actions were to end the episode, and do not.
+        ArraMonError: if the episode did not end as recorded.
     """
     if session.state.finished and session.cause != source.cause:
         raise misfit(source, f"it ends by {session.cause}, expected {source.cause}")

@@ -1,7 +1,7 @@
 """Random sidesteps that make planned paths look like walks of people.
 
-On straight parts of a path the walker sometimes turns by 30 degrees, steps to one side, turns back, and continues beside
-the line, within `MAX_OFFSET` of it. The course, its corners and its end stay the same.
+On straight parts of a path the walker sometimes turns by 30 degrees, steps to one side, turns back, and continues
+beside the line, within `MAX_OFFSET` of it. The course, its corners and its end stay the same.
 """
 
 import math

@@ -113,7 +113,7 @@ def select_plans(names: list[str] | None, sections: int | None = None) -> list[S
         sections: number of sections of `train_extra`.
 
     Raises:
-        BadInput: if a name is unknown, or the number of sections is missing, out of range, or given without `train_extra`.
+        BadInput: if a name is unknown, or the number of sections is missing, out of range, or given without need.
     """
     epochs = {name: epoch_plan(*found) for name in names or () if (found := epoch_of(name))}
     for name in names or ():

@@ -185,7 +185,7 @@ class StreetGraph:
         raise KeyError(identity)
 
     def junction_at(self, x: float, z: float) -> Junction | None:
-        """Return the junction whose open ground contains a place, the nearest if there are several; None if none does."""
+        """Return the junction whose open ground contains a place, the nearest of several; None if none does."""
         inside = [j for j in self.junctions if math.dist((j.x, j.z), (x, z)) <= j.radius]
         return min(inside, key=lambda j: math.dist((j.x, j.z), (x, z)), default=None)
 

@@ -180,7 +180,7 @@ def _dead_ends(lines: tuple[MiddleLine, ...], squares: list[Points]) -> list[Poi
 
 
 def _clusters(nodes: list[Points]) -> list[list[Points]]:
-    """Group nodes so that each is within MERGED units of another of its group; groups are in order of their first node."""
+    """Group nodes that are within MERGED units of each other, directly or through others; in order of first nodes."""
     groups: list[list[Points]] = []
     for node in nodes:
         near = [group for group in groups if any(math.dist(node, other) <= MERGED for other in group)]

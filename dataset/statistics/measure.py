@@ -1,4 +1,4 @@
-"""Measurement of one split in one language."""
+"""Statistics of one split's instructions in one language."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ from arramon_server.episodes.episode import Episode
 from arramon_server.errors import NotFound
 
 FREQUENT = 25
-"""Number of most frequent words to report, as in the paper's figure."""
+"""Number of most frequent words in the report, as in the paper's figure."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,11 +68,11 @@ class Figures:
 def measure(
     split: str, episodes: Sequence[Episode], code: str, *, sample: int | None = SAMPLE, seed: int = 0
 ) -> Figures:
-    """Measure episodes, all of which have instructions in the language.
+    """Measure the instructions of episodes in one language.
 
     Args:
         split: name of the split.
-        episodes: at least one.
+        episodes: at least one, each with instructions in the language.
         code: of the language.
         sample: number of instructions of a phase sampled for the diversity; None for all.
         seed: of the sample.

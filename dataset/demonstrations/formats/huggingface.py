@@ -1,4 +1,4 @@
-"""The format of Hugging Face datasets: Parquet, one row for each step, a split for each language, a dataset card."""
+"""The Hugging Face format: Parquet with one row for each step, a split for each language, and a dataset card."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -32,7 +32,7 @@ COLUMNS = {
     "terminated": ("sc:Boolean", "whether the action ended the episode"),
     "truncated": ("sc:Boolean", "whether the episode was cut short after the action"),
 }
-"""By column its type in Croissant, and its meaning. Those of the sensors come besides."""
+"""Croissant type and meaning of each column except the sensors."""
 
 
 def features_of(export: Export) -> "datasets.Features":
@@ -55,7 +55,7 @@ def features_of(export: Export) -> "datasets.Features":
 
 
 def write_part(export: Export, split: Split, part: ExportPart, made: Path) -> Mapping[str, Any]:  # noqa: ARG001
-    """Write a file for each language; frames are drawn and encoded once for all of them."""
+    """Write a file for each language; frames are rendered and encoded once for all languages."""
     files: dict[str, TableFile] = {}
     counts = dict.fromkeys(export.request.languages, 0)
     names = {code: f"data/{code}-{part.number:05d}-of-{export.parts:05d}.parquet" for code in counts}
@@ -122,7 +122,7 @@ def _columns(export: Export, rendered: RenderedDemonstration) -> dict[str, Any]:
 
 
 def _fields(export: Export) -> list[CroissantField]:
-    """Return the columns that Croissant's types can express: all but grids of numbers."""
+    """Return the columns that Croissant's types can express: all except arrays."""
     fields = [CroissantField(name, type_, meaning) for name, (type_, meaning) in COLUMNS.items()]
     if "rgb" in export.request.sensors:
         fields.append(CroissantField("rgb", "sc:ImageObject", UNITS["rgb"][1], path="bytes"))
@@ -130,7 +130,7 @@ def _fields(export: Export) -> list[CroissantField]:
 
 
 def _features_of_card(export: Export) -> Any:
-    """Return the features as a card has them: readers of the files alone take a grid for lists of lists."""
+    """Return the features for the card: without it, loaders would take an array for lists of lists."""
     info = datasets.DatasetInfo(features=features_of(export), config_name="default")
     card_data = DatasetCardData()
     DatasetInfosDict({"default": info}).to_dataset_card_data(card_data)

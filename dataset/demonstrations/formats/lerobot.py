@@ -1,6 +1,6 @@
 """The format LeRobotDataset v3.0: Parquet with images, instructions in the tasks file, statistics for normalisation.
 
-Each language of an episode is an episode. Images are PNG inside the Parquet files, as video would be lossy.
+Each language of an episode becomes one episode. Images are PNG inside the Parquet files, as video would be lossy.
 """
 
 from collections.abc import Mapping, Sequence
@@ -26,7 +26,7 @@ from arramon_server.episodes.splits import Split
 VERSION = "v3.0"
 
 FPS = 1
-"""Frames a second: steps have no duration, so each counts as a second."""
+"""Frames per second: steps have no duration, so each counts as one second."""
 
 FILES_PER_CHUNK = 1000
 
@@ -40,7 +40,7 @@ KEYS = {
     "segmentation": "observation.segmentation",
     "pose": "observation.state",
 }
-"""Names of the sensors' features."""
+"""Feature name of each sensor."""
 
 NUMBERS = {
     "observation.turn": ("int64", "1 or 2"),
@@ -51,7 +51,7 @@ NUMBERS = {
     "next.done": ("bool", "whether the action ended the episode"),
     "next.truncated": ("bool", "whether the episode was cut short after the action"),
 }
-"""Type and meaning of the features with one number."""
+"""Type and meaning of the scalar features."""
 
 INDICES = {
     "timestamp": ("float32", "number of the step in its episode: a step counts as a second"),
@@ -60,11 +60,11 @@ INDICES = {
     "index": ("int64", "number of the step"),
     "task_index": ("int64", "number of the instruction in meta/tasks.parquet"),
 }
-"""Type and meaning of the features that LeRobot asks for."""
+"""Type and meaning of the features that LeRobot requires."""
 
 
 def info_of(export: Export, tasks: int) -> dict[str, Any]:
-    """Return the content of the information file."""
+    """Return the content of `meta/info.json`."""
     return {
         "codebase_version": VERSION,
         "robot_type": "arramon",
@@ -83,7 +83,7 @@ def info_of(export: Export, tasks: int) -> dict[str, Any]:
 
 
 def write_part(export: Export, split: Split, part: ExportPart, made: Path) -> Mapping[str, Any]:  # noqa: ARG001
-    """Write a file with all episodes of a part, each in its languages one after another."""
+    """Write a file with all episodes of a part, in each of their languages."""
     place = _place(part.number)
     file = TableFile(made / DATA.format(**place), _hf_features(export))
     episodes: list[dict[str, Any]] = []
@@ -164,7 +164,7 @@ def _place(part: int) -> dict[str, int]:
 
 
 def _features(export: Export) -> dict[str, dict[str, Any]]:
-    """Return all features in LeRobot's words."""
+    """Return all features as LeRobot describes them."""
     sensors: dict[str, dict[str, Any]] = {}
     for sensor in export.request.sensors:
         is_image = sensor == "rgb"
@@ -188,7 +188,7 @@ def _hf_features(export: Export) -> "datasets.Features":
 
 
 def _columns(export: Export, rendered: RenderedDemonstration) -> dict[str, Any]:
-    """Return the columns that do not depend on language and place."""
+    """Return the columns that depend on neither the language nor the position in the data set."""
     sensors = {KEYS[sensor]: sensor_column(rendered, sensor) for sensor in export.request.sensors}
     return {**sensors, **_numbers(rendered)}
 
@@ -207,7 +207,7 @@ def _numbers(rendered: RenderedDemonstration) -> dict[str, list[Any]]:
 
 
 def _statistics(export: Export, rendered: RenderedDemonstration) -> dict[str, statistics.Statistics]:
-    """Return the statistics of an episode; depth and segmentation have none, as they would be as large as frames."""
+    """Return the statistics of an episode, without depth and segmentation, whose statistics are as large as frames."""
     found = {name: statistics.of_numbers(np.asarray(values)[:, None]) for name, values in _numbers(rendered).items()}
     if "pose" in export.request.sensors:
         found[KEYS["pose"]] = statistics.of_numbers(np.asarray([each.pose for each in rendered.seen]))

@@ -1,6 +1,6 @@
 """The plain format: actions, poses and texts as JSON Lines, without frames; `arramon_client.demonstrations` reads it.
 
-For training within this project: drawing a frame costs less than reading one.
+For training in this project: rendering a frame takes less time than reading one.
 """
 
 import json

@@ -62,7 +62,7 @@ def test_progress(data: Path, tmp_path: Path) -> None:
 
 
 def test_other_settings_are_refused(data: Path, exports: dict[str, Path]) -> None:
-    with pytest.raises(Conflict, match="holds an export whose size is 32, not 64: expected the same settings"):
+    with pytest.raises(Conflict, match="contains an export whose size is 32, not 64: expected the same settings"):
         export(data, exports["huggingface"], "huggingface", size=64)
     with pytest.raises(Conflict, match="whose format is 'plain', not 'minari'"):
         export(data, exports["plain"], "minari")
@@ -70,7 +70,7 @@ def test_other_settings_are_refused(data: Path, exports: dict[str, Path]) -> Non
 
 def test_foreign_folders_are_refused(data: Path, tmp_path: Path) -> None:
     (tmp_path / "thesis.tex").write_text("mine")
-    with pytest.raises(BadInput, match="holds something else than an export: expected a new or an empty folder"):
+    with pytest.raises(BadInput, match="contains other files than an export: expected a new or an empty folder"):
         export(data, tmp_path, "plain")
     (tmp_path / RECORD).write_text("{}")
     with pytest.raises(BadFile, match="is not the record of an export"):

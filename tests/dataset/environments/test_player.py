@@ -83,7 +83,7 @@ def test_what_it_refuses(data: Path) -> None:
     with pytest.raises(UsageError, match="no episode has begun"):
         made.again()
     made.begin("1", 0)
-    with pytest.raises(UsageError, match="there is no expert: none was asked for"):
+    with pytest.raises(UsageError, match="there is no expert: the settings name none"):
         made.expert_action()
     for action in tiny.ACTIONS:
         made.step(action)

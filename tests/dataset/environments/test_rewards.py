@@ -22,7 +22,7 @@ LEFT = [
 
 @pytest.mark.parametrize(("points", "place", "expected"), LEFT)
 def test_distance_left(points: tuple[tuple[float, float], ...], place: tuple[float, float], expected: float) -> None:
-    assert ReferencePath(points).left(*place) == pytest.approx(expected)
+    assert ReferencePath(points).remaining(*place) == pytest.approx(expected)
 
 
 def test_length() -> None:

@@ -96,11 +96,11 @@ def test_the_command_makes_episodes_with_instructions_to_learn_from(tmp_path: Pa
 @pytest.mark.parametrize(
     ("names", "sections", "words"),
     [
-        (["train_extra"], None, "give their number with --sections"),
+        (["train_extra"], None, "needs a number of sections: give it with --sections"),
         (["train_extra"], 0, "the number of sections is 0; expected 1 to 1000"),
         (["train_extra"], 1001, "the number of sections is 1001"),
-        (["train"], 3, "only the split 'train_extra' has a number of sections"),
-        (None, 3, "only the split 'train_extra' has a number of sections"),
+        (["train"], 3, "--sections applies to the split 'train_extra' only"),
+        (None, 3, "--sections applies to the split 'train_extra' only"),
         (["extra"], None, "there is no split 'extra'; there are train, val_seen, val_unseen, test_unseen, train_extra"),
     ],
 )
