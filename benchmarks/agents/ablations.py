@@ -24,8 +24,8 @@ import torch
 from arramon_agents.training.demonstrations import Source, episodes_of
 from arramon_agents.weights import find_weights
 from arramon_client import load_agent
-from benchmarks.agents.ablations_tables import BASE, Measured, tables
-from benchmarks.agents.study import BRIEF, METRICS, Lessons, Study, study_options, write_page
+from benchmarks.agents.ablations_tables import BASE, PhaseScores, tables
+from benchmarks.agents.study import BRIEF, METRICS, Study, TrainingSet, study_options, write_page
 
 BEGIN, END = "<!-- tables: benchmarks/agents/ablations.py -->", "<!-- end of tables -->"
 
@@ -115,7 +115,7 @@ def main() -> None:
         write_page(given.page, BEGIN, END, tables(trained, played, *whats))
 
 
-def measure(study: Study, given: argparse.Namespace, name: str, phase: str, seed: int) -> Measured:
+def measure(study: Study, given: argparse.Namespace, name: str, phase: str, seed: int) -> PhaseScores:
     """Return what a variation of `vl` reaches in a phase, from the folder of runs or by training and playing it."""
     row = ROWS[name]
     changes = {"episodes": given.train_episodes, "rooms": given.rooms, **row.recipe}
@@ -124,13 +124,13 @@ def measure(study: Study, given: argparse.Namespace, name: str, phase: str, seed
         count = recipe.episodes or len(episodes_of(Source(given.data, "train", ("en",), "", 0))[0])
         recipe = replace(recipe, episodes=max(1, round(row.share * count)))
     eyes = recipe.encoder if recipe.sees else ""
-    lessons = Lessons(phase, eyes, recipe.episodes, recipe.rooms if phase == "assembly" else 0)
+    lessons = TrainingSet(phase, eyes, recipe.episodes, recipe.rooms if phase == "assembly" else 0)
     seconds = given.room_seconds if phase == "assembly" else given.seconds
     kept = study.result(f"{name}-{phase}-{seed}", recipe, lessons, seconds)
-    return Measured(name, phase, seed, kept["scores"], kept["updates"])
+    return PhaseScores(name, phase, seed, kept["scores"], kept["updates"])
 
 
-def measure_map(study: Study, given: argparse.Namespace, name: str, phase: str) -> Measured:
+def measure_map(study: Study, given: argparse.Namespace, name: str, phase: str) -> PhaseScores:
     """Return what a variation of `vl_map` reaches in a phase, from the folder of runs or by playing it."""
     arguments = {"weights": given.map_weights, **MAP_ROWS[name].arguments}
 
@@ -138,7 +138,7 @@ def measure_map(study: Study, given: argparse.Namespace, name: str, phase: str) 
         return {"scores": study.play(load_agent("agents.vl_map", arguments), phase, IMAGE_SIZE)}
 
     mark = hashlib.sha256(find_weights(given.map_weights).read_bytes()).hexdigest()[:8]
-    return Measured(name, phase, 0, study.kept(f"map-{mark}-{name}-{phase}", play)["scores"], 0)
+    return PhaseScores(name, phase, 0, study.kept(f"map-{mark}-{name}-{phase}", play)["scores"], 0)
 
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ SHOWN = {metric: f"{metric} alone" if phase == "assembly" else metric for phase 
 
 
 @dataclass(frozen=True)
-class Measured:
+class PhaseScores:
     """What a variation reached in one phase with one seed.
 
     Attributes:
@@ -37,7 +37,7 @@ class Measured:
 
 
 def tables(
-    trained: Sequence[Measured], played: Sequence[Measured], rows: Mapping[str, str], map_rows: Mapping[str, str]
+    trained: Sequence[PhaseScores], played: Sequence[PhaseScores], rows: Mapping[str, str], map_rows: Mapping[str, str]
 ) -> str:
     """Return all tables of `vl` and of `vl_map`.
 
@@ -58,7 +58,7 @@ def tables(
     return "\n\n".join(parts)
 
 
-def table(measured: Sequence[Measured], split: str, rows: Mapping[str, str]) -> str:
+def table(measured: Sequence[PhaseScores], split: str, rows: Mapping[str, str]) -> str:
     """Return each variation's means over seeds and episodes, and its differences to the base, paired by episode."""
     lines = []
     for name, what in rows.items():
@@ -77,7 +77,7 @@ def table(measured: Sequence[Measured], split: str, rows: Mapping[str, str]) -> 
     return markdown(["", "", "language", *columns], lines)
 
 
-def updates_table(measured: Sequence[Measured], rows: Mapping[str, str]) -> str:
+def updates_table(measured: Sequence[PhaseScores], rows: Mapping[str, str]) -> str:
     """Return how many updates each variation did, the mean over seeds."""
     lines = []
     for name in rows:
@@ -88,7 +88,7 @@ def updates_table(measured: Sequence[Measured], rows: Mapping[str, str]) -> str:
 
 
 def reached(
-    measured: Sequence[Measured], name: str, phase: str, metric: str, split: str, language: str
+    measured: Sequence[PhaseScores], name: str, phase: str, metric: str, split: str, language: str
 ) -> dict[str, float]:
     """Return a metric of each episode, the mean of all seeds; nothing where nothing was played."""
     seeds = [each.of(metric, split, language) for each in measured if (each.name, each.phase) == (name, phase)]

@@ -50,7 +50,7 @@ Scores = Mapping[str, Mapping[str, float]]
 
 
 @dataclass(frozen=True)
-class Player:
+class TunedAgent:
     """An agent, and what was fine-tuned for it.
 
     Attributes:
@@ -85,16 +85,16 @@ class Player:
         return f"generated text, {' and '.join(what)} {TUNED} on people's" if what else "generated text"
 
 
-def players_of(agents: Sequence[str], tuned: Path | None) -> list[Player]:
+def players_of(agents: Sequence[str], tuned: Path | None) -> list[TunedAgent]:
     """Return each agent as it is, and once more with what a folder has that was fine-tuned for it."""
     players = []
     for agent in agents:
-        players.append(Player(agent))
+        players.append(TunedAgent(agent))
         reader = tuned / f"reader{SUFFIX}" if tuned and agent in READING else None
         weights = tuned / f"{agent}{SUFFIX}" if tuned else None
         found = [path if path and path.exists() else None for path in (reader, weights)]
         if any(found):
-            players.append(Player(agent, *found))
+            players.append(TunedAgent(agent, *found))
     return players
 
 
@@ -119,7 +119,7 @@ def main() -> None:
         write_page(given.page, BEGIN, END, "\n\n".join(filter(None, (table(rows), tuned_table(rows)))))
 
 
-def table(rows: Sequence[tuple[Player, Scores]]) -> str:
+def table(rows: Sequence[tuple[TunedAgent, Scores]]) -> str:
     """Return the table in Markdown: means with standard errors over episodes."""
     lines = [
         [
@@ -133,9 +133,9 @@ def table(rows: Sequence[tuple[Player, Scores]]) -> str:
     return markdown(["agent", "trained on", "episodes", *COLUMNS], lines)
 
 
-def tuned_table(rows: Sequence[tuple[Player, Scores]]) -> str:
+def tuned_table(rows: Sequence[tuple[TunedAgent, Scores]]) -> str:
     """Return what fine-tuning changes, paired by episode, with 95% intervals; empty if nothing was fine-tuned."""
-    plain = {player.agent: scores for player, scores in rows if player == Player(player.agent)}
+    plain = {player.agent: scores for player, scores in rows if player == TunedAgent(player.agent)}
     lines = []
     for player, scores in rows:
         if player.arguments and player.agent in plain:
@@ -153,7 +153,7 @@ def _mean(values: Sequence[float]) -> str:
     return f"{average:.3f} ± {error:.3f}"
 
 
-def _scores(given: argparse.Namespace, player: Player, chosen: tuple[str, ...]) -> Scores:
+def _scores(given: argparse.Namespace, player: TunedAgent, chosen: tuple[str, ...]) -> Scores:
     """Return the scores of each episode by id, from the folder of runs or by playing."""
     path = given.runs / f"{player.mark}-{given.split}-{given.lang}-{len(chosen)}.json"
     if not path.exists():

@@ -27,7 +27,7 @@ from typing import Any
 from arramon_agents.training.rollouts import Plan, play
 from arramon_agents.weights import SHIPPED, file_of
 from arramon_client import load_agent
-from benchmarks.agents.results_tables import HiddenRun, Run, hidden_section, section
+from benchmarks.agents.results_tables import AgentScores, HiddenScores, hidden_section, section
 from benchmarks.agents.study import write_page
 from benchmarks.common import parser_of
 
@@ -43,7 +43,7 @@ AGENTS = (
 HIDDEN, HIDDEN_AGENTS = "test_unseen", ("vl", "vl_map")
 """The hidden split, and the agents that play it."""
 
-NOT_READING = ("random_walk", "vision_only", "shortest_path")
+LANGUAGE_BLIND = ("random_walk", "vision_only", "shortest_path")
 """Agents that play the same in every language: they are played in the first one, and shown in all."""
 
 LANGUAGES = ("en", "hi")
@@ -55,14 +55,14 @@ CHANCE = "random_walk"
 CHANCE_SEEDS = (0, 1, 2)
 """The agent whose actions are drawn, and the seeds with which it plays."""
 
-NOT_ALONE = ("shortest_path",)
+NOT_PLACED_ALONE = ("shortest_path",)
 """Agents whose placement after perfect navigation is not played: they know the ground truth."""
 
 BEGIN, END = "<!-- tables: benchmarks/agents/results.py -->", "<!-- end of tables -->"
 
 
 @dataclass(frozen=True)
-class Player:
+class AgentSetup:
     """An agent as it plays: with which seed, which weights if it has learned, and which sensor if not its own."""
 
     agent: str
@@ -125,11 +125,11 @@ def main() -> None:
     write_page(given.page, BEGIN, END, "\n\n".join(tables))
 
 
-def _players(agents: str, folders: Sequence[Path]) -> list[Player]:
+def _players(agents: str, folders: Sequence[Path]) -> list[AgentSetup]:
     return [player for agent in agents.split(",") if agent for player in players_of(agent, folders)]
 
 
-def players_of(agent: str, folders: Sequence[Path]) -> list[Player]:
+def players_of(agent: str, folders: Sequence[Path]) -> list[AgentSetup]:
     """Return an agent once for each of its seeds: for one that has learned, the number of its folder from 1 on.
 
     Raises:
@@ -137,35 +137,35 @@ def players_of(agent: str, folders: Sequence[Path]) -> list[Player]:
     """
     agent, _, sensor = agent.partition("+")
     if agent not in LEARNED:
-        return [Player(agent, seed, None) for seed in (CHANCE_SEEDS if agent == CHANCE else (0,))]
+        return [AgentSetup(agent, seed, None) for seed in (CHANCE_SEEDS if agent == CHANCE else (0,))]
     files = [file_of(folder, agent) for folder in folders]
-    found = [Player(agent, seed, file, sensor) for seed, file in enumerate(files, 1) if file.exists()]
+    found = [AgentSetup(agent, seed, file, sensor) for seed, file in enumerate(files, 1) if file.exists()]
     if not found:
         sys.exit(f"there are no weights of {agent} in {', '.join(map(str, folders))}")
     return found
 
 
-def play_one(given: argparse.Namespace, player: Player, split: str, language: str) -> Run:
+def play_one(given: argparse.Namespace, player: AgentSetup, split: str, language: str) -> AgentScores:
     """Return what an agent reaches on a split in a language, from the folder of runs or by playing."""
-    played_in = LANGUAGES[0] if player.agent in NOT_READING else language
+    played_in = LANGUAGES[0] if player.agent in LANGUAGE_BLIND else language
     path = _results(given, player, split, played_in)
     kept: dict[str, Any] = json.loads(path.read_text())
-    if player.agent not in NOT_ALONE and "alone" not in kept:
+    if player.agent not in NOT_PLACED_ALONE and "alone" not in kept:
         plan = Plan(given.data, split, (played_in,), len(kept["episodes"]), 224, phases=("assembly",))
         scores = play(load_agent(f"agents.{player.agent}", player.arguments), plan)
         kept["alone"] = {episode_id: each["PTC"] for episode_id, each in scores.items()}
         path.write_text(json.dumps(kept))
-    return Run.of_results(player.name, player.seed, split, language, kept)
+    return AgentScores.of_results(player.name, player.seed, split, language, kept)
 
 
-def play_hidden(given: argparse.Namespace, player: Player, language: str) -> HiddenRun:
+def play_hidden(given: argparse.Namespace, player: AgentSetup, language: str) -> HiddenScores:
     """Return what an agent reaches on the hidden split in a language, from the folder of runs or by playing."""
     whole = argparse.Namespace(**{**vars(given), "episodes": 0})  # A hidden split is played whole.
     kept: dict[str, Any] = json.loads(_results(whole, player, HIDDEN, language).read_text())
-    return HiddenRun(player.name, player.seed, language, kept["run"]["episodes"], kept["metrics"])
+    return HiddenScores(player.name, player.seed, language, kept["run"]["episodes"], kept["metrics"])
 
 
-def _results(given: argparse.Namespace, player: Player, split: str, language: str) -> Path:
+def _results(given: argparse.Namespace, player: AgentSetup, split: str, language: str) -> Path:
     """Return the file of an agent's results on a split, which it has played before or plays now."""
     name = f"{player.mark}-{split}-{language}"
     runs: Path = given.runs
@@ -181,7 +181,7 @@ def _results(given: argparse.Namespace, player: Player, split: str, language: st
     return path
 
 
-def _play_run(given: argparse.Namespace, player: Player, split: str, language: str, path: Path) -> None:
+def _play_run(given: argparse.Namespace, player: AgentSetup, split: str, language: str, path: Path) -> None:
     with tempfile.TemporaryDirectory() as folder:
         command = [
             str(Path(sys.executable).with_name("arramon-client")), "--agent", f"agents.{player.agent}",

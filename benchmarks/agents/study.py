@@ -41,7 +41,7 @@ Scores = Mapping[str, Mapping[str, Mapping[str, float]]]
 
 
 @dataclass(frozen=True)
-class Lessons:
+class TrainingSet:
     """Demonstrations to learn from.
 
     Attributes:
@@ -57,7 +57,7 @@ class Lessons:
     rooms: int
 
 
-class RememberedEyes:
+class CachedEncoder:
     """A visual encoder that computes each frame once: agents that play the same rooms see the same frames.
 
     Args:
@@ -92,7 +92,7 @@ class Study:
     episodes: int
     processes: int = 1
 
-    def result(self, name: str, recipe: Recipe, lessons: Lessons, seconds: float) -> dict[str, Any]:
+    def result(self, name: str, recipe: Recipe, lessons: TrainingSet, seconds: float) -> dict[str, Any]:
         """Return what a recipe reaches: "scores" as `Scores`, "parameters", "updates", and "pieces" by language.
 
         Args:
@@ -105,7 +105,7 @@ class Study:
         def measure() -> dict[str, Any]:
             policy = self._train(name, recipe, lessons, seconds)
             if lessons.phase == "assembly" and policy.encoder is not None:
-                policy = replace(policy, encoder=remembered(policy.encoder.name))
+                policy = replace(policy, encoder=cached_encoder(policy.encoder.name))
             size = policy.encoder.image_size if policy.encoder else 8
             scores = self.play(LearnedAgent(policy, recipe.agent), lessons.phase, size)
             parameters = sum(each.numel() for each in policy.model.of(lessons.phase).parameters())
@@ -143,7 +143,7 @@ class Study:
                     found[language][f"{split}/{name}"] = {metric: scores[metric] for metric in METRICS[phase]}
         return found
 
-    def _train(self, name: str, recipe: Recipe, lessons: Lessons, seconds: float) -> Policy:
+    def _train(self, name: str, recipe: Recipe, lessons: TrainingSet, seconds: float) -> Policy:
         """Return the weights of a recipe, from the folder or by training for some CPU seconds."""
         path = self.runs / f"{name}{SUFFIX}"
         if path.exists():
@@ -163,7 +163,7 @@ class Study:
 
 
 @lru_cache(maxsize=1)
-def demonstrations(data: Path, cache: Path, lessons: Lessons, processes: int) -> list[Demonstration]:
+def demonstrations(data: Path, cache: Path, lessons: TrainingSet, processes: int) -> list[Demonstration]:
     """Return demonstrations with texts in both languages, rendering those that are not in the cache."""
     sources = (
         [Source(data, "train", LANGUAGES, lessons.encoder, lessons.episodes)] if lessons.episodes is not None else []
@@ -201,9 +201,9 @@ def study_options(doc: str | None, name: str) -> argparse.ArgumentParser:
 
 
 @lru_cache(maxsize=1)
-def remembered(encoder: str) -> RememberedEyes:
+def cached_encoder(encoder: str) -> CachedEncoder:
     """Return an encoder that computes each frame once, the same one as long as no other is asked for."""
-    return RememberedEyes(open_encoder(encoder))
+    return CachedEncoder(open_encoder(encoder))
 
 
 def write_page(page: Path, begin: str, end: str, shown: str) -> None:

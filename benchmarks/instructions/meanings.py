@@ -12,7 +12,7 @@ DATA = Path(__file__).parent / "data"
 
 
 @dataclass(frozen=True, slots=True)
-class Written:
+class WrittenMeaning:
     """A meaning of a text of the development half that was written down later, from the text alone.
 
     Attributes:
@@ -35,13 +35,15 @@ def second_meanings() -> dict[tuple[str, int, str], Mapping[str, Any]]:
     return {(each["episode"], each["turn"], each["language"]): each["meaning"] for each in read}
 
 
-def development_meanings(language: str) -> tuple[Written, ...]:
+def development_meanings(language: str) -> tuple[WrittenMeaning, ...]:
     """Return the meanings of further texts of the development half in one language, by batch."""
     texts = {text.key: text for text in paraphrases()}
     path = DATA / f"development_meanings_{language}.jsonl"
     lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
     read = map(json.loads, lines)
     return tuple(
-        Written(texts[each["episode"], each["turn"], language], each["batch"], (*each["doubtful"],), each["meaning"])
+        WrittenMeaning(
+            texts[each["episode"], each["turn"], language], each["batch"], (*each["doubtful"],), each["meaning"]
+        )
         for each in read
     )

@@ -31,7 +31,7 @@ _WITHOUT_MEANING = frozenset(("the", "two", "several", "both", "three", "right",
 
 
 @dataclass(frozen=True, slots=True)
-class Name:
+class ComparedName:
     """What a text calls a thing.
 
     Attributes:
@@ -44,7 +44,7 @@ class Name:
     says: frozenset[str] = frozenset()
     which: str = ""
 
-    def fits(self, other: "Name") -> bool:
+    def fits(self, other: "ComparedName") -> bool:
         """Return whether both can name one thing, and say of it what tells it apart.
 
         The kind is the same; what the one says the other says too, or at least a part of it if it says more ("the white
@@ -62,12 +62,12 @@ COUNTED = frozenset(("first", "second", "third"))
 """Ordinals that count, and so cannot be exchanged for one another."""
 
 
-def name_read(thing: Thing) -> Name:
+def name_read(thing: Thing) -> ComparedName:
     """Return the name of a thing in a reading."""
     return _name(thing.kind, {word for word in (thing.colour, thing.look) if word}, thing.which)
 
 
-def name_said(words: str) -> Name:
+def name_said(words: str) -> ComparedName:
     """Return the name of a thing in the plain words of a written meaning."""
     *before, kind = words.lower().replace("-", " ").replace("zebra crossing", "zebra_crossing").split()
     singular = kind[:-1] if kind.endswith("s") and kind not in ("hourglass", "bags", "tires", "tyres") else kind
@@ -78,7 +78,7 @@ def name_said(words: str) -> Name:
     return _name(singular if kind not in SAME_KIND or singular == "building_corner" else kind, says, which)
 
 
-def _name(kind: str, says: set[str], which: str) -> Name:
+def _name(kind: str, says: set[str], which: str) -> ComparedName:
     if kind == "building_corner" and says:  # A building's own corner is named for the building.
         kind = "building"
     kind = SAME_KIND.get(kind, kind)
@@ -87,4 +87,4 @@ def _name(kind: str, says: set[str], which: str) -> Name:
         says = (says - {"orange"}) | {"white"}
     if kind == "shop_sign" and says & SHOPS:
         kind = "building"
-    return Name(kind, frozenset(says - OWN_WORDS.get(kind, set())), which)
+    return ComparedName(kind, frozenset(says - OWN_WORDS.get(kind, set())), which)

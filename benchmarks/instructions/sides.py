@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
 
-from benchmarks.instructions.mentions import Mention, mentions, plain
-from benchmarks.instructions.ways import BENT, STRONG, Bend, Place, Way, rectangle
+from benchmarks.instructions.mentions import NounPhrase, mentions, plain
+from benchmarks.instructions.turn_paths import MIN_BEND, MIN_STATED_BEND, Bend, Place, TurnPath, rectangle
 
 SIDES = {
     "en": {"left": "left", "right": "right"},
@@ -93,17 +93,17 @@ LAST = 3
 
 
 @dataclass(frozen=True)
-class Side:
+class StatedSide:
     """A thing with its told side, the turns told before and after it, and whether one faces some thing at the start."""
 
-    mention: Mention
+    mention: NounPhrase
     side: str
     before: tuple[str, ...]
     after: tuple[str, ...]
     faced: bool
 
 
-def told_sides(text: str, code: str) -> list[Side]:
+def stated_sides(text: str, code: str) -> list[StatedSide]:
     """Return the things on the way of which a text tells a side, in order."""
     text, told = plain(text, code), list(mentions(text, code))
     aside = [
@@ -121,7 +121,7 @@ def told_sides(text: str, code: str) -> list[Side]:
     faced = re.match(FACED[code], text)
     is_faced = faced is not None and (not turns or faced.end() <= turns[0][0])
     return [
-        Side(
+        StatedSide(
             found,
             SIDES[code][match[1]],
             tuple(turn for at, turn in turns if at < match.start()),
@@ -132,7 +132,7 @@ def told_sides(text: str, code: str) -> list[Side]:
     ]
 
 
-def _thing_of(text: str, code: str, told: Sequence[Mention], match: re.Match[str]) -> Mention | None:
+def _thing_of(text: str, code: str, told: Sequence[NounPhrase], match: re.Match[str]) -> NounPhrase | None:
     """Return the mention whose side words tell; None if they tell of a turn, or of a thing by another."""
     before = [mention for mention in told if mention.end <= match.start()]
     lead, rest = text[: match.start()], text[match.end() :]
@@ -151,7 +151,7 @@ def _thing_of(text: str, code: str, told: Sequence[Mention], match: re.Match[str
     return None if found is None or found.kind in STREETS else found
 
 
-def parts(told: Side, way: Way) -> Iterator[tuple[float, float]]:
+def parts(told: StatedSide, way: TurnPath) -> Iterator[tuple[float, float]]:
     """Yield the parts of a way in which a side may be told: between the bends that the turns around it can be.
 
     Of the ways to find the turns among the bends those count that leave the fewest bends untold. A step aside
@@ -159,13 +159,13 @@ def parts(told: Side, way: Way) -> Iterator[tuple[float, float]]:
     """
     turns = [turn for turn in (*told.before, *told.after) if not turn.startswith("slightly")]
     number = sum(not turn.startswith("slightly") for turn in told.before)
-    bends = [bend for bend in way.bends if abs(bend.angle) >= BENT and not (told.faced and bend.end <= AT_START)]
+    bends = [bend for bend in way.bends if abs(bend.angle) >= MIN_BEND and not (told.faced and bend.end <= AT_START)]
     found: list[tuple[int, tuple[Bend, ...]]] = []
     for listed in (bends, _without_steps_aside(bends)):
         for count in {len(turns), max(len(turns) - 1, 0)}:
             for chosen in combinations(listed, count):
                 if all(map(_may_be, turns, chosen)):
-                    untold = sum(bend not in chosen for bend in listed if abs(bend.angle) >= STRONG)
+                    untold = sum(bend not in chosen for bend in listed if abs(bend.angle) >= MIN_STATED_BEND)
                     found.append((untold, chosen))
     fewest = min((untold for untold, _ in found), default=0)
     for untold, chosen in found:
@@ -180,7 +180,7 @@ def _without_steps_aside(bends: Sequence[Bend]) -> list[Bend]:
     """Return the bends without those that the next one takes back at once."""
     kept: list[Bend] = []
     for bend in bends:
-        if kept and bend.start - kept[-1].end <= STEP_ASIDE and abs(bend.angle + kept[-1].angle) < BENT:
+        if kept and bend.start - kept[-1].end <= STEP_ASIDE and abs(bend.angle + kept[-1].angle) < MIN_BEND:
             kept.pop()
         else:
             kept.append(bend)
@@ -193,7 +193,7 @@ def _may_be(turn: str, bend: Bend) -> bool:
     return (turn == "right") == (bend.angle > 0.0)
 
 
-def false_sides(text: str, code: str, way: Way, grounds: Sequence[tuple[Mention, list[Place]]]) -> list[str]:
+def false_sides(text: str, code: str, way: TurnPath, grounds: Sequence[tuple[NounPhrase, list[Place]]]) -> list[str]:
     """Return the sides that a text tells of things that are not so.
 
     Args:
@@ -203,7 +203,7 @@ def false_sides(text: str, code: str, way: Way, grounds: Sequence[tuple[Mention,
         grounds: what there is in the street, as a mention of it, with its outline.
     """
     faults = []
-    for told in told_sides(text, code):
+    for told in stated_sides(text, code):
         fitting = [ground for thing, ground in grounds if _fits(told.mention, thing)]
         spans = list(parts(told, way))
         if spans and not any(way.is_passed(ground, told.side, *span) for ground in fitting for span in spans):
@@ -212,7 +212,7 @@ def false_sides(text: str, code: str, way: Way, grounds: Sequence[tuple[Mention,
 
 
 def neighbours(
-    text: str, code: str, target: Place, grounds: Sequence[tuple[Mention, list[Place]]]
+    text: str, code: str, target: Place, grounds: Sequence[tuple[NounPhrase, list[Place]]]
 ) -> tuple[int, list[str]]:
     """Return how often a text tells the target to lie by what one may stand on, and each time that it lies on it."""
     text, told = plain(text, code), list(mentions(text, code))
@@ -227,7 +227,7 @@ def neighbours(
     return count, faults
 
 
-def grounds_of(turn: dict[str, Any], section: dict[str, Any]) -> list[tuple[Mention, list[Place]]]:
+def grounds_of(turn: dict[str, Any], section: dict[str, Any]) -> list[tuple[NounPhrase, list[Place]]]:
     """Return all things in a turn's street, each as a mention of it, with its corners or its place."""
     found = []
     for prop in section["props"]:
@@ -255,10 +255,10 @@ def covers(ground: Sequence[Place], place: Place) -> bool:
     return all(each <= 0.0 for each in inside) or all(each >= 0.0 for each in inside)
 
 
-def _named(kind: str, colour: str, look: str) -> Mention:
-    return Mention(kind, colour, look, "", False, "")
+def _named(kind: str, colour: str, look: str) -> NounPhrase:
+    return NounPhrase(kind, colour, look, "", False, "")
 
 
-def _fits(told: Mention, thing: Mention) -> bool:
+def _fits(told: NounPhrase, thing: NounPhrase) -> bool:
     is_colour = told.colour in ("", thing.colour) or thing.kind == "building"  # Its look has the colour.
     return told.kind == thing.kind and is_colour and told.look in ("", thing.look)

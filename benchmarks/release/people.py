@@ -43,7 +43,7 @@ CITIES, TEXTS = ("rebuilt", "before"), ("own text", "another's text")
 
 
 @dataclass(frozen=True, slots=True)
-class Played:
+class TurnScores:
     """The scores of one turn, and how much of the furniture that its own text names is there."""
 
     episode: str
@@ -84,7 +84,7 @@ class VariedCamera:
         return self._camera.render(viewpoint, actors, size, segmentation=segmentation, into=into, variation=shown)
 
 
-class City:
+class PlayedSection:
     """A section in which episodes are played.
 
     Args:
@@ -132,7 +132,7 @@ def with_texts(episode: Episode, other: Episode, language: str) -> Episode:
 
 def measure(
     split: Split, section_id: str, language: str, chosen: range, until: float, known: Set[str], kept: Path | None
-) -> list[Played]:
+) -> list[TurnScores]:
     """Play the episodes of a section that `chosen` numbers in playing order, until a time of `time.time`.
 
     Episodes that are known are left out. Each that is played is added to the file at `kept`, one line an episode.
@@ -140,9 +140,12 @@ def measure(
     members = [one for one in split.in_playing_order(language) if one.section == section_id]
     plain = [replace(one, furniture=NO_FURNITURE) for one in members]
     section = split.sections[section_id]
-    cities = {"rebuilt": (City(section, members), members), "before": (City(before(section, members), ()), plain)}
+    cities = {
+        "rebuilt": (PlayedSection(section, members), members),
+        "before": (PlayedSection(before(section, members), ()), plain),
+    }
     follower = make_instruction_writer().make_follower
-    played: list[Played] = []
+    played: list[TurnScores] = []
     for place in chosen[: max(0, len(members) - chosen.start)]:
         if members[place].episode_id in known:
             continue
@@ -156,7 +159,7 @@ def measure(
             for text, one in (("own text", episode), ("another's text", with_texts(episode, other, language))):
                 scores = play(follower(), one, language, city.world(episode)).turns
                 played += [
-                    Played(episode.episode_id, name, text, state, turn)
+                    TurnScores(episode.episode_id, name, text, state, turn)
                     for state, turn in zip(states, scores, strict=True)
                 ]
         if kept:
@@ -167,12 +170,12 @@ def measure(
     return played
 
 
-def read_played(file: Path) -> list[Played]:
+def read_played(file: Path) -> list[TurnScores]:
     """Return what an earlier command has played."""
-    return [Played(**one) for line in file.read_text().splitlines() for one in json.loads(line)]
+    return [TurnScores(**one) for line in file.read_text().splitlines() for one in json.loads(line)]
 
 
-def rows(played: Sequence[Played]) -> Iterator[tuple[str, str, str, list[Mapping[str, float]]]]:
+def rows(played: Sequence[TurnScores]) -> Iterator[tuple[str, str, str, list[Mapping[str, float]]]]:
     """Yield city, text, group of turns and their scores."""
     groups: dict[tuple[str, str, str], list[Mapping[str, float]]] = defaultdict(list)
     for one in played:

@@ -21,7 +21,7 @@ import grpc
 from benchmarks.common import add_seconds, aligned, parser_of, whole
 from benchmarks.serving.server import cpu_seconds
 
-UNDER_WAY = 2
+IN_FLIGHT = 2
 """Messages that are sent before the first one is answered."""
 
 WARM_UP_SECONDS = 0.5
@@ -57,7 +57,7 @@ def serve(address: str, response: int, ready: Any) -> None:
     asyncio.run(run())
 
 
-class Client:
+class EchoClient:
     """A stream that is read by a thread of its own, as by `arramon_client.transport.stream`."""
 
     def __init__(self, address: str, request: int) -> None:
@@ -69,7 +69,7 @@ class Client:
         self._call = method(iter(self._outgoing.get, None))
         self._reader = threading.Thread(target=self._read)
         self._reader.start()
-        for _ in range(UNDER_WAY):
+        for _ in range(IN_FLIGHT):
             self._outgoing.put(self._request)
 
     def exchange(self, seconds: float) -> int:
@@ -109,7 +109,7 @@ def main() -> None:
         process.start()
         ready.wait()
         assert process.pid is not None
-        client = Client(address, options.request)
+        client = EchoClient(address, options.request)
         client.exchange(min(options.seconds, WARM_UP_SECONDS))
         before, own, started = cpu_seconds(process.pid), time.process_time(), time.perf_counter()
         number = client.exchange(options.seconds)

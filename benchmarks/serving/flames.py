@@ -30,8 +30,8 @@ from arramon_server.runs.storage.journal import Journal
 from arramon_server.runs.storage.metered_journal import MeteredJournal
 from arramon_server.sim.raster.camera import RasterCamera
 from benchmarks.common import add_data, aligned, data_or_sample, largest_split, parser_of, whole
-from benchmarks.serving.play import Timed, playing, run_request, see_all_sections
-from benchmarks.serving.server import Setting, serving
+from benchmarks.serving.play import TimedRandomWalk, playing, run_request, see_all_sections
+from benchmarks.serving.server import ServerSetting, serving
 
 SAMPLES = 500
 """Samples per second."""
@@ -94,10 +94,10 @@ def shares(stacks: str) -> dict[str, float]:
     return {stage: samples[stage] / busy for stage in (*STAGES, REST)}
 
 
-def record(data: Path, setting: Setting, seconds: int, output: Path) -> tuple[str, float]:
+def record(data: Path, setting: ServerSetting, seconds: int, output: Path) -> tuple[str, float]:
     """Play and record: return the stacks, and the steps per second meanwhile."""
     with serving(data, setting) as process, connect(process.address) as server:
-        request, agent = run_request(largest_split(data), setting.sensors), Timed()
+        request, agent = run_request(largest_split(data), setting.sensors), TimedRandomWalk()
         see_all_sections(server, request)
         with playing(server, request, agent, Settings(setting.parallel, setting.encoding)):
             agent.reset()
@@ -138,7 +138,7 @@ def main() -> None:
     options = parser.parse_args()
     options.output.mkdir(parents=True, exist_ok=True)
     encoding = types_pb2.Encoding.Value(f"ENCODING_{options.encoding}")
-    setting = Setting("profile", parallel=options.parallel, encoding=encoding)
+    setting = ServerSetting("profile", parallel=options.parallel, encoding=encoding)
     with data_or_sample(options.data) as data:
         stacks, rate = record(data, setting, options.seconds, options.output)
     print(f"{options.parallel} episodes, {options.encoding.lower()}: {rate:.0f} steps per second while recorded")

@@ -24,7 +24,7 @@ WARM_UP_SECONDS = 1.0
 
 
 @dataclass
-class Timed:
+class TimedRandomWalk:
     """A random walk that measures the waits between its actions and their observations.
 
     Attributes:
@@ -68,7 +68,7 @@ class Timed:
 
 
 @dataclass(frozen=True)
-class Pace:
+class PlayRate:
     """Results of some seconds of play.
 
     Attributes:
@@ -84,7 +84,7 @@ class Pace:
     steps: int
 
 
-def pace(agent: Timed, seconds: float) -> Pace:
+def measure_play(agent: TimedRandomWalk, seconds: float) -> PlayRate:
     """Measure an agent's play for some seconds."""
     agent.reset()
     started = time.perf_counter()
@@ -93,7 +93,7 @@ def pace(agent: Timed, seconds: float) -> Pace:
     while not waits:  # In a short time on a busy machine there may be none.
         time.sleep(0.05)
         steps, waits, elapsed = agent.steps, sorted(agent.waits), time.perf_counter() - started
-    return Pace(steps / elapsed, 1e3 * statistics.fmean(waits), *percentiles(waits), steps)
+    return PlayRate(steps / elapsed, 1e3 * statistics.fmean(waits), *percentiles(waits), steps)
 
 
 def percentiles(waits: Sequence[float]) -> tuple[float, float]:
@@ -112,7 +112,7 @@ def run_request(split: Split, sensors: Sequence[str] = SENSORS) -> evaluation_pb
 def playing(
     server: Server,
     request: evaluation_pb2.CreateRunRequest,
-    agent: Timed,
+    agent: TimedRandomWalk,
     settings: Settings,
     *,
     streams: int = 1,
@@ -161,7 +161,7 @@ def see_all_sections(
 ) -> None:
     """Open enough episodes to build every section, as that happens once and is not part of a step."""
     fewer = some(server, request, SECTIONS)
-    with playing(server, fewer, Timed(), Settings(SECTIONS), warm_up=warm_up):
+    with playing(server, fewer, TimedRandomWalk(), Settings(SECTIONS), warm_up=warm_up):
         pass
 
 

@@ -16,7 +16,7 @@ SENSORS = ("rgb", "depth")
 
 
 @dataclass(frozen=True)
-class Setting:
+class ServerSetting:
     """Settings of a server and of its play.
 
     Attributes:
@@ -46,7 +46,7 @@ class Setting:
     program: tuple[str, ...] = ("-m", "arramon_server")
 
 
-class Server:
+class MeasuredServer:
     """A server with a journal of its own.
 
     Args:
@@ -64,7 +64,7 @@ class Server:
     def __init__(
         self,
         data: Path,
-        setting: Setting,
+        setting: ServerSetting,
         folder: Path,
         journal: str = "",
         environment: Mapping[str, str] | None = None,
@@ -131,11 +131,11 @@ class Server:
 
 @contextmanager
 def serving(
-    data: Path, setting: Setting, *, journal: str = "", environment: Mapping[str, str] | None = None
-) -> Iterator[Server]:
+    data: Path, setting: ServerSetting, *, journal: str = "", environment: Mapping[str, str] | None = None
+) -> Iterator[MeasuredServer]:
     """Run a server; it is stopped at the end."""
     with tempfile.TemporaryDirectory() as folder:
-        server = Server(data, setting, Path(folder), journal, environment)
+        server = MeasuredServer(data, setting, Path(folder), journal, environment)
         try:
             yield server
         finally:

@@ -57,7 +57,7 @@ Mask = npt.NDArray[np.bool_]
 
 
 @dataclass
-class Row:
+class PlaceAgreement:
     """Results of one place."""
 
     place: str
@@ -154,8 +154,8 @@ def _views_along(plan: Plan) -> Iterator[View]:
         yield View(indoors=False, viewpoint=Viewpoint(x, z, heading), actors=tuple(actors))
 
 
-def _compare(place: str, scene: Scene, views: Iterator[View], size: int, pictures: Path | None) -> Row:
-    row, worst = Row(place), 0
+def _compare(place: str, scene: Scene, views: Iterator[View], size: int, pictures: Path | None) -> PlaceAgreement:
+    row, worst = PlaceAgreement(place), 0
     fast, plain = RasterCamera(scene), RasterCamera(scene, mipmaps=False)
     with World(scene) as reference:
         for seen in views:
@@ -170,8 +170,8 @@ def _compare(place: str, scene: Scene, views: Iterator[View], size: int, picture
     return row
 
 
-def _table(rows: Sequence[Row]) -> str:
-    total = Row("all")
+def _table(rows: Sequence[PlaceAgreement]) -> str:
+    total = PlaceAgreement("all")
     for row in rows:
         for name in SUMMED:
             setattr(total, name, getattr(total, name) + getattr(row, name))

@@ -69,7 +69,7 @@ print(time.perf_counter() - start)
 
 
 @dataclass
-class Row:
+class CameraRow:
     """A row of the table: its measurement, and the results by round."""
 
     name: str
@@ -138,7 +138,9 @@ def drawing(
     return measure
 
 
-def _rows(reference: World, fast: RasterCamera, views: list[View], own: Sequence[Scene], given: Namespace) -> list[Row]:
+def _rows(
+    reference: World, fast: RasterCamera, views: list[View], own: Sequence[Scene], given: Namespace
+) -> list[CameraRow]:
     rows = []
     for size in (224, 128):
         for name, camera, segmentation, variations in (
@@ -148,8 +150,10 @@ def _rows(reference: World, fast: RasterCamera, views: list[View], own: Sequence
             (f"raster, {size}, the same, own furniture", fast, True, own),
         ):
             measure = drawing(camera, views, size, given.seconds, segmentation=segmentation, variations=variations)
-            rows.append(Row(name, measure))
-    return rows + [Row(PEERS[name], partial(frames_per_second, given.peers, name, PEER_SECONDS)) for name in PEERS]
+            rows.append(CameraRow(name, measure))
+    return rows + [
+        CameraRow(PEERS[name], partial(frames_per_second, given.peers, name, PEER_SECONDS)) for name in PEERS
+    ]
 
 
 def _first_frame(cache: str) -> float:
@@ -159,11 +163,11 @@ def _first_frame(cache: str) -> float:
     return float(subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout)
 
 
-def _ratio(row: Row, other: Row | None) -> str:
+def _ratio(row: CameraRow, other: CameraRow | None) -> str:
     return f"{row.median / other.median:.1f}" if other and other.rates else "-"
 
 
-def _table(rows: Sequence[Row]) -> str:
+def _table(rows: Sequence[CameraRow]) -> str:
     by_name = {row.name: row for row in rows}
     lines = []
     for row in rows:

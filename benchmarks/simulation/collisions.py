@@ -57,7 +57,7 @@ Way = tuple[Place, Place]
 
 
 @dataclass
-class Counts:
+class MoveCounts:
     """Results of some moves.
 
     Attributes:
@@ -76,7 +76,7 @@ class Counts:
     farthest: float = 0.0
     differ: int = 0
 
-    def add(self, other: "Counts") -> None:
+    def add(self, other: "MoveCounts") -> None:
         """Add other results to these."""
         for field in fields(self):
             mine, its = getattr(self, field.name), getattr(other, field.name)
@@ -148,7 +148,7 @@ Check = Callable[[Place, Place], bool]
 """Returns whether the way between two places is free."""
 
 
-def compare(ways: Iterable[Way], engine: Check, alone: Check, distance: Callable[[Place, Place], float]) -> Counts:
+def compare(ways: Iterable[Way], engine: Check, alone: Check, distance: Callable[[Place, Place], float]) -> MoveCounts:
     """Return what pybullet and plane geometry decide about moves.
 
     Args:
@@ -157,7 +157,7 @@ def compare(ways: Iterable[Way], engine: Check, alone: Check, distance: Callable
         alone: those of pybullet by itself.
         distance: returns the exact distance of a way from the nearest body.
     """
-    counts = Counts()
+    counts = MoveCounts()
     for start, end in ways:
         nearest = distance(start, end)
         free, excess = nearest > AGENT_RADIUS, abs(nearest - AGENT_RADIUS)
@@ -171,7 +171,7 @@ def compare(ways: Iterable[Way], engine: Check, alone: Check, distance: Callable
     return counts
 
 
-def in_section(section: Section, moves: int, number: int) -> Counts:
+def in_section(section: Section, moves: int, number: int) -> MoveCounts:
     """Return the results of a chunk of random moves in a section; its number seeds them."""
     scene = _scene(section)
     plane, random = Footprints(scene), Random(f"{section.id} {section.bounds} {number}")  # noqa: S311
@@ -180,9 +180,9 @@ def in_section(section: Section, moves: int, number: int) -> Counts:
         return compare(ways, engine.way_is_free, alone.way_is_free, plane.distance)
 
 
-def on_ground_truths(split: Split, section: str) -> Counts:
+def on_ground_truths(split: Split, section: str) -> MoveCounts:
     """Return the results of the moves on and beside all ground truths of a split in one section."""
-    counts, splits = Counts(), {split.name: split}
+    counts, splits = MoveCounts(), {split.name: split}
     engine_alone = partial(Obstacles, exact_within=0.0)
     with closing(Worlds(splits, physics=Obstacles)) as engines, closing(Worlds(splits, physics=engine_alone)) as alone:
         for episode in split.episodes.values():
@@ -210,7 +210,7 @@ def _ways(episode: Episode) -> Iterator[Way]:
         session.apply(action)
 
 
-def parts(moves: int, splits: Sequence[Split]) -> Iterator[tuple[str, Callable[[], Counts]]]:
+def parts(moves: int, splits: Sequence[Split]) -> Iterator[tuple[str, Callable[[], MoveCounts]]]:
     """Yield the parts of the comparison, each with its name and what computes it: section by section, then splits."""
     sections = {f"section {id_}": build_section(read_plan(id_), SEED) for id_ in plan_ids()}
     sections |= {f"section {id_}": section for id_, (_, section) in extra_sections(SEED, DRAWN).items()}
@@ -261,11 +261,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     add_json(parser)
     given = parser.parse_args(arguments)
-    done: dict[str, Counts] = {}
+    done: dict[str, MoveCounts] = {}
     if given.log and given.log.exists():
         for line in given.log.read_text().splitlines():
             part, record = json.loads(line)
-            done[part] = Counts(**record)
+            done[part] = MoveCounts(**record)
     splits = read_splits(given.data) if given.data else {}
     until, left = time.monotonic() + 60 * given.minutes, 0
     for name, work in parts(given.moves, list(splits.values())):
@@ -278,10 +278,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if given.log:
             with given.log.open("a") as file:
                 file.write(json.dumps([name, asdict(done[name])]) + "\n")
-    rows: dict[str, Counts] = {"total": Counts()}
+    rows: dict[str, MoveCounts] = {"total": MoveCounts()}
     for name, counts in done.items():
         for row in (name.rpartition("/")[0], "total"):
-            rows.setdefault(row, Counts()).add(counts)
+            rows.setdefault(row, MoveCounts()).add(counts)
     rows["total"] = rows.pop("total")
     print(table(rows))
     if left:
@@ -294,9 +294,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 1 if rows["total"].differ else 0
 
 
-def table(rows: dict[str, Counts]) -> str:
+def table(rows: dict[str, MoveCounts]) -> str:
     """Return the table of results."""
-    names = [field.name for field in fields(Counts)]
+    names = [field.name for field in fields(MoveCounts)]
     lines = []
     for name, counts in rows.items():
         values = (getattr(counts, field) for field in names)

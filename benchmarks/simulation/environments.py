@@ -65,7 +65,7 @@ Measure = Callable[[], Measured | None]
 
 
 @dataclass
-class Row:
+class EnvironmentRow:
     """A row of the table: its measurement, and the results by round."""
 
     name: str
@@ -84,7 +84,7 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Walk:
+class RecordedWalk:
     """What the rows play.
 
     Attributes:
@@ -96,7 +96,7 @@ class Walk:
     actions: npt.NDArray[np.int64]
 
     @classmethod
-    def of(cls, split: Split, steps: int) -> "Walk":
+    def of(cls, split: Split, steps: int) -> "RecordedWalk":
         """Return the walk through the first episodes of a split."""
         episodes = list(islice(cycle(split.in_playing_order(min(split.languages))), COUNT))
         return cls(episodes, np.random.default_rng(0).integers(0, 3, (steps, COUNT)))
@@ -119,7 +119,7 @@ def timed(play: Callable[[], None], steps: int) -> Measured:
     return steps / (time.perf_counter() - started), 1e3 * (time.process_time() - worked) / steps
 
 
-def bare(split: Split, walk: Walk, size: int, share: slice = slice(None), *, turns: bool = True) -> Measure:
+def bare(split: Split, walk: RecordedWalk, size: int, share: slice = slice(None), *, turns: bool = True) -> Measure:
     """Return the measurement of rules and frames alone, of all episodes or a share of them.
 
     Args:
@@ -160,7 +160,7 @@ def bare(split: Split, walk: Walk, size: int, share: slice = slice(None), *, tur
     return measure
 
 
-def bare_in_processes(split: Split, walk: Walk, size: int, count: int) -> Measure:
+def bare_in_processes(split: Split, walk: RecordedWalk, size: int, count: int) -> Measure:
     """Return the measurement of rules and frames alone in processes that draw at the same time; their rates are added.
 
     They are forked after everything is compiled, and begin together once each has drawn all its episodes.
@@ -188,7 +188,7 @@ def bare_in_processes(split: Split, walk: Walk, size: int, count: int) -> Measur
     return measure
 
 
-def single(data: Path, split: Split, walk: Walk, size: int) -> Measure:
+def single(data: Path, split: Split, walk: RecordedWalk, size: int) -> Measure:
     """Return the measurement of one episode at a time."""
 
     def measure() -> Measured:
@@ -206,7 +206,7 @@ def single(data: Path, split: Split, walk: Walk, size: int) -> Measure:
     return measure
 
 
-def vector(data: Path, split: Split, walk: Walk, size: int, processes: int) -> Measure:
+def vector(data: Path, split: Split, walk: RecordedWalk, size: int, processes: int) -> Measure:
     """Return the measurement of many episodes at once."""
 
     def measure() -> Measured:
@@ -226,7 +226,7 @@ def vector(data: Path, split: Split, walk: Walk, size: int, processes: int) -> M
     return measure
 
 
-def first_ready(data: Path, split: Split, walk: Walk, size: int, processes: int) -> Measure:
+def first_ready(data: Path, split: Split, walk: RecordedWalk, size: int, processes: int) -> Measure:
     """Return the measurement of batches of the first half of the episodes that is ready.
 
     Each episode takes its own actions in order, but the faster ones take more: with the same number of steps in all, a
@@ -260,7 +260,7 @@ def first_ready(data: Path, split: Split, walk: Walk, size: int, processes: int)
     return measure
 
 
-def two_agents(data: Path, split: Split, walk: Walk, size: int) -> Measure:
+def two_agents(data: Path, split: Split, walk: RecordedWalk, size: int) -> Measure:
     """Return the measurement of PettingZoo's interface."""
 
     def measure() -> Measured:
@@ -289,29 +289,29 @@ def peer(python: str, name: str) -> Measure:
     return measure
 
 
-def rows_of(data: Path, split: Split, walk: Walk, peers: str) -> list[Row]:
+def rows_of(data: Path, split: Split, walk: RecordedWalk, peers: str) -> list[EnvironmentRow]:
     """Return the rows of the table."""
     return [
-        Row("bare camera with rules, 224", bare(split, walk, 224)),
-        Row("bare, one after another, 224", bare(split, walk, 224, turns=False)),
-        Row("bare camera, two processes, 224", bare_in_processes(split, walk, 224, 2)),
-        Row("one episode, 224", single(data, split, walk, 224)),
-        Row("16, one process, 224", vector(data, split, walk, 224, 1)),
-        Row("16, two processes, 224", vector(data, split, walk, 224, 2)),
-        Row("first 8 of 16, one process, 224", first_ready(data, split, walk, 224, 1)),
-        Row("first 8 of 16, two processes, 224", first_ready(data, split, walk, 224, 2)),
-        Row("two agents by turns, 224", two_agents(data, split, walk, 224)),
-        Row("bare camera with rules, 64", bare(split, walk, 64)),
-        Row("bare camera, two processes, 64", bare_in_processes(split, walk, 64, 2)),
-        Row("16, one process, 64", vector(data, split, walk, 64, 1)),
-        Row("16, two processes, 64", vector(data, split, walk, 64, 2)),
-        Row("first 8 of 16, one process, 64", first_ready(data, split, walk, 64, 1)),
-        Row("first 8 of 16, two processes, 64", first_ready(data, split, walk, 64, 2)),
-        *(Row(title, peer(peers, name)) for name, title in PEERS.items()),
+        EnvironmentRow("bare camera with rules, 224", bare(split, walk, 224)),
+        EnvironmentRow("bare, one after another, 224", bare(split, walk, 224, turns=False)),
+        EnvironmentRow("bare camera, two processes, 224", bare_in_processes(split, walk, 224, 2)),
+        EnvironmentRow("one episode, 224", single(data, split, walk, 224)),
+        EnvironmentRow("16, one process, 224", vector(data, split, walk, 224, 1)),
+        EnvironmentRow("16, two processes, 224", vector(data, split, walk, 224, 2)),
+        EnvironmentRow("first 8 of 16, one process, 224", first_ready(data, split, walk, 224, 1)),
+        EnvironmentRow("first 8 of 16, two processes, 224", first_ready(data, split, walk, 224, 2)),
+        EnvironmentRow("two agents by turns, 224", two_agents(data, split, walk, 224)),
+        EnvironmentRow("bare camera with rules, 64", bare(split, walk, 64)),
+        EnvironmentRow("bare camera, two processes, 64", bare_in_processes(split, walk, 64, 2)),
+        EnvironmentRow("16, one process, 64", vector(data, split, walk, 64, 1)),
+        EnvironmentRow("16, two processes, 64", vector(data, split, walk, 64, 2)),
+        EnvironmentRow("first 8 of 16, one process, 64", first_ready(data, split, walk, 64, 1)),
+        EnvironmentRow("first 8 of 16, two processes, 64", first_ready(data, split, walk, 64, 2)),
+        *(EnvironmentRow(title, peer(peers, name)) for name, title in PEERS.items()),
     ]
 
 
-def table(rows: Sequence[Row]) -> str:
+def table(rows: Sequence[EnvironmentRow]) -> str:
     """Return the table, with the ratios that matter below it."""
     base, cells = rows[0].rate, []
     for row in rows:
@@ -343,7 +343,7 @@ def table(rows: Sequence[Row]) -> str:
     return "\n".join(lines)
 
 
-def paired(row: Row, other: Row) -> float:
+def paired(row: EnvironmentRow, other: EnvironmentRow) -> float:
     """Return the median, over the rounds, of one row's rate by another's in the same round."""
     return statistics.median(one[0] / two[0] for one, two in zip(row.results, other.results, strict=True))
 
@@ -361,7 +361,7 @@ def main() -> None:
         parser.error(f"--steps is {options.steps}, expected 1 to {MOST_STEPS}")
     with data_or_sample(options.data) as data:
         split = largest_split(data)
-        rows = rows_of(data, split, Walk.of(split, options.steps), options.peers)
+        rows = rows_of(data, split, RecordedWalk.of(split, options.steps), options.peers)
         for _ in range(options.rounds):
             for row in rows:
                 measured = row.measure()

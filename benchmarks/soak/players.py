@@ -18,7 +18,7 @@ NO_SERVER = "no server answers"
 """Message of a client that finds no server: it is restarted, and this is not counted as a defect."""
 
 
-class Player:
+class SoakPlayer:
     """A participant: its client plays one run after another.
 
     Args:
@@ -51,7 +51,7 @@ class Player:
         self._given_up = threading.Event()
         self._thread = threading.Thread(target=self._play_runs)
 
-    def start(self, run: str = "") -> "Player":
+    def start(self, run: str = "") -> "SoakPlayer":
         """Start to play: only the given run, which others play too, or one new run after another."""
         self.run = run
         if run:

@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from benchmarks.soak.players import Player
+from benchmarks.soak.players import SoakPlayer
 from benchmarks.soak.rude_stream import PATIENCE, WAYS
 
 PROGRAM = Path(__file__).with_name("rude_stream.py")
@@ -35,8 +35,8 @@ class RudeStreams:
 
     def __init__(
         self,
-        players: Sequence[Player],
-        credentials: Callable[[Player], Sequence[str]],
+        players: Sequence[SoakPlayer],
+        credentials: Callable[[SoakPlayer], Sequence[str]],
         number: int,
         seconds: float,
         chance: random.Random,

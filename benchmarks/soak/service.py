@@ -15,7 +15,7 @@ import sqlalchemy as sa
 from arramon_server.runs.storage import tables
 from arramon_server.runs.storage.database import Database
 from arramon_server.runs.storage.records import OPEN
-from benchmarks.soak.players import Player
+from benchmarks.soak.players import SoakPlayer
 from tests import tiny
 from tests.certificates import Authority
 from tests.faults.clients import EPISODES, pause
@@ -33,11 +33,11 @@ Steps = dict[tuple[str, str], tuple[int, int]]
 """Open episodes by run and episode id: the epoch of the claim, and the number of recorded steps."""
 
 
-class Stuck(Exception):
+class NoProgress(Exception):
     """No step was recorded within `PATIENCE` seconds."""
 
 
-class Service:
+class SoakService:
     """One host with SQLite, or two with a shared PostgreSQL; each has one or several processes.
 
     Attributes:
@@ -122,11 +122,11 @@ class Service:
             yield
             self.revive()
             time.sleep(0.01)
-        raise Stuck(f"no step was recorded within {PATIENCE:.0f} seconds")
+        raise NoProgress(f"no step was recorded within {PATIENCE:.0f} seconds")
 
 
 @contextmanager
-def service(kind: str, workers: int, folder: Path, *, hosted: bool = False) -> Iterator[Service]:
+def service(kind: str, workers: int, folder: Path, *, hosted: bool = False) -> Iterator[SoakService]:
     """Start all hosts on the loopback, and stop them at the end.
 
     Args:
@@ -142,7 +142,7 @@ def service(kind: str, workers: int, folder: Path, *, hosted: bool = False) -> I
         shared += ["--drain-seconds", "5"]
         shared += _settings_of_a_host(folder) if hosted else []
         database, hosts = stack.enter_context(closing(Database(url))), list[Server]()
-        there = Service(hosts, url, cluster, database)
+        there = SoakService(hosts, url, cluster, database)
         stack.callback(there.stop)
         for listen in ("127.0.0.2:0", "127.0.0.3:0") if cluster else ("127.0.0.1:0",):
             data = folder / f"host-{len(hosts)}"
@@ -176,7 +176,7 @@ def _end(host: Server) -> int:
     return host.stop()
 
 
-class Faults:
+class FaultInjector:
     """Injection of faults, one at a time; each method returns a description.
 
     Args:
@@ -191,10 +191,12 @@ class Faults:
         complaints: descriptions of errors.
     """
 
-    def __init__(self, service: Service, players: Sequence[Player], chance: random.Random, folder: Path) -> None:
+    def __init__(
+        self, service: SoakService, players: Sequence[SoakPlayer], chance: random.Random, folder: Path
+    ) -> None:
         self._service, self._players, self._chance, self._folder = service, players, chance, folder
         self.times: list[float] = []
-        self.seconds: list[Player] = []
+        self.seconds: list[SoakPlayer] = []
         self.complaints: list[str] = []
 
     def kill_server(self) -> str:
@@ -264,7 +266,7 @@ class Faults:
         first = self._player()
         run = first.run
         output = self._folder / f"second-{len(self.seconds)}"
-        second = Player(self._host().address, output, first.access, first.settings)
+        second = SoakPlayer(self._host().address, output, first.access, first.settings)
         self.seconds.append(second.start(run))
         return f"run {run}"
 
@@ -313,16 +315,16 @@ class Faults:
         target = self._chance.choice(self._players).relay.target
         return next(host for host in self._service.hosts if host.address == target)
 
-    def _player(self) -> Player:
+    def _player(self) -> SoakPlayer:
         """Choose a player with a current run; wait until there is one."""
         for _ in range(int(PATIENCE / 0.02)):
             playing = [player for player in self._players if player.is_playing]
             if playing:
                 return self._chance.choice(playing)
             time.sleep(0.02)
-        raise Stuck(f"no client started a run within {PATIENCE:.0f} seconds")
+        raise NoProgress(f"no client started a run within {PATIENCE:.0f} seconds")
 
-    def _until_back(self, player: Player) -> None:
+    def _until_back(self, player: SoakPlayer) -> None:
         """Wait until a player whose connection broke continues, so that it does not delay the next measurement."""
         mine = {episode: known for episode, known in self._service.open_episodes().items() if episode[0] == player.run}
         self._service.wait_for_return(mine)
@@ -335,32 +337,32 @@ class Faults:
                 self._send(player, self._chance.choice(others))
 
     @staticmethod
-    def _send(player: Player, host: Server) -> None:
+    def _send(player: SoakPlayer, host: Server) -> None:
         player.relay.target = host.address
         player.relay.reset()
 
 
-class Fault(NamedTuple):
+class FaultKind(NamedTuple):
     """A kind of fault, and the method that injects it."""
 
     name: str
-    make: Callable[[Faults], str]
+    make: Callable[[FaultInjector], str]
 
 
-KILL = Fault("server killed", Faults.kill_server)
+KILL = FaultKind("server killed", FaultInjector.kill_server)
 
 OTHERS = (
-    Fault("client killed", Faults.kill_client),
-    Fault("client paused", Faults.pause_client),
-    Fault("a second client played the run", Faults.double_client),
-    Fault("connections reset", Faults.reset),
-    Fault("connections silent", Faults.silence),
-    Fault("server paused", Faults.pause_server),
-    Fault("server stopped cleanly", Faults.stop_server),
+    FaultKind("client killed", FaultInjector.kill_client),
+    FaultKind("client paused", FaultInjector.pause_client),
+    FaultKind("a second client played the run", FaultInjector.double_client),
+    FaultKind("connections reset", FaultInjector.reset),
+    FaultKind("connections silent", FaultInjector.silence),
+    FaultKind("server paused", FaultInjector.pause_server),
+    FaultKind("server stopped cleanly", FaultInjector.stop_server),
 )
 """Faults for every database."""
 
 OF_DATABASE = {
-    "sqlite": Fault("disk full", Faults.fill_disk),
-    "postgresql": Fault("database ended", Faults.end_database),
+    "sqlite": FaultKind("disk full", FaultInjector.fill_disk),
+    "postgresql": FaultKind("database ended", FaultInjector.end_database),
 }

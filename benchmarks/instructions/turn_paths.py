@@ -11,7 +11,7 @@ Place = tuple[float, float]
 OFF_LEG = 1.0
 """Maximum distance of a path from the straight legs that it is reduced to, in units."""
 
-BENT, STRONG = 35.0, 50.0
+MIN_BEND, MIN_STATED_BEND = 35.0, 50.0
 """Minimum angles of a bend that a turn to a side can tell, and of one that must be told, in degrees."""
 
 ONE_BEND = 4.6
@@ -45,7 +45,7 @@ class Bend:
 
 
 @dataclass(frozen=True)
-class Step:
+class PathStep:
     """A part of a path between two of its places: the path's length before it, its ends, and the heading of its leg."""
 
     since: float
@@ -54,7 +54,7 @@ class Step:
     heading: float
 
 
-class Way:
+class TurnPath:
     """A turn's path.
 
     Args:
@@ -68,14 +68,14 @@ class Way:
     """
 
     def __init__(self, path: Sequence[Place], heading: float) -> None:
-        self.steps: list[Step] = []
+        self.steps: list[PathStep] = []
         self.length, legs = 0.0, []
         for first, last in pairwise(_reduced(path, 0, len(path) - 1)):
             towards = bearing(path[first], path[last])
             legs.append((self.length, turned(heading, towards)))
             heading = towards
             for start, end in pairwise(path[first : last + 1]):
-                self.steps.append(Step(self.length, start, end, towards))
+                self.steps.append(PathStep(self.length, start, end, towards))
                 self.length += math.dist(start, end)
         self.bends = list(_joined_bends(legs))
 
@@ -112,7 +112,7 @@ def _joined_bends(legs: Sequence[tuple[float, float]]) -> Iterator[Bend]:
         yield Bend(group[0][0], group[-1][0], sum(each for _, each in group))
 
 
-def way_of(turn: dict[str, Any], start: dict[str, float], before: Sequence[int]) -> Way:
+def turn_path(turn: dict[str, Any], start: dict[str, float], before: Sequence[int]) -> TurnPath:
     """Return the way of a turn of a data set's file.
 
     Args:
@@ -121,7 +121,7 @@ def way_of(turn: dict[str, Any], start: dict[str, float], before: Sequence[int])
         before: actions of the navigation of the turn before it; none for the first.
     """
     heading = start["heading"] + 30.0 * (list(before).count(2) - list(before).count(1))
-    return Way([(x, z) for x, z in turn["path"]], heading % 360.0)
+    return TurnPath([(x, z) for x, z in turn["path"]], heading % 360.0)
 
 
 def bearing(start: Place, end: Place) -> float:
