@@ -1,4 +1,4 @@
-"""Tables of ablations in Markdown, from what variations reached: those that `ablations.py` writes."""
+"""Markdown tables of ablations, from the scores of each variation."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -18,11 +18,11 @@ SHOWN = {metric: f"{metric} alone" if phase == "assembly" else metric for phase 
 
 @dataclass(frozen=True)
 class PhaseScores:
-    """What a variation reached in one phase with one seed.
+    """The scores of a variation in one phase with one seed.
 
     Attributes:
         scores: by language of play and "split/episode", the phase's metrics.
-        updates: in the time that all had; 0 where nothing was trained.
+        updates: number of gradient updates in the common training time; 0 without training.
     """
 
     name: str
@@ -32,7 +32,7 @@ class PhaseScores:
     updates: int
 
     def of(self, metric: str, split: str, language: str) -> dict[str, float]:
-        """Return a metric of each episode of a split, as it was played in a language."""
+        """Return a metric of each episode of a split, played in a language."""
         return {name: each[metric] for name, each in self.scores[language].items() if name.startswith(f"{split}/")}
 
 
@@ -44,7 +44,7 @@ def tables(
     Args:
         trained: variations of `vl`.
         played: variations of `vl_map`.
-        rows, map_rows: what each of them is.
+        rows, map_rows: description of each variation.
     """
     parts = []
     for title, measured, names in (
@@ -78,7 +78,7 @@ def table(measured: Sequence[PhaseScores], split: str, rows: Mapping[str, str]) 
 
 
 def updates_table(measured: Sequence[PhaseScores], rows: Mapping[str, str]) -> str:
-    """Return how many updates each variation did, the mean over seeds."""
+    """Return each variation's number of gradient updates, the mean over seeds."""
     lines = []
     for name in rows:
         found = [[each.updates for each in measured if (each.name, each.phase) == (name, phase)] for phase in METRICS]
@@ -90,6 +90,6 @@ def updates_table(measured: Sequence[PhaseScores], rows: Mapping[str, str]) -> s
 def reached(
     measured: Sequence[PhaseScores], name: str, phase: str, metric: str, split: str, language: str
 ) -> dict[str, float]:
-    """Return a metric of each episode, the mean of all seeds; nothing where nothing was played."""
+    """Return a metric of each episode, the mean over seeds; empty if nothing was played."""
     seeds = [each.of(metric, split, language) for each in measured if (each.name, each.phase) == (name, phase)]
     return {episode: float(np.mean([each[episode] for each in seeds])) for episode in (seeds[0] if seeds else ())}

@@ -1,4 +1,4 @@
-"""Tables of agents in Markdown, from the scores of their episodes: those that `results.py` writes."""
+"""Markdown tables of agents, from the scores of their episodes."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ ALONE = "PTC alone"
 """Placement after navigation by the ground truth."""
 
 COMPARED_METRICS = ("nDTW", "CTC-3", ALONE)
-"""Metrics of the tables of differences and of seeds."""
+"""Metrics in the tables of differences and of seeds."""
 
 COMPARED_AGENTS = (
     ("vl", "vision_only"),
@@ -55,7 +55,7 @@ Floats = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class AgentScores:
-    """One agent with one seed on one split in one language.
+    """The scores of one agent with one seed on one split in one language.
 
     Attributes:
         turns: scores of each episode by id, those of both turns in order.
@@ -86,7 +86,7 @@ class AgentScores:
 
 @dataclass(frozen=True)
 class SeedGroup:
-    """All seeds of one agent on one split in one language."""
+    """The scores of all seeds of one agent on one split in one language."""
 
     agent: str
     language: str
@@ -106,10 +106,10 @@ class SeedGroup:
 
 @dataclass(frozen=True)
 class HiddenScores:
-    """One agent with one seed on a hidden split in one language.
+    """The aggregate scores of one agent with one seed on a hidden split in one language.
 
     Attributes:
-        episodes: that were played.
+        episodes: number of episodes played.
         metrics: of each turn and of both ("turn 1", "turn 2", "total"), by name: mean, low and high.
     """
 
@@ -120,7 +120,7 @@ class HiddenScores:
     metrics: Mapping[str, Mapping[str, Mapping[str, float]]]
 
     def shown(self, row: str, metric: str) -> str:
-        """Return a mean with its interval, as it is shown."""
+        """Return a mean with its interval, formatted for the table."""
         found = self.metrics[row][metric]
         return f"{found['mean']:.3f} ({found['low']:.3f} to {found['high']:.3f})"
 
@@ -152,7 +152,7 @@ def section(split: str, runs: Sequence[AgentScores]) -> str:
 
 
 def hidden_section(split: str, runs: Sequence[HiddenScores]) -> str:
-    """Return the tables of a hidden split in Markdown: each run's means, with the intervals that the server tells."""
+    """Return the tables of a hidden split in Markdown: each run's means, with the intervals that the server reports."""
     rows = [
         (f"`{run.agent}`", run.language, str(run.seed), str(run.episodes), row, *map(run.shown, [row] * 7, COLUMNS))
         for run in runs
@@ -198,7 +198,7 @@ def difference_table(groups: Sequence[SeedGroup]) -> str:
 
 
 def seed_table(groups: Sequence[SeedGroup]) -> str:
-    """Return how much the means of seeds differ, and how much episodes do."""
+    """Return the variation between the means of seeds, and between episodes."""
     rows = []
     for group in groups:
         for metric in COMPARED_METRICS:
@@ -222,7 +222,7 @@ def paired_difference(better: Floats, worse: Floats, confidence: float = CONFIDE
 
 
 def shown_difference(one: Floats, other: Floats) -> str:
-    """Return a mean difference with its interval, paired by episode; bold if the interval does not hold 0."""
+    """Return a mean difference with its interval, paired by episode; bold if the interval excludes 0."""
     mean, low, high = paired_difference(one, other)
     shown = f"{mean:+.3f} ({low:+.3f} to {high:+.3f})"
     return f"**{shown}**" if low > 0 or high < 0 else shown
@@ -241,5 +241,5 @@ def _difference(better: SeedGroup, worse: SeedGroup, metric: str) -> str:
 
 
 def number(value: float | None) -> str:
-    """Return a number as it is shown; nothing where it was not measured."""
+    """Return a number formatted for the table; empty if it was not measured."""
     return "" if value is None else f"{value:.3f}"

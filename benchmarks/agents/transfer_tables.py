@@ -1,4 +1,4 @@
-"""Tables of tokenizers, encoders and transfer in Markdown, from what rows reached: those that `transfer.py` writes."""
+"""Markdown tables of tokenizers, encoders and transfer, from the scores of `transfer.py`."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -16,11 +16,11 @@ SHOWN = {"PTC": "In the room: PTC", "nDTW": "In the streets: nDTW", "CTC-3": "In
 
 @dataclass(frozen=True)
 class EncoderSetup:
-    """How texts are read.
+    """A tokenizer with a text encoder.
 
     Attributes:
-        tokenizer, reader: as recipes name them.
-        what: shown in the table.
+        tokenizer, reader: names in recipes.
+        what: description in the table.
     """
 
     tokenizer: str
@@ -41,18 +41,18 @@ ENCODERS = {
 
 @dataclass(frozen=True)
 class TransferResult:
-    """What one row reached with one seed.
+    """The scores of one training setup with one seed.
 
     Attributes:
         encoder: a key of ENCODERS.
         trained: languages in which actions were learned.
-        aligned: whether languages were pulled together.
-        times: so many times the CPU time of the other rows.
-        phase: that was trained and played.
+        aligned: whether the alignment loss was used.
+        times: multiple of the CPU time of the other rows.
+        phase: phase that was trained and played.
         scores: by language of play, the metrics of each episode.
-        updates: in the time that all had.
-        pieces: mean of a text's, by language.
-        parameters: that were learned, of the phase's module.
+        updates: number of gradient updates in the common training time.
+        pieces: mean number of tokens in a text, by language.
+        parameters: number of trained parameters of the phase's module.
     """
 
     encoder: str
@@ -67,16 +67,16 @@ class TransferResult:
     parameters: int
 
     def of(self, metric: str, language: str) -> dict[str, float]:
-        """Return a metric of each episode played in a language; nothing where it was not measured."""
+        """Return a metric of each episode played in a language; empty if it was not measured."""
         return {name: each[metric] for name, each in self.scores[language].items() if metric in each}
 
 
 class ResultTable:
-    """The results in one metric, by what was trained.
+    """The results in one metric, by training setup.
 
     Args:
-        results: all; those without the metric are left out.
-        metric: that is shown.
+        results: all results; those without the metric are ignored.
+        metric: metric of the table.
     """
 
     def __init__(self, results: Sequence[TransferResult], metric: str) -> None:
@@ -93,7 +93,7 @@ class ResultTable:
     def reached(
         self, encoder: str, trained: Sequence[str], language: str, *, aligned: bool = False, times: int = 1
     ) -> Floats | None:
-        """Return the metric of each episode, the mean of all seeds; None where nothing was played."""
+        """Return the metric of each episode, the mean over seeds; None if nothing was played."""
         found = [each.of(self.metric, language) for each in self.seeds(encoder, trained, aligned=aligned, times=times)]
         if not found:
             return None
@@ -122,7 +122,7 @@ def _tables(table: ResultTable) -> list[str]:
 
 
 def encoder_table(table: ResultTable) -> str:
-    """Return tokenizers and encoders in joint training, and how they differ from words."""
+    """Return the scores of tokenizers and encoders in joint training, and their differences from words."""
     rows = []
     for name, encoder in ENCODERS.items():
         results = table.seeds(name, LANGUAGES)
@@ -160,7 +160,7 @@ def transfer_table(table: ResultTable) -> str:
 
 
 def alignment_table(table: ResultTable) -> str:
-    """Return what the alignment loss changes; nothing where no row has it."""
+    """Return the effect of the alignment loss; empty if no row uses it."""
     rows = []
     for name in ENCODERS:
         for trained in (("en",), LANGUAGES):
@@ -191,7 +191,7 @@ def seed_table(table: ResultTable) -> str:
 
 
 def difference(one: Floats | None, other: Floats | None) -> str:
-    """Return a difference as `shown_difference`; nothing where one was not measured."""
+    """Return a difference like `shown_difference`; empty if a score was not measured."""
     return "" if one is None or other is None else shown_difference(one, other)
 
 

@@ -1,7 +1,7 @@
-"""Whether two accounts of what a text asks for agree: the reader's, and the meaning that somebody wrote down.
+"""Agreement of two accounts of a text's meaning: a parsed meaning, and one that an annotator wrote down.
 
-The measure is to hold what two careful people who read one text would both write down, and no more; what it lets pass
-follows from a comparison of two independent accounts of 20 texts (`data/second_meanings.jsonl`). An account of a
+The measure compares what two careful people who read one text would both write down, and no more; its tolerances
+follow from a comparison of two independent accounts of 20 texts (`data/second_meanings.jsonl`). An account of a
 navigation is brought to one form: what is passed or reached, in order, divided by the turns, and the target with what
 stands around it. Then two accounts agree if
 
@@ -35,15 +35,15 @@ from arramon_lang.meaning import Assembly, Face, Navigation, Rotate, Step, Where
 from benchmarks.instructions.names import ComparedName, name_read, name_said
 
 LEFT_OUT = 1
-"""Number of things of a navigation that one account may leave out."""
+"""Number of things in a navigation that one account may omit."""
 
 _POSITIONS = {"to": {"at"}, "past": {"after"}}
-"""Where a walk leaves the walker, for the turn that follows it; the other ways leave it open."""
+"""Position of the walker after each kind of walk, for the turn that follows; other kinds leave it open."""
 
 _AROUND = {"in_front_of": "before", "behind": "after"}
 
 _BESIDE = {"near", "against", "diagonal_to", "between"}
-"""Relations that leave open on which side of the thing the target is."""
+"""Relations that do not determine the side of the thing on which the target is."""
 
 _OPPOSITE = (
     {"before", "after"}, {"left_of", "right_of"}, {"in_front_of", "behind"}, {"on_top_of", "before"},
@@ -60,7 +60,7 @@ class Waypoint:
     """A thing on the way or around the target; two of them for "between".
 
     Attributes:
-        names: one, or two.
+        names: one name, or two.
         positions: of the walker or the target to it: "at", "before", "after", other relations; none if left open.
         side: "left" or "right" if said, "" if not, None where no side can be said.
     """
@@ -70,7 +70,7 @@ class Waypoint:
     side: str | None = ""
 
     def is_same(self, other: "Waypoint") -> bool:
-        """Return whether both are the same thing, on no other side."""
+        """Return whether both are the same thing, without contradicting sides."""
         sides = self.side, other.side
         if None not in sides and self.side != other.side:
             return False
@@ -83,14 +83,14 @@ class Waypoint:
 
 @dataclass(frozen=True, slots=True)
 class ComparedRoute:
-    """A navigation in the form in which it is compared.
+    """A navigation in canonical form, for comparison.
 
     Attributes:
         turns: directions, in order.
         legs: things on the way: before each turn, and after the last one.
-        around: what stands around the target, apart from what is in the last leg.
-        target: its name.
-        seen: relations of the target to who stands before it.
+        around: things around the target, except those in the last leg.
+        target: name of the target.
+        seen: relations of the target to the viewer.
     """
 
     turns: tuple[str, ...]
@@ -104,12 +104,12 @@ Relation = tuple[str, tuple[ComparedName, ...]]
 
 
 def navigation_agrees(meaning: Navigation, said: Mapping[str, Any]) -> bool:
-    """Return whether a reading agrees with a written meaning; see above."""
+    """Return whether a parsed navigation agrees with a written meaning (see the module's docstring)."""
     return routes_agree(route_read(meaning), route_said(said))
 
 
 def assembly_agrees(meaning: Assembly, said: Mapping[str, Any]) -> bool:
-    """Return whether a reading of an assembly agrees with a written meaning; see above."""
+    """Return whether a parsed assembly agrees with a written meaning (see the module's docstring)."""
     placing = meaning.turns, name_read(meaning.thing), [*_relations_read(meaning.where)]
     return _placings_agree(placing, _placing_said(said))
 
@@ -120,7 +120,7 @@ def accounts_agree(one: Mapping[str, Any], other: Mapping[str, Any]) -> tuple[bo
 
 
 def route_read(meaning: Navigation) -> ComparedRoute:
-    """Return the route of a reading."""
+    """Return the canonical route of a parsed meaning."""
     return _route(
         [part for step in meaning.steps for part in _parts_read(step)],
         name_read(meaning.target),
@@ -129,7 +129,7 @@ def route_read(meaning: Navigation) -> ComparedRoute:
 
 
 def route_said(said: Mapping[str, Any]) -> ComparedRoute:
-    """Return the route of a written meaning."""
+    """Return the canonical route of a written meaning."""
     target = said["target"]
     return _route(
         [part for step in said["steps"] for part in _parts_said(step)],
@@ -139,7 +139,7 @@ def route_said(said: Mapping[str, Any]) -> ComparedRoute:
 
 
 def routes_agree(one: ComparedRoute, other: ComparedRoute) -> bool:
-    """Return whether two routes are the same, as far as two readers of one text can be asked to agree."""
+    """Return whether two routes agree within the tolerances for two readers of one text."""
     if one.turns != other.turns or not _same_target(one.target, other.target):
         return False
     if _are_opposite(one.seen, other.seen):
@@ -151,7 +151,7 @@ def routes_agree(one: ComparedRoute, other: ComparedRoute) -> bool:
 
 
 def _left_out(full: ComparedRoute, short: ComparedRoute) -> int | None:
-    """Return how many things of `full` are not in `short`, or None if the rest is not the same."""
+    """Return the number of things of `full` missing in `short`, or None if the rest differs."""
     count = 0
     for mine, theirs in zip(full.legs[:-1], short.legs[:-1], strict=True):
         if not _is_within(theirs, mine):
@@ -311,7 +311,7 @@ def _placings_agree(one: Placing, other: Placing) -> bool:
 
 
 def _same_object(one: ComparedName, other: ComparedName) -> bool:
-    """Return whether both name the object that is carried: there is one, so that it may be named in fewer words."""
+    """Return whether both names fit the carried object. As there is only one, a shorter name is enough."""
     return one.kind == other.kind and (one.says <= other.says or other.says <= one.says)
 
 

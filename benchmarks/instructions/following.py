@@ -1,8 +1,8 @@
 """Scores of the follower on instructions before any is rejected: `python -m benchmarks.instructions.following`.
 
 Draws the first valid draft of each episode and the first texts that pass the quality checks, and plays them in every
-language. `arramon-server generate` keeps only a part of these, so this measures the quality of the instructions before
-that selection. Prints the paper's table, and the share that would be kept; `--json` also writes it to a file.
+language. `arramon-server generate` keeps only some of these, so this measures the quality of the instructions before
+selection. Prints the paper's table, and the share that would be kept; `--json` also writes it to a file.
 """
 
 import arramon_lang as lang

@@ -29,7 +29,7 @@ Texts = tuple[Instructions, Instructions]
 
 
 def name_alone(episode: Episode) -> Texts:
-    """Return an episode's texts with only the targets named in navigation."""
+    """Return an episode's texts with navigation reduced to the target's name."""
     named = []
     for number, (turn, text) in enumerate(zip(episode.turns, episode.instructions[LANGUAGE], strict=True)):
         kind = turn.target.type

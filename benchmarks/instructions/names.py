@@ -1,4 +1,4 @@
-"""Names of things in readings and in written meanings, brought to one form so that they can be compared."""
+"""Names of things in parsed and in written meanings, in canonical form for comparison."""
 
 from dataclasses import dataclass
 
@@ -14,16 +14,16 @@ SAME_WORD = {
     "golden": "gold", "wooden": "gold", "gray": "grey", "metal": "grey", "silver": "grey", "spotted": "dotted",
     "dot": "circle",
 }  # fmt: skip
-"""Words for one colour or look. A wooden thing of the street is of the catalogue's colour gold."""
+"""Synonyms of a colour or look. Wooden street furniture has the catalogue's colour gold."""
 
 OWN_WORDS = {
     "phone_booth": {"blue"}, "hydrant": {"red"}, "stop_sign": {"red"}, "bags": {"black"}, "tree": {"green"},
     "bench": {"brown", "gold"}, "mailbox": {"blue"},
 }  # fmt: skip
-"""What all things of a kind look like: "the blue phone booth" says no more than "the phone booth"."""
+"""Attributes common to all things of a kind: "the blue phone booth" means the same as "the phone booth"."""
 
 SHOPS = frozenset(("hotel", "cafe", "bank", "bakery", "pharmacy", "cinema"))
-"""A shop, its sign and its building are one place."""
+"""Kinds of shops: a shop, its sign and its building count as one place."""
 
 ORDINALS = frozenset(("first", "second", "third", "last", "nearest", "next", "another"))
 
@@ -32,7 +32,7 @@ _WITHOUT_MEANING = frozenset(("the", "two", "several", "both", "three", "right",
 
 @dataclass(frozen=True, slots=True)
 class ComparedName:
-    """What a text calls a thing.
+    """The name of a thing in a text, in canonical form.
 
     Attributes:
         kind: as in `arramon_lang.meaning.Thing`.
@@ -45,11 +45,10 @@ class ComparedName:
     which: str = ""
 
     def fits(self, other: "ComparedName") -> bool:
-        """Return whether both can name one thing, and say of it what tells it apart.
+        """Return whether both can name the same thing, with the same distinguishing attributes.
 
-        The kind is the same; what the one says the other says too, or at least a part of it if it says more ("the white
-        and black mug", "the banner with the red triangle"). A colour or look that only one of them says at all, or that
-        differs, is another name.
+        The kinds must be equal, and the attributes of one must include those of the other ("the white and black mug",
+        "the banner with the red triangle"). Names differ if only one of them gives a colour or look.
         """
         if self.kind != other.kind or (self.which in COUNTED and other.which in COUNTED and self.which != other.which):
             return False
@@ -59,16 +58,16 @@ class ComparedName:
 
 
 COUNTED = frozenset(("first", "second", "third"))
-"""Ordinals that count, and so cannot be exchanged for one another."""
+"""Ordinals that count, and so are not interchangeable."""
 
 
 def name_read(thing: Thing) -> ComparedName:
-    """Return the name of a thing in a reading."""
+    """Return the name of a thing in a parsed meaning."""
     return _name(thing.kind, {word for word in (thing.colour, thing.look) if word}, thing.which)
 
 
 def name_said(words: str) -> ComparedName:
-    """Return the name of a thing in the plain words of a written meaning."""
+    """Return the name of a thing in a written meaning."""
     *before, kind = words.lower().replace("-", " ").replace("zebra crossing", "zebra_crossing").split()
     singular = kind[:-1] if kind.endswith("s") and kind not in ("hourglass", "bags", "tires", "tyres") else kind
     which = next((word for word in before if word in ORDINALS), "")

@@ -1,4 +1,4 @@
-"""Draw sheets for readers of instructions, who say to which object and which cell a text leads.
+"""Sheets for human readers of instructions, who decide to which object and cell a text leads.
 
     python -m benchmarks.instructions.reader_sheets --split val_unseen [--data DIR] [--output DIR] [EPISODE ...]
 
@@ -27,7 +27,7 @@ from benchmarks.common import parser_of
 
 
 def reader_sheet(episode: Episode, number: int, site: GenerationSite) -> tuple[Image.Image, str]:
-    """Return the picture and the page of facts from which a reader finds where a text leads, without way and goal."""
+    """Return a reader's picture and page of facts, without path and goal."""
     facts, turn = route_facts(episode, number, site), episode.turns[number - 1]
     chart = street_map(site.section, turn)
     for prop in site.section.props:  # All of them: those that are seen from the way would tell it.
@@ -45,7 +45,7 @@ def reader_sheet(episode: Episode, number: int, site: GenerationSite) -> tuple[I
 
 
 def numbered_objects(episode: Episode, number: int) -> list[Collectible]:
-    """Return a turn's objects in the street in an order that does not tell the target."""
+    """Return a turn's street objects in an order that does not reveal the target."""
     street = episode.turns[number - 1].street
     keys = {item: f"{episode.episode_id}/{number}/{item.type}/{item.position}" for item in street}
     return sorted(street, key=lambda item: hashlib.sha256(keys[item].encode()).digest())

@@ -1,13 +1,12 @@
-"""Count false references in generated navigation instructions: phrases for which the street holds no fitting thing.
+"""Count false references in generated navigation instructions: phrases without a matching thing in the street.
 
     python -m benchmarks.instructions.references DATA [--split NAME ...] [--show N]
 
-Written apart from the gate of generation: it sees only the files of a data set. It finds the nouns of things in a text
-with what stands around them, and looks for objects that all of them can be, in order along the ground truth's path: one
-that is called the same must be the same, another must be another, of two there must be two, and nothing may be left
-behind long before it is mentioned. A text without such objects holds a false reference. So does one that names nothing
-by the target, where another object looks like it. `sides.py` beside it looks at the sides that are told of things on
-the way, and at what is told to lie by a zebra crossing.
+This check is independent of the generation's gate: it uses only the files of a data set. It finds the noun phrases of a
+text and assigns objects to them in order along the ground truth's path: "the same" must be the same object, "another" a
+different one, "two" need two, and no object may be passed long before it is mentioned. A text without such an
+assignment contains a false reference. So does a text that names nothing near the target although another object looks
+like it. `sides.py` checks the stated sides of things on the way, and targets said to be next to a zebra crossing.
 """
 
 import json
@@ -29,12 +28,12 @@ tells its place, in units."""
 
 PLACES = ("intersection", "t_junction", "corner", "building_corner", "street", "alley", "square", "street_end")
 SKIPPED = (*PLACES, "wall", "", "building", "you")
-"""Kinds that the files do not list one by one."""
+"""Kinds that the files do not list individually."""
 
 
 @dataclass(frozen=True)
 class StreetObject:
-    """A thing in the street, with the place of the path nearest to it."""
+    """A thing in the street, with the nearest place of the path."""
 
     kind: str
     colour: str
@@ -60,7 +59,7 @@ def objects(turn: dict[str, Any], section: dict[str, Any]) -> list[StreetObject]
 
 
 def is_consistent(told: Sequence[NounPhrase], things: Sequence[StreetObject]) -> bool:
-    """Return whether there is an object for each mention."""
+    """Return whether an object can be assigned to each mention."""
     told = [mention for mention in told if mention.kind not in SKIPPED]
 
     def fits(number: int, chosen: tuple[StreetObject, ...], progress: int) -> bool:
@@ -93,7 +92,7 @@ def is_consistent(told: Sequence[NounPhrase], things: Sequence[StreetObject]) ->
 
 
 def identifies_target(told: Sequence[NounPhrase], turn: dict[str, Any], things: Sequence[StreetObject]) -> bool:
-    """Return whether a text names something by the target that is not by another object that looks like it."""
+    """Return whether a text names something near the target that is not near its look-alike."""
     target, *others = ((item["type"], item["position"][0], item["position"][2]) for item in turn["street"])
     twins = [(x, z) for kind, x, z in others if kind == target[0]]
     told = [_in_full(mention, told[:number]) for number, mention in enumerate(told)]
@@ -114,7 +113,7 @@ def identifies_target(told: Sequence[NounPhrase], turn: dict[str, Any], things: 
 
 
 def _in_full(mention: NounPhrase, earlier: Sequence[NounPhrase]) -> NounPhrase:
-    """Return what "the same" or "that" repeats, with the words that it was first told by."""
+    """Resolve "the same" or "that" to the earlier mention, with its full description."""
     alike = [each for each in earlier if each.kind == mention.kind and (each.colour or each.look)]
     if mention.marker != "same" or mention.colour or mention.look or not alike:
         return mention
@@ -137,7 +136,7 @@ def _is_one_of_two(thing: StreetObject, mention: NounPhrase, things: Sequence[St
 
 @dataclass
 class ReferenceCounts:
-    """What the texts of a section and language hold, and how much of it is false."""
+    """Counts of references, sides and neighbours in the texts of a section and language, and of the false ones."""
 
     texts: int = 0
     things: int = 0
@@ -154,7 +153,7 @@ class ReferenceCounts:
         )
 
     def add(self, text: str, code: str, turn: dict[str, Any], section: dict[str, Any], way: TurnPath) -> list[str]:
-        """Count one text, and return what is false in it."""
+        """Count one text, and return descriptions of what is false in it."""
         told, things, grounds = list(mentions(text, code)), objects(turn, section), grounds_of(turn, section)
         x, _, z = turn["street"][0]["position"]
         is_true = is_consistent(told, things) and identifies_target(told, turn, things)
@@ -171,7 +170,7 @@ class ReferenceCounts:
 
 
 def check(data: Path, splits: Sequence[str], show: int) -> None:
-    """Print how many texts of each split, section and language hold a false reference, side or neighbour, and some."""
+    """Print the numbers of texts with false references, sides or neighbours by split, section and language."""
     for split in sorted(path for path in (data / "splits").iterdir() if not splits or path.name in splits):
         counts: dict[tuple[str, str], ReferenceCounts] = {}
         sections = {path.stem: json.loads(path.read_text()) for path in (split / "sections").glob("*.json")}

@@ -1,4 +1,4 @@
-"""Sections reconstructed from paths with drawn street furniture and banners, to compare those that texts describe with.
+"""Sections reconstructed from paths with random street furniture, as a baseline for furniture recovered from texts.
 
 The number of each kind follows the frequency with which the original benchmark's instructions mention it.
 """

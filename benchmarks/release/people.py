@@ -44,7 +44,7 @@ CITIES, TEXTS = ("rebuilt", "before"), ("own text", "another's text")
 
 @dataclass(frozen=True, slots=True)
 class TurnScores:
-    """The scores of one turn, and how much of the furniture that its own text names is there."""
+    """The scores of one turn, and whether the furniture that its own text names exists."""
 
     episode: str
     city: str
@@ -54,11 +54,11 @@ class TurnScores:
 
 
 class VariedCamera:
-    """A camera (`cameras.Camera`) of a variation of a scene.
+    """A camera (`cameras.Camera`) that renders a variation of a scene.
 
     Args:
-        camera: of the scene.
-        variation: that it draws.
+        camera: of the original scene.
+        variation: the scene to render.
     """
 
     def __init__(self, camera: Camera, variation: Scene) -> None:
@@ -79,17 +79,17 @@ class VariedCamera:
         into: Frame | None = None,
         variation: Scene | None = None,
     ) -> Frame:
-        """Draw a frame, as the camera does."""
+        """Render a frame of the variation."""
         shown = self._variation if variation is None else variation
         return self._camera.render(viewpoint, actors, size, segmentation=segmentation, into=into, variation=shown)
 
 
 class PlayedSection:
-    """A section in which episodes are played.
+    """The worlds of a section's episodes, each with its own furniture.
 
     Args:
-        section: of all episodes.
-        episodes: with their own furniture.
+        section: section of all episodes.
+        episodes: the episodes.
     """
 
     def __init__(self, section: Section, episodes: Sequence[Episode]) -> None:
@@ -107,14 +107,14 @@ class PlayedSection:
 
 
 def there(text: str, language: str, episode: Episode, turn: int, section: Section) -> str:
-    """Return whether the furniture that a text names is there: ALL, SOME or NONE."""
+    """Return how much of the furniture that a text names exists: ALL, SOME or NONE."""
     if not any(event.kind in FURNITURE for event in events_of(text, language)):
         return NONE
     return SOME if missing(text, language, episode, turn, section) else ALL
 
 
 def before(section: Section, episodes: Sequence[Episode]) -> Section:
-    """Return the section with furniture that was drawn without regard to the texts."""
+    """Return the section with random furniture, independent of the texts."""
     turns = [turn for episode in episodes for turn in episode.turns]
     targets = np.array([(turn.target.position.x, turn.target.position.z) for turn in turns])
     return reconstruct(section.id, [np.array(turn.path) for turn in turns], targets)
@@ -171,7 +171,7 @@ def measure(
 
 
 def read_played(file: Path) -> list[TurnScores]:
-    """Return what an earlier command has played."""
+    """Return the turns that an earlier command has played."""
     return [TurnScores(**one) for line in file.read_text().splitlines() for one in json.loads(line)]
 
 

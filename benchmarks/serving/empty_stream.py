@@ -1,10 +1,10 @@
-"""What gRPC alone costs: an empty bidirectional stream with messages of the sizes of play in shared memory.
+"""Cost of gRPC alone: an empty bidirectional stream with messages as large as in play with shared memory.
 
     python -m benchmarks.serving.empty_stream [--seconds 3] [--request 300] [--response 3800] [--together 8]
 
-The server answers every message with the same bytes, and the client sends the next one at once; two messages are under
-way, as in play with half of the episodes each. Client and server use gRPC as `arramon_client` and `arramon_server.api`
-do. No server on it can play more steps per second than this.
+The server answers every message with the same bytes, and the client sends the next one at once; two messages are in
+flight, as in play with half of the episodes each. Client and server use gRPC like `arramon_client` and
+`arramon_server.api`. No server on it can play more steps per second than this.
 """
 
 import asyncio
@@ -22,7 +22,7 @@ from benchmarks.common import add_seconds, aligned, parser_of, whole
 from benchmarks.serving.server import cpu_seconds
 
 IN_FLIGHT = 2
-"""Messages that are sent before the first one is answered."""
+"""Number of messages sent before the first answer."""
 
 WARM_UP_SECONDS = 0.5
 
@@ -58,7 +58,7 @@ def serve(address: str, response: int, ready: Any) -> None:
 
 
 class EchoClient:
-    """A stream that is read by a thread of its own, as by `arramon_client.transport.stream`."""
+    """A stream with a reader thread, as in `arramon_client.transport.stream`."""
 
     def __init__(self, address: str, request: int) -> None:
         self._request = b"y" * request

@@ -1,4 +1,4 @@
-"""Profile of the server under load: a flame graph, and a table of shares by stage.
+"""Profile of the server under load: a flame graph, and a table of CPU shares by stage.
 
     python -m benchmarks.serving.flames [--data DIR] [--parallel 16] [--seconds 10] [--output DIR]
 
@@ -50,7 +50,7 @@ STAGES: dict[str, tuple[Code, ...]] = {
     "messages: the rest": (PlayHandler,),
     "the engine itself": (Engine,),
 }
-"""Stages, each with the code that marks its stacks; the first match counts."""
+"""Stages, each with the code that identifies its stacks; the first match counts."""
 
 WAITS: tuple[Code, ...] = (EpollSelector.select,)
 IDLE = "_worker (concurrent"
@@ -61,7 +61,7 @@ REST = "gRPC and the event loop"
 
 
 def marks(code: Code) -> str:
-    """Return how py-spy begins the name of a function, or of a class's methods."""
+    """Return the prefix that py-spy gives the name of a function, or of a class's methods."""
     if isinstance(code, type):
         return f"{code.__qualname__}."
     name: str = code.__qualname__
@@ -112,7 +112,7 @@ def record_stacks(process_id: int, seconds: int, form: str, output: Path) -> Non
     """Record a process's stacks with py-spy.
 
     Raises:
-        SystemExit: if py-spy is not installed, or may not look into the process.
+        SystemExit: if py-spy is not installed, or lacks permission to inspect the process.
     """
     places = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
     program = shutil.which("py-spy", path=places)

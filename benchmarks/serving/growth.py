@@ -41,12 +41,12 @@ from benchmarks.simulation.cameras import VIEWS, drawing, views_of
 
 EPISODES = (1, 16, 128, 1000)
 ENOUGH = 100
-"""Number of open episodes from which on their memory exceeds the noise."""
+"""Minimum number of open episodes for which their memory exceeds the noise."""
 
 STREAMS = (1, 2, 4, 16)
 SHARES = (0.25, 0.5, 0.75, 1.0)
 DRAWING_SECONDS = 0.5
-"""Duration of a measurement of the camera, at least."""
+"""Minimum duration of a camera measurement, in seconds."""
 
 PARTS = ("starts", "loads", "bodies")
 COLUMNS = {
@@ -58,7 +58,7 @@ Figures = dict[str, float]
 
 
 def starts(data: Path) -> Iterator[tuple[str, Figures]]:
-    """Measure a server's first start on a machine, and a later one."""
+    """Measure the first start of a server on a machine, and a later one."""
     with tempfile.TemporaryDirectory() as folder:
         for name in ("first start on a machine", "later start"):
             with serving(data, ServerSetting(name), environment={"NUMBA_CACHE_DIR": folder}) as process:

@@ -73,7 +73,7 @@ class StepFigures:
         rate: steps per second.
         mean, p50, p99: milliseconds from an action to the next observation of its episode.
         memory: resident memory of the server's processes, in MB.
-        work: CPU time of the server's processes per step, in milliseconds; in process, of this one.
+        work: CPU time of the server's processes per step, in milliseconds; for the in-process row, of this process.
         own: CPU time of the client per step, in milliseconds.
         ready: seconds until the server listens.
     """
@@ -89,10 +89,10 @@ class StepFigures:
 
 
 def in_process(split: Split, seconds: float, size: int = 224) -> StepFigures:
-    """Measure rules and frames of 16 episodes in turn, in this process: what the served rows draw, and nothing else.
+    """Measure rules and frames of 16 episodes in turn, in this process: the same frames as in the served rows.
 
-    The episodes come in the order of a run, and the same agent plays them: how long a frame takes depends on what is
-    seen. An agent that always walks against the same wall sees little, and is drawn in half the time.
+    The same agent plays the episodes in the order of a run, as the time of a frame depends on what is visible: for an
+    agent that walks against a wall, rendering takes half the time.
     """
     worlds, limits, agent = Worlds({split.name: split}), Limits(), RandomWalk()
     waiting = cycle(split.in_playing_order(next(iter(split.languages))))

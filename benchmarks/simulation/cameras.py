@@ -55,7 +55,7 @@ PEER_SECONDS = 2.0
 """Duration of a measurement of another environment."""
 
 VARIATIONS, OWN = 16, 20
-"""Episodes with furniture of their own, and the number of props that each of them adds."""
+"""Number of episodes with furniture of their own, and number of props that each adds."""
 
 PEERS = {"vizdoom": "ViZDoom, 320x240, RGB + depth", "miniworld": "MiniWorld, 224x224, RGB"}
 
@@ -70,7 +70,7 @@ print(time.perf_counter() - start)
 
 @dataclass
 class CameraRow:
-    """A row of the table: its measurement, and the results by round."""
+    """A row of the table: its measurement, and its results by round."""
 
     name: str
     measure: Callable[[], float | None]
@@ -93,9 +93,9 @@ def views_of(split: Split, section: str) -> Iterator[View]:
 
 
 def variations_of(section: Section, scene: Scene, number: int) -> list[Scene]:
-    """Return variations of a section's scene, as episodes with furniture of their own have.
+    """Return variations of a section's scene, like those of episodes with furniture of their own.
 
-    Of the section's props one in six is left out, one in six stands a unit aside, and there are `OWN` more.
+    One in six of the section's props is removed, one in six is moved by a unit, and `OWN` props are added.
     """
     made, count = [], len(section.props)
     for first in range(number):
@@ -122,9 +122,9 @@ def drawing(
     segmentation: bool,
     variations: Sequence[Scene | None] = (None,),
 ) -> Callable[[], float]:
-    """Return a function that draws all views repeatedly for at least some seconds, and returns frames per second.
+    """Return a function that renders all views repeatedly for some seconds, and returns frames per second.
 
-    Each view is drawn in the next one of the variations of the camera's scene.
+    Each view is rendered in the next variation of the camera's scene.
     """
 
     def measure() -> float:

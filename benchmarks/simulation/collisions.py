@@ -8,8 +8,8 @@ truth, with the episode's own furniture, and a step in each of twelve directions
 
 `pybullet alone` counts the moves about which pybullet by itself would decide otherwise than the exact distance, and
 `farthest` says how far from touching these were at most, in units. `differ` counts the moves about which the two
-implementations of the rules decide differently: there must be none, or the exit status is 1. Chunks that a log holds
-are not computed again, so that a long comparison can be made in parts: `--minutes` ends one, and the next goes on.
+implementations of the rules decide differently: there must be none, or the exit status is 1. Chunks in the log are
+not computed again, so that a long comparison can be made in several commands: `--minutes` ends one, the next resumes.
 """
 
 import json
@@ -45,10 +45,10 @@ SEED = "arramon"
 """Seed of the project's own sections."""
 
 DRAWN = ("101", "102")
-"""Sections that are drawn."""
+"""Ids of sections with random street plans."""
 
 CHUNK = 20_000
-"""Random moves that are computed, and logged, at a time."""
+"""Number of random moves in a chunk, which is computed and logged at once."""
 
 BEYOND = 2.0
 """Distance beyond a section's bounds from which moves still start, in units."""
@@ -58,15 +58,15 @@ Way = tuple[Place, Place]
 
 @dataclass
 class MoveCounts:
-    """Results of some moves.
+    """Counts of compared moves.
 
     Attributes:
-        moves: their number.
-        near: of these, within TOUCHING of touching a body.
-        free: of these, decided as free.
-        pybullet_alone: about which pybullet by itself decides otherwise than the exact distance.
-        farthest: how far from touching these were at most, in units.
-        differ: about which the implementations of the rules decide differently.
+        moves: all moves.
+        near: moves within TOUCHING of touching a body.
+        free: moves decided as free.
+        pybullet_alone: moves for which pybullet by itself disagrees with the exact distance.
+        farthest: maximum distance of these from touching, in units.
+        differ: moves for which the implementations of the rules disagree.
     """
 
     moves: int = 0
@@ -77,7 +77,7 @@ class MoveCounts:
     differ: int = 0
 
     def add(self, other: "MoveCounts") -> None:
-        """Add other results to these."""
+        """Add other counts to these."""
         for field in fields(self):
             mine, its = getattr(self, field.name), getattr(other, field.name)
             setattr(self, field.name, max(mine, its) if field.name == "farthest" else mine + its)
@@ -136,7 +136,7 @@ def nearest_points(footprint: Footprint, start: Place, end: Place) -> tuple[Plac
 
 
 def mixed(section: Section, scene: Scene, plane: Footprints, random: Random) -> Iterator[Way]:
-    """Yield moves without end, each third of them one that almost touches a body."""
+    """Yield random moves without end; every third one almost touches a body."""
     anywhere, near = steps_anywhere(section, random), steps_that_almost_touch(scene, plane, random)
     while True:
         yield next(anywhere)
@@ -145,17 +145,17 @@ def mixed(section: Section, scene: Scene, plane: Footprints, random: Random) -> 
 
 
 Check = Callable[[Place, Place], bool]
-"""Returns whether the way between two places is free."""
+"""Returns whether the straight line between two places is free."""
 
 
 def compare(ways: Iterable[Way], engine: Check, alone: Check, distance: Callable[[Place, Place], float]) -> MoveCounts:
-    """Return what pybullet and plane geometry decide about moves.
+    """Compare the decisions of pybullet and plane geometry about moves.
 
     Args:
         ways: the moves.
         engine: pybullet's collision checks, as the rules use them.
-        alone: those of pybullet by itself.
-        distance: returns the exact distance of a way from the nearest body.
+        alone: collision checks of pybullet by itself.
+        distance: returns the exact distance of a move from the nearest body.
     """
     counts = MoveCounts()
     for start, end in ways:
@@ -254,8 +254,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = parser_of(__doc__)
     parser.add_argument("--moves", type=whole, default=1_000_000, help="random moves in all (default: %(default)s)")
     parser.add_argument("--data", type=Path, help="data folder whose splits are compared, too")
-    parser.add_argument("--log", type=Path, help="file of finished chunks, to go on from")
-    parser.add_argument("--minutes", type=float, default=math.inf, help="time after which no chunk is begun")
+    parser.add_argument("--log", type=Path, help="log of finished chunks, to resume from")
+    parser.add_argument("--minutes", type=float, default=math.inf, help="time after which no new chunk is started")
     parser.add_argument(
         "--timed", type=whole, default=20_000, help="moves in each measurement of the speed (default: %(default)s)"
     )

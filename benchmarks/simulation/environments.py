@@ -6,8 +6,8 @@ The rows alternate, round by round, so that changes of the machine's speed affec
 All rows but those of other environments draw the same frames: the first steps of the same walk through the same 16
 episodes, as how long a frame takes depends on what is seen. "Bare" is what every step needs: rules and frame of the
 episodes by turns, without observations; "one after another" is the same in the order of a single environment. In two
-processes it is drawn by two that know nothing of each other, half of the episodes each: what this machine gives two
-processes at all.
+processes, two independent processes render half of the episodes each, which shows how far two processes scale on this
+machine.
 `--peers` names an interpreter with the packages `miniworld` and `minigrid`, if it is not this one. The table's CPU time
 is that of this process (for the bare camera in two, of each): it says what a step costs where other programs take the
 cores, too.
@@ -50,7 +50,7 @@ COUNT = 16
 """Episodes of a vector environment, and of the bare camera."""
 
 MOST_STEPS = 4 * STEPS_PER_PHASE - 1
-"""Steps of each episode that can be measured: nobody picks up or places anything, so each lasts as long as it can."""
+"""Maximum number of measured steps of each episode: nothing is picked up or placed, so each reaches its step limits."""
 
 PEER_SECONDS = 3.0
 """Duration of a measurement of another environment."""
@@ -61,7 +61,7 @@ Measured = tuple[float, float]
 """Steps per second, and milliseconds of this process's CPU time per step; 0 where it is not known."""
 
 Measure = Callable[[], Measured | None]
-"""Measures one round of a row; None if that cannot be done here."""
+"""Measures one round of a row; None if it is not available here."""
 
 
 @dataclass
@@ -85,10 +85,10 @@ class EnvironmentRow:
 
 @dataclass(frozen=True)
 class RecordedWalk:
-    """What the rows play.
+    """The random walk that all rows play.
 
     Attributes:
-        episodes: of the split, some of them several times if it has few.
+        episodes: episodes of the split, repeated if it has too few.
         actions: (steps, episodes), forward, left or right at random.
     """
 
@@ -113,7 +113,7 @@ class RecordedWalk:
 
 
 def timed(play: Callable[[], None], steps: int) -> Measured:
-    """Measure a function that takes so many steps."""
+    """Time a function that takes a number of steps."""
     started, worked = time.perf_counter(), time.process_time()
     play()
     return steps / (time.perf_counter() - started), 1e3 * (time.process_time() - worked) / steps
@@ -124,7 +124,7 @@ def bare(split: Split, walk: RecordedWalk, size: int, share: slice = slice(None)
 
     Args:
         split: of the episodes.
-        walk: that is played.
+        walk: the walk to play.
         size: side length of the frames, in pixels.
         share: of the episodes.
         turns: whether the episodes take turns, step by step; otherwise they are played one after another.
@@ -163,7 +163,7 @@ def bare(split: Split, walk: RecordedWalk, size: int, share: slice = slice(None)
 def bare_in_processes(split: Split, walk: RecordedWalk, size: int, count: int) -> Measure:
     """Return the measurement of rules and frames alone in processes that draw at the same time; their rates are added.
 
-    They are forked after everything is compiled, and begin together once each has drawn all its episodes.
+    The processes are forked after compilation, and start together once each has rendered all its episodes.
     """
     context = multiprocessing.get_context("fork")
 
@@ -230,7 +230,7 @@ def first_ready(data: Path, split: Split, walk: RecordedWalk, size: int, process
     """Return the measurement of batches of the first half of the episodes that is ready.
 
     Each episode takes its own actions in order, but the faster ones take more: with the same number of steps in all, a
-    process that is faster plays further. An episode that is through with its actions repeats them.
+    faster process plays further. An episode that has used up its actions repeats them.
     """
 
     def measure() -> Measured:
@@ -312,7 +312,7 @@ def rows_of(data: Path, split: Split, walk: RecordedWalk, peers: str) -> list[En
 
 
 def table(rows: Sequence[EnvironmentRow]) -> str:
-    """Return the table, with the ratios that matter below it."""
+    """Return the table, followed by the main ratios."""
     base, cells = rows[0].rate, []
     for row in rows:
         if not row.results:
@@ -344,7 +344,7 @@ def table(rows: Sequence[EnvironmentRow]) -> str:
 
 
 def paired(row: EnvironmentRow, other: EnvironmentRow) -> float:
-    """Return the median, over the rounds, of one row's rate by another's in the same round."""
+    """Return the median over rounds of the ratio of one row's rate to another's."""
     return statistics.median(one[0] / two[0] for one, two in zip(row.results, other.results, strict=True))
 
 

@@ -74,8 +74,8 @@ class SoakTest:
     """A soak test of a running service.
 
     Attributes:
-        made: number of faults by kind.
-        stuck: descriptions of what was not finished in time.
+        made: number of injected faults by kind.
+        stuck: descriptions of work that did not finish in time.
     """
 
     def __init__(self, there: SoakService, options: argparse.Namespace, folder: Path) -> None:
@@ -110,7 +110,7 @@ class SoakTest:
         return [*self._players, *self._faults.seconds]
 
     def disturb(self, until: float) -> None:
-        """Start the players and inject faults until all are done or time is up; then let the last runs end."""
+        """Start the players and inject faults until all are done or time is up; then let the last runs finish."""
         for player in self._players:
             player.start()
         self._rude.start()
@@ -138,7 +138,7 @@ class SoakTest:
         self.stuck += [f"run {player.run or '?'} was not finished" for player in left]
 
     def figures(self, once: Peace) -> dict[str, Any]:
-        """Return the results, after comparing every run with the undisturbed one."""
+        """Compare every run with the undisturbed one, and return the results."""
         played = [(player, run) for player in self._everyone for run in player.finished]
         print(f"comparing {len(played)} runs with the undisturbed one ...", flush=True)
         wrong = [f"run {run}: {text}" for player, run in played for text in compare(self._there, once, player, run)]
@@ -169,7 +169,7 @@ class SoakTest:
 def after_the_end(
     there: SoakService, options: argparse.Namespace, folder: Path, faults: Sequence[str]
 ) -> dict[str, Any]:
-    """Return how the servers, which have ended, ended, and what they logged."""
+    """Return the exit statuses of the stopped servers, and their logged warnings."""
     # Of several workers, all may have been killed too often in a row: then their host exits with status 1.
     wrong = [status for status in there.exits if status != 1 or options.workers == 1]
     said = [f"a server exited on its own with status {status}" for status in wrong]

@@ -1,4 +1,4 @@
-"""Server processes of the soak test, on one journal, and its faults."""
+"""The service under the soak test: server processes on one journal, and the injection of faults."""
 
 import os
 import random
@@ -30,7 +30,7 @@ FULL = (4096, resource.RLIM_INFINITY)
 """Limit of the size of a process's files: every write beyond it fails, as on a full disk."""
 
 Steps = dict[tuple[str, str], tuple[int, int]]
-"""Open episodes by run and episode id: the epoch of the claim, and the number of recorded steps."""
+"""Claim number (fence) and number of recorded steps of each open episode, by run and episode id."""
 
 
 class NoProgress(Exception):
@@ -42,8 +42,8 @@ class SoakService:
 
     Attributes:
         url: URL of the journal.
-        hosts: the first process of each host.
-        away: hosts that were killed and are not restarted yet.
+        hosts: first process of each host.
+        away: killed hosts that are not restarted yet.
         exits: statuses of hosts that exited on their own and were restarted: 1 after their workers died too often in
             a row; negative for a crash.
     """
@@ -112,7 +112,7 @@ class SoakService:
                 host.start()
 
     def stop(self) -> None:
-        """Stop all hosts; what does not end well is added to `exits`."""
+        """Stop all hosts; failing exit statuses are added to `exits`."""
         self.exits += filter(None, [_end(host) for host in self.hosts if host not in self.away])
 
     def _looks(self) -> Iterator[None]:
@@ -182,12 +182,12 @@ class FaultInjector:
     Args:
         service: the service.
         players: the players.
-        chance: draws targets and durations.
+        chance: random generator for targets and durations.
         folder: folder for the results of second clients.
 
     Attributes:
-        times: seconds from each kill that hit a process with open episodes to the next step of one of these.
-        seconds: second clients, which play another's run.
+        times: seconds from the kill of a process with open episodes to the next step of one of them, for each kill.
+        seconds: second clients, which play the run of another client.
         complaints: descriptions of errors.
     """
 
@@ -287,7 +287,7 @@ class FaultInjector:
         return f"for {seconds:.1f} s"
 
     def fill_disk(self) -> str:
-        """Keep the server's files from growing for a while."""
+        """Prevent the server's files from growing for a while, as on a full disk."""
         host, seconds = self._host(), self._chance.uniform(0.3, 2.0)
         for limits in (FULL, (resource.RLIM_INFINITY, resource.RLIM_INFINITY)):
             # A worker that was started meanwhile has its parent's limit; one that has ended needs none.
@@ -330,7 +330,7 @@ class FaultInjector:
         self._service.wait_for_return(mine)
 
     def _leave(self, host: Server) -> None:
-        """Redirect a host's clients to another host, if any, as a proxy with health checks does."""
+        """Redirect a host's clients to another host, if there is one, like a proxy with health checks."""
         others = [each for each in self._service.hosts if each is not host]
         for player in (*self._players, *self.seconds):
             if others and player.relay.target == host.address:
