@@ -1,4 +1,4 @@
-"""Ablations: variations are trained for a moment and played, kept, and compared with the base."""
+"""The ablation study: variations are trained briefly, played, cached, and compared with the base."""
 
 import sys
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The table of agents on people's instructions: means, errors, and which reader played."""
+"""The table of agents on people's instructions: means, standard errors, and the reader that played."""
 
 import json
 import sys

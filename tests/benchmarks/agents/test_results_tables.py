@@ -1,4 +1,4 @@
-"""Tables of agents: means, turns, paired differences, and seeds apart from episodes, from scores that are known."""
+"""Tables of agents from known scores: means, turns, paired differences, and variation of seeds and episodes."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""What can be told of a turn from the agent's way: where it left the path, and how the turn ended."""
+"""Classification of a turn by the agent's path: where it left the ground truth, and how the turn ended."""
 
 import sys
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Tables of tokenizers and transfer: which results meet, means over seeds, and what is left out."""
+"""Tables of tokenizers and transfer: paired results, means over seeds, and omitted results."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Names of things: the forms in which they are compared, and which can name one thing."""
+"""Names of things: canonical forms, and which names can denote the same thing."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Sheets for readers of instructions: they see neither the way nor the goal."""
+"""Sheets for readers of instructions, without path and goal."""
 
 from dataclasses import replace
 from pathlib import Path

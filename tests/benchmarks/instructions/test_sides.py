@@ -1,4 +1,4 @@
-"""Sides and neighbours that texts tell wrongly are found out by a check that knows neither planner nor gate."""
+"""Detection of wrong sides and neighbours, independent of planner and gate."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Exports of the tiny split, and what the simulator itself says of it."""
+"""Exports of the tiny split, and the expected observations from the simulator itself."""
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing

@@ -1,4 +1,4 @@
-"""Exports that are interrupted, run out of disk, or go to a folder that is not theirs."""
+"""Exports that are interrupted, that fill the disk, or whose folder contains other files."""
 
 import resource
 import subprocess

@@ -1,4 +1,4 @@
-"""Bad settings: each error names what was wrong and what was expected."""
+"""Invalid export requests: each error names what was wrong and what was expected."""
 
 from pathlib import Path
 from typing import Any

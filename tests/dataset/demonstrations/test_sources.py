@@ -1,4 +1,4 @@
-"""Recorded runs as demonstrations."""
+"""Export of recorded runs as demonstrations."""
 
 from collections.abc import Iterator
 from contextlib import closing

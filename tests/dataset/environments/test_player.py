@@ -1,4 +1,4 @@
-"""The player in this process, against the server's own worlds and session."""
+"""The in-process player, compared with the server's own worlds and session."""
 
 import sys
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Rewards: the distance that is left along a path."""
+"""Rewards: the remaining distance along a path."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""`arramon-server` that generates in batches of one episode, as each episode takes a second or more."""
+"""`arramon-server` with batches of one episode, as each episode takes a second or more to generate."""
 
 import sys
 

@@ -1,3 +1,5 @@
+"""Validation of drafts: each fault is reported."""
+
 import math
 import re
 from collections.abc import Callable, Iterator

@@ -1,3 +1,5 @@
+"""Checkpoints of generation: resuming, locking, and damaged files."""
+
 import stat
 from pathlib import Path
 

@@ -1,3 +1,5 @@
+"""Generation of whole splits: reproducibility, resuming, and failures."""
+
 import stat
 from dataclasses import replace
 from pathlib import Path

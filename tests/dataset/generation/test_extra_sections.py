@@ -1,4 +1,4 @@
-"""Sections whose street plans are drawn by program, and the split that is generated in them."""
+"""Sections with random street plans, and the split generated in them."""
 
 from contextlib import closing
 from dataclasses import replace

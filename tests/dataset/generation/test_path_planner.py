@@ -1,3 +1,5 @@
+"""Planned paths: clearance, turns, and reachability of the target."""
+
 import math
 
 import numpy as np

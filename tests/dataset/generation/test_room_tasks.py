@@ -1,4 +1,4 @@
-"""The split of tasks in the room alone."""
+"""The split of room tasks without a city."""
 
 from pathlib import Path
 

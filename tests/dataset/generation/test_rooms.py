@@ -1,3 +1,5 @@
+"""Random assembly tasks and paths in the room."""
+
 from collections import Counter
 
 import pytest

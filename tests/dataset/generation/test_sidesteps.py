@@ -1,3 +1,5 @@
+"""Random sidesteps: clearance, offset, and the unchanged course of the path."""
+
 import math
 
 import numpy as np

@@ -1,3 +1,5 @@
+"""Distances from solids, and the clearance map."""
+
 import numpy as np
 import pytest
 

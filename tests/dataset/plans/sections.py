@@ -1,4 +1,4 @@
-"""The sections that tests hold to the same demands: the seven, and some whose plans are drawn by program."""
+"""Sections that must meet the same requirements: the seven planned by hand, and some with random plans."""
 
 from functools import cache
 

@@ -1,4 +1,4 @@
-"""How buildings are named."""
+"""Attributes by which buildings are named."""
 
 import pytest
 
