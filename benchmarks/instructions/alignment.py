@@ -1,4 +1,4 @@
-"""Train and measure the statistical second check of instructions (`dataset/alignment`).
+"""Training and evaluation of the statistical check of instructions (`dataset/alignment`).
 
     python -m benchmarks.instructions.alignment [--train] [--show N] [--lang en hi]
 

@@ -1,11 +1,11 @@
-"""The follower on people's texts, in the rebuilt city and the one before: `python -m benchmarks.release.people DATA`.
+"""The follower on people's texts in two reconstructed cities: `python -m benchmarks.release.people DATA`.
 
 Plays episodes of an imported split with their own navigation texts and with those of another episode of the section,
-in the city that was recovered from the texts and in the same streets with furniture drawn without them. The room's
+in the city with furniture recovered from the texts, and in the same streets with random furniture. The room's
 texts are always the episode's own. Prints nDTW, CTC-3 and PTC of the turns, by whether all street furniture that the
-text names is there in that city (`arramon_dataset.world_check`), with standard errors. The texts of an imported split
-helped to build its city: these are no held-out scores. `--played FILE` keeps each episode when it has been played; the
-same command goes on from there.
+text names exists in that city (`arramon_dataset.world_check`), with standard errors. The texts of an imported split
+helped to build its city: these are no held-out scores. `--played FILE` stores each played episode; the
+same command resumes from there.
 """
 
 import json
@@ -196,8 +196,8 @@ def main() -> None:
     parser.add_argument(
         "--episodes", type=whole, default=10**6, help="number of episodes of each section (default: all)"
     )
-    parser.add_argument("--skip", type=int, default=0, help="leave out the first so many of each section")
-    parser.add_argument("--seconds", type=float, default=math.inf, help="stop after about so long")
+    parser.add_argument("--skip", type=int, default=0, help="skip the first N of each section")
+    parser.add_argument("--seconds", type=float, default=math.inf, help="stop after about this time")
     parser.add_argument("--jobs", type=whole, default=1, help="number of processes (default: %(default)s)")
     parser.add_argument(
         "--played", type=Path, metavar="FILE", help="file of what was played, of this split and language"
