@@ -1,1 +1,1 @@
-"""Commands that measure, one folder for each part that is measured: `python -m benchmarks.FOLDER.NAME`."""
+"""Benchmark commands, in a folder for each measured part: `python -m benchmarks.FOLDER.NAME`."""

@@ -1,4 +1,4 @@
-"""What the benchmarks share: their options, their data, and the tables that they print."""
+"""Command-line options, data folders and tables that the benchmarks share."""
 
 import argparse
 import json
@@ -15,7 +15,7 @@ SAMPLE = Path(__file__).parents[1] / "examples" / "sample" / "sample.json"
 
 
 class OpenGround:
-    """Ground without obstacles; ground-truth paths never collide with anything."""
+    """A collision check without obstacles, for ground-truth paths, which never collide."""
 
     def way_is_free(self, start: tuple[float, float], end: tuple[float, float]) -> bool:  # noqa: ARG002
         """Return True."""
@@ -23,31 +23,31 @@ class OpenGround:
 
 
 def parser_of(doc: str | None) -> argparse.ArgumentParser:
-    """Return the parser of a benchmark's command; its help is the module's docstring."""
+    """Return the argument parser of a benchmark; its help is the module's docstring."""
     return argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
 
 
 def add_data(parser: argparse.ArgumentParser) -> None:
-    """Add `--data`, a data folder in place of the sample episodes."""
+    """Add the option `--data`, a data folder to use instead of the sample episodes."""
     parser.add_argument("--data", type=Path, metavar="DIR", help="data folder (default: the sample episodes)")
 
 
 def add_rounds(parser: argparse.ArgumentParser, default: int) -> None:
-    """Add `--rounds`, how often everything is measured."""
+    """Add the option `--rounds`, the number of repetitions of all measurements."""
     parser.add_argument(
         "--rounds", type=whole, default=default, metavar="N", help="number of rounds (default: %(default)s)"
     )
 
 
 def add_seconds(parser: argparse.ArgumentParser, default: float, what: str) -> None:
-    """Add `--seconds`, the duration of what is measured."""
+    """Add the option `--seconds`, the duration of each measurement."""
     parser.add_argument(
         "--seconds", type=above_zero, default=default, metavar="S", help=f"{what} in seconds (default: %(default)s)"
     )
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:
-    """Add `--json`, a file for all results."""
+    """Add the option `--json`, an output file for all results."""
     parser.add_argument("--json", type=Path, metavar="FILE", help="output file for the results")
 
 
@@ -58,7 +58,7 @@ def write_json(path: Path | None, results: object) -> None:
 
 
 def whole(text: str) -> int:
-    """Return a whole number above 0, for argparse.
+    """Parse a positive integer, for argparse.
 
     Raises:
         argparse.ArgumentTypeError: if it is anything else.
@@ -69,7 +69,7 @@ def whole(text: str) -> int:
 
 
 def above_zero(text: str) -> float:
-    """Return a number above 0, for argparse.
+    """Parse a positive number, for argparse.
 
     Raises:
         argparse.ArgumentTypeError: if it is anything else.
@@ -85,7 +85,7 @@ def above_zero(text: str) -> float:
 
 @contextmanager
 def data_or_sample(data: Path | None) -> Iterator[Path]:
-    """Provide the given data folder, or a temporary one with the sample episodes."""
+    """Yield the given data folder, or a temporary one with the sample episodes."""
     if data is not None:
         yield data
         return
@@ -107,7 +107,7 @@ def mean_and_error(values: Sequence[float]) -> tuple[float, float]:
 
 
 def aligned(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Return a table for a terminal: the first column begins at the left, the others end at the right."""
+    """Return a table for a terminal, with the first column left-aligned and the others right-aligned."""
     lines = [header, *rows]
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
     return "\n".join(

@@ -12,10 +12,10 @@ from arramon_client.world import TURN, Action
 from arramon_dataset.alignment.model import contradicts
 from arramon_dataset.alignment.routes import Tokens
 from arramon_dataset.demands import add_demands
-from arramon_dataset.generation import Draft, Site
+from arramon_dataset.generation import Draft, GenerationSite
 from arramon_dataset.generation.command import generate
 from arramon_dataset.generation.sizes import select_plans
-from arramon_dataset.generation.split_maker import Progress
+from arramon_dataset.generation.split_maker import GenerationProgress
 from arramon_dataset.instructions.assembly.plan import plan_assembly
 from arramon_dataset.instructions.assembly.sight import whole_room
 from arramon_dataset.instructions.gate.assembly import faults_of_assembly
@@ -75,19 +75,19 @@ class InstructionWriter:
         self.make_follower = make_follower
         self._turns: dict[int, TurnPlanner] = {}
 
-    def tells(self, start: Pose, turn: Turn, number: int, site: Site, names: tuple[object, ...]) -> bool:
-        """Return whether a plan describes the path of a turn; see `arramon_dataset.generation.Writer`."""
+    def can_describe(self, start: Pose, turn: Turn, number: int, site: GenerationSite, names: tuple[object, ...]) -> bool:
+        """Return whether a plan describes the path of a turn; see `arramon_dataset.generation.DraftWriter`."""
         return self._planner(start, turn, number, site).navigation((*names, 0, number)) is not None
 
-    def __call__(self, draft: Draft, site: Site, names: tuple[object, ...]) -> Texts | None:
-        """Return instructions for a draft, or None if no plan passes; see `arramon_dataset.generation.Writer`."""
+    def __call__(self, draft: Draft, site: GenerationSite, names: tuple[object, ...]) -> Texts | None:
+        """Return instructions for a draft, or None if no plan passes; see `arramon_dataset.generation.DraftWriter`."""
         candidates = self.candidates(draft, site, names)
         return next(
             (texts for texts in candidates if not self._trial or self._passes_in_all_languages(draft, site, texts)),
             None,
         )
 
-    def candidates(self, draft: Draft, site: Site, names: tuple[object, ...]) -> Iterator[Texts]:
+    def candidates(self, draft: Draft, site: GenerationSite, names: tuple[object, ...]) -> Iterator[Texts]:
         """Yield candidate instructions, one plan after another, that pass the quality checks but are not tried."""
         first, second = draft.turns
         end = poses_along(draft.start, first.path, first.actions)[-1]
@@ -102,7 +102,7 @@ class InstructionWriter:
             if texts is not None:
                 yield texts
 
-    def _planner(self, start: Pose, turn: Turn, number: int, site: Site) -> TurnPlanner:
+    def _planner(self, start: Pose, turn: Turn, number: int, site: GenerationSite) -> TurnPlanner:
         """Return the planner of a turn; the latest one for each number is cached."""
         kept = self._turns.get(number)
         if kept is None or kept.site is not site or kept.turn != turn:
@@ -126,7 +126,7 @@ class InstructionWriter:
             texts[code] = (turns[0], turns[1])
         return texts
 
-    def _passes_in_all_languages(self, draft: Draft, site: Site, texts: Texts) -> bool:
+    def _passes_in_all_languages(self, draft: Draft, site: GenerationSite, texts: Texts) -> bool:
         """Return whether the follower succeeds in every language.
 
         The follower acts on a text's meaning alone, so languages whose texts have equal meanings are tried once.
@@ -196,18 +196,18 @@ def generate_splits(
         seed=seed,
         jobs=jobs,
         make_writer=make_instruction_writer if trial else make_writer_without_trial,
-        tell=throttled(tell),
+        on_progress=throttled(on_progress),
         tried=trial,
         secret=secret,
     )
     return [split if split.training else add_demands(data, split) for split in made]
 
 
-def throttled(tell: Callable[[str], None]) -> Callable[[Progress], None]:
+def throttled(tell: Callable[[str], None]) -> Callable[[GenerationProgress], None]:
     """Return a callback that passes progress to `tell`: a split's first and last, and one in REPORT_SECONDS between."""
     reported: dict[str, float] = {}
 
-    def report(progress: Progress) -> None:
+    def report(progress: GenerationProgress) -> None:
         since = progress.seconds - reported.get(progress.split, 0.0)
         if since >= REPORT_SECONDS or progress.done in (progress.kept, progress.total):
             reported[progress.split] = progress.seconds

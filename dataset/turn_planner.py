@@ -1,7 +1,7 @@
 """Planning of valid navigation instructions for one turn of a draft."""
 
 from arramon_dataset.alignment.routes import Tokens, tokens_of
-from arramon_dataset.generation.site import Site
+from arramon_dataset.generation.site import GenerationSite
 from arramon_dataset.instructions.gate.navigation import NavigationCheck, faults_of_navigation
 from arramon_dataset.instructions.gate.world import GateWorld
 from arramon_dataset.instructions.navigation.plan import plan_navigation
@@ -25,7 +25,7 @@ class TurnPlanner:
         turn, site: the arguments.
     """
 
-    def __init__(self, start: Pose, turn: Turn, site: Site) -> None:
+    def __init__(self, start: Pose, turn: Turn, site: GenerationSite) -> None:
         self.turn, self.site = turn, site
         self._poses = poses_along(start, turn.path, turn.actions)
         self._marks = find_landmarks(self._poses, turn.street, site.section, site.sight, site.graph)

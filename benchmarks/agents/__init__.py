@@ -1,1 +1,1 @@
-"""Agents: the tables of docs/results.md and docs/transfer.md, and pictures of played ways."""
+"""Benchmarks of agents: the tables of docs/results.md, docs/ablations.md and docs/transfer.md, and plots of paths."""

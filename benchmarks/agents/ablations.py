@@ -7,9 +7,9 @@
 
 Each variation of `vl` is trained on each phase for the same CPU time, with a learning rate that falls to 0 and without
 choosing weights by validation, and plays that phase of the first N episodes of each split in both languages, while the
-ground truth plays the other. Variations of `vl_map` need no training: its weights play with something left out. Weights
-and scores that are in the folder of runs are not made again: after an interruption the command goes on. Name
-another folder of runs for other data, times or amounts to learn from. With `--play-only` the page stays as it is: two
+ground truth plays the other. Variations of `vl_map` need no training: the shipped weights play with a part disabled.
+Weights and scores in the folder of runs are reused, so that an interrupted command can be resumed. Use another folder
+of runs for other data, training times or amounts of training data. With `--play-only` the page stays as it is: two
 commands with different rows or phases can run side by side.
 """
 
@@ -24,25 +24,25 @@ import torch
 from arramon_agents.training.demonstrations import DemonstrationSource, episodes_of
 from arramon_agents.weights import find_weights
 from arramon_client import load_agent
-from benchmarks.agents.ablations_tables import BASE, Measured, tables
-from benchmarks.agents.study import BRIEF, METRICS, Lessons, Study, study_options, write_page
+from benchmarks.agents.ablations_tables import BASE, PhaseScores, tables
+from benchmarks.agents.study import BRIEF, METRICS, Study, TrainingSet, study_options, write_page
 
 BEGIN, END = "<!-- tables: benchmarks/agents/ablations.py -->", "<!-- end of tables -->"
 
 IMAGE_SIZE = 224
-"""Side length of the images that `vl_map` is given, in pixels."""
+"""Side length of `vl_map`'s images, in pixels."""
 
 
 @dataclass(frozen=True)
 class Variation:
-    """What differs from the base.
+    """A variation of the base agent.
 
     Attributes:
-        what: shown in the table.
+        what: description in the table.
         recipe: fields of the recipe, for `vl`.
         arguments: of the agent, for `vl_map`.
         share: of the training episodes, the first ones.
-        phases: that it changes; the others are not trained and played again.
+        phases: phases that it affects; only these are trained and played.
     """
 
     what: str
@@ -81,7 +81,7 @@ MAP_ROWS = {
 
 
 def main() -> None:
-    """Train and play what was not yet, and write the page's tables."""
+    """Train and play the missing variations, and write the page's tables."""
     parser = study_options(__doc__, "ablations")
     parser.add_argument("--seconds", type=float, default=180.0, help="of CPU time, to train navigation once")
     parser.add_argument("--room-seconds", type=float, default=60.0, help="the same for assembly")
@@ -115,8 +115,8 @@ def main() -> None:
         write_page(given.page, BEGIN, END, tables(trained, played, *whats))
 
 
-def measure(study: Study, given: argparse.Namespace, name: str, phase: str, seed: int) -> Measured:
-    """Return what a variation of `vl` reaches in a phase, from the folder of runs or by training and playing it."""
+def measure(study: Study, given: argparse.Namespace, name: str, phase: str, seed: int) -> PhaseScores:
+    """Return the scores of a variation of `vl` in a phase, from the folder of runs or by training and playing it."""
     row = ROWS[name]
     changes = {"episodes": given.train_episodes, "rooms": given.rooms, **row.recipe}
     recipe = replace(BRIEF, seed=seed, **changes)
@@ -124,21 +124,21 @@ def measure(study: Study, given: argparse.Namespace, name: str, phase: str, seed
         count = recipe.episodes or len(episodes_of(DemonstrationSource(given.data, "train", ("en",), "", 0))[0])
         recipe = replace(recipe, episodes=max(1, round(row.share * count)))
     eyes = recipe.encoder if recipe.sees else ""
-    lessons = Lessons(phase, eyes, recipe.episodes, recipe.rooms if phase == "assembly" else 0)
+    training_set = TrainingSet(phase, eyes, recipe.episodes, recipe.rooms if phase == "assembly" else 0)
     seconds = given.room_seconds if phase == "assembly" else given.seconds
-    kept = study.result(f"{name}-{phase}-{seed}", recipe, lessons, seconds)
-    return Measured(name, phase, seed, kept["scores"], kept["updates"])
+    kept = study.result(f"{name}-{phase}-{seed}", recipe, training_set, seconds)
+    return PhaseScores(name, phase, seed, kept["scores"], kept["updates"])
 
 
-def measure_map(study: Study, given: argparse.Namespace, name: str, phase: str) -> Measured:
-    """Return what a variation of `vl_map` reaches in a phase, from the folder of runs or by playing it."""
+def measure_map(study: Study, given: argparse.Namespace, name: str, phase: str) -> PhaseScores:
+    """Return the scores of a variation of `vl_map` in a phase, from the folder of runs or by playing it."""
     arguments = {"weights": given.map_weights, **MAP_ROWS[name].arguments}
 
     def play() -> dict[str, Any]:
         return {"scores": study.play(load_agent("agents.vl_map", arguments), phase, IMAGE_SIZE)}
 
     mark = hashlib.sha256(find_weights(given.map_weights).read_bytes()).hexdigest()[:8]
-    return Measured(name, phase, 0, study.kept(f"map-{mark}-{name}-{phase}", play)["scores"], 0)
+    return PhaseScores(name, phase, 0, study.kept(f"map-{mark}-{name}-{phase}", play)["scores"], 0)
 
 
 if __name__ == "__main__":

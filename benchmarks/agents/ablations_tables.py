@@ -1,4 +1,4 @@
-"""Tables of ablations in Markdown, from what variations reached: those that `ablations.py` writes."""
+"""Markdown tables of ablations, from the scores of each variation."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -17,12 +17,12 @@ SHOWN = {metric: f"{metric} alone" if phase == "assembly" else metric for phase 
 
 
 @dataclass(frozen=True)
-class Measured:
-    """What a variation reached in one phase with one seed.
+class PhaseScores:
+    """The scores of a variation in one phase with one seed.
 
     Attributes:
         scores: by language of play and "split/episode", the phase's metrics.
-        updates: in the time that all had; 0 where nothing was trained.
+        updates: number of gradient updates in the common training time; 0 without training.
     """
 
     name: str
@@ -32,19 +32,19 @@ class Measured:
     updates: int
 
     def of(self, metric: str, split: str, language: str) -> dict[str, float]:
-        """Return a metric of each episode of a split, as it was played in a language."""
+        """Return a metric of each episode of a split, played in a language."""
         return {name: each[metric] for name, each in self.scores[language].items() if name.startswith(f"{split}/")}
 
 
 def tables(
-    trained: Sequence[Measured], played: Sequence[Measured], rows: Mapping[str, str], map_rows: Mapping[str, str]
+    trained: Sequence[PhaseScores], played: Sequence[PhaseScores], rows: Mapping[str, str], map_rows: Mapping[str, str]
 ) -> str:
     """Return all tables of `vl` and of `vl_map`.
 
     Args:
         trained: variations of `vl`.
         played: variations of `vl_map`.
-        rows, map_rows: what each of them is.
+        rows, map_rows: description of each variation.
     """
     parts = []
     for title, measured, names in (
@@ -58,7 +58,7 @@ def tables(
     return "\n\n".join(parts)
 
 
-def table(measured: Sequence[Measured], split: str, rows: Mapping[str, str]) -> str:
+def table(measured: Sequence[PhaseScores], split: str, rows: Mapping[str, str]) -> str:
     """Return each variation's means over seeds and episodes, and its differences to the base, paired by episode."""
     lines = []
     for name, what in rows.items():
@@ -77,8 +77,8 @@ def table(measured: Sequence[Measured], split: str, rows: Mapping[str, str]) -> 
     return markdown(["", "", "language", *columns], lines)
 
 
-def updates_table(measured: Sequence[Measured], rows: Mapping[str, str]) -> str:
-    """Return how many updates each variation did, the mean over seeds."""
+def updates_table(measured: Sequence[PhaseScores], rows: Mapping[str, str]) -> str:
+    """Return each variation's number of gradient updates, the mean over seeds."""
     lines = []
     for name in rows:
         found = [[each.updates for each in measured if (each.name, each.phase) == (name, phase)] for phase in METRICS]
@@ -88,8 +88,8 @@ def updates_table(measured: Sequence[Measured], rows: Mapping[str, str]) -> str:
 
 
 def reached(
-    measured: Sequence[Measured], name: str, phase: str, metric: str, split: str, language: str
+    measured: Sequence[PhaseScores], name: str, phase: str, metric: str, split: str, language: str
 ) -> dict[str, float]:
-    """Return a metric of each episode, the mean of all seeds; nothing where nothing was played."""
+    """Return a metric of each episode, the mean over seeds; empty if nothing was played."""
     seeds = [each.of(metric, split, language) for each in measured if (each.name, each.phase) == (name, phase)]
     return {episode: float(np.mean([each[episode] for each in seeds])) for episode in (seeds[0] if seeds else ())}

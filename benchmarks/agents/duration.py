@@ -1,4 +1,4 @@
-"""How long agents take for a split: steps a second of clients that play at the same time.
+"""Playing speed of agents: steps per second of clients that play at the same time.
 
     python -m benchmarks.agents.duration [--data DIR] [--split S] [--agents A,B] [--episodes N] [--parallel K]
 
@@ -22,7 +22,7 @@ WHOLE = 1155
 """Episodes of the paper's hidden split."""
 
 REPORT = re.compile(r"(\d+) steps in ([\d.]+) s")
-"""What the client says at the end of a run."""
+"""The client's message at the end of a run."""
 
 
 def main() -> None:
@@ -64,7 +64,7 @@ def play(agent: str, given: argparse.Namespace) -> tuple[float, int, float]:
         whole = time.monotonic() - began
     found = [REPORT.search(text) for text in said]
     if any(each.returncode for each in clients) or None in found:
-        sys.exit(f"{agent} did not play to the end:\n" + "\n".join(said))
+        sys.exit(f"{agent} did not finish its run:\n" + "\n".join(said))
     reports = [(int(match[1]), float(match[2])) for match in found if match]
     seconds = max(each for _, each in reports)
     return seconds, sum(steps for steps, _ in reports), whole - seconds

@@ -1,6 +1,6 @@
-"""Measure how well the visual encoder sees: `python -m benchmarks.agents.eyes`.
+"""Accuracy of the visual encoder `eyes`: `python -m benchmarks.agents.eyes`.
 
-It prints a table in Markdown.
+Prints a Markdown table.
 
 Frames are of section 6, whose streets are in no training split, and of sections 1 to 5 from other viewpoints than those
 of training.
@@ -36,7 +36,7 @@ def main() -> None:
 
 
 def measure(eyes: Eyes, sections: tuple[str, ...], frames: int) -> tuple[GridScores, NameScores, float]:
-    """Return the scores on frames of sections, and the seconds of processor time for each frame."""
+    """Return the scores on frames of sections, and the CPU seconds per frame."""
     source = FrameSource([(section, "0") for section in sections], eyes.image_size, SEED)
     cells, names, seconds = GridScores(label_names()), NameScores(label_names()), 0.0
     for number in range(frames):
@@ -50,7 +50,7 @@ def measure(eyes: Eyes, sections: tuple[str, ...], frames: int) -> tuple[GridSco
 
 
 def table(measured: dict[str, tuple[GridScores, NameScores, float]]) -> str:
-    """Return all scores as Markdown."""
+    """Return all scores as a Markdown table."""
     places = list(measured)
     groups, rows = {place: scores.groups() for place, (scores, _, _) in measured.items()}, []
     for group in dict.fromkeys(group for each in groups.values() for group in each):

@@ -1,15 +1,15 @@
-"""The table of agents on people's instructions in docs/results.md.
+"""Scores of agents on people's instructions: the table in docs/results.md.
 
     python -m benchmarks.agents.people_agents DATA [--split S] [--lang L] [--episodes N] [--runs DIR] [--tuned DIR]
                                               [--agents A,B] [--page FILE] [--play-only]
 
 DATA is a folder of `arramon-server import-release`. Of the split's episodes in playing order every second one may be
-learned from. The agents play the first N of the others (0 for all of them), with weights that were trained on generated
-text alone; with `--tuned` also with what was fine-tuned on people's texts, as far as the folder has it:
+used for training. The agents play the first N of the others (0 for all of them), with weights that were trained on
+generated text only; with `--tuned` also with the fine-tuned weights that the folder has:
 `reader.safetensors` of `arramon-train --agent reader_tuning` for those that read with the learned reader, and
-`AGENT.safetensors` of `arramon-train --init`. Runs that are in the folder of runs already are not played
-again: after an interruption the command goes on; name another folder for other data. With `--play-only` several
-commands can play side by side. The room is played alone, too, after perfect navigation.
+`AGENT.safetensors` of `arramon-train --init`. Runs in the folder of runs are reused, so that an
+interrupted command can be resumed; use another folder for other data. With `--play-only` several commands can run side
+by side. Placement is also played separately, after perfect navigation.
 """
 
 import argparse
@@ -34,7 +34,7 @@ from benchmarks.agents.study import write_page
 from benchmarks.common import markdown, mean_and_error, parser_of
 
 READING = ("vl_map", "seeing_follower")
-"""Agents that read with the learned reader, which can be fine-tuned."""
+"""Agents that use the learned reader, which can be fine-tuned."""
 
 AGENTS = ("random_walk", "language_only", "vision_only", "vl", "vl_grounded", *READING, "follower")
 METRICS = ("nDTW", "CTC-3", "PTC@CTC-3")
@@ -42,7 +42,7 @@ ALONE = "PTC alone"
 COLUMNS = (*METRICS, ALONE)
 TUNED = "fine-tuned"
 UNTRAINED = ("random_walk", "follower")
-"""Agents that have learned nothing."""
+"""Agents without trained weights."""
 
 BEGIN, END = "<!-- tables: benchmarks/agents/people_agents.py -->", "<!-- end of people's tables -->"
 
@@ -50,8 +50,8 @@ Scores = Mapping[str, Mapping[str, float]]
 
 
 @dataclass(frozen=True)
-class Player:
-    """An agent, and what was fine-tuned for it.
+class TunedAgent:
+    """An agent, with the fine-tuned weights that it uses.
 
     Attributes:
         reader: the learned reader; None for the shipped one.
@@ -70,7 +70,7 @@ class Player:
 
     @property
     def mark(self) -> str:
-        """Name of its runs: other weights or another reader have other ones."""
+        """Name of its runs, which includes a hash of weights and reader."""
         shipped = file_of(SHIPPED, self.agent)
         files = [self.weights or shipped, *([self.reader or READER] if self.agent in READING else [])]
         known = b"".join(path.read_bytes() for path in files if path.exists())
@@ -78,28 +78,28 @@ class Player:
 
     @property
     def trained(self) -> str:
-        """Text from which it has learned, as the table says it."""
+        """Kind of text that it was trained on, as shown in the table."""
         if self.agent in UNTRAINED:
             return "-"
         what = [name for name, path in (("reader", self.reader), ("agent", self.weights)) if path]
         return f"generated text, {' and '.join(what)} {TUNED} on people's" if what else "generated text"
 
 
-def players_of(agents: Sequence[str], tuned: Path | None) -> list[Player]:
-    """Return each agent as it is, and once more with what a folder has that was fine-tuned for it."""
+def players_of(agents: Sequence[str], tuned: Path | None) -> list[TunedAgent]:
+    """Return each agent as shipped, and again with the fine-tuned weights that a folder has for it."""
     players = []
     for agent in agents:
-        players.append(Player(agent))
+        players.append(TunedAgent(agent))
         reader = tuned / f"reader{SUFFIX}" if tuned and agent in READING else None
         weights = tuned / f"{agent}{SUFFIX}" if tuned else None
         found = [path if path and path.exists() else None for path in (reader, weights)]
         if any(found):
-            players.append(Player(agent, *found))
+            players.append(TunedAgent(agent, *found))
     return players
 
 
 def main() -> None:
-    """Play what was not played yet, and write the page's table."""
+    """Play the missing runs, and write the page's table."""
     parser = parser_of(__doc__)
     parser.add_argument("data", type=Path, help="folder of `arramon-server import-release`")
     parser.add_argument("--split", default="val_seen")
@@ -119,7 +119,7 @@ def main() -> None:
         write_page(given.page, BEGIN, END, "\n\n".join(filter(None, (table(rows), tuned_table(rows)))))
 
 
-def table(rows: Sequence[tuple[Player, Scores]]) -> str:
+def table(rows: Sequence[tuple[TunedAgent, Scores]]) -> str:
     """Return the table in Markdown: means with standard errors over episodes."""
     lines = [
         [
@@ -133,9 +133,9 @@ def table(rows: Sequence[tuple[Player, Scores]]) -> str:
     return markdown(["agent", "trained on", "episodes", *COLUMNS], lines)
 
 
-def tuned_table(rows: Sequence[tuple[Player, Scores]]) -> str:
-    """Return what fine-tuning changes, paired by episode, with 95% intervals; empty if nothing was fine-tuned."""
-    plain = {player.agent: scores for player, scores in rows if player == Player(player.agent)}
+def tuned_table(rows: Sequence[tuple[TunedAgent, Scores]]) -> str:
+    """Return the effect of fine-tuning, paired by episode, with 95% intervals; empty without fine-tuned weights."""
+    plain = {player.agent: scores for player, scores in rows if player == TunedAgent(player.agent)}
     lines = []
     for player, scores in rows:
         if player.arguments and player.agent in plain:
@@ -153,7 +153,7 @@ def _mean(values: Sequence[float]) -> str:
     return f"{average:.3f} ± {error:.3f}"
 
 
-def _scores(given: argparse.Namespace, player: Player, chosen: tuple[str, ...]) -> Scores:
+def _scores(given: argparse.Namespace, player: TunedAgent, chosen: tuple[str, ...]) -> Scores:
     """Return the scores of each episode by id, from the folder of runs or by playing."""
     path = given.runs / f"{player.mark}-{given.split}-{given.lang}-{len(chosen)}.json"
     if not path.exists():

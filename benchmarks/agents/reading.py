@@ -1,9 +1,9 @@
-"""How much the learned reader reads exactly right of generated splits: the figures of its model card.
+"""Exact-match accuracy of the learned reader on generated splits: the figures of its model card.
 
     python -m benchmarks.agents.reading [--data DIR] [--splits S,T] [--reader FILE]
 
-A text's truth is what the grammar that wrote it reads in it. Rows are steps, objects and relations; a text is right if
-all its rows are.
+The reference is the meaning that the grammar reads in its own text. Rows are steps, objects and relations; a text is
+right if all its rows are right.
 """
 
 from collections.abc import Sequence
@@ -20,7 +20,7 @@ from benchmarks.common import markdown, parser_of
 
 SPLITS = ("val_unseen", "val_seen")
 PLACES = {"street": Navigation, "room": Assembly}
-"""Where instructions lead, and what their meanings are there."""
+"""Type of the meanings of instructions in street and room."""
 
 
 def main() -> None:

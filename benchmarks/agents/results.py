@@ -1,15 +1,15 @@
-"""The tables of agents in docs/results.md, from runs of `arramon-client` on the embedded server.
+"""Scores of agents in runs of `arramon-client` on the embedded server: the tables of docs/results.md.
 
     python -m benchmarks.agents.results [--data DIR] [--runs DIR] [--weights DIR ...] [--episodes N] [--agents A,B]
                                         [--splits S,T] [--hidden-agents A,B] [--page FILE] [--play-only]
 
 Each agent plays each split in each language, whole or its first N episodes; an agent that has learned, with its
-weights in each folder of `--weights`, one for each seed (without it, with the shipped ones). Runs that are in the
-folder of runs already, of N episodes or more with the same weights, are not played again: after an interruption the
-command goes on; name another folder for other data. With `--play-only` the page stays as it is: two commands with
+weights in each folder of `--weights`, one for each seed (without it, with the shipped ones). Runs in the
+folder of runs, of N episodes or more with the same weights, are reused, so that an interrupted command can be resumed;
+use another folder for other data. With `--play-only` the page stays as it is: two commands with
 different agents can play side by side. "PTC alone" is the placement after perfect navigation, played in process by the
-same rules. Of the hidden split, which some agents play with the weights of the first folder, the server tells means and
-intervals alone.
+same rules. Of the hidden split, which some agents play with the weights of the first folder, the server reports only
+means and intervals.
 """
 
 import argparse
@@ -27,7 +27,7 @@ from typing import Any
 from arramon_agents.training.rollouts import RolloutPlan, play
 from arramon_agents.weights import SHIPPED, file_of
 from arramon_client import load_agent
-from benchmarks.agents.results_tables import HiddenRun, Run, hidden_section, section
+from benchmarks.agents.results_tables import AgentScores, HiddenScores, hidden_section, section
 from benchmarks.agents.study import write_page
 from benchmarks.common import parser_of
 
@@ -38,32 +38,32 @@ AGENTS = (
     "random_walk", "language_only", "vision_only", "vl", "vl_grounded", "vl_grounded+segmentation", "vl_map",
     "vl_map+segmentation", "seeing_follower", "follower", "shortest_path",
 )  # fmt: skip
-"""Agents that are played if none are named; `+segmentation`: with that sensor."""
+"""Agents played by default; the suffix `+segmentation` adds that sensor."""
 
 HIDDEN, HIDDEN_AGENTS = "test_unseen", ("vl", "vl_map")
 """The hidden split, and the agents that play it."""
 
-NOT_READING = ("random_walk", "vision_only", "shortest_path")
-"""Agents that play the same in every language: they are played in the first one, and shown in all."""
+LANGUAGE_BLIND = ("random_walk", "vision_only", "shortest_path")
+"""Agents whose play does not depend on the language: played in the first one, shown in all."""
 
 LANGUAGES = ("en", "hi")
 SPLITS = ("val_seen", "val_unseen")
 SENSORS = {"shortest_path": "pose,oracle", "random_walk": "pose"}
-"""Sensors of agents that are run with others than their own; random walk uses none, and images take time."""
+"""Sensors that replace an agent's own; random walk uses none, and images would take time."""
 
 CHANCE = "random_walk"
 CHANCE_SEEDS = (0, 1, 2)
-"""The agent whose actions are drawn, and the seeds with which it plays."""
+"""Seeds of the agent with random actions."""
 
-NOT_ALONE = ("shortest_path",)
-"""Agents whose placement after perfect navigation is not played: they know the ground truth."""
+NOT_PLACED_ALONE = ("shortest_path",)
+"""Agents that do not play placement after perfect navigation, as they know the ground truth."""
 
 BEGIN, END = "<!-- tables: benchmarks/agents/results.py -->", "<!-- end of tables -->"
 
 
 @dataclass(frozen=True)
-class Player:
-    """An agent as it plays: with which seed, which weights if it has learned, and which sensor if not its own."""
+class AgentSetup:
+    """An agent with its seed, its weights if it is trained, and an additional sensor."""
 
     agent: str
     seed: int
@@ -85,7 +85,7 @@ class Player:
 
     @property
     def mark(self) -> str:
-        """Name of its runs: other weights have other ones."""
+        """Name of its runs, which includes a hash of its weights."""
         if self.weights is not None:
             agent = f"{self.agent}+{self.sensor}" if self.sensor else self.agent
             return f"{agent}-{hashlib.sha256(self.weights.read_bytes()).hexdigest()[:8]}"
@@ -93,7 +93,7 @@ class Player:
 
 
 def main() -> None:
-    """Play what was not played yet, and write the page's tables."""
+    """Play the missing runs, and write the page's tables."""
     parser = parser_of(__doc__)
     parser.add_argument("--data", type=Path, default=Path("arramon-data"))
     parser.add_argument("--runs", type=Path, default=Path("arramon-results/table"))
@@ -125,11 +125,11 @@ def main() -> None:
     write_page(given.page, BEGIN, END, "\n\n".join(tables))
 
 
-def _players(agents: str, folders: Sequence[Path]) -> list[Player]:
+def _players(agents: str, folders: Sequence[Path]) -> list[AgentSetup]:
     return [player for agent in agents.split(",") if agent for player in players_of(agent, folders)]
 
 
-def players_of(agent: str, folders: Sequence[Path]) -> list[Player]:
+def players_of(agent: str, folders: Sequence[Path]) -> list[AgentSetup]:
     """Return an agent once for each of its seeds: for one that has learned, the number of its folder from 1 on.
 
     Raises:
@@ -137,36 +137,36 @@ def players_of(agent: str, folders: Sequence[Path]) -> list[Player]:
     """
     agent, _, sensor = agent.partition("+")
     if agent not in LEARNED:
-        return [Player(agent, seed, None) for seed in (CHANCE_SEEDS if agent == CHANCE else (0,))]
+        return [AgentSetup(agent, seed, None) for seed in (CHANCE_SEEDS if agent == CHANCE else (0,))]
     files = [file_of(folder, agent) for folder in folders]
-    found = [Player(agent, seed, file, sensor) for seed, file in enumerate(files, 1) if file.exists()]
+    found = [AgentSetup(agent, seed, file, sensor) for seed, file in enumerate(files, 1) if file.exists()]
     if not found:
         sys.exit(f"there are no weights of {agent} in {', '.join(map(str, folders))}")
     return found
 
 
-def play_one(given: argparse.Namespace, player: Player, split: str, language: str) -> Run:
-    """Return what an agent reaches on a split in a language, from the folder of runs or by playing."""
-    played_in = LANGUAGES[0] if player.agent in NOT_READING else language
+def play_one(given: argparse.Namespace, player: AgentSetup, split: str, language: str) -> AgentScores:
+    """Return the scores of an agent on a split in a language, from the folder of runs or by playing."""
+    played_in = LANGUAGES[0] if player.agent in LANGUAGE_BLIND else language
     path = _results(given, player, split, played_in)
     kept: dict[str, Any] = json.loads(path.read_text())
-    if player.agent not in NOT_ALONE and "alone" not in kept:
+    if player.agent not in NOT_PLACED_ALONE and "alone" not in kept:
         plan = RolloutPlan(given.data, split, (played_in,), len(kept["episodes"]), 224, phases=("assembly",))
         scores = play(load_agent(f"agents.{player.agent}", player.arguments), plan)
         kept["alone"] = {episode_id: each["PTC"] for episode_id, each in scores.items()}
         path.write_text(json.dumps(kept))
-    return Run.of_results(player.name, player.seed, split, language, kept)
+    return AgentScores.of_results(player.name, player.seed, split, language, kept)
 
 
-def play_hidden(given: argparse.Namespace, player: Player, language: str) -> HiddenRun:
-    """Return what an agent reaches on the hidden split in a language, from the folder of runs or by playing."""
+def play_hidden(given: argparse.Namespace, player: AgentSetup, language: str) -> HiddenScores:
+    """Return the scores of an agent on the hidden split in a language, from the folder of runs or by playing."""
     whole = argparse.Namespace(**{**vars(given), "episodes": 0})  # A hidden split is played whole.
     kept: dict[str, Any] = json.loads(_results(whole, player, HIDDEN, language).read_text())
-    return HiddenRun(player.name, player.seed, language, kept["run"]["episodes"], kept["metrics"])
+    return HiddenScores(player.name, player.seed, language, kept["run"]["episodes"], kept["metrics"])
 
 
-def _results(given: argparse.Namespace, player: Player, split: str, language: str) -> Path:
-    """Return the file of an agent's results on a split, which it has played before or plays now."""
+def _results(given: argparse.Namespace, player: AgentSetup, split: str, language: str) -> Path:
+    """Return the results file of an agent on a split, after playing the run if it is missing."""
     name = f"{player.mark}-{split}-{language}"
     runs: Path = given.runs
     whole = runs / f"{name}-all.json"
@@ -181,7 +181,7 @@ def _results(given: argparse.Namespace, player: Player, split: str, language: st
     return path
 
 
-def _play_run(given: argparse.Namespace, player: Player, split: str, language: str, path: Path) -> None:
+def _play_run(given: argparse.Namespace, player: AgentSetup, split: str, language: str, path: Path) -> None:
     with tempfile.TemporaryDirectory() as folder:
         command = [
             str(Path(sys.executable).with_name("arramon-client")), "--agent", f"agents.{player.agent}",

@@ -1,4 +1,4 @@
-"""Tables of agents in Markdown, from the scores of their episodes: those that `results.py` writes."""
+"""Markdown tables of agents, from the scores of their episodes."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -16,10 +16,10 @@ BY_TURN = ("nDTW", "CTC-3", "rPOD@CTC-3", "PTC@CTC-3")
 ALONE = "PTC alone"
 """Placement after navigation by the ground truth."""
 
-JUDGED = ("nDTW", "CTC-3", ALONE)
-"""Metrics of the tables of differences and of seeds."""
+COMPARED_METRICS = ("nDTW", "CTC-3", ALONE)
+"""Metrics in the tables of differences and of seeds."""
 
-COMPARED = (
+COMPARED_AGENTS = (
     ("vl", "vision_only"),
     ("vl", "language_only"),
     ("vision_only", "random_walk"),
@@ -54,8 +54,8 @@ Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Run:
-    """One agent with one seed on one split in one language.
+class AgentScores:
+    """The scores of one agent with one seed on one split in one language.
 
     Attributes:
         turns: scores of each episode by id, those of both turns in order.
@@ -71,7 +71,7 @@ class Run:
     alone: Mapping[str, float]
 
     @classmethod
-    def of_results(cls, agent: str, seed: int, split: str, language: str, results: Mapping[str, Any]) -> "Run":
+    def of_results(cls, agent: str, seed: int, split: str, language: str, results: Mapping[str, Any]) -> "AgentScores":
         """Return a run from the client's results; "alone" in them is the placement after perfect navigation."""
         turns = {each["episode_id"]: list(each["turns"].values()) for each in results["episodes"]}
         return cls(agent, seed, split, language, turns, results.get("alone", {}))
@@ -85,12 +85,12 @@ class Run:
 
 
 @dataclass(frozen=True)
-class Group:
-    """All seeds of one agent on one split in one language."""
+class SeedGroup:
+    """The scores of all seeds of one agent on one split in one language."""
 
     agent: str
     language: str
-    runs: Sequence[Run]
+    runs: Sequence[AgentScores]
 
     def scores(self, metric: str, turn: int | None = None) -> tuple[list[str], Floats]:
         """Return the episodes that all seeds have played, sorted, and their scores, (seeds, episodes)."""
@@ -105,11 +105,11 @@ class Group:
 
 
 @dataclass(frozen=True)
-class HiddenRun:
-    """One agent with one seed on a hidden split in one language.
+class HiddenScores:
+    """The aggregate scores of one agent with one seed on a hidden split in one language.
 
     Attributes:
-        episodes: that were played.
+        episodes: number of episodes played.
         metrics: of each turn and of both ("turn 1", "turn 2", "total"), by name: mean, low and high.
     """
 
@@ -120,21 +120,21 @@ class HiddenRun:
     metrics: Mapping[str, Mapping[str, Mapping[str, float]]]
 
     def shown(self, row: str, metric: str) -> str:
-        """Return a mean with its interval, as it is shown."""
+        """Return a mean with its interval, formatted for the table."""
         found = self.metrics[row][metric]
         return f"{found['mean']:.3f} ({found['low']:.3f} to {found['high']:.3f})"
 
 
-def groups_of(split: str, runs: Sequence[Run]) -> list[Group]:
+def groups_of(split: str, runs: Sequence[AgentScores]) -> list[SeedGroup]:
     """Return the runs on a split by agent and language, in their order."""
-    found: dict[tuple[str, str], list[Run]] = {}
+    found: dict[tuple[str, str], list[AgentScores]] = {}
     for run in runs:
         if run.split == split:
             found.setdefault((run.agent, run.language), []).append(run)
-    return [Group(agent, language, each) for (agent, language), each in found.items()]
+    return [SeedGroup(agent, language, each) for (agent, language), each in found.items()]
 
 
-def section(split: str, runs: Sequence[Run]) -> str:
+def section(split: str, runs: Sequence[AgentScores]) -> str:
     """Return a split's tables in Markdown; agents and languages in the order of their runs."""
     groups = groups_of(split, runs)
     return "\n\n".join(
@@ -151,8 +151,8 @@ def section(split: str, runs: Sequence[Run]) -> str:
     )
 
 
-def hidden_section(split: str, runs: Sequence[HiddenRun]) -> str:
-    """Return the tables of a hidden split in Markdown: each run's means, with the intervals that the server tells."""
+def hidden_section(split: str, runs: Sequence[HiddenScores]) -> str:
+    """Return the tables of a hidden split in Markdown: each run's means, with the intervals that the server reports."""
     rows = [
         (f"`{run.agent}`", run.language, str(run.seed), str(run.episodes), row, *map(run.shown, [row] * 7, COLUMNS))
         for run in runs
@@ -161,7 +161,7 @@ def hidden_section(split: str, runs: Sequence[HiddenRun]) -> str:
     return f"## {split}\n\n" + markdown(("agent", "language", "seed", "episodes", "", *COLUMNS), rows)
 
 
-def main_table(groups: Sequence[Group], paper: Mapping[str, Sequence[float]]) -> str:
+def main_table(groups: Sequence[SeedGroup], paper: Mapping[str, Sequence[float]]) -> str:
     """Return the means of all metrics, over seeds and episodes, and the paper's rows below them."""
     rows = []
     for group in groups:
@@ -173,7 +173,7 @@ def main_table(groups: Sequence[Group], paper: Mapping[str, Sequence[float]]) ->
     return markdown(("agent", "language", "seeds", "episodes", *COLUMNS, ALONE), rows)
 
 
-def turn_table(groups: Sequence[Group]) -> str:
+def turn_table(groups: Sequence[SeedGroup]) -> str:
     """Return the means of each turn."""
     columns = [(metric, turn) for metric in BY_TURN for turn in (1, 2)]
     header = [f"{metric}, turn {turn}" for metric, turn in columns]
@@ -184,24 +184,24 @@ def turn_table(groups: Sequence[Group]) -> str:
     return markdown(("agent", "language", *header), rows)
 
 
-def difference_table(groups: Sequence[Group]) -> str:
+def difference_table(groups: Sequence[SeedGroup]) -> str:
     """Return the differences of agents, each the mean of its seeds, with intervals over episodes."""
     by_key = {(group.agent, group.language): group for group in groups}
     rows = []
-    for better, worse in COMPARED:
+    for better, worse in COMPARED_AGENTS:
         for language in dict.fromkeys(group.language for group in groups):
             pair = by_key.get((better, language)), by_key.get((worse, language))
             if pair[0] and pair[1]:
-                shown = [_difference(pair[0], pair[1], metric) for metric in JUDGED]
+                shown = [_difference(pair[0], pair[1], metric) for metric in COMPARED_METRICS]
                 rows.append((f"`{better}` - `{worse}`", language, *shown))
-    return markdown(("difference", "language", *JUDGED), rows)
+    return markdown(("difference", "language", *COMPARED_METRICS), rows)
 
 
-def seed_table(groups: Sequence[Group]) -> str:
-    """Return how much the means of seeds differ, and how much episodes do."""
+def seed_table(groups: Sequence[SeedGroup]) -> str:
+    """Return the variation between the means of seeds, and between episodes."""
     rows = []
     for group in groups:
-        for metric in JUDGED:
+        for metric in COMPARED_METRICS:
             names, scores = group.scores(metric)
             if len(group.runs) > 1 and len(names) > 1:
                 spread = seed_spread(scores)
@@ -222,13 +222,13 @@ def paired_difference(better: Floats, worse: Floats, confidence: float = CONFIDE
 
 
 def shown_difference(one: Floats, other: Floats) -> str:
-    """Return a mean difference with its interval, paired by episode; bold if the interval does not hold 0."""
+    """Return a mean difference with its interval, paired by episode; bold if the interval excludes 0."""
     mean, low, high = paired_difference(one, other)
     shown = f"{mean:+.3f} ({low:+.3f} to {high:+.3f})"
     return f"**{shown}**" if low > 0 or high < 0 else shown
 
 
-def _difference(better: Group, worse: Group, metric: str) -> str:
+def _difference(better: SeedGroup, worse: SeedGroup, metric: str) -> str:
     names, scores = better.scores(metric)
     others, below = worse.scores(metric)
     common = sorted(set(names) & set(others))
@@ -241,5 +241,5 @@ def _difference(better: Group, worse: Group, metric: str) -> str:
 
 
 def number(value: float | None) -> str:
-    """Return a number as it is shown; nothing where it was not measured."""
+    """Return a number formatted for the table; empty if it was not measured."""
     return "" if value is None else f"{value:.3f}"

@@ -1,4 +1,4 @@
-"""Variations of `agents.vl` at equal compute: each phase trained alone for some CPU seconds, and played in process."""
+"""Training studies of `agents.vl` at equal compute: each phase is trained and played separately."""
 
 import argparse
 import json
@@ -41,14 +41,14 @@ Scores = Mapping[str, Mapping[str, Mapping[str, float]]]
 
 
 @dataclass(frozen=True)
-class Lessons:
-    """Demonstrations to learn from.
+class TrainingSet:
+    """The demonstrations of a training run.
 
     Attributes:
         phase: of all of them.
         encoder: name of the visual encoder.
         episodes: of `train`, the first ones in playing order; 0 for all, None for none.
-        rooms: number of drawn tasks in the room, besides.
+        rooms: number of additional random room tasks.
     """
 
     phase: str
@@ -57,11 +57,11 @@ class Lessons:
     rooms: int
 
 
-class RememberedEyes:
-    """A visual encoder that computes each frame once: agents that play the same rooms see the same frames.
+class CachedEncoder:
+    """A visual encoder that caches its features, as agents that play the same rooms see the same frames.
 
     Args:
-        eyes: computes them.
+        eyes: the encoder whose features are cached.
     """
 
     def __init__(self, eyes: VisualEncoder) -> None:
@@ -76,13 +76,13 @@ class RememberedEyes:
 
 @dataclass(frozen=True)
 class Study:
-    """Trains and plays by recipes, and keeps what they reached in a folder: what is there is not made again.
+    """Trains and plays recipes, and caches weights and scores in a folder.
 
     Attributes:
         data, cache, runs: the data folder, the drawn demonstrations, and the weights and scores of this study.
-        rate: learning rate at first; it falls to 0.
-        episodes: of each split that are played; 0 for all.
-        processes: that draw demonstrations.
+        rate: initial learning rate; it decays to 0.
+        episodes: number of episodes of each split to play; 0 for all.
+        processes: number of processes that render demonstrations.
     """
 
     data: Path
@@ -92,23 +92,23 @@ class Study:
     episodes: int
     processes: int = 1
 
-    def result(self, name: str, recipe: Recipe, lessons: Lessons, seconds: float) -> dict[str, Any]:
-        """Return what a recipe reaches: "scores" as `Scores`, "parameters", "updates", and "pieces" by language.
+    def result(self, name: str, recipe: Recipe, training_set: TrainingSet, seconds: float) -> dict[str, Any]:
+        """Return the results of a recipe: "scores" as `Scores`, "parameters", "updates", and "pieces" by language.
 
         Args:
             name: of its files.
-            recipe: what is trained.
-            lessons: what it learns from.
-            seconds: CPU time of its training.
+            recipe: the recipe to train.
+            training_set: the training set.
+            seconds: CPU time of training.
         """
 
         def measure() -> dict[str, Any]:
-            policy = self._train(name, recipe, lessons, seconds)
-            if lessons.phase == "assembly" and policy.encoder is not None:
-                policy = replace(policy, encoder=remembered(policy.encoder.name))
+            policy = self._train(name, recipe, training_set, seconds)
+            if training_set.phase == "assembly" and policy.encoder is not None:
+                policy = replace(policy, encoder=cached_encoder(policy.encoder.name))
             size = policy.encoder.image_size if policy.encoder else 8
-            scores = self.play(LearnedAgent(policy, recipe.agent), lessons.phase, size)
-            parameters = sum(each.numel() for each in policy.model.of(lessons.phase).parameters())
+            scores = self.play(LearnedAgent(policy, recipe.agent), training_set.phase, size)
+            parameters = sum(each.numel() for each in policy.model.of(training_set.phase).parameters())
             return {"scores": scores, "parameters": parameters} | {
                 key: policy.about[key] for key in ("updates", "pieces")
             }
@@ -116,13 +116,13 @@ class Study:
         return self.kept(name, measure)
 
     def seeds(self, name: str) -> list[int]:
-        """Return the seeds with which a recipe was measured before, with as many episodes."""
+        """Return the seeds of a recipe's cached results with the same number of episodes."""
         end = f"-{self.episodes or 'all'}"
         stems = (path.stem.removesuffix(end) for path in self.runs.glob(f"{name}-*{end}.json"))
         return sorted(int(stem.removeprefix(f"{name}-")) for stem in stems)
 
     def kept(self, name: str, measure: Callable[[], dict[str, Any]]) -> dict[str, Any]:
-        """Return what was measured before with as many episodes, or measure it now."""
+        """Return the cached results with the same number of episodes, or measure them now."""
         path = self.runs / f"{name}-{self.episodes or 'all'}.json"
         if not path.exists():
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -143,12 +143,12 @@ class Study:
                     found[language][f"{split}/{name}"] = {metric: scores[metric] for metric in METRICS[phase]}
         return found
 
-    def _train(self, name: str, recipe: Recipe, lessons: Lessons, seconds: float) -> VlPolicy:
+    def _train(self, name: str, recipe: Recipe, training_set: TrainingSet, seconds: float) -> VlPolicy:
         """Return the weights of a recipe, from the folder or by training for some CPU seconds."""
         path = self.runs / f"{name}{SUFFIX}"
         if path.exists():
             return load_policy(path)
-        shown = demonstrations(self.data, self.cache, lessons, self.processes)
+        shown = demonstrations(self.data, self.cache, training_set, self.processes)
         training = Imitation(recipe, Workspace(self.data, self.cache, self.runs / "unused"), shown)
         began = time.process_time()
         while (used := (time.process_time() - began) / seconds) < 1.0:
@@ -165,26 +165,26 @@ class Study:
 
 
 @lru_cache(maxsize=1)
-def demonstrations(data: Path, cache: Path, lessons: Lessons, processes: int) -> list[PhaseDemonstration]:
-    """Return demonstrations with texts in both languages, rendering those that are not in the cache."""
+def demonstrations(data: Path, cache: Path, training_set: TrainingSet, processes: int) -> list[PhaseDemonstration]:
+    """Return demonstrations with texts in both languages; those missing in the cache are rendered."""
     sources = (
-        [DemonstrationSource(data, "train", LANGUAGES, lessons.encoder, lessons.episodes)]
-        if lessons.episodes is not None
-        else []
+        []
+        if training_set.episodes is None
+        else [DemonstrationSource(data, "train", LANGUAGES, training_set.encoder, training_set.episodes)]
     )
-    if lessons.rooms:
-        sources.append(DemonstrationSource(data, ROOMS, LANGUAGES, lessons.encoder, lessons.rooms))
+    if training_set.rooms:
+        sources.append(DemonstrationSource(data, ROOMS, LANGUAGES, training_set.encoder, training_set.rooms))
     return [
         each
         for source in sources
         for part in collect(source, cache, processes)
         for each in part
-        if each.phase == lessons.phase
+        if each.phase == training_set.phase
     ]
 
 
 def study_options(doc: str | None, name: str) -> argparse.ArgumentParser:
-    """Return a parser of the options of every study.
+    """Return an argument parser with the options that all studies share.
 
     Args:
         doc: docstring of the study's module.
@@ -205,13 +205,13 @@ def study_options(doc: str | None, name: str) -> argparse.ArgumentParser:
 
 
 @lru_cache(maxsize=1)
-def remembered(encoder: str) -> RememberedEyes:
-    """Return an encoder that computes each frame once, the same one as long as no other is asked for."""
-    return RememberedEyes(open_encoder(encoder))
+def cached_encoder(encoder: str) -> CachedEncoder:
+    """Return a caching encoder by name; the last one is reused."""
+    return CachedEncoder(open_encoder(encoder))
 
 
 def write_page(page: Path, begin: str, end: str, shown: str) -> None:
-    """Replace what stands between two marks of a page.
+    """Replace the text between two marks of a page.
 
     Raises:
         ValueError: if the page lacks one of them.

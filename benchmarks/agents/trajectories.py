@@ -1,4 +1,4 @@
-"""Pictures of an agent's paths over the map, beside the ground truth, and its failures, sorted.
+"""Maps of an agent's paths beside the ground truth, and a classification of its failures.
 
     python -m benchmarks.agents.trajectories [--data DIR] [--agent NAME] [--agent-arg NAME=VALUE ...]
                                              [--split S] [--lang L] [--episodes N] [--worst N] [--output DIR]
@@ -7,10 +7,10 @@ An agent plays the first N episodes in this process, by the rules of every run. 
 in the style of the paper's figures: the ground truth in pink, the agent's way in green, the target ringed, with the
 instruction above; `failures.md`, a table of the turns whose target was not picked up, sorted by what can be told
 from the ways: where it left the path, and how the turn ended; and `worst.md`, a sheet of the worst of them with their
-pictures, to be sorted by a reader. Text that the font lacks is left out of the pictures.
+pictures, to be classified by a reader. Text that the font lacks is left out of the pictures.
 
-What was played is kept in `ways.json` in the folder: after an interruption the command goes on. Name another folder for
-other weights.
+Played paths are kept in `ways.json` in the folder, so that an interrupted command can be resumed. Use another folder
+for other weights.
 """
 
 import argparse
@@ -43,10 +43,10 @@ from arramon_server.sim.section import Section
 from benchmarks.common import parser_of
 
 SCALE, MARGIN = 14.0, 8.0
-"""Pixels per unit, and units around the ways that are shown."""
+"""Pixels per unit, and margin around the paths, in units."""
 
 LEFT = 3.0
-"""Distance from the ground truth from which the agent has left it, in units."""
+"""Distance from the ground truth beyond which the agent has left it, in units."""
 
 ELSEWHERE = "turn 2 began elsewhere, as turn 1 ended there"
 CAUSES = (ELSEWHERE, "left the path at its beginning", "left the path on the way", "reached the path's end")
@@ -56,29 +56,29 @@ Path2 = npt.NDArray[np.float64]
 
 
 @dataclass
-class Way:
-    """What an agent did in the street in one turn.
+class PlayedPath:
+    """An agent's navigation in one turn.
 
     Attributes:
         poses: (x, z, heading in degrees) before each action.
-        took: whether the last action was to pick something up.
+        took: whether the last action picked something up.
     """
 
     poses: list[tuple[float, float, float]] = field(default_factory=list)
     took: bool = False
 
 
-class Watched:
-    """An agent whose ways are recorded.
+class RecordingAgent:
+    """Wraps an agent and records its paths.
 
     Args:
-        agent: that plays.
+        agent: the agent to record.
     """
 
     def __init__(self, agent: Agent) -> None:
         self._agent = agent
         self.sensors = tuple(dict.fromkeys((*getattr(agent, "sensors", ("rgb", "depth")), "pose")))
-        self.ways: dict[tuple[str, int], Way] = {}
+        self.ways: dict[tuple[str, int], PlayedPath] = {}
 
     def begin(self, episode: Begun) -> None:
         """Start a new episode."""
@@ -89,24 +89,24 @@ class Watched:
         end_episode(self._agent, episode_id)
 
     def act(self, observations: Sequence[Observation]) -> Sequence[int]:
-        """Return the agent's actions, and record where it is."""
+        """Return the agent's actions, and record its poses."""
         actions = self._agent.act(observations)
         for observation, action in zip(observations, actions, strict=True):
             if observation.phase == "navigation" and observation.pose is not None:
-                way = self.ways.setdefault((observation.episode_id, observation.turn), Way())
+                way = self.ways.setdefault((observation.episode_id, observation.turn), PlayedPath())
                 way.poses.append(observation.pose)
                 way.took = action == Action.INTERACT
         return actions
 
 
 @dataclass(frozen=True)
-class Judged:
-    """A turn, and what can be told of it.
+class JudgedTurn:
+    """A turn with the classification of its outcome.
 
     Attributes:
         path: (n, 2) of distinct positions.
         ndtw: of the path.
-        cause, end: one of CAUSES and of ENDS; empty if the target was picked up.
+        cause, end: one of CAUSES and one of ENDS; empty if the target was picked up.
         reached: share of the ground truth along which the agent was near it, in order.
         taken: the object that the last action picked up; empty for none.
     """
@@ -122,12 +122,12 @@ class Judged:
 
     @property
     def name(self) -> str:
-        """Name of its picture."""
+        """File name of its picture."""
         return f"{self.episode.episode_id}-{self.turn}"
 
 
-def judge(episode: Episode, turn: int, way: Way) -> Judged:
-    """Return what can be told of a turn from its way."""
+def judge(episode: Episode, turn: int, way: PlayedPath) -> JudgedTurn:
+    """Classify the outcome of a turn by the agent's path."""
     truth = episode.turns[turn - 1]
     path, reference = np.array([pose[:2] for pose in way.poses]), np.array(truth.path)
     reached = 0
@@ -144,11 +144,13 @@ def judge(episode: Episode, turn: int, way: Way) -> Judged:
         began = float(np.hypot(*(path[0] - reference[0])))
         cause = CAUSES[0 if began > LEFT else 1 if share < 0.25 else 2 if share < 0.9 else 3]
     score = ndtw([tuple(each) for each in path.tolist()], [tuple(each) for each in reference.tolist()])
-    return Judged(episode, turn, path, score, cause, end, share, "" if taken is None else str(truth.street[taken].type))
+    return JudgedTurn(
+        episode, turn, path, score, cause, end, share, "" if taken is None else str(truth.street[taken].type)
+    )
 
 
-def draw(judged: Judged, section: Section, language: str) -> Image.Image:
-    """Return the map of a turn with the ground truth, the agent's way, and the instruction."""
+def draw(judged: JudgedTurn, section: Section, language: str) -> Image.Image:
+    """Return the map of a turn with the ground truth, the agent's path, and the instruction."""
     episode, turn = judged.episode, judged.episode.turns[judged.turn - 1]
     canvas = ground_map(furnished(section, episode.furniture), SCALE)
     canvas.line(turn.path, PINK, 5)
@@ -170,8 +172,8 @@ def draw(judged: Judged, section: Section, language: str) -> Image.Image:
     return add_title(image, [title, *wrap_text(said, max(40, image.width // 8))])
 
 
-def table(turns: Sequence[Judged], language: str) -> str:
-    """Return the failures in Markdown: how many of each sort, then each with its instruction."""
+def table(turns: Sequence[JudgedTurn], language: str) -> str:
+    """Return the failures in Markdown: counts by class, then each with its instruction."""
     failed = [each for each in turns if each.end]
     sorts = Counter((each.cause, each.end) for each in failed)
     ends = [end for end in ENDS if any(end == known for _, known in sorts)]
@@ -193,10 +195,10 @@ def table(turns: Sequence[Judged], language: str) -> str:
     return "\n".join(lines) + "\n"
 
 
-def sheet(turns: Sequence[Judged], language: str, most: int) -> str:
-    """Return the worst failures in Markdown with pictures and room for a reader's sort, the least nDTW first.
+def sheet(turns: Sequence[JudgedTurn], language: str, most: int) -> str:
+    """Return the worst failures in Markdown with pictures and space for a reader's class, the lowest nDTW first.
 
-    Those that began elsewhere are left out: their sort is known.
+    Turns that began elsewhere are left out, as their class is known.
     """
     failed = [each for each in turns if each.end]
     unsorted = sorted((each for each in failed if each.cause != ELSEWHERE), key=lambda each: each.ndtw)
@@ -215,28 +217,28 @@ def sheet(turns: Sequence[Judged], language: str, most: int) -> str:
     return "\n\n".join(parts) + "\n"
 
 
-def played(given: argparse.Namespace, split: Split) -> dict[tuple[str, int], Way]:
-    """Return the ways of the first episodes by id and turn: those of the folder, and what is played now.
+def played(given: argparse.Namespace, split: Split) -> dict[tuple[str, int], PlayedPath]:
+    """Return the paths of the first episodes by id and turn, from the folder or by playing.
 
     Raises:
-        SystemExit: if the folder has the ways of another agent, or on other data.
+        SystemExit: if the folder has paths of another agent, or on other data.
     """
     arguments = {name: parse_value(value) for name, value in parse_arguments(given.agent_arg).items()}
     about = [given.agent, arguments, split.name, given.lang, split.data_hash]
     path: Path = given.output / "ways.json"
-    ways: dict[tuple[str, int], Way] = {}
+    ways: dict[tuple[str, int], PlayedPath] = {}
     if path.exists():
         kept: dict[str, Any] = json.loads(path.read_text())
         if kept["about"] != about:
             sys.exit(f"{path} is of {kept['about']}, not of {about}: name another --output")
         ways = {
-            (name, turn): Way([(x, z, heading) for x, z, heading in way["poses"]], way["took"])
+            (name, turn): PlayedPath([(x, z, heading) for x, z, heading in way["poses"]], way["took"])
             for name, turn, way in kept["ways"]
         }
     wanted = [each.episode_id for each in split.in_playing_order(given.lang)][: given.episodes or None]
     done = {name for name, _ in ways}
     left = [name for name in wanted if name not in done]
-    agent = Watched(load_agent(given.agent, arguments)) if left else None
+    agent = RecordingAgent(load_agent(given.agent, arguments)) if left else None
     for first in range(0, len(left), PARALLEL):
         assert agent is not None
         chosen = tuple(left[first : first + PARALLEL])

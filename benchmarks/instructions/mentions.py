@@ -1,4 +1,4 @@
-"""Things that a navigation text names, found by the nouns of a language alone: no grammar, no plan."""
+"""Detection of the things that a navigation text names, by a language's nouns alone, without grammar or plan."""
 
 import re
 from collections.abc import Iterator
@@ -20,28 +20,28 @@ MARKERS = {
         "third": {"तीसरा", "तीसरे", "तीसरी"}, "": {"एक"},
     },
 }  # fmt: skip
-"""Words before a noun that say which thing is meant."""
+"""Words before a noun that select a thing: determiners and ordinals."""
 
 STRIPED = r"orange and white|white and orange|नारंगी-सफ़ेद|नारंगी और सफ़ेद"
 WHITE = {"en": "white", "hi": "सफ़ेद"}
 """What a barrier of two colours is called, and the colour that the files give it."""
 
 AWAY = {"en": r"(toward|towards|face|facing|direction of|see|spot|notice|for)$", "hi": r"^(की (ओर|तरफ़|दिशा)|दिख|न दिख)"}
-"""What tells of a thing that one does not come to: before its noun phrase in English, behind it in Hindi."""
+"""Patterns of things that the walker does not reach: before the noun phrase in English, after it in Hindi."""
 
 STANDING = frozenset({"parked", "खड़ी", "खड़ा", "खड़े"})
-"""Words that may stand between a noun and its colour, and say nothing else."""
+"""Words between a noun and its colour without a meaning of their own here."""
 
 JOINING = frozenset({"with", "वाला", "वाले", "वाली"})
-"""Words in looks that join other words too."""
+"""Words in the wordings of looks that also join other words."""
 
 LINKS = frozenset({"of", "in", "and", "has"})
-"""Words in looks that may also be the last before a noun phrase."""
+"""Words in the wordings of looks that may also precede a noun phrase."""
 
 
 @dataclass(frozen=True)
-class Mention:
-    """A noun phrase: its kind, its colour ("" if none is told), its marker, and whether one comes to it.
+class NounPhrase:
+    """A noun phrase: its kind, its colour ("" if not given), its marker, and whether the walker reaches the thing.
 
     `start` and `end` are where its noun begins, with the words before it that describe it, and where it ends in what
     `plain` returns.
@@ -58,14 +58,14 @@ class Mention:
 
 
 def plain(text: str, code: str) -> str:
-    """Return a text in lower case without punctuation, its words apart by single spaces, as `mentions` reads it."""
+    """Return a text in lower case, without punctuation and with single spaces, as `mentions` expects it."""
     text = re.sub(r"[.,;।]", " ", text.lower())
     text = re.sub(r"\s+", " ", text).replace("एक और ", "और_एक ")
     return re.sub(STRIPED, WHITE[code], text)
 
 
-def mentions(text: str, code: str) -> Iterator[Mention]:
-    """Yield the things that a text tells of, in order."""
+def mentions(text: str, code: str) -> Iterator[NounPhrase]:
+    """Yield the things that a text names, in order."""
     text = plain(text, code)
     taken = 0
     for match in _nouns(code).finditer(text):
@@ -86,7 +86,7 @@ def mentions(text: str, code: str) -> Iterator[Mention]:
             markers = [marker for marker in markers if marker != "same"]
         beside = " ".join(before[-2:]) if code == "en" else text[match.end() :].strip()
         away = re.search(AWAY[code], beside) is not None
-        yield Mention(
+        yield NounPhrase(
             kind, colours[0] if colours else "", looks[0] if looks else "", markers[0] if markers else "", not away,
             " ".join(word for word in [*told, *shown_words] if word not in _determiners(code)),
             len(" ".join([*before, *takewhile(LINKS.__contains__, told), ""])), match.end(),
@@ -95,7 +95,7 @@ def mentions(text: str, code: str) -> Iterator[Mention]:
 
 @cache
 def _forms(code: str) -> dict[str, str]:
-    """The kind of each form of each noun, with INSIDE where it has its adjectives."""
+    """Return the kind of each form of each noun, with INSIDE in place of its adjectives."""
     return {
         form.lower(): kind for kind, nouns in load(code).grammar.nouns.items() for n in nouns for _, form in n.forms
     }
@@ -132,7 +132,7 @@ def _colours(code: str) -> dict[str, str]:
 
 @cache
 def _looks(code: str, kind: str) -> dict[str, list[str]]:
-    """For each word of the wordings of a kind's looks, the looks; words of several looks tell nothing."""
+    """Return the looks that each word identifies, for a kind; words of several looks identify none."""
     grammar = load(code).grammar
     found: dict[str, set[str]] = {}
     for look, wordings in grammar.looks.get(grammar.look_kind(kind), {}).items():
@@ -150,7 +150,7 @@ def _determiners(code: str) -> frozenset[str]:
 
 @cache
 def _describing(code: str) -> frozenset[str]:
-    """All words that may stand between a noun and what comes before its phrase."""
+    """Return all words that may be part of a noun phrase before its noun."""
     grammar = load(code).grammar
     words = {w for ps in grammar.colours.values() for p in ps for s in grammar.spellings(p) for w in s.split()}
     for looks in grammar.looks.values():

@@ -1,4 +1,4 @@
-"""Names of things in readings and in written meanings, brought to one form so that they can be compared."""
+"""Names of things in parsed and in written meanings, in canonical form for comparison."""
 
 from dataclasses import dataclass
 
@@ -14,16 +14,16 @@ SAME_WORD = {
     "golden": "gold", "wooden": "gold", "gray": "grey", "metal": "grey", "silver": "grey", "spotted": "dotted",
     "dot": "circle",
 }  # fmt: skip
-"""Words for one colour or look. A wooden thing of the street is of the catalogue's colour gold."""
+"""Synonyms of a colour or look. Wooden street furniture has the catalogue's colour gold."""
 
 OWN_WORDS = {
     "phone_booth": {"blue"}, "hydrant": {"red"}, "stop_sign": {"red"}, "bags": {"black"}, "tree": {"green"},
     "bench": {"brown", "gold"}, "mailbox": {"blue"},
 }  # fmt: skip
-"""What all things of a kind look like: "the blue phone booth" says no more than "the phone booth"."""
+"""Attributes common to all things of a kind: "the blue phone booth" means the same as "the phone booth"."""
 
 SHOPS = frozenset(("hotel", "cafe", "bank", "bakery", "pharmacy", "cinema"))
-"""A shop, its sign and its building are one place."""
+"""Kinds of shops: a shop, its sign and its building count as one place."""
 
 ORDINALS = frozenset(("first", "second", "third", "last", "nearest", "next", "another"))
 
@@ -31,8 +31,8 @@ _WITHOUT_MEANING = frozenset(("the", "two", "several", "both", "three", "right",
 
 
 @dataclass(frozen=True, slots=True)
-class Name:
-    """What a text calls a thing.
+class ComparedName:
+    """The name of a thing in a text, in canonical form.
 
     Attributes:
         kind: as in `arramon_lang.meaning.Thing`.
@@ -44,12 +44,11 @@ class Name:
     says: frozenset[str] = frozenset()
     which: str = ""
 
-    def fits(self, other: "Name") -> bool:
-        """Return whether both can name one thing, and say of it what tells it apart.
+    def fits(self, other: "ComparedName") -> bool:
+        """Return whether both can name the same thing, with the same distinguishing attributes.
 
-        The kind is the same; what the one says the other says too, or at least a part of it if it says more ("the white
-        and black mug", "the banner with the red triangle"). A colour or look that only one of them says at all, or that
-        differs, is another name.
+        The kinds must be equal, and the attributes of one must include those of the other ("the white and black mug",
+        "the banner with the red triangle"). Names differ if only one of them gives a colour or look.
         """
         if self.kind != other.kind or (self.which in COUNTED and other.which in COUNTED and self.which != other.which):
             return False
@@ -59,16 +58,16 @@ class Name:
 
 
 COUNTED = frozenset(("first", "second", "third"))
-"""Ordinals that count, and so cannot be exchanged for one another."""
+"""Ordinals that count, and so are not interchangeable."""
 
 
-def name_read(thing: Thing) -> Name:
-    """Return the name of a thing in a reading."""
+def name_read(thing: Thing) -> ComparedName:
+    """Return the name of a thing in a parsed meaning."""
     return _name(thing.kind, {word for word in (thing.colour, thing.look) if word}, thing.which)
 
 
-def name_said(words: str) -> Name:
-    """Return the name of a thing in the plain words of a written meaning."""
+def name_said(words: str) -> ComparedName:
+    """Return the name of a thing in a written meaning."""
     *before, kind = words.lower().replace("-", " ").replace("zebra crossing", "zebra_crossing").split()
     singular = kind[:-1] if kind.endswith("s") and kind not in ("hourglass", "bags", "tires", "tyres") else kind
     which = next((word for word in before if word in ORDINALS), "")
@@ -78,7 +77,7 @@ def name_said(words: str) -> Name:
     return _name(singular if kind not in SAME_KIND or singular == "building_corner" else kind, says, which)
 
 
-def _name(kind: str, says: set[str], which: str) -> Name:
+def _name(kind: str, says: set[str], which: str) -> ComparedName:
     if kind == "building_corner" and says:  # A building's own corner is named for the building.
         kind = "building"
     kind = SAME_KIND.get(kind, kind)
@@ -87,4 +86,4 @@ def _name(kind: str, says: set[str], which: str) -> Name:
         says = (says - {"orange"}) | {"white"}
     if kind == "shop_sign" and says & SHOPS:
         kind = "building"
-    return Name(kind, frozenset(says - OWN_WORDS.get(kind, set())), which)
+    return ComparedName(kind, frozenset(says - OWN_WORDS.get(kind, set())), which)

@@ -1,4 +1,4 @@
-"""Measure the reader and the follower on the free paraphrases of `val_unseen_paraphrased`.
+"""Accuracy of reader and follower on the free paraphrases of `val_unseen_paraphrased`.
 
     python -m benchmarks.instructions.paraphrases [--half development|test] [--lang en hi] [--show N] [--play N]
                                                   [--batches]
@@ -16,7 +16,7 @@ from typing import Any
 
 import arramon_lang as lang
 from arramon_agents.follower import Agent as Follower
-from arramon_dataset.generation.site import Site
+from arramon_dataset.generation.site import GenerationSite
 from arramon_dataset.instruction_writer import room_camera
 from arramon_dataset.instructions.assembly.sight import whole_room
 from arramon_dataset.paraphrases.collection import (
@@ -42,7 +42,7 @@ METRICS = ("nDTW", "CTC-3", "PTC")
 
 
 def is_read(text: Paraphrase, phase: str) -> bool:
-    """Return whether the reader recovers the whole meaning of a text, as a person wrote it down."""
+    """Return whether the reader recovers the whole annotated meaning of a text."""
     assert text.meaning is not None
     return _agrees(text, phase, text.meaning)
 
@@ -55,7 +55,7 @@ def _agrees(text: Paraphrase, phase: str, said: Mapping[str, Any]) -> bool:
 
 
 def names_target(text: Paraphrase, episode: Episode) -> bool:
-    """Return whether the reader finds the target's kind, colour and pattern named, as far as it finds them, right."""
+    """Return whether the target's kind, and the colour and pattern found by the reader, are right."""
     meaning, target = _read(text, "navigation"), episode.turns[text.turn - 1].target.type
     if not isinstance(meaning, Navigation) or meaning.target.kind != target.kind:
         return False
@@ -122,7 +122,7 @@ def _share(results: Iterable[bool]) -> str:
 
 def _playing(language: str, ids: Sequence[str]) -> None:
     section = paraphrased_section()
-    site = Site(section)
+    site = GenerationSite(section)
     world = TrialWorld(site.world, site.camera, room_camera())
     sources = {"paraphrases": paraphrased_episodes(), "the grammar's texts": generated_episodes()}
     for name, episodes in sources.items():
@@ -141,13 +141,13 @@ def _scores(episode: Episode, language: str, world: TrialWorld) -> dict[str, flo
 
 
 def main() -> None:
-    """Print what share of texts is read, by manner, and the follower's scores."""
+    """Print the share of texts that are understood, by manner, and the follower's scores."""
     parser = parser_of(__doc__)
     parser.add_argument("--half", choices=HALVES, default=HALVES[0], help="(default: %(default)s)")
     parser.add_argument("--lang", nargs="+", default=["en", "hi"], help="languages (default: both)")
-    parser.add_argument("--show", type=int, default=0, metavar="N", help="print N texts that are not read")
+    parser.add_argument("--show", type=int, default=0, metavar="N", help="print N texts that are not understood")
     parser.add_argument("--play", type=int, default=0, metavar="N", help="let the follower play N episodes")
-    parser.add_argument("--batches", action="store_true", help="read the texts whose meanings were written down later")
+    parser.add_argument("--batches", action="store_true", help="evaluate the later annotations, batch by batch")
     arguments = parser.parse_args()
     if arguments.batches:
         for language in arguments.lang:

@@ -1,4 +1,4 @@
-"""Draw sheets for readers of instructions, who say to which object and which cell a text leads.
+"""Sheets for human readers of instructions, who decide to which object and cell a text leads.
 
     python -m benchmarks.instructions.reader_sheets --split val_unseen [--data DIR] [--output DIR] [EPISODE ...]
 
@@ -13,7 +13,7 @@ from pathlib import Path
 
 from PIL import Image
 
-from arramon_dataset.generation.site import Site
+from arramon_dataset.generation.site import GenerationSite
 from arramon_dataset.paraphrases.room import room_facts
 from arramon_dataset.paraphrases.route import route_facts
 from arramon_dataset.paraphrases.sheet import beside, draw_arrow, draw_object, frames, sheets_of_split, street_map
@@ -26,8 +26,8 @@ from arramon_server.sim.section import Prop
 from benchmarks.common import parser_of
 
 
-def reader_sheet(episode: Episode, number: int, site: Site) -> tuple[Image.Image, str]:
-    """Return the picture and the page of facts from which a reader finds where a text leads, without way and goal."""
+def reader_sheet(episode: Episode, number: int, site: GenerationSite) -> tuple[Image.Image, str]:
+    """Return a reader's picture and page of facts, without path and goal."""
     facts, turn = route_facts(episode, number, site), episode.turns[number - 1]
     chart = street_map(site.section, turn)
     for prop in site.section.props:  # All of them: those that are seen from the way would tell it.
@@ -45,7 +45,7 @@ def reader_sheet(episode: Episode, number: int, site: Site) -> tuple[Image.Image
 
 
 def numbered_objects(episode: Episode, number: int) -> list[Collectible]:
-    """Return a turn's objects in the street in an order that does not tell the target."""
+    """Return a turn's street objects in an order that does not reveal the target."""
     street = episode.turns[number - 1].street
     keys = {item: f"{episode.episode_id}/{number}/{item.type}/{item.position}" for item in street}
     return sorted(street, key=lambda item: hashlib.sha256(keys[item].encode()).digest())

@@ -1,13 +1,12 @@
-"""Count false references in generated navigation instructions: phrases for which the street holds no fitting thing.
+"""Count false references in generated navigation instructions: phrases without a matching thing in the street.
 
     python -m benchmarks.instructions.references DATA [--split NAME ...] [--show N]
 
-Written apart from the gate of generation: it sees only the files of a data set. It finds the nouns of things in a text
-with what stands around them, and looks for objects that all of them can be, in order along the ground truth's path: one
-that is called the same must be the same, another must be another, of two there must be two, and nothing may be left
-behind long before it is mentioned. A text without such objects holds a false reference. So does one that names nothing
-by the target, where another object looks like it. `sides.py` beside it looks at the sides that are told of things on
-the way, and at what is told to lie by a zebra crossing.
+This check is independent of the generation's gate: it uses only the files of a data set. It finds the noun phrases of a
+text and assigns objects to them in order along the ground truth's path: "the same" must be the same object, "another" a
+different one, "two" need two, and no object may be passed long before it is mentioned. A text without such an
+assignment contains a false reference. So does a text that names nothing near the target although another object looks
+like it. `sides.py` checks the stated sides of things on the way, and targets said to be next to a zebra crossing.
 """
 
 import json
@@ -18,23 +17,23 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.common import parser_of
-from benchmarks.instructions.mentions import Mention, mentions
-from benchmarks.instructions.sides import false_sides, grounds_of, neighbours, told_sides
-from benchmarks.instructions.ways import Way, way_of
+from benchmarks.instructions.mentions import NounPhrase, mentions
+from benchmarks.instructions.sides import false_sides, grounds_of, neighbours, stated_sides
+from benchmarks.instructions.turn_paths import TurnPath, turn_path
 
-FAR, PASSED, BEHIND, TOGETHER, BESIDE = 14.0, 4.0, 6, 9.0, 4.0
+MAX_FROM_PATH, MAX_WHEN_PASSED, MAX_STEPS_BEHIND, MAX_APART, REFERENCE_FAR = 14.0, 4.0, 6, 9.0, 4.0
 """Maximum distance of a thing from the path, and of one that the path passes, in units; number of steps by which a
 thing may lie behind when it is mentioned; maximum distance of two things from each other, and of the target from what
 tells its place, in units."""
 
 PLACES = ("intersection", "t_junction", "corner", "building_corner", "street", "alley", "square", "street_end")
 SKIPPED = (*PLACES, "wall", "", "building", "you")
-"""Kinds that the files do not list one by one."""
+"""Kinds that the files do not list individually."""
 
 
 @dataclass(frozen=True)
-class Object:
-    """A thing in the street, with the place of the path nearest to it."""
+class StreetObject:
+    """A thing in the street, with the nearest place of the path."""
 
     kind: str
     colour: str
@@ -45,7 +44,7 @@ class Object:
     distance: float
 
 
-def objects(turn: dict[str, Any], section: dict[str, Any]) -> list[Object]:
+def objects(turn: dict[str, Any], section: dict[str, Any]) -> list[StreetObject]:
     """Return the things near a turn's path."""
     listed = [(p["kind"], p["colour"], p["shape"], p["x"], p["z"]) for p in section["props"]]
     for item in turn["street"]:
@@ -55,22 +54,22 @@ def objects(turn: dict[str, Any], section: dict[str, Any]) -> list[Object]:
     for kind, colour, look, x, z in listed:
         far = [math.dist(place, (x, z)) for place in turn["path"]]
         index = min(range(len(far)), key=far.__getitem__)
-        found.append(Object(kind, colour, look, x, z, index, far[index]))
+        found.append(StreetObject(kind, colour, look, x, z, index, far[index]))
     return found
 
 
-def is_consistent(told: Sequence[Mention], things: Sequence[Object]) -> bool:
-    """Return whether there is an object for each mention."""
+def is_consistent(told: Sequence[NounPhrase], things: Sequence[StreetObject]) -> bool:
+    """Return whether an object can be assigned to each mention."""
     told = [mention for mention in told if mention.kind not in SKIPPED]
 
-    def fits(number: int, chosen: tuple[Object, ...], progress: int) -> bool:
+    def fits(number: int, chosen: tuple[StreetObject, ...], progress: int) -> bool:
         if number == len(told):
             return True
         mention = told[number]
         earlier = [o for m, o in zip(told, chosen, strict=False) if m.kind == mention.kind]
         repeated = [o for m, o in zip(told, chosen, strict=False) if _is_repeated(mention, m)]
         for thing in things:
-            if (thing.kind, thing.distance > FAR) != (mention.kind, False):
+            if (thing.kind, thing.distance > MAX_FROM_PATH) != (mention.kind, False):
                 continue
             if mention.colour not in ("", thing.colour) or mention.look not in ("", thing.look):
                 continue
@@ -82,9 +81,9 @@ def is_consistent(told: Sequence[Mention], things: Sequence[Object]) -> bool:
                 continue
             if mention.marker == "two" and not _is_one_of_two(thing, mention, things):
                 continue
-            if thing.distance <= PASSED and thing.index < progress - BEHIND:
+            if thing.distance <= MAX_WHEN_PASSED and thing.index < progress - MAX_STEPS_BEHIND:
                 continue
-            passed = mention.reached and thing.distance <= PASSED
+            passed = mention.reached and thing.distance <= MAX_WHEN_PASSED
             if fits(number + 1, (*chosen, thing), max(progress, thing.index) if passed else progress):
                 return True
         return False
@@ -92,13 +91,13 @@ def is_consistent(told: Sequence[Mention], things: Sequence[Object]) -> bool:
     return fits(0, (), 0)
 
 
-def is_told_apart(told: Sequence[Mention], turn: dict[str, Any], things: Sequence[Object]) -> bool:
-    """Return whether a text names something by the target that is not by another object that looks like it."""
+def identifies_target(told: Sequence[NounPhrase], turn: dict[str, Any], things: Sequence[StreetObject]) -> bool:
+    """Return whether a text names something near the target that is not near its look-alike."""
     target, *others = ((item["type"], item["position"][0], item["position"][2]) for item in turn["street"])
     twins = [(x, z) for kind, x, z in others if kind == target[0]]
     told = [_in_full(mention, told[:number]) for number, mention in enumerate(told)]
 
-    def is_by(mention: Mention, place: tuple[float, float], limit: float) -> bool:
+    def is_by(mention: NounPhrase, place: tuple[float, float], limit: float) -> bool:
         return any(
             o.kind == mention.kind
             and mention.colour in ("", o.colour)
@@ -108,36 +107,36 @@ def is_told_apart(told: Sequence[Mention], turn: dict[str, Any], things: Sequenc
         )
 
     return not twins or any(
-        is_by(mention, target[1:], BESIDE) and not any(is_by(mention, twin, BESIDE) for twin in twins)
+        is_by(mention, target[1:], REFERENCE_FAR) and not any(is_by(mention, twin, REFERENCE_FAR) for twin in twins)
         for mention in told[-3:]
     )
 
 
-def _in_full(mention: Mention, earlier: Sequence[Mention]) -> Mention:
-    """Return what "the same" or "that" repeats, with the words that it was first told by."""
+def _in_full(mention: NounPhrase, earlier: Sequence[NounPhrase]) -> NounPhrase:
+    """Resolve "the same" or "that" to the earlier mention, with its full description."""
     alike = [each for each in earlier if each.kind == mention.kind and (each.colour or each.look)]
     if mention.marker != "same" or mention.colour or mention.look or not alike:
         return mention
     return replace(mention, colour=alike[-1].colour, look=alike[-1].look)
 
 
-def _is_repeated(mention: Mention, earlier: Mention) -> bool:
+def _is_repeated(mention: NounPhrase, earlier: NounPhrase) -> bool:
     return (mention.kind, mention.words, mention.marker) == (earlier.kind, earlier.words, earlier.marker)
 
 
-def _is_one_of_two(thing: Object, mention: Mention, things: Sequence[Object]) -> bool:
+def _is_one_of_two(thing: StreetObject, mention: NounPhrase, things: Sequence[StreetObject]) -> bool:
     return any(
         o is not thing
         and o.kind == thing.kind
         and mention.colour in ("", o.colour)
-        and math.dist((o.x, o.z), (thing.x, thing.z)) <= TOGETHER
+        and math.dist((o.x, o.z), (thing.x, thing.z)) <= MAX_APART
         for o in things
     )
 
 
 @dataclass
-class Counts:
-    """What the texts of a section and language hold, and how much of it is false."""
+class ReferenceCounts:
+    """Counts of references, sides and neighbours in the texts of a section and language, and of the false ones."""
 
     texts: int = 0
     things: int = 0
@@ -153,17 +152,17 @@ class Counts:
             f"way, {self.false_sides} texts false; {self.neighbours} by a crossing, {self.false_neighbours} on it"
         )
 
-    def add(self, text: str, code: str, turn: dict[str, Any], section: dict[str, Any], way: Way) -> list[str]:
-        """Count one text, and return what is false in it."""
+    def add(self, text: str, code: str, turn: dict[str, Any], section: dict[str, Any], way: TurnPath) -> list[str]:
+        """Count one text, and return descriptions of what is false in it."""
         told, things, grounds = list(mentions(text, code)), objects(turn, section), grounds_of(turn, section)
         x, _, z = turn["street"][0]["position"]
-        is_true = is_consistent(told, things) and is_told_apart(told, turn, things)
+        is_true = is_consistent(told, things) and identifies_target(told, turn, things)
         aside = false_sides(text, code, way, grounds)
         by, on = neighbours(text, code, (x, z), grounds)
         self.texts += 1
         self.things += len(told)
         self.false_references += not is_true
-        self.sides += len(told_sides(text, code))
+        self.sides += len(stated_sides(text, code))
         self.false_sides += bool(aside)
         self.neighbours += by
         self.false_neighbours += bool(on)
@@ -171,17 +170,17 @@ class Counts:
 
 
 def check(data: Path, splits: Sequence[str], show: int) -> None:
-    """Print how many texts of each split, section and language hold a false reference, side or neighbour, and some."""
+    """Print the numbers of texts with false references, sides or neighbours by split, section and language."""
     for split in sorted(path for path in (data / "splits").iterdir() if not splits or path.name in splits):
-        counts: dict[tuple[str, str], Counts] = {}
+        counts: dict[tuple[str, str], ReferenceCounts] = {}
         sections = {path.stem: json.loads(path.read_text()) for path in (split / "sections").glob("*.json")}
         for line in (split / "episodes.jsonl").read_text().splitlines()[1:]:
             episode = json.loads(line)
             before: list[int] = []
             for number, turn in enumerate(episode["turns"]):
-                way, before = way_of(turn, episode["start"], before), turn["actions"]
+                way, before = turn_path(turn, episode["start"], before), turn["actions"]
                 for code, texts in episode["instructions"].items():
-                    count = counts.setdefault((episode["section"], code), Counts())
+                    count = counts.setdefault((episode["section"], code), ReferenceCounts())
                     text = texts[number]["navigation"]
                     faults = count.add(text, code, turn, sections[episode["section"]], way)
                     if faults and show > 0:

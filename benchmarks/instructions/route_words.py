@@ -1,4 +1,4 @@
-"""Frequencies of ways to describe a route, beside people's: `python -m benchmarks.instructions.route_words DATA`.
+"""Frequencies of route descriptions, compared with people's: `python -m benchmarks.instructions.route_words DATA`.
 
 Prints the share of instructions that name a building, a crossing, a corner, a street, another or the next thing,
 several things, and so on, in a generated data set, in English and Hindi, and, if the environment variable
@@ -61,7 +61,7 @@ PATTERNS = {"en": SHARES, "hi": HINDI}
 
 
 def shares(texts: Sequence[str], patterns: dict[str, str] = SHARES) -> dict[str, float]:
-    """Return the percentage of texts that each pattern is found in."""
+    """Return the percentage of texts that match each pattern."""
     words = [" ".join(re.sub(r"[.,;:।]", " ", text.lower()).split()) + " " for text in texts]
     return {
         name: 100.0

@@ -1,8 +1,8 @@
-"""Sides that a navigation text tells of things, and neighbours that it tells of its target, held against the street.
+"""Check of the sides of things and the neighbours of targets that navigation texts state, against the street.
 
-Written apart from planner and gate: it knows the words for left, right and next to, and the files of a data set. A side
-is so if what is named is beside the walker on that side, by the direction of the way there, after the turn told before
-it and before the next one. What is told as next to a zebra crossing does not lie on it.
+Independent of planner and gate: it uses the words for left, right and next to, and the files of a data set. A side is
+true if the thing is on that side of the walker, by the direction of the path there, between the turns that the text
+mentions before and after it. A target said to be next to a zebra crossing must not lie on it.
 """
 
 import re
@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
 
-from benchmarks.instructions.mentions import Mention, mentions, plain
-from benchmarks.instructions.ways import BENT, STRONG, Bend, Place, Way, rectangle
+from benchmarks.instructions.mentions import NounPhrase, mentions, plain
+from benchmarks.instructions.turn_paths import MIN_BEND, MIN_STATED_BEND, Bend, Place, TurnPath, rectangle
 
 SIDES = {
     "en": {"left": "left", "right": "right"},
@@ -28,19 +28,19 @@ NO_SIDE = {
     r"|\bright (?:in front|next to|beside|behind|against|between)\b",
     "hi": r"(?!)",
 }
-"""What holds such a word and tells no side."""
+"""Phrases with such a word that state no side."""
 
 RELATION = {
     "en": r"\b(?:left|right)(?: hand)?(?: side)? of\b|\bits (?:left|right)\b",
     "hi": r"(?:के|की|से|उसके|उसकी|जिसके|जिसकी)(?: ठीक)? (?:बाएँ|बाईं|दाएँ|दाईं)(?: ओर| तरफ़| हाथ| दिशा में)?",
 }
-"""The place of one thing by another."""
+"""Relations between two things."""
 
 SLIGHT = {
     "en": r"(?:slight|slightly|a bit|a little|gentle|bear|bearing|veer|veering)(?: to (?:the|your))?$",
     "hi": r"(?:थोड़ा|सा|ज़रा|हल्का|हल्के|से|मामूली)$",
 }
-"""What stands before the side of a slight turn."""
+"""Words before the side of a slight turn."""
 
 TOLD_SIDE = {
     "en": re.compile(r"\b(?:on|to) (?:your |the )?(left|right)\b(?! hand side of| side of| of)"),
@@ -48,7 +48,7 @@ TOLD_SIDE = {
 }
 
 AFTER_THING = re.compile(r"(?: (?:with|showing) (?:an? )?\S+)?(?: is| keeping it)? ?")
-"""What may stand between a noun and the side of its thing, in English."""
+"""Words allowed between a noun and the side of its thing, in English."""
 
 BACK = {
     "en": r"\b(?:turn\w*|spin\w*|about|pivot\w*) (?:yourself )?(?:around|turn)\b|(?:other|opposite) (?:way|direction)"
@@ -56,20 +56,20 @@ BACK = {
     "hi": r"(?:पीछे(?: की ओर| की तरफ़)?|पूरा पीछे|उल्टी दिशा में|उल्टी तरफ़) (?:मुड़|घूम|पलट)|पलटकर|उल्टे मुड़|यू टर्न"
     r"|मुँह (?:पीछे|उल्टी)",
 }
-"""What tells that one turns around."""
+"""Phrases for turning around."""
 
 FACED = {
     "en": r"^(?:\w+ ){0,2}?(?:fac(?:e|ing)|turn\w* (?:\S+ ){0,3}?(?:towards?|fac(?:e|ing)|see|direction)|look\w*"
     r"|align\w*|orient\w*|position\w*|direct\w*|rotat\w+ (?:to|until)|point\w*)\b",
     "hi": r"^(?:\S+ ){0,7}?(?:की (?:ओर|तरफ़|दिशा में) (?:मुड़|घूम|मुँह|रुख़|नज़र)|अपना मुँह|सामने न|जब तक|तब तक)",
 }
-"""What tells at the beginning of a text that one turns to a thing."""
+"""Phrases at the beginning of a text for turning towards a thing."""
 
 STREETS = ("street", "alley")
-"""Kinds of what one turns into: the side is that of the turn."""
+"""Kinds of things that one turns into: their side is that of the turn."""
 
 ON_GROUND = {"zebra_crossing": (4.55 / 2, 1.4 / 2)}
-"""Kinds of things that one may stand on, with half their sizes across and along their heading, in units."""
+"""Kinds of things on which others can lie, with half their sizes across and along their heading, in units."""
 
 BY = {
     "en": r"(?:next to|near|beside|close to|adjacent to|alongside|at the side of|side by side with|adjoining|over by"
@@ -77,34 +77,34 @@ BY = {
     "hi": r"^ ?(?:(?:के|की) (?:ठीक |ही )?(?:पास|बगल|नज़दीक|क़रीब|बराबर|साथ|समीप|सामने|आगे|पीछे|पिछली|बाईं|दाईं|बाएँ"
     r"|दाएँ)|से (?:बाईं|दाईं))(?! (?:से|तक|पहुँच|जाकर|आकर|रुक|मुड़|घूम|छूट|छोड़))",
 }
-"""What tells that something lies by a thing: before its noun phrase in English, behind it in Hindi."""
+"""Phrases for being next to a thing: before its noun phrase in English, after it in Hindi."""
 
 AT_START = 2.5
-"""Length of the way in which who faces a thing at the start has turned to it, in units."""
+"""Length of the path within which a walker told to face a thing at the start has turned to it, in units."""
 
 STEP_ASIDE, AROUND, MAY_BE_AROUND = 4.5, 165.0, 120.0
 """Maximum length of a step aside, in units; a turn by more degrees may be called one to either side, and one around."""
 
 IN_NOUN = 14
-"""Maximum number of letters of a noun phrase in Hindi before those words that `mentions` finds."""
+"""Maximum number of letters of a Hindi noun phrase before the words that `mentions` finds."""
 
 LAST = 3
-"""The target's place is told among so many last mentions."""
+"""Number of last mentions that may describe the target's place."""
 
 
 @dataclass(frozen=True)
-class Side:
-    """A thing with its told side, the turns told before and after it, and whether one faces some thing at the start."""
+class StatedSide:
+    """A thing with its stated side, the stated turns around it, and whether the text begins by facing a thing."""
 
-    mention: Mention
+    mention: NounPhrase
     side: str
     before: tuple[str, ...]
     after: tuple[str, ...]
     faced: bool
 
 
-def told_sides(text: str, code: str) -> list[Side]:
-    """Return the things on the way of which a text tells a side, in order."""
+def stated_sides(text: str, code: str) -> list[StatedSide]:
+    """Return the things on the way whose side a text states, in order."""
     text, told = plain(text, code), list(mentions(text, code))
     aside = [
         (match, found) for match in TOLD_SIDE[code].finditer(text) if (found := _thing_of(text, code, told, match))
@@ -121,7 +121,7 @@ def told_sides(text: str, code: str) -> list[Side]:
     faced = re.match(FACED[code], text)
     is_faced = faced is not None and (not turns or faced.end() <= turns[0][0])
     return [
-        Side(
+        StatedSide(
             found,
             SIDES[code][match[1]],
             tuple(turn for at, turn in turns if at < match.start()),
@@ -132,8 +132,8 @@ def told_sides(text: str, code: str) -> list[Side]:
     ]
 
 
-def _thing_of(text: str, code: str, told: Sequence[Mention], match: re.Match[str]) -> Mention | None:
-    """Return the mention whose side words tell; None if they tell of a turn, or of a thing by another."""
+def _thing_of(text: str, code: str, told: Sequence[NounPhrase], match: re.Match[str]) -> NounPhrase | None:
+    """Return the mention that side words refer to; None if they describe a turn, or a relation of two things."""
     before = [mention for mention in told if mention.end <= match.start()]
     lead, rest = text[: match.start()], text[match.end() :]
     found = None
@@ -151,21 +151,21 @@ def _thing_of(text: str, code: str, told: Sequence[Mention], match: re.Match[str
     return None if found is None or found.kind in STREETS else found
 
 
-def parts(told: Side, way: Way) -> Iterator[tuple[float, float]]:
-    """Yield the parts of a way in which a side may be told: between the bends that the turns around it can be.
+def parts(told: StatedSide, way: TurnPath) -> Iterator[tuple[float, float]]:
+    """Yield the parts of a path where a stated side may apply: between the bends that match the turns around it.
 
-    Of the ways to find the turns among the bends those count that leave the fewest bends untold. A step aside
-    need not be told, nor has the last turn to be a bend: it may be made at the target.
+    Turns are matched so that the fewest bends are left over. A sidestep need not be stated, and the last turn need
+    not match a bend, as it may be made at the target.
     """
     turns = [turn for turn in (*told.before, *told.after) if not turn.startswith("slightly")]
     number = sum(not turn.startswith("slightly") for turn in told.before)
-    bends = [bend for bend in way.bends if abs(bend.angle) >= BENT and not (told.faced and bend.end <= AT_START)]
+    bends = [bend for bend in way.bends if abs(bend.angle) >= MIN_BEND and not (told.faced and bend.end <= AT_START)]
     found: list[tuple[int, tuple[Bend, ...]]] = []
     for listed in (bends, _without_steps_aside(bends)):
         for count in {len(turns), max(len(turns) - 1, 0)}:
             for chosen in combinations(listed, count):
                 if all(map(_may_be, turns, chosen)):
-                    untold = sum(bend not in chosen for bend in listed if abs(bend.angle) >= STRONG)
+                    untold = sum(bend not in chosen for bend in listed if abs(bend.angle) >= MIN_STATED_BEND)
                     found.append((untold, chosen))
     fewest = min((untold for untold, _ in found), default=0)
     for untold, chosen in found:
@@ -177,10 +177,10 @@ def parts(told: Side, way: Way) -> Iterator[tuple[float, float]]:
 
 
 def _without_steps_aside(bends: Sequence[Bend]) -> list[Bend]:
-    """Return the bends without those that the next one takes back at once."""
+    """Drop bends that the next one reverses at once."""
     kept: list[Bend] = []
     for bend in bends:
-        if kept and bend.start - kept[-1].end <= STEP_ASIDE and abs(bend.angle + kept[-1].angle) < BENT:
+        if kept and bend.start - kept[-1].end <= STEP_ASIDE and abs(bend.angle + kept[-1].angle) < MIN_BEND:
             kept.pop()
         else:
             kept.append(bend)
@@ -193,17 +193,17 @@ def _may_be(turn: str, bend: Bend) -> bool:
     return (turn == "right") == (bend.angle > 0.0)
 
 
-def false_sides(text: str, code: str, way: Way, grounds: Sequence[tuple[Mention, list[Place]]]) -> list[str]:
-    """Return the sides that a text tells of things that are not so.
+def false_sides(text: str, code: str, way: TurnPath, grounds: Sequence[tuple[NounPhrase, list[Place]]]) -> list[str]:
+    """Return the stated sides of things that are false.
 
     Args:
         text: an instruction of navigation.
         code: of its language.
-        way: its turn's.
-        grounds: what there is in the street, as a mention of it, with its outline.
+        way: path of the turn.
+        grounds: all things in the street, each as a mention with its outline.
     """
     faults = []
-    for told in told_sides(text, code):
+    for told in stated_sides(text, code):
         fitting = [ground for thing, ground in grounds if _fits(told.mention, thing)]
         spans = list(parts(told, way))
         if spans and not any(way.is_passed(ground, told.side, *span) for ground in fitting for span in spans):
@@ -212,9 +212,9 @@ def false_sides(text: str, code: str, way: Way, grounds: Sequence[tuple[Mention,
 
 
 def neighbours(
-    text: str, code: str, target: Place, grounds: Sequence[tuple[Mention, list[Place]]]
+    text: str, code: str, target: Place, grounds: Sequence[tuple[NounPhrase, list[Place]]]
 ) -> tuple[int, list[str]]:
-    """Return how often a text tells the target to lie by what one may stand on, and each time that it lies on it."""
+    """Return the number of stated neighbours of the target on which it could lie, and those on which it does lie."""
     text, told = plain(text, code), list(mentions(text, code))
     count, faults = 0, []
     for mention in told[-LAST:]:
@@ -227,8 +227,8 @@ def neighbours(
     return count, faults
 
 
-def grounds_of(turn: dict[str, Any], section: dict[str, Any]) -> list[tuple[Mention, list[Place]]]:
-    """Return all things in a turn's street, each as a mention of it, with its corners or its place."""
+def grounds_of(turn: dict[str, Any], section: dict[str, Any]) -> list[tuple[NounPhrase, list[Place]]]:
+    """Return all things in a turn's street, each as a mention with its corners or its place."""
     found = []
     for prop in section["props"]:
         place = prop["x"], prop["z"]
@@ -255,10 +255,10 @@ def covers(ground: Sequence[Place], place: Place) -> bool:
     return all(each <= 0.0 for each in inside) or all(each >= 0.0 for each in inside)
 
 
-def _named(kind: str, colour: str, look: str) -> Mention:
-    return Mention(kind, colour, look, "", False, "")
+def _named(kind: str, colour: str, look: str) -> NounPhrase:
+    return NounPhrase(kind, colour, look, "", False, "")
 
 
-def _fits(told: Mention, thing: Mention) -> bool:
+def _fits(told: NounPhrase, thing: NounPhrase) -> bool:
     is_colour = told.colour in ("", thing.colour) or thing.kind == "building"  # Its look has the colour.
     return told.kind == thing.kind and is_colour and told.look in ("", thing.look)

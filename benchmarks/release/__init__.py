@@ -1,1 +1,1 @@
-"""People's texts of the official release in the reconstructed city: are they true there, and can they be followed?"""
+"""Benchmarks of people's texts in the city reconstructed from the official release: their truth, and following them."""

@@ -1,4 +1,4 @@
-"""Sections reconstructed from paths with drawn street furniture and banners, to compare those that texts describe with.
+"""Sections reconstructed from paths with random street furniture, as a baseline for furniture recovered from texts.
 
 The number of each kind follows the frequency with which the original benchmark's instructions mention it.
 """
@@ -9,7 +9,7 @@ from random import Random
 
 import numpy as np
 
-from arramon_dataset.layout.furnishing import COLOURS, SHAPE_COLOURS
+from arramon_dataset.layout.furniture_colours import COLOURS, SHAPE_COLOURS
 from arramon_dataset.layout.grid import Points, sample_points
 from arramon_dataset.layout.places import Surroundings, candidates, extents, free_of_others
 from arramon_dataset.randomness import seeded

@@ -29,10 +29,10 @@ from benchmarks.common import parser_of
 Numbers = npt.NDArray[np.float64]
 
 BESIDE, NEAR, ARRIVED = 2.2, 3.0, 3.0
-"""Distances of furniture beside an object, of furniture near a place, and of the target on arrival, in units."""
+"""Maximum distances in units: of furniture beside an object, of furniture near a place, of the target on arrival."""
 
 AS_FAR = (0.75, 1.33)
-"""Range of distances from the start, relative to the target's, of the places that a walker chooses from."""
+"""Range of the distance from the start, relative to the target's, of the places among which a walker chooses."""
 
 
 def main() -> None:
@@ -55,7 +55,7 @@ def main() -> None:
 
 
 def count(split: Split, *, own_alone: bool) -> dict[str, float]:
-    """Return the sums over all turns of a split; with what the episodes' own texts name alone if so asked."""
+    """Return the sums over all turns of a split, with all furniture or only that named by the episode's own texts."""
     counts: dict[str, float] = defaultdict(float)
     for section in split.sections.values():
         episodes = [episode for episode in split.episodes.values() if episode.section == section.id]

@@ -1,11 +1,11 @@
-"""Truth of people's texts in the city rebuilt from them: `python -m benchmarks.release.landmarks val_seen.json`.
+"""Truth of held-out texts in the reconstructed city: `python -m benchmarks.release.landmarks val_seen.json`.
 
-Recovers each section's fixed scenery without a part of its episodes (`--folds 2`: from half of them), gives the
-episodes of that part their own furniture from their own texts, and counts in that part the mentions and turns that fit:
-each thing named is there (kind, and colour and side where said) within 4 units of where the text's alignment in that
-world puts it. Beside it: the same scenery with its kinds permuted, all furniture at random places of the same ground,
-and furniture drawn without a text. "seen" is the share of the things that fit which the camera shows in one of the
-steps up to the moment at which they are spoken of.
+Recovers each section's fixed scenery with a part of its episodes held out (`--folds 2`: half of them), places the
+held-out episodes' own furniture by their own texts, and counts their mentions and turns that fit: each named thing
+exists (with its kind, and the stated colour and side) within 4 units of where the text's alignment in that world puts
+it. Baselines: the same scenery with permuted kinds, all furniture at random places of the same ground, and furniture
+drawn without texts. "seen" is the share of fitting things that the camera shows in one of the steps up to their
+mention.
 """
 
 from collections import Counter, defaultdict
@@ -38,13 +38,13 @@ from benchmarks.common import add_json, parser_of, whole, write_json
 from benchmarks.release.drawn_furniture import reconstruct
 
 BEFORE = 6
-"""Number of steps before a mention's place from which its thing may be seen."""
+"""Number of steps before a mention's place in which its thing may be visible."""
 
 SIZE, PIXELS = 224, 6
-"""Side length of frames, and pixels of a label from which on it is seen."""
+"""Side length of frames, and minimum number of pixels of a visible label."""
 
 Counts = dict[str, Counter[str]]
-"""For each world the number of turns, of turns that fit, of mentions and of mentions that fit, by kind."""
+"""Numbers of turns, fitting turns, mentions and fitting mentions by kind, for each world."""
 
 
 def main() -> None:
@@ -54,7 +54,7 @@ def main() -> None:
     parser.add_argument("--lang", help="code of the file's language; without it detected from the texts")
     parser.add_argument("--folds", type=whole, default=5, help="parts of the episodes (default: %(default)s)")
     parser.add_argument(
-        "--seen", type=int, default=10, help="one in so many episodes is drawn; 0 for none (default: %(default)s)"
+        "--seen", type=int, default=10, help="render one in N episodes; 0 for none (default: %(default)s)"
     )
     add_json(parser)
     arguments = parser.parse_args()
@@ -93,7 +93,7 @@ def _line(numbers: Counter[str]) -> str:
 
 
 def measure(section_id: str, episodes: Sequence[Episode], folds: int, seen: int) -> tuple[Counts, float]:
-    """Return the counts of a section's worlds, and the mean number of landmarks that are recovered without a part."""
+    """Return the counts of a section's worlds, and the mean number of landmarks recovered from the other episodes."""
     grounded = ground_of(episodes)
     episodes = [add_objects(episode, grounded) for episode in episodes]
     paths = [np.array(turn.path) for episode in episodes for turn in episode.turns]
@@ -138,7 +138,7 @@ def permuted(landmarks: Sequence[RecoveredLandmark], *names: object) -> list[Rec
 def _with(
     landmarks: Sequence[RecoveredLandmark], section: Section, ground: FurnitureGrid, walked: Numbers
 ) -> tuple[Section, list[RecoveredLandmark]]:
-    """Return the section with landmarks, and from which of them each of its props was made."""
+    """Return the section with landmarks, and the landmark of each of its props."""
     built = props_of(landmarks, section.heading, section.buildings, ground, walked)
     return replace(section, props=tuple(prop for prop, _ in built)), [landmark for _, landmark in built]
 
@@ -150,10 +150,8 @@ def scattered(episode_id: str, props: Sequence[Prop], ground: FurnitureGrid) -> 
     return [replace(prop, x=float(x), z=float(z)) for prop, (x, z) in zip(props, places, strict=True)]
 
 
-def _count(
-    counts: Counter[str], texts: Sequence[TurnText], props: Sequence[Prop], drawn: Section | None = None
-) -> None:
-    """Add to the counts the turns and the mentions that fit a world, and those that a camera shows if it is drawn."""
+def _count(counts: Counter[str], told: Sequence[TurnText], props: Sequence[Prop], drawn: Section | None = None) -> None:
+    """Count the turns and mentions that fit a world, and, if it is rendered, those that the camera shows."""
     things = placed_things(props)
     known = LandmarkMap.of(by_kind(things, KNOWN))
     camera = None if drawn is None else RasterCamera(city_scene(drawn))

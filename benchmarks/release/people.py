@@ -1,11 +1,11 @@
-"""The follower on people's texts, in the rebuilt city and the one before: `python -m benchmarks.release.people DATA`.
+"""The follower on people's texts in two reconstructed cities: `python -m benchmarks.release.people DATA`.
 
 Plays episodes of an imported split with their own navigation texts and with those of another episode of the section,
-in the city that was recovered from the texts and in the same streets with furniture drawn without them. The room's
+in the city with furniture recovered from the texts, and in the same streets with random furniture. The room's
 texts are always the episode's own. Prints nDTW, CTC-3 and PTC of the turns, by whether all street furniture that the
-text names is there in that city (`arramon_dataset.world_check`), with standard errors. The texts of an imported split
-helped to build its city: these are no held-out scores. `--played FILE` keeps each episode when it has been played; the
-same command goes on from there.
+text names exists in that city (`arramon_dataset.world_check`), with standard errors. The texts of an imported split
+helped to build its city: these are no held-out scores. `--played FILE` stores each played episode; the
+same command resumes from there.
 """
 
 import json
@@ -43,8 +43,8 @@ CITIES, TEXTS = ("rebuilt", "before"), ("own text", "another's text")
 
 
 @dataclass(frozen=True, slots=True)
-class Played:
-    """The scores of one turn, and how much of the furniture that its own text names is there."""
+class TurnScores:
+    """The scores of one turn, and whether the furniture that its own text names exists."""
 
     episode: str
     city: str
@@ -54,11 +54,11 @@ class Played:
 
 
 class VariedCamera:
-    """A camera (`cameras.Camera`) of a variation of a scene.
+    """A camera (`cameras.Camera`) that renders a variation of a scene.
 
     Args:
-        camera: of the scene.
-        variation: that it draws.
+        camera: of the original scene.
+        variation: the scene to render.
     """
 
     def __init__(self, camera: Camera, variation: Scene) -> None:
@@ -79,17 +79,17 @@ class VariedCamera:
         into: Frame | None = None,
         variation: Scene | None = None,
     ) -> Frame:
-        """Draw a frame, as the camera does."""
+        """Render a frame of the variation."""
         shown = self._variation if variation is None else variation
         return self._camera.render(viewpoint, actors, size, segmentation=segmentation, into=into, variation=shown)
 
 
-class City:
-    """A section in which episodes are played.
+class PlayedSection:
+    """The worlds of a section's episodes, each with its own furniture.
 
     Args:
-        section: of all episodes.
-        episodes: with their own furniture.
+        section: section of all episodes.
+        episodes: the episodes.
     """
 
     def __init__(self, section: Section, episodes: Sequence[Episode]) -> None:
@@ -107,14 +107,14 @@ class City:
 
 
 def there(text: str, language: str, episode: Episode, turn: int, section: Section) -> str:
-    """Return whether the furniture that a text names is there: ALL, SOME or NONE."""
+    """Return how much of the furniture that a text names exists: ALL, SOME or NONE."""
     if not any(event.kind in FURNITURE for event in events_of(text, language)):
         return NONE
     return SOME if missing(text, language, episode, turn, section) else ALL
 
 
 def before(section: Section, episodes: Sequence[Episode]) -> Section:
-    """Return the section with furniture that was drawn without regard to the texts."""
+    """Return the section with random furniture, independent of the texts."""
     turns = [turn for episode in episodes for turn in episode.turns]
     targets = np.array([(turn.target.position.x, turn.target.position.z) for turn in turns])
     return reconstruct(section.id, [np.array(turn.path) for turn in turns], targets)
@@ -132,7 +132,7 @@ def with_texts(episode: Episode, other: Episode, language: str) -> Episode:
 
 def measure(
     split: Split, section_id: str, language: str, chosen: range, until: float, known: Set[str], kept: Path | None
-) -> list[Played]:
+) -> list[TurnScores]:
     """Play the episodes of a section that `chosen` numbers in playing order, until a time of `time.time`.
 
     Episodes that are known are left out. Each that is played is added to the file at `kept`, one line an episode.
@@ -140,9 +140,12 @@ def measure(
     members = [one for one in split.in_playing_order(language) if one.section == section_id]
     plain = [replace(one, furniture=NO_FURNITURE) for one in members]
     section = split.sections[section_id]
-    cities = {"rebuilt": (City(section, members), members), "before": (City(before(section, members), ()), plain)}
+    cities = {
+        "rebuilt": (PlayedSection(section, members), members),
+        "before": (PlayedSection(before(section, members), ()), plain),
+    }
     follower = make_instruction_writer().make_follower
-    played: list[Played] = []
+    played: list[TurnScores] = []
     for place in chosen[: max(0, len(members) - chosen.start)]:
         if members[place].episode_id in known:
             continue
@@ -156,7 +159,7 @@ def measure(
             for text, one in (("own text", episode), ("another's text", with_texts(episode, other, language))):
                 scores = play(follower(), one, language, city.world(episode)).turns
                 played += [
-                    Played(episode.episode_id, name, text, state, turn)
+                    TurnScores(episode.episode_id, name, text, state, turn)
                     for state, turn in zip(states, scores, strict=True)
                 ]
         if kept:
@@ -167,12 +170,12 @@ def measure(
     return played
 
 
-def read_played(file: Path) -> list[Played]:
-    """Return what an earlier command has played."""
-    return [Played(**one) for line in file.read_text().splitlines() for one in json.loads(line)]
+def read_played(file: Path) -> list[TurnScores]:
+    """Return the turns that an earlier command has played."""
+    return [TurnScores(**one) for line in file.read_text().splitlines() for one in json.loads(line)]
 
 
-def rows(played: Sequence[Played]) -> Iterator[tuple[str, str, str, list[Mapping[str, float]]]]:
+def rows(played: Sequence[TurnScores]) -> Iterator[tuple[str, str, str, list[Mapping[str, float]]]]:
     """Yield city, text, group of turns and their scores."""
     groups: dict[tuple[str, str, str], list[Mapping[str, float]]] = defaultdict(list)
     for one in played:
@@ -193,8 +196,8 @@ def main() -> None:
     parser.add_argument(
         "--episodes", type=whole, default=10**6, help="number of episodes of each section (default: all)"
     )
-    parser.add_argument("--skip", type=int, default=0, help="leave out the first so many of each section")
-    parser.add_argument("--seconds", type=float, default=math.inf, help="stop after about so long")
+    parser.add_argument("--skip", type=int, default=0, help="skip the first N of each section")
+    parser.add_argument("--seconds", type=float, default=math.inf, help="stop after about this time")
     parser.add_argument("--jobs", type=whole, default=1, help="number of processes (default: %(default)s)")
     parser.add_argument(
         "--played", type=Path, metavar="FILE", help="file of what was played, of this split and language"

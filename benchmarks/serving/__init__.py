@@ -1,1 +1,1 @@
-"""The server: steps per second end to end, and what each part of it costs."""
+"""Benchmarks of the server: steps per second end to end, and the cost of each part."""

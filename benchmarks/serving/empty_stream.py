@@ -1,10 +1,10 @@
-"""What gRPC alone costs: an empty bidirectional stream with messages of the sizes of play in shared memory.
+"""Cost of gRPC alone: an empty bidirectional stream with messages as large as in play with shared memory.
 
     python -m benchmarks.serving.empty_stream [--seconds 3] [--request 300] [--response 3800] [--together 8]
 
-The server answers every message with the same bytes, and the client sends the next one at once; two messages are under
-way, as in play with half of the episodes each. Client and server use gRPC as `arramon_client` and `arramon_server.api`
-do. No server on it can play more steps per second than this.
+The server answers every message with the same bytes, and the client sends the next one at once; two messages are in
+flight, as in play with half of the episodes each. Client and server use gRPC like `arramon_client` and
+`arramon_server.api`. No server on it can play more steps per second than this.
 """
 
 import asyncio
@@ -21,8 +21,8 @@ import grpc
 from benchmarks.common import add_seconds, aligned, parser_of, whole
 from benchmarks.serving.server import cpu_seconds
 
-UNDER_WAY = 2
-"""Messages that are sent before the first one is answered."""
+IN_FLIGHT = 2
+"""Number of messages sent before the first answer."""
 
 WARM_UP_SECONDS = 0.5
 
@@ -57,8 +57,8 @@ def serve(address: str, response: int, ready: Any) -> None:
     asyncio.run(run())
 
 
-class Client:
-    """A stream that is read by a thread of its own, as by `arramon_client.transport.stream`."""
+class EchoClient:
+    """A stream with a reader thread, as in `arramon_client.transport.stream`."""
 
     def __init__(self, address: str, request: int) -> None:
         self._request = b"y" * request
@@ -69,7 +69,7 @@ class Client:
         self._call = method(iter(self._outgoing.get, None))
         self._reader = threading.Thread(target=self._read)
         self._reader.start()
-        for _ in range(UNDER_WAY):
+        for _ in range(IN_FLIGHT):
             self._outgoing.put(self._request)
 
     def exchange(self, seconds: float) -> int:
@@ -109,7 +109,7 @@ def main() -> None:
         process.start()
         ready.wait()
         assert process.pid is not None
-        client = Client(address, options.request)
+        client = EchoClient(address, options.request)
         client.exchange(min(options.seconds, WARM_UP_SECONDS))
         before, own, started = cpu_seconds(process.pid), time.process_time(), time.perf_counter()
         number = client.exchange(options.seconds)

@@ -42,7 +42,7 @@ Pixels = npt.NDArray[Any]
 
 
 @dataclass(frozen=True)
-class Way:
+class ImageCodec:
     """An image encoding: functions to encode and decode, and the encoded size."""
 
     name: str
@@ -52,7 +52,7 @@ class Way:
 
 
 @dataclass
-class Row:
+class EncodingCost:
     """Results of one encoding, on images of one kind and size."""
 
     image: str
@@ -74,8 +74,8 @@ def main() -> None:
     options = parser.parse_args()
     rows = []
     for side, frames in rendered(options.frames).items():
-        rows += measured("rgb", side, [frame.rgb for frame in frames], colour_ways(), options.rounds)
-        rows += measured("depth", side, [frame.depth for frame in frames], depth_ways(), options.rounds)
+        rows += measured("rgb", side, [frame.rgb for frame in frames], colour_codecs(), options.rounds)
+        rows += measured("depth", side, [frame.depth for frame in frames], depth_codecs(), options.rounds)
     print(table(rows))
     write_json(options.json, [asdict(row) for row in rows])
 
@@ -109,7 +109,7 @@ def _states(episode: Episode, ground: ReferenceCamera) -> list[State]:
     return [before for phase in actions for before, _ in session.replay(phase)]
 
 
-def colour_ways() -> list[Way]:
+def colour_codecs() -> list[ImageCodec]:
     """Return the encodings of RGB."""
     return [
         _offered("raw", ENCODING_RAW),
@@ -120,12 +120,12 @@ def colour_ways() -> list[Way]:
     ]
 
 
-def depth_ways() -> list[Way]:
+def depth_codecs() -> list[ImageCodec]:
     """Return the encodings of depth."""
     return [_offered("raw", ENCODING_RAW, depth=True), _offered("zstd", ENCODING_ZSTD, depth=True), _png()]
 
 
-def _offered(name: str, encoding: Encoding.ValueType, quality: int = 0, *, depth: bool = False) -> Way:
+def _offered(name: str, encoding: Encoding.ValueType, quality: int = 0, *, depth: bool = False) -> ImageCodec:
     encoder, decoder = MessageEncoder(encoding, quality), ImageDecoder()
 
     def encode(pixels: Pixels) -> Image:
@@ -134,30 +134,32 @@ def _offered(name: str, encoding: Encoding.ValueType, quality: int = 0, *, depth
         image.data = bytes(data)
         return image
 
-    return Way(name, encode, decoder.depth if depth else decoder.rgb, lambda image: len(image.data))
+    return ImageCodec(name, encode, decoder.depth if depth else decoder.rgb, lambda image: len(image.data))
 
 
-def _png() -> Way:
+def _png() -> ImageCodec:
     def encode(pixels: Pixels) -> bytes:
         file = io.BytesIO()
         Pillow.fromarray(pixels).save(file, "PNG", compress_level=1)
         return file.getvalue()
 
-    return Way("(png)", encode, lambda data: np.asarray(Pillow.open(io.BytesIO(data))), len)
+    return ImageCodec("(png)", encode, lambda data: np.asarray(Pillow.open(io.BytesIO(data))), len)
 
 
-def measured(image: str, side: int, frames: Sequence[Pixels], ways: Sequence[Way], rounds: int) -> list[Row]:
+def measured(
+    image: str, side: int, frames: Sequence[Pixels], codecs: Sequence[ImageCodec], rounds: int
+) -> list[EncodingCost]:
     """Measure encodings in alternating rounds; return a row for each."""
-    rows = [Row(image, side, way.name) for way in ways]
+    rows = [EncodingCost(image, side, codec.name) for codec in codecs]
     for number in range(rounds + 1):
-        for way, row in zip(ways, rows, strict=True):
+        for codec, row in zip(codecs, rows, strict=True):
             started = time.perf_counter()
-            encoded = [way.encode(pixels) for pixels in frames]
+            encoded = [codec.encode(pixels) for pixels in frames]
             between = time.perf_counter()
             for each in encoded:
-                way.decode(each)
+                codec.decode(each)
             ended = time.perf_counter()
-            row.kilobytes = statistics.fmean(way.size(each) for each in encoded) / 1000
+            row.kilobytes = statistics.fmean(codec.size(each) for each in encoded) / 1000
             if number:  # The first round warms up.
                 row.rounds.append(((between - started) / len(frames) * 1e6, (ended - between) / len(frames) * 1e6))
     for row in rows:
@@ -166,7 +168,7 @@ def measured(image: str, side: int, frames: Sequence[Pixels], ways: Sequence[Way
     return rows
 
 
-def table(rows: Sequence[Row]) -> str:
+def table(rows: Sequence[EncodingCost]) -> str:
     """Return the rows as a Markdown table."""
     header = ("image", "encoding", "encode us", "decode us", "kB", f"ms at {LINK:.0f} Mbit/s")
     return markdown(

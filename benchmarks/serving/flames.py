@@ -1,4 +1,4 @@
-"""Profile of the server under load: a flame graph, and a table of shares by stage.
+"""Profile of the server under load: a flame graph, and a table of CPU shares by stage.
 
     python -m benchmarks.serving.flames [--data DIR] [--parallel 16] [--seconds 10] [--output DIR]
 
@@ -31,8 +31,8 @@ from arramon_server.runs.storage.journal import Journal
 from arramon_server.runs.storage.metered_journal import MeteredJournal
 from arramon_server.sim.raster.camera import RasterCamera
 from benchmarks.common import add_data, aligned, data_or_sample, largest_split, parser_of, whole
-from benchmarks.serving.play import Timed, playing, run_request, see_all_sections
-from benchmarks.serving.server import Setting, serving
+from benchmarks.serving.play import TimedRandomWalk, playing, run_request, see_all_sections
+from benchmarks.serving.server import ServerSetting, serving
 
 SAMPLES = 500
 """Samples per second."""
@@ -51,7 +51,7 @@ STAGES: dict[str, tuple[Code, ...]] = {
     "messages: the rest": (PlayHandler, EventSender),
     "the engine itself": (Engine,),
 }
-"""Stages, each with the code that marks its stacks; the first match counts."""
+"""Stages, each with the code that identifies its stacks; the first match counts."""
 
 WAITS: tuple[Code, ...] = (EpollSelector.select,)
 IDLE = "_worker (concurrent"
@@ -62,7 +62,7 @@ REST = "gRPC and the event loop"
 
 
 def marks(code: Code) -> str:
-    """Return how py-spy begins the name of a function, or of a class's methods."""
+    """Return the prefix that py-spy gives the name of a function, or of a class's methods."""
     if isinstance(code, type):
         return f"{code.__qualname__}."
     name: str = code.__qualname__
@@ -95,10 +95,10 @@ def shares(stacks: str) -> dict[str, float]:
     return {stage: samples[stage] / busy for stage in (*STAGES, REST)}
 
 
-def record(data: Path, setting: Setting, seconds: int, output: Path) -> tuple[str, float]:
+def record(data: Path, setting: ServerSetting, seconds: int, output: Path) -> tuple[str, float]:
     """Play and record: return the stacks, and the steps per second meanwhile."""
     with serving(data, setting) as process, connect(process.address) as server:
-        request, agent = run_request(largest_split(data), setting.sensors), Timed()
+        request, agent = run_request(largest_split(data), setting.sensors), TimedRandomWalk()
         see_all_sections(server, request)
         with playing(server, request, agent, Settings(setting.parallel, setting.encoding)):
             agent.reset()
@@ -113,7 +113,7 @@ def record_stacks(process_id: int, seconds: int, form: str, output: Path) -> Non
     """Record a process's stacks with py-spy.
 
     Raises:
-        SystemExit: if py-spy is not installed, or may not look into the process.
+        SystemExit: if py-spy is not installed, or lacks permission to inspect the process.
     """
     places = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
     program = shutil.which("py-spy", path=places)
@@ -139,7 +139,7 @@ def main() -> None:
     options = parser.parse_args()
     options.output.mkdir(parents=True, exist_ok=True)
     encoding = types_pb2.Encoding.Value(f"ENCODING_{options.encoding}")
-    setting = Setting("profile", parallel=options.parallel, encoding=encoding)
+    setting = ServerSetting("profile", parallel=options.parallel, encoding=encoding)
     with data_or_sample(options.data) as data:
         stacks, rate = record(data, setting, options.seconds, options.output)
     print(f"{options.parallel} episodes, {options.encoding.lower()}: {rate:.0f} steps per second while recorded")

@@ -35,18 +35,18 @@ from benchmarks.common import (
     parser_of,
     write_json,
 )
-from benchmarks.serving.play import Timed, pace, playing, run_request, see_all_sections, some
-from benchmarks.serving.server import Setting, serving
+from benchmarks.serving.play import TimedRandomWalk, measure_play, playing, run_request, see_all_sections, some
+from benchmarks.serving.server import ServerSetting, serving
 from benchmarks.simulation.cameras import VIEWS, drawing, views_of
 
 EPISODES = (1, 16, 128, 1000)
 ENOUGH = 100
-"""Number of open episodes from which on their memory exceeds the noise."""
+"""Minimum number of open episodes for which their memory exceeds the noise."""
 
 STREAMS = (1, 2, 4, 16)
 SHARES = (0.25, 0.5, 0.75, 1.0)
 DRAWING_SECONDS = 0.5
-"""Duration of a measurement of the camera, at least."""
+"""Minimum duration of a camera measurement, in seconds."""
 
 PARTS = ("starts", "loads", "bodies")
 COLUMNS = {
@@ -58,26 +58,26 @@ Figures = dict[str, float]
 
 
 def starts(data: Path) -> Iterator[tuple[str, Figures]]:
-    """Measure a server's first start on a machine, and a later one."""
+    """Measure the first start of a server on a machine, and a later one."""
     with tempfile.TemporaryDirectory() as folder:
         for name in ("first start on a machine", "later start"):
-            with serving(data, Setting(name), environment={"NUMBA_CACHE_DIR": folder}) as process:
+            with serving(data, ServerSetting(name), environment={"NUMBA_CACHE_DIR": folder}) as process:
                 yield name, {"seconds": process.ready, "MB": process.memory}
 
 
 def loads(data: Path, split: Split, seconds: float) -> Iterator[tuple[str, Figures]]:
     """Measure episodes open on one stream, then 16 episodes on several streams, all on one server."""
-    setting = Setting("growth")
+    setting = ServerSetting("growth")
     with serving(data, setting) as process, connect(process.address) as server:
         request = run_request(split)
         see_all_sections(server, request, seconds)
         empty = process.memory
 
         def under(streams: int, episodes: int) -> Figures:
-            agent, settings = Timed(), Settings(episodes // streams, setting.encoding)
+            agent, settings = TimedRandomWalk(), Settings(episodes // streams, setting.encoding)
             fewer = some(server, request, 4 * episodes + 16)
             with playing(server, fewer, agent, settings, streams=streams, warm_up=seconds):
-                found = pace(agent, seconds)
+                found = measure_play(agent, seconds)
                 return {"steps/s": found.rate, "mean ms": found.mean, "p99 ms": found.p99, "MB": process.memory}
 
         for episodes in EPISODES:

@@ -23,7 +23,7 @@ from benchmarks.common import add_rounds, aligned, parser_of, whole
 SIZES = (1, 16, 128)
 
 
-class Bench:
+class JournalBench:
     """Commits and reads of one run in one database; the run has as many episodes as a commit has steps."""
 
     def __init__(self, journal: Journal, size: int) -> None:
@@ -77,7 +77,7 @@ def main() -> None:
     add_rounds(parser, 5)
     options = parser.parse_args()
     with databases(options.folder, options.postgres) as journals:
-        benches = {(name, size): Bench(journal, size) for name, journal in journals.items() for size in SIZES}
+        benches = {(name, size): JournalBench(journal, size) for name, journal in journals.items() for size in SIZES}
         taken: dict[tuple[str, int], list[float]] = {key: [] for key in benches}
         read: dict[str, list[float]] = {name: [] for name in journals}
         for _ in range(options.rounds):

@@ -10,7 +10,7 @@ per step, and of steps per second, which depend on more than the server.
 import statistics
 
 from benchmarks.common import add_data, add_rounds, add_seconds, data_or_sample, largest_split, parser_of, whole
-from benchmarks.serving.server import Setting
+from benchmarks.serving.server import ServerSetting
 from benchmarks.serving.steps import measure
 
 UNMEASURED = """
@@ -38,8 +38,8 @@ def main() -> None:
         split = largest_split(data)
         for parallel in options.parallel:
             with_, without = (
-                Setting("measured", parallel),
-                Setting("not measured", parallel, program=("-c", UNMEASURED)),
+                ServerSetting("measured", parallel),
+                ServerSetting("not measured", parallel, program=("-c", UNMEASURED)),
             )
             works, rates = [], []
             for number in range(options.rounds):

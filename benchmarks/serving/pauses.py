@@ -31,8 +31,8 @@ from benchmarks.common import (
     whole,
     write_json,
 )
-from benchmarks.serving.play import Timed, playing, run_request
-from benchmarks.serving.server import Server, Setting, serving
+from benchmarks.serving.play import TimedRandomWalk, playing, run_request
+from benchmarks.serving.server import MeasuredServer, ServerSetting, serving
 
 PATIENCE = 60.0
 """Seconds without an observation after which the benchmark fails."""
@@ -42,7 +42,7 @@ MOST_STEPS = 10_000
 """Step limit of a phase: the agent only turns, and its episodes must still be open after the fault."""
 
 
-class TurningAgent(Timed):
+class TurningAgent(TimedRandomWalk):
     """An agent that only turns, so that episodes last long, and records each one's latest observation."""
 
     def act(self, observations: Sequence[Observation]) -> Sequence[int]:
@@ -62,23 +62,23 @@ class TurningAgent(Timed):
         self.longest: dict[str, float] = {}
 
 
-def drain_worker(server: Server) -> None:
+def drain_worker(server: MeasuredServer) -> None:
     """Send SIGTERM to one of two workers."""
     os.kill(server.family[1], signal.SIGTERM)
 
 
-def kill_worker(server: Server) -> None:
+def kill_worker(server: MeasuredServer) -> None:
     """Kill one of two workers."""
     os.kill(server.family[1], signal.SIGKILL)
 
 
-def restart_server(server: Server) -> None:
+def restart_server(server: MeasuredServer) -> None:
     """Kill the only process, and start another on its port."""
     server.kill()
     server.start()
 
 
-ROWS: dict[str, tuple[int, Callable[[Server], None]]] = {
+ROWS: dict[str, tuple[int, Callable[[MeasuredServer], None]]] = {
     "one of two workers drains": (2, drain_worker),
     "one of two workers is killed": (2, kill_worker),
     "the only process is killed, and restarted": (1, restart_server),
@@ -88,7 +88,7 @@ ROWS: dict[str, tuple[int, Callable[[Server], None]]] = {
 def measure(data: Path, split: Split, parallel: int, seconds: float, row: str) -> tuple[float, float]:
     """Measure one round: the longest wait of an episode for its next observation, without and with the fault."""
     workers, fault = ROWS[row]
-    setting = Setting(row, tcp=True, workers=workers, steps=MOST_STEPS)
+    setting = ServerSetting(row, tcp=True, workers=workers, steps=MOST_STEPS)
     with serving(data, setting) as process, connect(process.address) as server:
         agent = TurningAgent()
         agent.reset()

@@ -1,4 +1,4 @@
-"""Play of the server under measurement: a random walk that measures its waits, and runs that are ended early."""
+"""Load for the server under measurement: a random walk that measures its waits, in runs that are ended early."""
 
 import statistics
 import sys
@@ -18,13 +18,13 @@ from arramon_server.episodes.splits import Split
 from benchmarks.serving.server import SENSORS
 
 SECTIONS = 64
-"""Maximum number of episodes that are opened so that every section is built."""
+"""Maximum number of episodes opened to build all sections."""
 
 WARM_UP_SECONDS = 1.0
 
 
 @dataclass
-class Timed:
+class TimedRandomWalk:
     """A random walk that measures the waits between its actions and their observations.
 
     Attributes:
@@ -43,7 +43,7 @@ class Timed:
         self._agent.begin(episode)
 
     def end(self, episode_id: str) -> None:
-        """Discard when the episode's last action was taken."""
+        """Discard the time of the episode's last action."""
         with self._lock:
             self._answered.pop(episode_id, None)
 
@@ -68,8 +68,8 @@ class Timed:
 
 
 @dataclass(frozen=True)
-class Pace:
-    """Results of some seconds of play.
+class PlayRate:
+    """Speed and latency of play.
 
     Attributes:
         rate: steps per second.
@@ -84,8 +84,8 @@ class Pace:
     steps: int
 
 
-def pace(agent: Timed, seconds: float) -> Pace:
-    """Measure an agent's play for some seconds."""
+def measure_play(agent: TimedRandomWalk, seconds: float) -> PlayRate:
+    """Measure the speed of an agent's play for some seconds."""
     agent.reset()
     started = time.perf_counter()
     time.sleep(seconds)
@@ -93,11 +93,11 @@ def pace(agent: Timed, seconds: float) -> Pace:
     while not waits:  # In a short time on a busy machine there may be none.
         time.sleep(0.05)
         steps, waits, elapsed = agent.steps, sorted(agent.waits), time.perf_counter() - started
-    return Pace(steps / elapsed, 1e3 * statistics.fmean(waits), *percentiles(waits), steps)
+    return PlayRate(steps / elapsed, 1e3 * statistics.fmean(waits), *percentiles(waits), steps)
 
 
 def percentiles(waits: Sequence[float]) -> tuple[float, float]:
-    """Return the median and the 99th percentile of waits that are sorted, in milliseconds."""
+    """Return the median and the 99th percentile of sorted waits, in milliseconds."""
     return 1e3 * waits[len(waits) // 2], 1e3 * waits[len(waits) * 99 // 100]
 
 
@@ -112,24 +112,24 @@ def run_request(split: Split, sensors: Sequence[str] = SENSORS) -> evaluation_pb
 def playing(
     server: Server,
     request: evaluation_pb2.CreateRunRequest,
-    agent: Timed,
+    agent: TimedRandomWalk,
     settings: Settings,
     *,
     streams: int = 1,
     warm_up: float = WARM_UP_SECONDS,
 ) -> Iterator[evaluation_pb2.Run]:
-    """Play a run beside this thread, from when it is warm; it is cancelled at the end.
+    """Play a run in background threads, yielding after a warm-up; the run is cancelled at the end.
 
     Args:
-        server: on which it is created.
-        request: of the run.
-        agent: that plays it.
-        settings: of each stream; it opens no more episodes than the run has.
-        streams: if there are several, each is read by a client of its own.
+        server: the server.
+        request: request for the run.
+        agent: the agent.
+        settings: settings of each stream; at most as many episodes as the run has are opened.
+        streams: number of streams, each with its own client.
         warm_up: seconds of play after every open episode has had an observation, at most 1.
 
     Raises:
-        SystemExit: if all episodes are over before the end.
+        SystemExit: if all episodes end too early.
     """
     run = server.stub.CreateRun(request, metadata=METADATA)
     settings = replace(settings, parallel=min(settings.parallel, run.episodes))
@@ -159,14 +159,14 @@ def _are_playing(threads: Sequence[threading.Thread]) -> bool:
 def see_all_sections(
     server: Server, request: evaluation_pb2.CreateRunRequest, warm_up: float = WARM_UP_SECONDS
 ) -> None:
-    """Open enough episodes to build every section, as that happens once and is not part of a step."""
+    """Open enough episodes to build every section, so that this does not count as part of a step."""
     fewer = some(server, request, SECTIONS)
-    with playing(server, fewer, Timed(), Settings(SECTIONS), warm_up=warm_up):
+    with playing(server, fewer, TimedRandomWalk(), Settings(SECTIONS), warm_up=warm_up):
         pass
 
 
 def some(server: Server, request: evaluation_pb2.CreateRunRequest, episodes: int) -> evaluation_pb2.CreateRunRequest:
-    """Return the request limited to so many episodes, as unplayed episodes must be cancelled later."""
+    """Return the request limited to a number of episodes, as unplayed episodes must be cancelled later."""
     there = next(split.episodes[request.language] for split in server.info.splits if split.name == request.split)
     fewer = evaluation_pb2.CreateRunRequest()
     fewer.CopyFrom(request)

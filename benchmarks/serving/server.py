@@ -1,4 +1,4 @@
-"""The server under measurement, a process as users start it, and the processor time and memory that it takes."""
+"""The server under measurement, started as users start it, with its CPU time and memory."""
 
 import os
 import subprocess
@@ -16,21 +16,21 @@ SENSORS = ("rgb", "depth")
 
 
 @dataclass(frozen=True)
-class Setting:
-    """Settings of a server and of its play.
+class ServerSetting:
+    """Settings of a measured server and of the play on it.
 
     Attributes:
-        name: of the row that is measured with it.
-        parallel: episodes open at once.
+        name: name of the table row.
+        parallel: number of open episodes.
         size: side length of the images, in pixels.
         encoding: of the images.
-        tcp: whether they connect over TCP; otherwise through a Unix socket.
-        workers: processes of the server.
-        sensors: that the agent gets.
+        tcp: whether clients connect over TCP; otherwise through a Unix socket.
+        workers: number of server processes.
+        sensors: sensors of the agent.
         fsync: whether commits wait for the disk.
         postgres: whether the journal is in PostgreSQL; otherwise in a file of SQLite.
         steps: step limit of a phase; None for the server's own.
-        program: arguments of the interpreter that start the server.
+        program: interpreter arguments that start the server.
     """
 
     name: str
@@ -46,25 +46,25 @@ class Setting:
     program: tuple[str, ...] = ("-m", "arramon_server")
 
 
-class Server:
-    """A server with a journal of its own.
+class MeasuredServer:
+    """A server process with its own journal.
 
     Args:
-        data: its data folder.
-        setting: its settings.
+        data: data folder.
+        setting: settings.
         folder: for its socket and its journal.
         journal: URL of another journal.
         environment: variables besides those of this process.
 
     Attributes:
-        address: where it listens.
+        address: address on which it listens.
         ready: seconds from its start until it listened.
     """
 
     def __init__(
         self,
         data: Path,
-        setting: Setting,
+        setting: ServerSetting,
         folder: Path,
         journal: str = "",
         environment: Mapping[str, str] | None = None,
@@ -78,10 +78,10 @@ class Server:
         self.start()
 
     def start(self) -> None:
-        """Start it, or start it again on the same address, and wait until it listens.
+        """Start or restart the server on the same address, and wait until it listens.
 
         Raises:
-            SystemExit: if it ends before that; its own message is on standard error.
+            SystemExit: if it exits before that; its message is on standard error.
         """
         command, started = [*self._command, "--listen", self.address], time.perf_counter()
         self._process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=self._environment)
@@ -93,34 +93,34 @@ class Server:
         sys.exit(f"the server did not start: it ended with status {self._process.wait()}")
 
     def kill(self) -> None:
-        """Send SIGKILL, and wait for the end of its first process."""
+        """Send SIGKILL, and wait until the first process has ended."""
         self._process.kill()
         self._end()
 
     def stop(self) -> None:
-        """Send SIGTERM, and wait for its end."""
+        """Send SIGTERM, and wait until the server has ended."""
         self._process.terminate()
         self._end()
 
     @property
     def pid(self) -> int:
-        """Id of its first process."""
+        """Id of the first process."""
         return self._process.pid
 
     @property
     def family(self) -> list[int]:
-        """Ids of its processes, the first one before its workers; Linux only."""
+        """Ids of all processes, the first one before the workers; Linux only."""
         children = Path(f"/proc/{self.pid}/task/{self.pid}/children").read_text().split()
         return [self.pid, *map(int, children)]
 
     @property
     def memory(self) -> float:
-        """Resident memory of its processes, including shared memory, in MB."""
+        """Resident memory of all processes, including shared memory, in MB."""
         return sum(map(_resident, self.family))
 
     @property
     def cpu_seconds(self) -> float:
-        """CPU seconds that its processes have used so far."""
+        """CPU seconds that all processes have used so far."""
         return sum(map(cpu_seconds, self.family))
 
     def _end(self) -> None:
@@ -131,11 +131,11 @@ class Server:
 
 @contextmanager
 def serving(
-    data: Path, setting: Setting, *, journal: str = "", environment: Mapping[str, str] | None = None
-) -> Iterator[Server]:
+    data: Path, setting: ServerSetting, *, journal: str = "", environment: Mapping[str, str] | None = None
+) -> Iterator[MeasuredServer]:
     """Run a server; it is stopped at the end."""
     with tempfile.TemporaryDirectory() as folder:
-        server = Server(data, setting, Path(folder), journal, environment)
+        server = MeasuredServer(data, setting, Path(folder), journal, environment)
         try:
             yield server
         finally:

@@ -36,44 +36,44 @@ from benchmarks.common import (
     parser_of,
     write_json,
 )
-from benchmarks.serving.play import Timed, pace, playing, run_request, see_all_sections
-from benchmarks.serving.server import Setting, serving
+from benchmarks.serving.play import TimedRandomWalk, measure_play, playing, run_request, see_all_sections
+from benchmarks.serving.server import ServerSetting, serving
 
 SETTINGS = (
-    Setting("1 episode", parallel=1),
-    Setting("16 episodes"),
-    Setting("128 episodes", parallel=128),
-    Setting("1000 episodes", parallel=1000),
-    Setting("1, fsync", parallel=1, fsync=True),
-    Setting("16, fsync", fsync=True),
-    Setting("1, raw", parallel=1, encoding=types_pb2.ENCODING_RAW),
-    Setting("16, raw", encoding=types_pb2.ENCODING_RAW),
-    Setting("128, raw", parallel=128, encoding=types_pb2.ENCODING_RAW),
-    Setting("16, over TCP", tcp=True, encoding=types_pb2.ENCODING_RAW),
-    Setting("16, lossless", encoding=types_pb2.ENCODING_ZSTD),
-    Setting("16, JPEG", encoding=types_pb2.ENCODING_JPEG),
-    Setting("16, lossless, over TCP", tcp=True, encoding=types_pb2.ENCODING_ZSTD),
-    Setting("16, JPEG, over TCP", tcp=True, encoding=types_pb2.ENCODING_JPEG),
-    Setting("16, 128x128", size=128),
-    Setting("16, 128x128, JPEG", size=128, encoding=types_pb2.ENCODING_JPEG),
-    Setting("16, 2 workers", workers=2),
-    Setting("128, 2 workers", parallel=128, workers=2),
-    Setting("16, no images", sensors=()),
-    Setting("1, PostgreSQL", parallel=1, postgres=True),
-    Setting("16, PostgreSQL", postgres=True),
-    Setting("128, PostgreSQL", parallel=128, postgres=True),
+    ServerSetting("1 episode", parallel=1),
+    ServerSetting("16 episodes"),
+    ServerSetting("128 episodes", parallel=128),
+    ServerSetting("1000 episodes", parallel=1000),
+    ServerSetting("1, fsync", parallel=1, fsync=True),
+    ServerSetting("16, fsync", fsync=True),
+    ServerSetting("1, raw", parallel=1, encoding=types_pb2.ENCODING_RAW),
+    ServerSetting("16, raw", encoding=types_pb2.ENCODING_RAW),
+    ServerSetting("128, raw", parallel=128, encoding=types_pb2.ENCODING_RAW),
+    ServerSetting("16, over TCP", tcp=True, encoding=types_pb2.ENCODING_RAW),
+    ServerSetting("16, lossless", encoding=types_pb2.ENCODING_ZSTD),
+    ServerSetting("16, JPEG", encoding=types_pb2.ENCODING_JPEG),
+    ServerSetting("16, lossless, over TCP", tcp=True, encoding=types_pb2.ENCODING_ZSTD),
+    ServerSetting("16, JPEG, over TCP", tcp=True, encoding=types_pb2.ENCODING_JPEG),
+    ServerSetting("16, 128x128", size=128),
+    ServerSetting("16, 128x128, JPEG", size=128, encoding=types_pb2.ENCODING_JPEG),
+    ServerSetting("16, 2 workers", workers=2),
+    ServerSetting("128, 2 workers", parallel=128, workers=2),
+    ServerSetting("16, no images", sensors=()),
+    ServerSetting("1, PostgreSQL", parallel=1, postgres=True),
+    ServerSetting("16, PostgreSQL", postgres=True),
+    ServerSetting("128, PostgreSQL", parallel=128, postgres=True),
 )
 
 
 @dataclass(frozen=True)
-class Measured:
+class StepFigures:
     """Results of one round of a row.
 
     Attributes:
         rate: steps per second.
         mean, p50, p99: milliseconds from an action to the next observation of its episode.
         memory: resident memory of the server's processes, in MB.
-        work: CPU time of the server's processes per step, in milliseconds; in process, of this one.
+        work: CPU time of the server's processes per step, in milliseconds; for the in-process row, of this process.
         own: CPU time of the client per step, in milliseconds.
         ready: seconds until the server listens.
     """
@@ -88,11 +88,11 @@ class Measured:
     own: float = 0.0
 
 
-def in_process(split: Split, seconds: float, size: int = 224) -> Measured:
-    """Measure rules and frames of 16 episodes in turn, in this process: what the served rows draw, and nothing else.
+def in_process(split: Split, seconds: float, size: int = 224) -> StepFigures:
+    """Measure rules and frames of 16 episodes in turn, in this process: the same frames as in the served rows.
 
-    The episodes come in the order of a run, and the same agent plays them: how long a frame takes depends on what is
-    seen. An agent that always walks against the same wall sees little, and is drawn in half the time.
+    The same agent plays the episodes in the order of a run, as the time of a frame depends on what is visible: for an
+    agent that walks against a wall, rendering takes half the time.
     """
     worlds, limits, agent = Worlds({split.name: split}), Limits(), RandomWalk()
     waiting = cycle(split.in_playing_order(next(iter(split.languages))))
@@ -120,24 +120,24 @@ def in_process(split: Split, seconds: float, size: int = 224) -> Measured:
     work = time.process_time() - worked
     rate = steps / (time.perf_counter() - started)
     worlds.close()
-    return Measured(rate, work=1e3 * work / steps)
+    return StepFigures(rate, work=1e3 * work / steps)
 
 
-def measure(data: Path, split: Split, setting: Setting, seconds: float, postgres: str = "") -> Measured:
+def measure(data: Path, split: Split, setting: ServerSetting, seconds: float, postgres: str = "") -> StepFigures:
     """Measure one round: warm up, then play for some seconds."""
     with (
         serving(data, setting, journal=postgres if setting.postgres else "") as process,
         connect(process.address) as server,
     ):
-        request, agent = run_request(split, setting.sensors), Timed()
+        request, agent = run_request(split, setting.sensors), TimedRandomWalk()
         see_all_sections(server, request, seconds)
         settings = Settings(setting.parallel, setting.encoding, image_size=setting.size)
         with playing(server, request, agent, settings, warm_up=seconds):
             before, own = process.cpu_seconds, time.process_time()
-            found = pace(agent, seconds)
+            found = measure_play(agent, seconds)
             own, work = time.process_time() - own, process.cpu_seconds - before
             memory = process.memory
-    return Measured(
+    return StepFigures(
         rate=found.rate,
         mean=found.mean,
         p50=found.p50,
@@ -149,9 +149,11 @@ def measure(data: Path, split: Split, setting: Setting, seconds: float, postgres
     )
 
 
-def median(rounds: Sequence[Measured]) -> Measured:
+def median(rounds: Sequence[StepFigures]) -> StepFigures:
     """Return the medians by field."""
-    return Measured(**{name: statistics.median(getattr(r, name) for r in rounds) for name in Measured.__annotations__})
+    return StepFigures(
+        **{name: statistics.median(getattr(r, name) for r in rounds) for name in StepFigures.__annotations__}
+    )
 
 
 def main() -> None:
@@ -171,7 +173,7 @@ def main() -> None:
             for setting in SETTINGS
             if re.search(options.only, setting.name) and (options.postgres or not setting.postgres)
         ]
-        rounds: dict[str, list[Measured]] = {"in process": [], **{setting.name: [] for setting in chosen}}
+        rounds: dict[str, list[StepFigures]] = {"in process": [], **{setting.name: [] for setting in chosen}}
         for _ in range(options.rounds):
             rounds["in process"].append(in_process(split, options.seconds))
             for setting in chosen:
@@ -182,7 +184,7 @@ def main() -> None:
     write_json(options.json, {"split": split.name, "rounds": figures})
 
 
-def table(rows: dict[str, Measured]) -> str:
+def table(rows: dict[str, StepFigures]) -> str:
     """Return the table."""
     base = rows["in process"].rate
     header = ("", "steps/s", "ratio", "mean ms", "p50 ms", "p99 ms", "MB", "CPU ms", "client", "start s")

@@ -31,12 +31,12 @@ from benchmarks.common import (
     write_json,
 )
 from benchmarks.serving.play import percentiles
-from benchmarks.serving.server import SENSORS, Server, Setting, serving
+from benchmarks.serving.server import SENSORS, MeasuredServer, ServerSetting, serving
 
 Figures = dict[str, float]
 
 
-class Client:
+class SingleStream:
     """One stream with one episode.
 
     Attributes:
@@ -78,13 +78,13 @@ class Client:
                     yield event.observation
 
 
-async def measured(server: Server, split: str, streams: int, playing: int, seconds: float) -> Figures:
+async def measured(server: MeasuredServer, split: str, streams: int, playing: int, seconds: float) -> Figures:
     """Open streams, measure the server's memory, and play on some of them."""
     async with grpc.aio.insecure_channel(server.address, options=CHANNEL_OPTIONS) as channel:
         stub: Any = EvaluationStub(channel)
         request = evaluation_pb2.CreateRunRequest(agent="streams", split=split, language="en", sensors=SENSORS)
         run = await stub.CreateRun(request, metadata=METADATA)
-        clients = [Client(stub, run.run_id) for _ in range(streams)]
+        clients = [SingleStream(stub, run.run_id) for _ in range(streams)]
         before = server.memory
         for client in clients:
             await client.open()
@@ -119,7 +119,7 @@ def main() -> None:
     add_json(parser)
     options = parser.parse_args()
     rows: dict[int, Figures] = {}
-    with data_or_sample(options.data) as data, serving(data, Setting("streams", tcp=True)) as server:
+    with data_or_sample(options.data) as data, serving(data, ServerSetting("streams", tcp=True)) as server:
         split = largest_split(data)
         for streams in options.streams:
             if streams > len(split.episodes):

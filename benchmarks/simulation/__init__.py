@@ -1,1 +1,1 @@
-"""Cameras and environments: frames and steps per second, and how well the cameras agree."""
+"""Benchmarks of cameras, collision checks and environments: their speed, and the agreement of implementations."""

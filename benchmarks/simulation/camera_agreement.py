@@ -42,7 +42,7 @@ NEAR_ENOUGH, SHARE = 10, 0.005
 """Tolerance of depth: in thousandths of a unit, and as a share of the depth."""
 
 OBJECTS = 6
-"""Objects ahead of the eye in a pose of an own section."""
+"""Number of objects ahead of the camera in each pose of an own section."""
 
 SEED = "arramon"
 """Seed of own sections and of the poses in them."""
@@ -51,14 +51,14 @@ SUMMED = (
     *("poses", "pixels", "depth", "segmentation"),
     *("beyond_edges", "unexplained", "colour", "colour_without_mipmaps"),
 )
-"""Fields of a row that are summed up in the total."""
+"""Fields that are summed in the total row."""
 
 Mask = npt.NDArray[np.bool_]
 
 
 @dataclass
-class Row:
-    """Results of one place."""
+class PlaceAgreement:
+    """Agreement of the cameras in one place: a section, or the room."""
 
     place: str
     poses: int = 0
@@ -138,7 +138,7 @@ def _views(split: Split, section: str | None, every: int) -> Iterator[View]:
 
 
 def _views_along(plan: Plan) -> Iterator[View]:
-    """Yield endless views from uniformly distributed points on the streets' middle lines."""
+    """Yield random views, without end, from points uniformly distributed on the streets' middle lines."""
     random = Random(f"{SEED} {plan.id}")  # noqa: S311 - the same poses in every run
     ends = [(*start, *end) for line in plan.lines() for start, end in pairwise(line.tolist())]
     lengths = [hypot(c - a, d - b) for a, b, c, d in ends]
@@ -154,8 +154,8 @@ def _views_along(plan: Plan) -> Iterator[View]:
         yield View(indoors=False, viewpoint=Viewpoint(x, z, heading), actors=tuple(actors))
 
 
-def _compare(place: str, scene: Scene, views: Iterator[View], size: int, pictures: Path | None) -> Row:
-    row, worst = Row(place), 0
+def _compare(place: str, scene: Scene, views: Iterator[View], size: int, pictures: Path | None) -> PlaceAgreement:
+    row, worst = PlaceAgreement(place), 0
     fast, plain = RasterCamera(scene), RasterCamera(scene, mipmaps=False)
     with ReferenceCamera(scene) as reference:
         for seen in views:
@@ -170,8 +170,8 @@ def _compare(place: str, scene: Scene, views: Iterator[View], size: int, picture
     return row
 
 
-def _table(rows: Sequence[Row]) -> str:
-    total = Row("all")
+def _table(rows: Sequence[PlaceAgreement]) -> str:
+    total = PlaceAgreement("all")
     for row in rows:
         for name in SUMMED:
             setattr(total, name, getattr(total, name) + getattr(row, name))

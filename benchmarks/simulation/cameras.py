@@ -55,7 +55,7 @@ PEER_SECONDS = 2.0
 """Duration of a measurement of another environment."""
 
 VARIATIONS, OWN = 16, 20
-"""Episodes with furniture of their own, and the number of props that each of them adds."""
+"""Number of episodes with furniture of their own, and number of props that each adds."""
 
 PEERS = {"vizdoom": "ViZDoom, 320x240, RGB + depth", "miniworld": "MiniWorld, 224x224, RGB"}
 
@@ -69,8 +69,8 @@ print(time.perf_counter() - start)
 
 
 @dataclass
-class Row:
-    """A row of the table: its measurement, and the results by round."""
+class CameraRow:
+    """A row of the table: its measurement, and its results by round."""
 
     name: str
     measure: Callable[[], float | None]
@@ -93,9 +93,9 @@ def views_of(split: Split, section: str) -> Iterator[View]:
 
 
 def variations_of(section: Section, scene: Scene, number: int) -> list[Scene]:
-    """Return variations of a section's scene, as episodes with furniture of their own have.
+    """Return variations of a section's scene, like those of episodes with furniture of their own.
 
-    Of the section's props one in six is left out, one in six stands a unit aside, and there are `OWN` more.
+    One in six of the section's props is removed, one in six is moved by a unit, and `OWN` props are added.
     """
     made, count = [], len(section.props)
     for first in range(number):
@@ -122,9 +122,9 @@ def drawing(
     segmentation: bool,
     variations: Sequence[Scene | None] = (None,),
 ) -> Callable[[], float]:
-    """Return a function that draws all views repeatedly for at least some seconds, and returns frames per second.
+    """Return a function that renders all views repeatedly for some seconds, and returns frames per second.
 
-    Each view is drawn in the next one of the variations of the camera's scene.
+    Each view is rendered in the next variation of the camera's scene.
     """
 
     def measure() -> float:
@@ -140,7 +140,7 @@ def drawing(
 
 def _rows(
     reference: ReferenceCamera, fast: RasterCamera, views: list[View], own: Sequence[Scene], given: Namespace
-) -> list[Row]:
+) -> list[CameraRow]:
     rows = []
     for size in (224, 128):
         for name, camera, segmentation, variations in (
@@ -150,8 +150,10 @@ def _rows(
             (f"raster, {size}, the same, own furniture", fast, True, own),
         ):
             measure = drawing(camera, views, size, given.seconds, segmentation=segmentation, variations=variations)
-            rows.append(Row(name, measure))
-    return rows + [Row(PEERS[name], partial(frames_per_second, given.peers, name, PEER_SECONDS)) for name in PEERS]
+            rows.append(CameraRow(name, measure))
+    return rows + [
+        CameraRow(PEERS[name], partial(frames_per_second, given.peers, name, PEER_SECONDS)) for name in PEERS
+    ]
 
 
 def _first_frame(cache: str) -> float:
@@ -161,11 +163,11 @@ def _first_frame(cache: str) -> float:
     return float(subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout)
 
 
-def _ratio(row: Row, other: Row | None) -> str:
+def _ratio(row: CameraRow, other: CameraRow | None) -> str:
     return f"{row.median / other.median:.1f}" if other and other.rates else "-"
 
 
-def _table(rows: Sequence[Row]) -> str:
+def _table(rows: Sequence[CameraRow]) -> str:
     by_name = {row.name: row for row in rows}
     lines = []
     for row in rows:

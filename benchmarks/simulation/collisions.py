@@ -8,8 +8,8 @@ truth, with the episode's own furniture, and a step in each of twelve directions
 
 `pybullet alone` counts the moves about which pybullet by itself would decide otherwise than the exact distance, and
 `farthest` says how far from touching these were at most, in units. `differ` counts the moves about which the two
-implementations of the rules decide differently: there must be none, or the exit status is 1. Chunks that a log holds
-are not computed again, so that a long comparison can be made in parts: `--minutes` ends one, and the next goes on.
+implementations of the rules decide differently: there must be none, or the exit status is 1. Chunks in the log are
+not computed again, so that a long comparison can be made in several commands: `--minutes` ends one, the next resumes.
 """
 
 import json
@@ -25,7 +25,7 @@ from pathlib import Path
 from random import Random
 
 from arramon_client.world import AGENT_RADIUS, STEP, TURN, Action
-from arramon_dataset.generation.extra import extra_sections
+from arramon_dataset.generation.extra_sections import extra_sections
 from arramon_dataset.plans import build_section, plan_ids, read_plan
 from arramon_server.episodes.episode import Episode
 from arramon_server.episodes.splits import Split, read_splits
@@ -45,10 +45,10 @@ SEED = "arramon"
 """Seed of the project's own sections."""
 
 DRAWN = ("101", "102")
-"""Sections that are drawn."""
+"""Ids of sections with random street plans."""
 
 CHUNK = 20_000
-"""Random moves that are computed, and logged, at a time."""
+"""Number of random moves in a chunk, which is computed and logged at once."""
 
 BEYOND = 2.0
 """Distance beyond a section's bounds from which moves still start, in units."""
@@ -57,16 +57,16 @@ Way = tuple[Place, Place]
 
 
 @dataclass
-class Counts:
-    """Results of some moves.
+class MoveCounts:
+    """Counts of compared moves.
 
     Attributes:
-        moves: their number.
-        near: of these, within TOUCHING of touching a body.
-        free: of these, decided as free.
-        pybullet_alone: about which pybullet by itself decides otherwise than the exact distance.
-        farthest: how far from touching these were at most, in units.
-        differ: about which the implementations of the rules decide differently.
+        moves: all moves.
+        near: moves within TOUCHING of touching a body.
+        free: moves decided as free.
+        pybullet_alone: moves for which pybullet by itself disagrees with the exact distance.
+        farthest: maximum distance of these from touching, in units.
+        differ: moves for which the implementations of the rules disagree.
     """
 
     moves: int = 0
@@ -76,8 +76,8 @@ class Counts:
     farthest: float = 0.0
     differ: int = 0
 
-    def add(self, other: "Counts") -> None:
-        """Add other results to these."""
+    def add(self, other: "MoveCounts") -> None:
+        """Add other counts to these."""
         for field in fields(self):
             mine, its = getattr(self, field.name), getattr(other, field.name)
             setattr(self, field.name, max(mine, its) if field.name == "farthest" else mine + its)
@@ -136,7 +136,7 @@ def nearest_points(footprint: Footprint, start: Place, end: Place) -> tuple[Plac
 
 
 def mixed(section: Section, scene: Scene, plane: Footprints, random: Random) -> Iterator[Way]:
-    """Yield moves without end, each third of them one that almost touches a body."""
+    """Yield random moves without end; every third one almost touches a body."""
     anywhere, near = steps_anywhere(section, random), steps_that_almost_touch(scene, plane, random)
     while True:
         yield next(anywhere)
@@ -145,19 +145,19 @@ def mixed(section: Section, scene: Scene, plane: Footprints, random: Random) -> 
 
 
 Check = Callable[[Place, Place], bool]
-"""Returns whether the way between two places is free."""
+"""Returns whether the straight line between two places is free."""
 
 
-def compare(ways: Iterable[Way], engine: Check, alone: Check, distance: Callable[[Place, Place], float]) -> Counts:
-    """Return what pybullet and plane geometry decide about moves.
+def compare(ways: Iterable[Way], engine: Check, alone: Check, distance: Callable[[Place, Place], float]) -> MoveCounts:
+    """Compare the decisions of pybullet and plane geometry about moves.
 
     Args:
         ways: the moves.
         engine: pybullet's collision checks, as the rules use them.
-        alone: those of pybullet by itself.
-        distance: returns the exact distance of a way from the nearest body.
+        alone: collision checks of pybullet by itself.
+        distance: returns the exact distance of a move from the nearest body.
     """
-    counts = Counts()
+    counts = MoveCounts()
     for start, end in ways:
         nearest = distance(start, end)
         free, excess = nearest > AGENT_RADIUS, abs(nearest - AGENT_RADIUS)
@@ -171,7 +171,7 @@ def compare(ways: Iterable[Way], engine: Check, alone: Check, distance: Callable
     return counts
 
 
-def in_section(section: Section, moves: int, number: int) -> Counts:
+def in_section(section: Section, moves: int, number: int) -> MoveCounts:
     """Return the results of a chunk of random moves in a section; its number seeds them."""
     scene = _scene(section)
     plane, random = Footprints(scene), Random(f"{section.id} {section.bounds} {number}")  # noqa: S311
@@ -180,9 +180,9 @@ def in_section(section: Section, moves: int, number: int) -> Counts:
         return compare(ways, engine.way_is_free, alone.way_is_free, plane.distance)
 
 
-def on_ground_truths(split: Split, section: str) -> Counts:
+def on_ground_truths(split: Split, section: str) -> MoveCounts:
     """Return the results of the moves on and beside all ground truths of a split in one section."""
-    counts, splits = Counts(), {split.name: split}
+    counts, splits = MoveCounts(), {split.name: split}
     engine_alone = partial(Obstacles, exact_within=0.0)
     with closing(Worlds(splits, physics=Obstacles)) as engines, closing(Worlds(splits, physics=engine_alone)) as alone:
         for episode in split.episodes.values():
@@ -210,7 +210,7 @@ def _ways(episode: Episode) -> Iterator[Way]:
         session.apply(action)
 
 
-def parts(moves: int, splits: Sequence[Split]) -> Iterator[tuple[str, Callable[[], Counts]]]:
+def parts(moves: int, splits: Sequence[Split]) -> Iterator[tuple[str, Callable[[], MoveCounts]]]:
     """Yield the parts of the comparison, each with its name and what computes it: section by section, then splits."""
     sections = {f"section {id_}": build_section(read_plan(id_), SEED) for id_ in plan_ids()}
     sections |= {f"section {id_}": section for id_, (_, section) in extra_sections(SEED, DRAWN).items()}
@@ -254,18 +254,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = parser_of(__doc__)
     parser.add_argument("--moves", type=whole, default=1_000_000, help="random moves in all (default: %(default)s)")
     parser.add_argument("--data", type=Path, help="data folder whose splits are compared, too")
-    parser.add_argument("--log", type=Path, help="file of finished chunks, to go on from")
-    parser.add_argument("--minutes", type=float, default=math.inf, help="time after which no chunk is begun")
+    parser.add_argument("--log", type=Path, help="log of finished chunks, to resume from")
+    parser.add_argument("--minutes", type=float, default=math.inf, help="time after which no new chunk is started")
     parser.add_argument(
         "--timed", type=whole, default=20_000, help="moves in each measurement of the speed (default: %(default)s)"
     )
     add_json(parser)
     given = parser.parse_args(arguments)
-    done: dict[str, Counts] = {}
+    done: dict[str, MoveCounts] = {}
     if given.log and given.log.exists():
         for line in given.log.read_text().splitlines():
             part, record = json.loads(line)
-            done[part] = Counts(**record)
+            done[part] = MoveCounts(**record)
     splits = read_splits(given.data) if given.data else {}
     until, left = time.monotonic() + 60 * given.minutes, 0
     for name, work in parts(given.moves, list(splits.values())):
@@ -278,10 +278,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if given.log:
             with given.log.open("a") as file:
                 file.write(json.dumps([name, asdict(done[name])]) + "\n")
-    rows: dict[str, Counts] = {"total": Counts()}
+    rows: dict[str, MoveCounts] = {"total": MoveCounts()}
     for name, counts in done.items():
         for row in (name.rpartition("/")[0], "total"):
-            rows.setdefault(row, Counts()).add(counts)
+            rows.setdefault(row, MoveCounts()).add(counts)
     rows["total"] = rows.pop("total")
     print(table(rows))
     if left:
@@ -294,9 +294,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 1 if rows["total"].differ else 0
 
 
-def table(rows: dict[str, Counts]) -> str:
+def table(rows: dict[str, MoveCounts]) -> str:
     """Return the table of results."""
-    names = [field.name for field in fields(Counts)]
+    names = [field.name for field in fields(MoveCounts)]
     lines = []
     for name, counts in rows.items():
         values = (getattr(counts, field) for field in names)

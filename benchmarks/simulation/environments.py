@@ -6,8 +6,8 @@ The rows alternate, round by round, so that changes of the machine's speed affec
 All rows but those of other environments draw the same frames: the first steps of the same walk through the same 16
 episodes, as how long a frame takes depends on what is seen. "Bare" is what every step needs: rules and frame of the
 episodes by turns, without observations; "one after another" is the same in the order of a single environment. In two
-processes it is drawn by two that know nothing of each other, half of the episodes each: what this machine gives two
-processes at all.
+processes, two independent processes render half of the episodes each, which shows how far two processes scale on this
+machine.
 `--peers` names an interpreter with the packages `miniworld` and `minigrid`, if it is not this one. The table's CPU time
 is that of this process (for the bare camera in two, of each): it says what a step costs where other programs take the
 cores, too.
@@ -50,7 +50,7 @@ COUNT = 16
 """Episodes of a vector environment, and of the bare camera."""
 
 MOST_STEPS = 4 * STEPS_PER_PHASE - 1
-"""Steps of each episode that can be measured: nobody picks up or places anything, so each lasts as long as it can."""
+"""Maximum number of measured steps of each episode: nothing is picked up or placed, so each reaches its step limits."""
 
 PEER_SECONDS = 3.0
 """Duration of a measurement of another environment."""
@@ -61,11 +61,11 @@ Measured = tuple[float, float]
 """Steps per second, and milliseconds of this process's CPU time per step; 0 where it is not known."""
 
 Measure = Callable[[], Measured | None]
-"""Measures one round of a row; None if that cannot be done here."""
+"""Measures one round of a row; None if it is not available here."""
 
 
 @dataclass
-class Row:
+class EnvironmentRow:
     """A row of the table: its measurement, and the results by round."""
 
     name: str
@@ -84,11 +84,11 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Walk:
-    """What the rows play.
+class RecordedWalk:
+    """The random walk that all rows play.
 
     Attributes:
-        episodes: of the split, some of them several times if it has few.
+        episodes: episodes of the split, repeated if it has too few.
         actions: (steps, episodes), forward, left or right at random.
     """
 
@@ -96,7 +96,7 @@ class Walk:
     actions: npt.NDArray[np.int64]
 
     @classmethod
-    def of(cls, split: Split, steps: int) -> "Walk":
+    def of(cls, split: Split, steps: int) -> "RecordedWalk":
         """Return the walk through the first episodes of a split."""
         episodes = list(islice(cycle(split.in_playing_order(min(split.languages))), COUNT))
         return cls(episodes, np.random.default_rng(0).integers(0, 3, (steps, COUNT)))
@@ -113,18 +113,18 @@ class Walk:
 
 
 def timed(play: Callable[[], None], steps: int) -> Measured:
-    """Measure a function that takes so many steps."""
+    """Time a function that takes a number of steps."""
     started, worked = time.perf_counter(), time.process_time()
     play()
     return steps / (time.perf_counter() - started), 1e3 * (time.process_time() - worked) / steps
 
 
-def bare(split: Split, walk: Walk, size: int, share: slice = slice(None), *, turns: bool = True) -> Measure:
+def bare(split: Split, walk: RecordedWalk, size: int, share: slice = slice(None), *, turns: bool = True) -> Measure:
     """Return the measurement of rules and frames alone, of all episodes or a share of them.
 
     Args:
         split: of the episodes.
-        walk: that is played.
+        walk: the walk to play.
         size: side length of the frames, in pixels.
         share: of the episodes.
         turns: whether the episodes take turns, step by step; otherwise they are played one after another.
@@ -160,10 +160,10 @@ def bare(split: Split, walk: Walk, size: int, share: slice = slice(None), *, tur
     return measure
 
 
-def bare_in_processes(split: Split, walk: Walk, size: int, count: int) -> Measure:
+def bare_in_processes(split: Split, walk: RecordedWalk, size: int, count: int) -> Measure:
     """Return the measurement of rules and frames alone in processes that draw at the same time; their rates are added.
 
-    They are forked after everything is compiled, and begin together once each has drawn all its episodes.
+    The processes are forked after compilation, and start together once each has rendered all its episodes.
     """
     context = multiprocessing.get_context("fork")
 
@@ -188,7 +188,7 @@ def bare_in_processes(split: Split, walk: Walk, size: int, count: int) -> Measur
     return measure
 
 
-def single(data: Path, split: Split, walk: Walk, size: int) -> Measure:
+def single(data: Path, split: Split, walk: RecordedWalk, size: int) -> Measure:
     """Return the measurement of one episode at a time."""
 
     def measure() -> Measured:
@@ -206,7 +206,7 @@ def single(data: Path, split: Split, walk: Walk, size: int) -> Measure:
     return measure
 
 
-def vector(data: Path, split: Split, walk: Walk, size: int, processes: int) -> Measure:
+def vector(data: Path, split: Split, walk: RecordedWalk, size: int, processes: int) -> Measure:
     """Return the measurement of many episodes at once."""
 
     def measure() -> Measured:
@@ -226,11 +226,11 @@ def vector(data: Path, split: Split, walk: Walk, size: int, processes: int) -> M
     return measure
 
 
-def first_ready(data: Path, split: Split, walk: Walk, size: int, processes: int) -> Measure:
+def first_ready(data: Path, split: Split, walk: RecordedWalk, size: int, processes: int) -> Measure:
     """Return the measurement of batches of the first half of the episodes that is ready.
 
     Each episode takes its own actions in order, but the faster ones take more: with the same number of steps in all, a
-    process that is faster plays further. An episode that is through with its actions repeats them.
+    faster process plays further. An episode that has used up its actions repeats them.
     """
 
     def measure() -> Measured:
@@ -260,7 +260,7 @@ def first_ready(data: Path, split: Split, walk: Walk, size: int, processes: int)
     return measure
 
 
-def two_agents(data: Path, split: Split, walk: Walk, size: int) -> Measure:
+def two_agents(data: Path, split: Split, walk: RecordedWalk, size: int) -> Measure:
     """Return the measurement of PettingZoo's interface."""
 
     def measure() -> Measured:
@@ -289,30 +289,30 @@ def peer(python: str, name: str) -> Measure:
     return measure
 
 
-def rows_of(data: Path, split: Split, walk: Walk, peers: str) -> list[Row]:
+def rows_of(data: Path, split: Split, walk: RecordedWalk, peers: str) -> list[EnvironmentRow]:
     """Return the rows of the table."""
     return [
-        Row("bare camera with rules, 224", bare(split, walk, 224)),
-        Row("bare, one after another, 224", bare(split, walk, 224, turns=False)),
-        Row("bare camera, two processes, 224", bare_in_processes(split, walk, 224, 2)),
-        Row("one episode, 224", single(data, split, walk, 224)),
-        Row("16, one process, 224", vector(data, split, walk, 224, 1)),
-        Row("16, two processes, 224", vector(data, split, walk, 224, 2)),
-        Row("first 8 of 16, one process, 224", first_ready(data, split, walk, 224, 1)),
-        Row("first 8 of 16, two processes, 224", first_ready(data, split, walk, 224, 2)),
-        Row("two agents by turns, 224", two_agents(data, split, walk, 224)),
-        Row("bare camera with rules, 64", bare(split, walk, 64)),
-        Row("bare camera, two processes, 64", bare_in_processes(split, walk, 64, 2)),
-        Row("16, one process, 64", vector(data, split, walk, 64, 1)),
-        Row("16, two processes, 64", vector(data, split, walk, 64, 2)),
-        Row("first 8 of 16, one process, 64", first_ready(data, split, walk, 64, 1)),
-        Row("first 8 of 16, two processes, 64", first_ready(data, split, walk, 64, 2)),
-        *(Row(title, peer(peers, name)) for name, title in PEERS.items()),
+        EnvironmentRow("bare camera with rules, 224", bare(split, walk, 224)),
+        EnvironmentRow("bare, one after another, 224", bare(split, walk, 224, turns=False)),
+        EnvironmentRow("bare camera, two processes, 224", bare_in_processes(split, walk, 224, 2)),
+        EnvironmentRow("one episode, 224", single(data, split, walk, 224)),
+        EnvironmentRow("16, one process, 224", vector(data, split, walk, 224, 1)),
+        EnvironmentRow("16, two processes, 224", vector(data, split, walk, 224, 2)),
+        EnvironmentRow("first 8 of 16, one process, 224", first_ready(data, split, walk, 224, 1)),
+        EnvironmentRow("first 8 of 16, two processes, 224", first_ready(data, split, walk, 224, 2)),
+        EnvironmentRow("two agents by turns, 224", two_agents(data, split, walk, 224)),
+        EnvironmentRow("bare camera with rules, 64", bare(split, walk, 64)),
+        EnvironmentRow("bare camera, two processes, 64", bare_in_processes(split, walk, 64, 2)),
+        EnvironmentRow("16, one process, 64", vector(data, split, walk, 64, 1)),
+        EnvironmentRow("16, two processes, 64", vector(data, split, walk, 64, 2)),
+        EnvironmentRow("first 8 of 16, one process, 64", first_ready(data, split, walk, 64, 1)),
+        EnvironmentRow("first 8 of 16, two processes, 64", first_ready(data, split, walk, 64, 2)),
+        *(EnvironmentRow(title, peer(peers, name)) for name, title in PEERS.items()),
     ]
 
 
-def table(rows: Sequence[Row]) -> str:
-    """Return the table, with the ratios that matter below it."""
+def table(rows: Sequence[EnvironmentRow]) -> str:
+    """Return the table, followed by the main ratios."""
     base, cells = rows[0].rate, []
     for row in rows:
         if not row.results:
@@ -343,8 +343,8 @@ def table(rows: Sequence[Row]) -> str:
     return "\n".join(lines)
 
 
-def paired(row: Row, other: Row) -> float:
-    """Return the median, over the rounds, of one row's rate by another's in the same round."""
+def paired(row: EnvironmentRow, other: EnvironmentRow) -> float:
+    """Return the median over rounds of the ratio of one row's rate to another's."""
     return statistics.median(one[0] / two[0] for one, two in zip(row.results, other.results, strict=True))
 
 
@@ -361,7 +361,7 @@ def main() -> None:
         parser.error(f"--steps is {options.steps}, expected 1 to {MOST_STEPS}")
     with data_or_sample(options.data) as data:
         split = largest_split(data)
-        rows = rows_of(data, split, Walk.of(split, options.steps), options.peers)
+        rows = rows_of(data, split, RecordedWalk.of(split, options.steps), options.peers)
         for _ in range(options.rounds):
             for row in rows:
                 measured = row.measure()

@@ -1,11 +1,11 @@
-"""CPU seconds from the start of the interpreter to the first step of an environment, which every learner waits for.
+"""CPU seconds from the start of the interpreter to the first step of an environment.
 
     python -m benchmarks.simulation.first_step [--data DIR] [--split NAME] [--rounds 5] [--against PYTHON]
 
 Each round starts a new process, which makes the environment, resets it and takes a step; compiled code is on disk, as
 it is after the first time on a machine. `--against` names the interpreter of another checkout or release, with which
-the rounds alternate. Medians of the processor's time, by part; what has been imported in the end is named, as most of
-the time goes into imports.
+the rounds alternate. Prints medians of the CPU time by part, and the large packages that were imported, as imports take
+most of the time.
 """
 
 import json

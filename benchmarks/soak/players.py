@@ -1,4 +1,4 @@
-"""Players of the soak test: real clients that play run after run, and continue after every fault."""
+"""Players of the soak test: real clients that play one run after another, and resume after every fault."""
 
 import json
 import signal
@@ -15,16 +15,16 @@ REST_SECONDS = 0.5
 """Seconds before a client that found no server is restarted."""
 
 NO_SERVER = "no server answers"
-"""Message of a client that finds no server: it is restarted, and this is not counted as a defect."""
+"""Message of a client that finds no server: it is restarted, and this does not count as a defect."""
 
 
-class Player:
+class SoakPlayer:
     """A participant: its client plays one run after another.
 
     Args:
         target: the server's address.
         output: folder for results.
-        access: arguments with the files of its token and of the host's authority, if the host requires them.
+        access: client arguments for the token file and the certificate authority, if the host requires them.
         settings: further arguments of its clients, for example its sensors.
 
     Attributes:
@@ -51,8 +51,8 @@ class Player:
         self._given_up = threading.Event()
         self._thread = threading.Thread(target=self._play_runs)
 
-    def start(self, run: str = "") -> "Player":
-        """Start to play: only the given run, which others play too, or one new run after another."""
+    def start(self, run: str = "") -> "SoakPlayer":
+        """Start playing: only the given run, shared with others, or one new run after another."""
         self.run = run
         if run:
             self.end()

@@ -1,4 +1,4 @@
-"""Rude streams of the soak test: they join the players' runs, and disconnect without a proper close."""
+"""Rude streams of the soak test, which join the players' runs and disconnect without a proper close."""
 
 import random
 import signal
@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from benchmarks.soak.players import Player
+from benchmarks.soak.players import SoakPlayer
 from benchmarks.soak.rude_stream import PATIENCE, WAYS
 
 PROGRAM = Path(__file__).with_name("rude_stream.py")
@@ -23,20 +23,20 @@ class RudeStreams:
 
     Args:
         players: the streams join their runs.
-        credentials: returns a player's files of the token and of the authority, or nothing.
+        credentials: returns a player's token file and certificate authority, or nothing.
         number: number of streams.
         seconds: time over which they are spread.
-        chance: draws the players.
+        chance: random generator that chooses players.
 
     Attributes:
-        ended: number of streams by the way in which they ended.
+        ended: number of streams by how they ended.
         refused: number of refused streams by message, for example for a run that had just ended.
     """
 
     def __init__(
         self,
-        players: Sequence[Player],
-        credentials: Callable[[Player], Sequence[str]],
+        players: Sequence[SoakPlayer],
+        credentials: Callable[[SoakPlayer], Sequence[str]],
         number: int,
         seconds: float,
         chance: random.Random,
@@ -83,7 +83,7 @@ class RudeStreams:
                 self.refused[(done.stderr.strip().splitlines() or ["no message"])[-1]] += 1
 
     def _next_way(self) -> str:
-        """Return how the next stream is to end; empty after enough streams, or after too many were refused."""
+        """Return how the next stream should end; empty after enough streams, or after too many refusals."""
         with self._lock:
             refused = sum(self.refused.values())
             if self._begun >= self._number + refused or refused > self._number:

@@ -2,7 +2,7 @@
 
     python -m benchmarks.soak.rude_stream ADDRESS RUN WAY [TOKEN_FILE CA_FILE]
 
-It never answers an observation, so the episodes that it claims are played by others without a difference.
+It never answers an observation, so other clients play the episodes that it claims, with unchanged results.
 """
 
 import argparse
@@ -35,7 +35,7 @@ SEEN_BY_CLIENT = {
 """Status with which a stream ends for the client, by its way; others end without an error, or without the client."""
 
 SEEN, SEEN_SECONDS = 3, 3.0
-"""Messages of the server that it reads before that, or as many as arrive within this time, and at least one."""
+"""Number of server messages to read before leaving, or as many as arrive within these seconds, but at least one."""
 
 PATIENCE = 30.0
 """Time limit of a stream, in seconds."""

@@ -37,9 +37,19 @@ from arramon_server.runs.accounts.callers import Role
 from arramon_server.runs.storage.database import Database
 from benchmarks.common import add_json, parser_of, write_json
 from benchmarks.soak.logs import unexplained, warnings
-from benchmarks.soak.players import Player
+from benchmarks.soak.players import SoakPlayer
 from benchmarks.soak.rude import RudeStreams
-from benchmarks.soak.service import AUTHORITY, KILL, OF_DATABASE, OTHERS, Fault, Faults, Service, Stuck, service
+from benchmarks.soak.service import (
+    AUTHORITY,
+    KILL,
+    OF_DATABASE,
+    OTHERS,
+    FaultInjector,
+    FaultKind,
+    NoProgress,
+    SoakService,
+    service,
+)
 from tests import tiny
 from tests.faults.clients import EPISODES, UndisturbedRun, client, differences, finish, journal_url, results
 
@@ -50,7 +60,7 @@ SHARE_OF_OTHERS = 0.6
 """Probability of another fault after a kill."""
 
 
-def plan(kills: int, kind: str, seed: int) -> Iterator[Fault]:
+def plan(kills: int, kind: str, seed: int) -> Iterator[FaultKind]:
     """Yield the faults in order."""
     chance = random.Random(seed)  # noqa: S311 - the same faults for a seed
     others = (*OTHERS, OF_DATABASE[kind])
@@ -60,26 +70,26 @@ def plan(kills: int, kind: str, seed: int) -> Iterator[Fault]:
             yield chance.choice(others)
 
 
-class Soak:
+class SoakTest:
     """A soak test of a running service.
 
     Attributes:
-        made: number of faults by kind.
-        stuck: descriptions of what was not finished in time.
+        made: number of injected faults by kind.
+        stuck: descriptions of work that did not finish in time.
     """
 
-    def __init__(self, there: Service, options: argparse.Namespace, folder: Path) -> None:
+    def __init__(self, there: SoakService, options: argparse.Namespace, folder: Path) -> None:
         self._there, self._options, self._folder = there, options, folder
         self._chance = random.Random(options.seed)  # noqa: S311 - the same faults for a seed
         addresses = itertools.islice(itertools.cycle(host.address for host in there.hosts), options.clients)
         self._players = [
-            Player(address, folder / f"player-{number}", access, SIGHT if options.hosted else ())
+            SoakPlayer(address, folder / f"player-{number}", access, SIGHT if options.hosted else ())
             for number, address in enumerate(addresses)
             for access in (credentials(there, folder, f"team-{number}", options.hosted),)
         ]
         seconds = 60.0 * (options.spread or 0.2)
         self._rude = RudeStreams(self._players, self._shown, options.rude, seconds, random.Random(options.seed))  # noqa: S311
-        self._faults = Faults(there, self._players, self._chance, folder)
+        self._faults = FaultInjector(there, self._players, self._chance, folder)
         self.made, self.stuck = Counter[str](), list[str]()
         self._started = time.monotonic()
 
@@ -91,16 +101,16 @@ class Soak:
             stack.callback(self._rude.close)
 
     @staticmethod
-    def _shown(player: Player) -> Sequence[str]:
+    def _shown(player: SoakPlayer) -> Sequence[str]:
         """Return the files of a player's token and of the authority, if any."""
         return player.access[1::2]
 
     @property
-    def _everyone(self) -> list[Player]:
+    def _everyone(self) -> list[SoakPlayer]:
         return [*self._players, *self._faults.seconds]
 
     def disturb(self, until: float) -> None:
-        """Start the players and inject faults until all are done or time is up; then let the last runs end."""
+        """Start the players and inject faults until all are done or time is up; then let the last runs finish."""
         for player in self._players:
             player.start()
         self._rude.start()
@@ -118,7 +128,7 @@ class Soak:
                 self.made[fault.name] += 1
                 print(f"{sum(self.made.values()):4} {fault.name}: {said}", flush=True)
             self._rude.wait()
-        except Stuck as error:
+        except NoProgress as error:
             self.stuck.append(str(error))
         print("no more faults; waiting for the last runs to end ...", flush=True)
         for player in self._everyone:
@@ -128,7 +138,7 @@ class Soak:
         self.stuck += [f"run {player.run or '?'} was not finished" for player in left]
 
     def figures(self, once: UndisturbedRun) -> dict[str, Any]:
-        """Return the results, after comparing every run with the undisturbed one."""
+        """Compare every run with the undisturbed one, and return the results."""
         played = [(player, run) for player in self._everyone for run in player.finished]
         print(f"comparing {len(played)} runs with the undisturbed one ...", flush=True)
         wrong = [f"run {run}: {text}" for player, run in played for text in compare(self._there, once, player, run)]
@@ -156,8 +166,10 @@ class Soak:
         }
 
 
-def after_the_end(there: Service, options: argparse.Namespace, folder: Path, faults: Sequence[str]) -> dict[str, Any]:
-    """Return how the servers, which have ended, ended, and what they logged."""
+def after_the_end(
+    there: SoakService, options: argparse.Namespace, folder: Path, faults: Sequence[str]
+) -> dict[str, Any]:
+    """Return the exit statuses of the stopped servers, and their logged warnings."""
     # Of several workers, all may have been killed too often in a row: then their host exits with status 1.
     wrong = [status for status in there.exits if status != 1 or options.workers == 1]
     said = [f"a server exited on its own with status {status}" for status in wrong]
@@ -177,7 +189,7 @@ def embedded(folder: Path) -> UndisturbedRun:
     return UndisturbedRun(results(folder / "results"), journal_url(folder / "data"))
 
 
-def credentials(there: Service, folder: Path, participant: str, hosted: bool) -> Sequence[str]:
+def credentials(there: SoakService, folder: Path, participant: str, hosted: bool) -> Sequence[str]:
     """Return a participant's client arguments: files of a new token and of the authority; none without --hosted."""
     if not hosted:
         return ()
@@ -187,7 +199,7 @@ def credentials(there: Service, folder: Path, participant: str, hosted: bool) ->
     return "--token-file", str(token), "--tls-ca", str(folder / AUTHORITY)
 
 
-def compare(there: Service, once: UndisturbedRun, player: Player, run: str) -> Iterator[str]:
+def compare(there: SoakService, once: UndisturbedRun, player: SoakPlayer, run: str) -> Iterator[str]:
     """Yield the differences from the undisturbed run, and the errors of the receipt."""
     yield from differences(there.url, once.results, player.results(run), once_url=once.url)
     said = io.StringIO()
@@ -197,7 +209,7 @@ def compare(there: Service, once: UndisturbedRun, player: Player, run: str) -> I
         yield f"its receipt: {said.getvalue().strip()}"
 
 
-def rescore(there: Service, runs: Sequence[str]) -> list[str]:
+def rescore(there: SoakService, runs: Sequence[str]) -> list[str]:
     """Replay the journal; return descriptions of the differences."""
     said, errors = io.StringIO(), io.StringIO()
     with contextlib.redirect_stdout(said), contextlib.redirect_stderr(errors):
@@ -260,7 +272,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             once = embedded(folder / "embedded")
             with (
                 service(options.database, options.workers, folder, hosted=options.hosted) as there,
-                closing(Soak(there, options, folder)) as soak,
+                closing(SoakTest(there, options, folder)) as soak,
             ):
                 soak.disturb(started + 60.0 * options.minutes)
                 figures = soak.figures(once)

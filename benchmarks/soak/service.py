@@ -1,4 +1,4 @@
-"""Server processes of the soak test, on one journal, and its faults."""
+"""The service under the soak test: server processes on one journal, and the injection of faults."""
 
 import os
 import random
@@ -15,7 +15,7 @@ import sqlalchemy as sa
 from arramon_server.runs.storage import tables
 from arramon_server.runs.storage.database import Database
 from arramon_server.runs.storage.records import OPEN
-from benchmarks.soak.players import Player
+from benchmarks.soak.players import SoakPlayer
 from tests import tiny
 from tests.certificates import Authority
 from tests.faults.clients import EPISODES, pause
@@ -30,20 +30,20 @@ FULL = (4096, resource.RLIM_INFINITY)
 """Limit of the size of a process's files: every write beyond it fails, as on a full disk."""
 
 Steps = dict[tuple[str, str], tuple[int, int]]
-"""Open episodes by run and episode id: the epoch of the claim, and the number of recorded steps."""
+"""Claim number (fence) and number of recorded steps of each open episode, by run and episode id."""
 
 
-class Stuck(Exception):
+class NoProgress(Exception):
     """No step was recorded within `PATIENCE` seconds."""
 
 
-class Service:
+class SoakService:
     """One host with SQLite, or two with a shared PostgreSQL; each has one or several processes.
 
     Attributes:
         url: URL of the journal.
-        hosts: the first process of each host.
-        away: hosts that were killed and are not restarted yet.
+        hosts: first process of each host.
+        away: killed hosts that are not restarted yet.
         exits: statuses of hosts that exited on their own and were restarted: 1 after their workers died too often in
             a row; negative for a crash.
     """
@@ -112,7 +112,7 @@ class Service:
                 host.start()
 
     def stop(self) -> None:
-        """Stop all hosts; what does not end well is added to `exits`."""
+        """Stop all hosts; failing exit statuses are added to `exits`."""
         self.exits += filter(None, [_end(host) for host in self.hosts if host not in self.away])
 
     def _looks(self) -> Iterator[None]:
@@ -122,11 +122,11 @@ class Service:
             yield
             self.revive()
             time.sleep(0.01)
-        raise Stuck(f"no step was recorded within {PATIENCE:.0f} seconds")
+        raise NoProgress(f"no step was recorded within {PATIENCE:.0f} seconds")
 
 
 @contextmanager
-def service(kind: str, workers: int, folder: Path, *, hosted: bool = False) -> Iterator[Service]:
+def service(kind: str, workers: int, folder: Path, *, hosted: bool = False) -> Iterator[SoakService]:
     """Start all hosts on the loopback, and stop them at the end.
 
     Args:
@@ -142,7 +142,7 @@ def service(kind: str, workers: int, folder: Path, *, hosted: bool = False) -> I
         shared += ["--drain-seconds", "5"]
         shared += _settings_of_a_host(folder) if hosted else []
         database, hosts = stack.enter_context(closing(Database(url))), list[Server]()
-        there = Service(hosts, url, cluster, database)
+        there = SoakService(hosts, url, cluster, database)
         stack.callback(there.stop)
         for listen in ("127.0.0.2:0", "127.0.0.3:0") if cluster else ("127.0.0.1:0",):
             data = folder / f"host-{len(hosts)}"
@@ -176,25 +176,27 @@ def _end(host: Server) -> int:
     return host.stop()
 
 
-class Faults:
+class FaultInjector:
     """Injection of faults, one at a time; each method returns a description.
 
     Args:
         service: the service.
         players: the players.
-        chance: draws targets and durations.
+        chance: random generator for targets and durations.
         folder: folder for the results of second clients.
 
     Attributes:
-        times: seconds from each kill that hit a process with open episodes to the next step of one of these.
-        seconds: second clients, which play another's run.
+        times: seconds from the kill of a process with open episodes to the next step of one of them, for each kill.
+        seconds: second clients, which play the run of another client.
         complaints: descriptions of errors.
     """
 
-    def __init__(self, service: Service, players: Sequence[Player], chance: random.Random, folder: Path) -> None:
+    def __init__(
+        self, service: SoakService, players: Sequence[SoakPlayer], chance: random.Random, folder: Path
+    ) -> None:
         self._service, self._players, self._chance, self._folder = service, players, chance, folder
         self.times: list[float] = []
-        self.seconds: list[Player] = []
+        self.seconds: list[SoakPlayer] = []
         self.complaints: list[str] = []
 
     def kill_server(self) -> str:
@@ -264,7 +266,7 @@ class Faults:
         first = self._player()
         run = first.run
         output = self._folder / f"second-{len(self.seconds)}"
-        second = Player(self._host().address, output, first.access, first.settings)
+        second = SoakPlayer(self._host().address, output, first.access, first.settings)
         self.seconds.append(second.start(run))
         return f"run {run}"
 
@@ -285,7 +287,7 @@ class Faults:
         return f"for {seconds:.1f} s"
 
     def fill_disk(self) -> str:
-        """Keep the server's files from growing for a while."""
+        """Prevent the server's files from growing for a while, as on a full disk."""
         host, seconds = self._host(), self._chance.uniform(0.3, 2.0)
         for limits in (FULL, (resource.RLIM_INFINITY, resource.RLIM_INFINITY)):
             # A worker that was started meanwhile has its parent's limit; one that has ended needs none.
@@ -313,54 +315,54 @@ class Faults:
         target = self._chance.choice(self._players).relay.target
         return next(host for host in self._service.hosts if host.address == target)
 
-    def _player(self) -> Player:
+    def _player(self) -> SoakPlayer:
         """Choose a player with a current run; wait until there is one."""
         for _ in range(int(PATIENCE / 0.02)):
             playing = [player for player in self._players if player.is_playing]
             if playing:
                 return self._chance.choice(playing)
             time.sleep(0.02)
-        raise Stuck(f"no client started a run within {PATIENCE:.0f} seconds")
+        raise NoProgress(f"no client started a run within {PATIENCE:.0f} seconds")
 
-    def _until_back(self, player: Player) -> None:
+    def _until_back(self, player: SoakPlayer) -> None:
         """Wait until a player whose connection broke continues, so that it does not delay the next measurement."""
         mine = {episode: known for episode, known in self._service.open_episodes().items() if episode[0] == player.run}
         self._service.wait_for_return(mine)
 
     def _leave(self, host: Server) -> None:
-        """Redirect a host's clients to another host, if any, as a proxy with health checks does."""
+        """Redirect a host's clients to another host, if there is one, like a proxy with health checks."""
         others = [each for each in self._service.hosts if each is not host]
         for player in (*self._players, *self.seconds):
             if others and player.relay.target == host.address:
                 self._send(player, self._chance.choice(others))
 
     @staticmethod
-    def _send(player: Player, host: Server) -> None:
+    def _send(player: SoakPlayer, host: Server) -> None:
         player.relay.target = host.address
         player.relay.reset()
 
 
-class Fault(NamedTuple):
+class FaultKind(NamedTuple):
     """A kind of fault, and the method that injects it."""
 
     name: str
-    make: Callable[[Faults], str]
+    make: Callable[[FaultInjector], str]
 
 
-KILL = Fault("server killed", Faults.kill_server)
+KILL = FaultKind("server killed", FaultInjector.kill_server)
 
 OTHERS = (
-    Fault("client killed", Faults.kill_client),
-    Fault("client paused", Faults.pause_client),
-    Fault("a second client played the run", Faults.double_client),
-    Fault("connections reset", Faults.reset),
-    Fault("connections silent", Faults.silence),
-    Fault("server paused", Faults.pause_server),
-    Fault("server stopped cleanly", Faults.stop_server),
+    FaultKind("client killed", FaultInjector.kill_client),
+    FaultKind("client paused", FaultInjector.pause_client),
+    FaultKind("a second client played the run", FaultInjector.double_client),
+    FaultKind("connections reset", FaultInjector.reset),
+    FaultKind("connections silent", FaultInjector.silence),
+    FaultKind("server paused", FaultInjector.pause_server),
+    FaultKind("server stopped cleanly", FaultInjector.stop_server),
 )
 """Faults for every database."""
 
 OF_DATABASE = {
-    "sqlite": Fault("disk full", Faults.fill_disk),
-    "postgresql": Fault("database ended", Faults.end_database),
+    "sqlite": FaultKind("disk full", FaultInjector.fill_disk),
+    "postgresql": FaultKind("database ended", FaultInjector.end_database),
 }

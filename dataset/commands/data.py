@@ -1,4 +1,4 @@
-"""The commands `import-release` and `generate`: creation of splits."""
+"""The commands `import-release`, `generate` and `demands`, which create and annotate splits."""
 
 import argparse
 import sys
@@ -13,7 +13,7 @@ from arramon_server.errors import BadInput, NotFound, quoted
 
 
 def add(commands: Commands, common: argparse.ArgumentParser) -> None:
-    """Add both commands."""
+    """Add all three commands."""
     import_ = commands.add_parser("import-release", parents=[common], help="import files of the official release")
     import_.add_argument(
         "files", nargs="+", type=Path, metavar="FILE", help="file to import, such as val_seen.json, val_seen_hindi.json"
@@ -32,10 +32,10 @@ def add(commands: Commands, common: argparse.ArgumentParser) -> None:
         "--sections",
         type=int,
         metavar="N",
-        help="number of sections of train_extra, whose streets are drawn by program",
+        help="number of sections of train_extra, whose street plans are random",
     )
     generate.add_argument(
-        "--rooms", type=int, metavar="N", help="generate the split rooms instead: N tasks in the room alone"
+        "--rooms", type=int, metavar="N", help="generate the split rooms instead: N tasks in the room, without a city"
     )
     generate.add_argument(
         "--scale", type=float, default=1.0, help="share of each split's episodes (default: %(default)s)"
@@ -46,20 +46,20 @@ def add(commands: Commands, common: argparse.ArgumentParser) -> None:
     generate.add_argument(
         "--secret",
         metavar="HEX|FILE",
-        help="secret of a hidden split, or a file with it, in place of the host's own: for an epoch that is revealed",
+        help="secret of a hidden split, or a file with it, instead of the host's own: for a revealed epoch",
     )
     generate.add_argument("--jobs", type=int, default=0, help="number of processes (default: one for each core)")
     generate.add_argument(
         "--no-trial",
         action="store_true",
-        help="keep episodes that no agent has tried: quicker, and marked in the split's header",
+        help="keep episodes without a trial by an agent: faster, and marked in the split's header",
     )
     generate.set_defaults(command=_generate)
 
     demands = commands.add_parser(
         "demands",
         parents=[common],
-        help="count what the instructions of splits ask for, for reports; `generate` does it, earlier releases did not",
+        help="add the demands of instructions to splits of earlier releases, for reports; `generate` includes them",
     )
     demands.add_argument("splits", nargs="+", metavar="SPLIT", help="name of a generated split")
     demands.set_defaults(command=_demands)
@@ -96,9 +96,9 @@ def _generate(arguments: argparse.Namespace) -> None:
 
     if arguments.rooms is not None:
         if arguments.split or arguments.sections is not None or arguments.secret is not None:
-            raise BadInput("--rooms makes the split rooms alone; leave --split, --sections and --secret out")
+            raise BadInput("--rooms generates the split rooms only; leave out --split, --sections and --secret")
         tasks = generate_rooms(
-            arguments.data, arguments.rooms, seed=arguments.seed, jobs=arguments.jobs, tell=throttled(tell)
+            arguments.data, arguments.rooms, seed=arguments.seed, jobs=arguments.jobs, on_progress=seldom(tell)
         )
         print(describe(tasks))
         return
@@ -117,10 +117,10 @@ def _generate(arguments: argparse.Namespace) -> None:
 
 
 def read_secret(text: str) -> str:
-    """Return the secret that an argument is or that is in the file that it names.
+    """Return a secret given as hexadecimal digits or as the path of a file.
 
     Raises:
-        BadInput: if it is neither.
+        BadInput: if the argument is neither.
     """
     if len(text) == SECRET_DIGITS:
         return check_secret(text)

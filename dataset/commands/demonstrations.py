@@ -1,4 +1,4 @@
-"""The command `export-demos`: demonstrations in the formats that training code reads."""
+"""The command `export-demos`: export of demonstrations in formats for training code."""
 
 import argparse
 import sys
@@ -15,7 +15,7 @@ from arramon_dataset.demonstrations.request import (
     REWARDS,
     SMALLEST,
     STRIDE,
-    Request,
+    ExportRequest,
     make_request,
 )
 from arramon_server.commands import Commands
@@ -23,13 +23,13 @@ from arramon_server.commands.journal import open_journal
 from arramon_server.errors import BadInput
 
 if TYPE_CHECKING:
-    from arramon_dataset.demonstrations.sources import Sources
+    from arramon_dataset.demonstrations.sources import EpisodeSelection
     from arramon_server.episodes.splits import Split
 
 DEFAULT_SPLIT = "train"
 
 OUTPUT = "demonstrations"
-"""Folder of exports, unless another is named."""
+"""Default parent folder of exports."""
 
 
 def add(commands: Commands, common: argparse.ArgumentParser) -> None:
@@ -37,13 +37,11 @@ def add(commands: Commands, common: argparse.ArgumentParser) -> None:
     export = commands.add_parser(
         "export-demos",
         parents=[common],
-        help="export ground truth or a recorded run with frames, for learning",
-        description="Export ground truth or a recorded run, rendered again as agents see it. A killed export goes on "
-        "where it stopped when the same command is given again.",
+        help="export ground truth or a recorded run with frames, for training",
+        description="Export ground truth or a recorded run, rendered as agents see it. Run the same command again to "
+        "resume a killed export.",
     )
-    export.add_argument(
-        "--split", metavar="S", help=f"split, not a hidden one (default: that of the run, or {DEFAULT_SPLIT})"
-    )
+    export.add_argument("--split", metavar="S", help=f"open split (default: that of the run, or {DEFAULT_SPLIT})")
     export.add_argument("--format", required=True, metavar="F", help=f"one of {', '.join(FORMATS)}")
     export.add_argument("--lang", nargs="+", default=(), metavar="L", help="languages (default: all in the split)")
     export.add_argument(
@@ -67,7 +65,7 @@ def add(commands: Commands, common: argparse.ArgumentParser) -> None:
         action="store_true",
         help="with --format minari, one dataset for all languages (default: one for each)",
     )
-    export.add_argument("--run", metavar="RUN", help="id of a run that is over, to export instead of ground truth")
+    export.add_argument("--run", metavar="RUN", help="id of a finished run, to export instead of ground truth")
     export.add_argument("--episodes", type=int, metavar="N", help="export only N episodes, a fair sample of the split")
     export.add_argument("--output", type=Path, metavar="FOLDER", help=f"folder (default: {OUTPUT}/SPLIT-FORMAT)")
     export.add_argument("--jobs", type=int, default=0, help="number of processes (default: one for each core)")
@@ -76,7 +74,7 @@ def add(commands: Commands, common: argparse.ArgumentParser) -> None:
 
 def _export(arguments: argparse.Namespace) -> None:
     # Imported only here: the simulator takes half a second to load.
-    from arramon_dataset.demonstrations.export import Progress, export_demonstrations
+    from arramon_dataset.demonstrations.export import ExportProgress, export_demonstrations
     from arramon_dataset.demonstrations.formats import load_format
 
     request = _request(arguments, arguments.split or DEFAULT_SPLIT, arguments.lang)
@@ -85,15 +83,15 @@ def _export(arguments: argparse.Namespace) -> None:
     for episode_id, reason in sources.left_out.items():
         print(f"left out: episode {episode_id}: {reason}", file=sys.stderr)
 
-    def tell(progress: Progress) -> None:
+    def on_progress(progress: ExportProgress) -> None:
         print(progress, file=sys.stderr, flush=True)
 
     output = arguments.output or Path(OUTPUT) / f"{arguments.run or split.name}-{request.format}"
-    export = export_demonstrations(request, split, sources, output, jobs=arguments.jobs, tell=tell)
+    export = export_demonstrations(request, split, sources, output, jobs=arguments.jobs, on_progress=on_progress)
     print(f"{output}: {export.episodes} episodes with {export.steps} steps in {', '.join(request.languages)}")
 
 
-def _request(arguments: argparse.Namespace, split: str, languages: Sequence[str]) -> Request:
+def _request(arguments: argparse.Namespace, split: str, languages: Sequence[str]) -> ExportRequest:
     return make_request(
         arguments.data,
         split,
@@ -108,7 +106,7 @@ def _request(arguments: argparse.Namespace, split: str, languages: Sequence[str]
     )
 
 
-def _of_split(request: Request) -> "tuple[Request, Split, Sources]":
+def _of_split(request: ExportRequest) -> "tuple[ExportRequest, Split, EpisodeSelection]":
     from arramon_dataset.demonstrations.export import find_split, with_languages
     from arramon_dataset.demonstrations.sources import ground_truth
 
@@ -117,7 +115,7 @@ def _of_split(request: Request) -> "tuple[Request, Split, Sources]":
     return request, split, ground_truth(split, request)
 
 
-def _of_run(arguments: argparse.Namespace) -> "tuple[Request, Split, Sources]":
+def _of_run(arguments: argparse.Namespace) -> "tuple[ExportRequest, Split, EpisodeSelection]":
     from arramon_dataset.demonstrations.export import find_split, with_languages
     from arramon_dataset.demonstrations.sources import recorded_run
     from arramon_server.runs.storage.journal import Journal

@@ -1,4 +1,4 @@
-"""The actions of the command `epoch` that generate: `open` and `verify`."""
+"""The actions `open` and `verify` of the command `epoch`, which generate an epoch of a hidden split."""
 
 import argparse
 import sys
@@ -34,19 +34,17 @@ def add_actions(actions: Commands, common: argparse.ArgumentParser) -> None:
     open_.add_argument("base", metavar="SPLIT", help="hidden split of the data set, such as test_unseen")
     open_.add_argument("--scale", type=float, default=1.0, help="share of its episodes (default: %(default)s)")
     open_.add_argument("--jobs", type=int, default=0, help="number of processes (default: one for each core)")
-    open_.add_argument("--no-trial", action="store_true", help="keep episodes that no agent has tried: quicker")
+    open_.add_argument("--no-trial", action="store_true", help="keep episodes without a trial by an agent: faster")
     open_.set_defaults(command=_open)
 
     verify = actions.add_parser(
         "verify",
         parents=[common],
-        help="check a host's list of epochs, and that the secret gives the data; exit status 1 if not",
+        help="check a host's list of epochs, and that the secret reproduces the data; exit status 1 if not",
     )
     verify.add_argument("file", type=Path, metavar="FILE", help="list of epochs, from the host's pages or its server")
-    verify.add_argument("split", metavar="EPOCH", help="the epoch's split, which is generated in the data folder")
-    verify.add_argument(
-        "--commitment", metavar="HEX", help="commitment that was noted when the epoch opened, or is in a receipt"
-    )
+    verify.add_argument("split", metavar="EPOCH", help="the epoch's split, which will be generated in the data folder")
+    verify.add_argument("--commitment", metavar="HEX", help="commitment noted when the epoch opened, or from a receipt")
     verify.add_argument("--jobs", type=int, default=0, help="number of processes (default: one for each core)")
     verify.set_defaults(command=_verify)
 
@@ -57,7 +55,7 @@ def _open(arguments: argparse.Namespace) -> None:
     from arramon_server.episodes.secret import epoch_secret
 
     config: Config = arguments.settings
-    epoch_plan(arguments.base, 1).count(arguments.scale)  # Both are checked before anything is made.
+    epoch_plan(arguments.base, 1).count(arguments.scale)  # Checks both before generation starts.
     plan = epoch_plan(arguments.base, next_number(config, arguments.base))
     secret = epoch_secret(config.data, plan.name)
     split = _generate(
@@ -82,16 +80,16 @@ def _open(arguments: argparse.Namespace) -> None:
 
 
 def _verify(arguments: argparse.Namespace) -> int:
-    told = _find(arguments.file, arguments.split)
-    statement = read_statement(_text(arguments.file, told, "statement").encode(), arguments.file)
+    entry = _find(arguments.file, arguments.split)
+    statement = read_statement(_text(arguments.file, entry, "statement").encode(), arguments.file)
     if statement.split != arguments.split:
         raise BadFile(arguments.file, f"has the statement of {statement.split!r} for {arguments.split!r}")
-    if told.get("secret") is None:
+    if entry.get("secret") is None:
         raise BadInput(f"the secret of {arguments.split!r} is not revealed yet; until then only its hash is public")
-    secret = check_secret(_text(arguments.file, told, "secret"))
+    secret = check_secret(_text(arguments.file, entry, "secret"))
     commitment = commitment_of(statement.written()).hex()
     wrong = []
-    for name, noted in (("the list", told.get("commitment")), ("--commitment", arguments.commitment)):
+    for name, noted in (("the list", entry.get("commitment")), ("--commitment", arguments.commitment)):
         if noted is not None and str(noted).lower() != commitment:
             wrong.append(f"the statement's commitment is {commitment}, but {name} has {noted}")
     if digest_of(secret) != statement.secret_sha256:
@@ -123,7 +121,7 @@ def _verify(arguments: argparse.Namespace) -> int:
 
 
 def _explain(statement: EpochStatement) -> None:
-    """Say so if another version of the generator can be the reason for other data."""
+    """Print a warning if a different version of the generator may explain the difference."""
     from arramon_dataset.generation.checkpoint import digest_of_sources
 
     if digest_of_sources() != statement.sources:
@@ -145,7 +143,7 @@ def _generate(data: Path, name: str, secret: str, *, scale: float, jobs: int, tr
 
 
 def _find(path: Path, split: str) -> dict[str, Any]:
-    """Return what a host's list says of an epoch."""
+    """Return the entry of an epoch in a host's list."""
     content = read_object(path)
     if (content.get("format"), content.get("version")) != (LIST_FORMAT, LIST_VERSION):
         raise BadFile(path, f"is not a list of epochs: expected the format {LIST_FORMAT!r}, version {LIST_VERSION}")
@@ -159,8 +157,8 @@ def _find(path: Path, split: str) -> dict[str, Any]:
     )
 
 
-def _text(path: Path, told: dict[str, Any], name: str) -> str:
-    value = told.get(name)
+def _text(path: Path, entry: dict[str, Any], name: str) -> str:
+    value = entry.get(name)
     if not isinstance(value, str):
         raise BadFile(path, f"is {value!r}, expected a text", field=name)
     return value

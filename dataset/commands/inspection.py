@@ -1,4 +1,4 @@
-"""The commands `show`, `stats` and `check-instruction`: inspection of episodes and instructions."""
+"""The commands `show`, `stats` and `check-instruction`, which inspect episodes and instructions."""
 
 import argparse
 import json
@@ -19,7 +19,7 @@ def add(commands: Commands, common: argparse.ArgumentParser) -> None:
         "show", parents=[common], help="draw an episode: a map, and the agent's views; or the map of a section"
     )
     show.add_argument("episode", nargs="?", help="id of the episode, such as 8900")
-    show.add_argument("--section", metavar="ID", help="draw this section instead, with all that was recovered of it")
+    show.add_argument("--section", metavar="ID", help="draw this section instead, with everything recovered from texts")
     show.add_argument("--split", help="split of the episode or section (default: the first split that has it)")
     show.add_argument("--output", type=Path, default=Path(), help="folder for the pictures (default: current folder)")
     show.set_defaults(command=_show)
@@ -48,10 +48,10 @@ def _add_check(commands: Commands, common: argparse.ArgumentParser) -> None:
         "texts",
         nargs="*",
         metavar="TEXT",
-        help="an instruction (default: with --episode its own ones, otherwise each line of standard input)",
+        help="an instruction (default: with --episode its own instructions, otherwise each line of standard input)",
     )
     check.add_argument("--lang", default="en", help="language of the text (default: %(default)s)")
-    check.add_argument("--phase", required=True, choices=PHASES, help="phase that it instructs")
+    check.add_argument("--phase", required=True, choices=PHASES, help="phase of the instruction")
     check.add_argument("--target", default="", metavar="WORDS", help="object it must name: 'dotted brown bucket'")
     check.add_argument(
         "--first-turn",
@@ -61,7 +61,7 @@ def _add_check(commands: Commands, common: argparse.ArgumentParser) -> None:
         help="angle by which the path turns before its first step",
     )
     check.add_argument(
-        "--episode", metavar="ID", help="also check that what a text names is there, in this episode's world"
+        "--episode", metavar="ID", help="also check that the things a text names exist in this episode's world"
     )
     check.add_argument("--split", help="split of the episode (default: the first split that has it)")
     check.add_argument("--turn", type=int, choices=(1, 2), help="turn of the episode (default: both)")
@@ -72,7 +72,7 @@ def _show(arguments: argparse.Namespace) -> None:
     from arramon_dataset.pictures.episode import show, show_section
 
     if (arguments.episode is None) == (arguments.section is None):
-        raise BadInput("name either an episode or a section to show: `show 8900`, or `show --section 1`")
+        raise BadInput("expected either an episode or a section to show: `show 8900`, or `show --section 1`")
     draw, name = (show, arguments.episode) if arguments.section is None else (show_section, arguments.section)
     for path in draw(arguments.data, name, arguments.split, arguments.output):
         print(path)
@@ -92,7 +92,7 @@ def _stats(arguments: argparse.Namespace) -> None:
 
 
 def _check(arguments: argparse.Namespace) -> int:
-    """Print the failed checks of each text; return 1 if one of them blocks its text."""
+    """Print the failed checks of each text; return 1 if any of them blocks its text."""
     blocked = False
     for text, failures in _checked(arguments):
         print(text)
@@ -110,12 +110,12 @@ def _checked(arguments: argparse.Namespace) -> Iterator[tuple[str, tuple[Failure
     if arguments.episode is None:
         if arguments.split is not None or arguments.turn is not None:
             raise BadInput(
-                "--split and --turn name the world of an episode: give its id with --episode, or leave them out"
+                "--split and --turn select the world of an episode: give its id with --episode, or leave them out"
             )
         yield from check_texts(arguments.texts or (line for line in map(str.strip, sys.stdin) if line), *given)
         return
     if arguments.phase != "navigation":
-        raise BadInput("--episode checks what stands in the streets: expected --phase navigation")
+        raise BadInput("--episode checks what is in the streets: expected --phase navigation")
     from arramon_dataset.world_check import check_in_world
 
     named = arguments.data, arguments.episode, arguments.split, arguments.turn, arguments.lang

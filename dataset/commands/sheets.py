@@ -1,4 +1,4 @@
-"""The commands `sheets` and `add-paraphrased`: for texts that people, not the grammar, write."""
+"""The commands `sheets` and `add-paraphrased`, for instructions that the grammar did not write."""
 
 import argparse
 from pathlib import Path
@@ -10,7 +10,7 @@ from arramon_server.errors import StorageError
 
 def add(commands: Commands, common: argparse.ArgumentParser) -> None:
     """Add both commands."""
-    sheets = commands.add_parser("sheets", parents=[common], help="draw what writers of instructions need of episodes")
+    sheets = commands.add_parser("sheets", parents=[common], help="draw sheets for writers of instructions")
     sheets.add_argument("episodes", nargs="*", metavar="EPISODE", help="ids (default: all of the split)")
     sheets.add_argument("--split", required=True, help="split of the episodes")
     sheets.add_argument("--output", type=Path, default=Path("sheets"), help="folder (default: %(default)s)")
@@ -19,7 +19,7 @@ def add(commands: Commands, common: argparse.ArgumentParser) -> None:
     paraphrased = commands.add_parser(
         "add-paraphrased",
         parents=[common],
-        help="add the split val_unseen_paraphrased, whose texts no grammar wrote, to the data folder",
+        help="add the split val_unseen_paraphrased, with free paraphrases, to the data folder",
     )
     paraphrased.set_defaults(command=_add_paraphrased)
 

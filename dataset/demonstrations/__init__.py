@@ -1,1 +1,1 @@
-"""Export of demonstrations: ground truth and recorded runs, rendered again, in formats for training code."""
+"""Export of demonstrations: ground truth and recorded runs, re-rendered in formats for training code."""

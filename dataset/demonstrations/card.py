@@ -1,4 +1,4 @@
-"""The card of an export: a README with metadata that data set hubs read."""
+"""The dataset card of an export: a README with metadata for dataset hubs."""
 
 import json
 from collections.abc import Mapping
@@ -10,11 +10,11 @@ from arramon_dataset.demonstrations.request import Export
 
 
 def card(export: Export, metadata: Mapping[str, Any], columns: Mapping[str, str]) -> str:
-    """Return the text of a card.
+    """Return the text of the dataset card.
 
     Args:
         export: what was exported.
-        metadata: further entries of its YAML header, written as JSON.
+        metadata: further entries of the card's YAML header, written as JSON.
         columns: meaning of each column.
     """
     request = export.request

@@ -1,4 +1,4 @@
-"""Words and tables that describe an export: for its record, its card and its Croissant file."""
+"""Descriptions of an export and its sensors, for its record, its card and its Croissant file."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -12,7 +12,7 @@ UNITS = {
     "segmentation": ("uint16", "index in `labels` of demonstrations.json: kind, colour, look"),
     "pose": ("float64", "x and z in units, heading in degrees clockwise from +z; in the room column and row"),
 }
-"""Type of each sensor's values, and their unit or meaning."""
+"""Data type of each sensor's values, and their unit or meaning."""
 
 ACTIONS = ("forward", "left", "right", "interact")
 """Names of the actions, by number."""
@@ -24,7 +24,7 @@ def shape_of(sensor: str, size: int) -> tuple[int, ...]:
 
 
 def dtype_of(sensor: str, export: Export) -> str:
-    """Return the type of a sensor's values; that of segmentations in Minari is the environment's."""
+    """Return the data type of a sensor's values; segmentations in Minari have the environment's type."""
     return "int16" if (sensor, export.request.format) == ("segmentation", MINARI) else UNITS[sensor][0]
 
 
@@ -41,7 +41,7 @@ def sensors_of(export: Export) -> dict[str, dict[str, Any]]:
 
 
 def describe(export: Export) -> str:
-    """Return what an export holds, in a sentence."""
+    """Return a one-sentence description of an export."""
     request = export.request
     what = "the ground truth" if request.run_id is None else f"the recorded run {request.run_id}"
     frames = f" with {', '.join(request.sensors)}" if request.sensors else ", without frames"
@@ -57,7 +57,7 @@ def record_of(export: Export, counts: Mapping[str, int]) -> dict[str, Any]:
     """Return the record of a complete export, as plain data.
 
     Args:
-        export: that is complete.
+        export: the complete export.
         counts: number of episodes by language.
     """
     uses_labels = "segmentation" in export.request.sensors

@@ -1,4 +1,4 @@
-"""Export of demonstrations, for `arramon-server export-demos`: part by part, on all cores, resumable."""
+"""Resumable, parallel export of demonstrations in parts, for `arramon-server export-demos`."""
 
 import errno
 import os
@@ -10,12 +10,12 @@ from functools import lru_cache
 from pathlib import Path
 
 from arramon_dataset.demonstrations.description import record_of
-from arramon_dataset.demonstrations.folder import Folder
+from arramon_dataset.demonstrations.folder import ExportFolder
 from arramon_dataset.demonstrations.formats import load_format
-from arramon_dataset.demonstrations.parts import Part, episodes_by_language, make_parts
+from arramon_dataset.demonstrations.parts import ExportPart, episodes_by_language, make_parts
 from arramon_dataset.demonstrations.processes import run_all
-from arramon_dataset.demonstrations.request import Export, Request, check_request
-from arramon_dataset.demonstrations.sources import Sources
+from arramon_dataset.demonstrations.request import Export, ExportRequest, check_request
+from arramon_dataset.demonstrations.sources import EpisodeSelection
 from arramon_dataset.parallel import processes_of
 from arramon_server.episodes.splits import Split, folder_of, folders_of, no_splits, read_split
 from arramon_server.errors import BadInput, Conflict, NotFound, StorageError
@@ -24,21 +24,21 @@ from arramon_server.sim.physics import problem_of_camera
 from arramon_server.sim.raster.camera import compile_kernels
 
 CAMERA = "ARRAMON_CAMERA"
-"""Environment variable that names the camera, as for the environments."""
+"""Environment variable that selects the camera, as for the environments."""
 
-FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-"""Error numbers of a full disk."""
+DISK_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+"""Error numbers that mean a full disk or quota."""
 
 
 @dataclass(frozen=True, slots=True)
-class Progress:
+class ExportProgress:
     """The progress of an export.
 
     Attributes:
         export: the export.
-        parts, episodes, steps, size: finished so far, those of an earlier attempt included; size in bytes.
+        parts, episodes, steps, size: finished so far, including earlier attempts; size in bytes.
         fresh: steps finished in this attempt.
-        seconds: since this attempt began.
+        seconds: since the start of this attempt.
     """
 
     export: Export
@@ -59,20 +59,24 @@ class Progress:
         )
 
 
+OnProgress = Callable[[ExportProgress], None]
+"""Receives the progress, in the thread that exports."""
+
+
 @dataclass(frozen=True, slots=True)
-class Job:
-    """A part to export, as sent to another process."""
+class PartJob:
+    """A part to export, as sent to a worker process."""
 
     export: Export
     folder: Path
-    part: Part
+    part: ExportPart
 
 
 def find_split(data: Path, name: str) -> Split:
     """Return a split of the data folder.
 
     Raises:
-        NotFound: if there is none of that name; the message says which there are.
+        NotFound: if there is no such split; the message lists the existing ones.
         BadFile: if a file of the split is invalid.
     """
     names = [folder.name for folder in folders_of(data)]
@@ -83,12 +87,12 @@ def find_split(data: Path, name: str) -> Split:
     return read_split(folder_of(data, name))
 
 
-def with_languages(request: Request, split: Split) -> Request:
-    """Return the settings with the languages spelled out, checked against the split.
+def with_languages(request: ExportRequest, split: Split) -> ExportRequest:
+    """Return the request with its languages filled in, checked against the split.
 
     Raises:
         Forbidden: if the split is hidden.
-        BadInput: if it does not have a language or a sensor.
+        BadInput: if the split lacks a language or a sensor.
     """
     filled = request if request.languages else replace(request, languages=tuple(sorted(split.languages)))
     check_request(filled, split)
@@ -96,31 +100,31 @@ def with_languages(request: Request, split: Split) -> Request:
 
 
 def export_demonstrations(
-    request: Request,
+    request: ExportRequest,
     split: Split,
-    sources: Sources,
+    sources: EpisodeSelection,
     output: Path,
     *,
     jobs: int = 0,
-    tell: Callable[[Progress], None],
+    on_progress: OnProgress,
 ) -> Export:
-    """Export demonstrations to a folder; go on where an earlier attempt with the same settings ended.
+    """Export demonstrations to a folder, resuming an earlier attempt with the same settings.
 
-    The same settings and data give the same files, whatever the number of processes or attempts.
+    The same settings and data give the same files, for any number of processes and attempts.
 
     Args:
-        request: the settings, with languages.
-        split: that is exported.
+        request: the settings, with languages filled in.
+        split: the split to export.
         sources: the actions to export.
         output: the folder.
         jobs: number of processes; 0 for one per core.
-        tell: receives the progress, in this thread.
+        on_progress: called with the progress, in this thread.
 
     Raises:
-        BadInput: if libraries of the format are not installed, there is nothing to export, or the folder holds
-            something else.
-        Conflict: if the folder holds an export with other settings, or another export is writing to it.
-        StorageError: if the folder cannot be written; what is finished stays.
+        BadInput: if libraries of the format are not installed, there is nothing to export, or the folder contains
+            other files.
+        Conflict: if the folder contains an export with other settings, or another export is writing to it.
+        StorageError: if the folder cannot be written; finished parts are kept.
         ArraMonError: if a demonstration does not fit its episode.
     """
     processes = processes_of(jobs)
@@ -137,12 +141,12 @@ def export_demonstrations(
         request, split.data_hash, split.source, camera, sources.steps_per_phase, len(parts),
         last.episodes_before + last.episodes, last.steps_before + last.steps,
     )  # fmt: skip
-    folder = Folder(output)
+    folder = ExportFolder(output)
     try:
         if folder.begin(export.settings()):
             return export
-        with folder.alone():
-            _work(export, folder, parts, processes, tell)
+        with folder.locked():
+            _write_missing_parts(export, folder, parts, processes, on_progress)
             done = folder.finished_parts()
             format_.finish(export, split, folder, [done[part.number]["content"] for part in parts])
             folder.write_record(record_of(export, episodes_by_language(parts)))
@@ -152,30 +156,36 @@ def export_demonstrations(
     return export
 
 
-def _work(export: Export, folder: Folder, parts: list[Part], processes: int, tell: Callable[[Progress], None]) -> None:
+def _write_missing_parts(
+    export: Export,
+    folder: ExportFolder,
+    parts: list[ExportPart],
+    processes: int,
+    on_progress: OnProgress,
+) -> None:
     """Write all parts that are not finished yet."""
     begun = time.monotonic()
     finished = {number: int(record["size"]) for number, record in folder.finished_parts().items()}
     left = [part for part in parts if part.number not in finished]
     first = sum(part.steps for part in parts if part.number in finished)
     if left and export.request.size and export.camera == CAMERAS[0]:
-        compile_kernels()  # Once, before each process would do so.
-    jobs = [Job(export, folder.path, part) for part in left]
+        compile_kernels()  # Once here, instead of in each process.
+    jobs = [PartJob(export, folder.path, part) for part in left]
     for number, size in run_all(write_part, jobs, min(processes, max(1, len(jobs)))):
         finished[number] = size
         done = [part for part in parts if part.number in finished]
         steps = sum(part.steps for part in done)
-        tell(
-            Progress(
+        on_progress(
+            ExportProgress(
                 export, len(done), sum(part.episodes for part in done), steps, sum(finished.values()), steps - first,
                 time.monotonic() - begun,
             )
         )  # fmt: skip
 
 
-def write_part(job: Job) -> tuple[int, int]:
+def write_part(job: PartJob) -> tuple[int, int]:
     """Write one part; return its number and the size of its files in bytes."""
-    folder = Folder(job.folder)
+    folder = ExportFolder(job.folder)
     made = folder.scratch(f"{job.part.number:05d}")
     try:
         content = load_format(job.export.request.format).write_part(job.export, _split(job.export), job.part, made)
@@ -190,13 +200,13 @@ def write_part(job: Job) -> tuple[int, int]:
 def _split(export: Export) -> Split:
     split = find_split(export.request.data, export.request.split)
     if split.data_hash != export.data_hash:
-        raise Conflict(f"the data of split {split.name!r} has changed while it was exported; begin again")
+        raise Conflict(f"the data of split {split.name!r} has changed during the export; start again")
     return split
 
 
-def _unwritable(folder: Folder, export: Export, error: OSError) -> StorageError:
+def _unwritable(folder: ExportFolder, export: Export, error: OSError) -> StorageError:
     kept = f"{len(folder.finished_parts())} of {export.parts} parts are finished and stay"
-    if error.errno in FULL:
+    if error.errno in DISK_FULL:
         return StorageError(
             f"there is no room left in {folder.path} ({os.strerror(error.errno)}): {kept}. Make room there, or move "
             "the folder to a larger disk and name it with --output; the same command then goes on where this one ended"

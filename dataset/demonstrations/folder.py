@@ -1,4 +1,4 @@
-"""The folder of an export: its record, its finished parts, and files that appear only when they are complete."""
+"""The folder of an export: its record, its finished parts, and atomic writes of files."""
 
 import fcntl
 import json
@@ -13,16 +13,16 @@ from arramon.strict_json import read_json
 from arramon_server.errors import BadFile, BadInput, Conflict
 
 RECORD = "demonstrations.json"
-"""Name of the export's record: settings and content."""
+"""File name of the export's record: its settings and content."""
 
 FORMAT, VERSION = "arramon-demonstrations", 1
 
 WORK = ".export"
-"""Folder of parts in work and records of finished parts; it is gone when the export is complete."""
+"""Subfolder with unfinished parts and records of finished ones; removed when the export is complete."""
 
 
-class Folder:
-    """The folder of an export.
+class ExportFolder:
+    """The output folder of an export.
 
     Args:
         path: of the folder.
@@ -33,11 +33,11 @@ class Folder:
         self._work = path / WORK
 
     def begin(self, settings: Mapping[str, Any]) -> bool:
-        """Create the folder, or open that of an export with the same settings; return whether it is complete.
+        """Create the folder, or resume an export with the same settings; return whether it is complete.
 
         Raises:
-            BadInput: if the folder holds something else.
-            Conflict: if it holds an export with other settings.
+            BadInput: if the folder contains other files.
+            Conflict: if it contains an export with other settings.
             OSError: if it cannot be written.
         """
         if (self.path / RECORD).exists():
@@ -45,14 +45,14 @@ class Folder:
             for name, value in settings.items():
                 if record["settings"].get(name) != value:
                     raise Conflict(
-                        f"{self.path} holds an export whose {name} is {record['settings'].get(name)!r}, not {value!r}: "
-                        "expected the same settings to go on with it, or another --output"
+                        f"{self.path} contains an export whose {name} is {record['settings'].get(name)!r}, "
+                        f"not {value!r}: expected the same settings to resume it, or another --output"
                     )
             if record["complete"]:
                 shutil.rmtree(self._work, ignore_errors=True)
             return bool(record["complete"])
         if self.path.exists() and (not self.path.is_dir() or any(self._foreign())):
-            raise BadInput(f"{self.path} holds something else than an export: expected a new or an empty folder")
+            raise BadInput(f"{self.path} contains other files than an export: expected a new or an empty folder")
         self._work.mkdir(parents=True, exist_ok=True)
         self.write_record({"complete": False, "settings": dict(settings)})
         return False
@@ -65,13 +65,13 @@ class Folder:
         self.write_text(RECORD, as_json({"format": FORMAT, "version": VERSION, **content}))
 
     def write_text(self, name: str, text: str) -> None:
-        """Write a file of the export at once."""
+        """Write a text file of the export atomically."""
         new = self.scratch("text") / "new"
         new.write_text(text, encoding="utf-8")
         self.place(new, name)
 
     def place(self, new: Path, name: str) -> None:
-        """Move a complete file to its place in the export."""
+        """Move a complete file to its place in the export, atomically."""
         with new.open("rb") as file:
             os.fsync(file.fileno())
         target = self.path / name
@@ -79,7 +79,7 @@ class Folder:
         new.replace(target)
 
     def scratch(self, name: str) -> Path:
-        """Return a new empty folder for files in work."""
+        """Return a new empty folder for unfinished files."""
         folder = self._work / f"new-{name}-{os.getpid()}"
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(parents=True)
@@ -90,8 +90,8 @@ class Folder:
 
         Args:
             number: of the part.
-            made: folder whose files are laid out as those of the export.
-            content: what the record says.
+            made: folder with the part's files, laid out as in the export.
+            content: content of the part's record.
         """
         for file in sorted(path for path in made.rglob("*") if path.is_file()):
             self.place(file, file.relative_to(made).as_posix())
@@ -108,8 +108,8 @@ class Folder:
         shutil.rmtree(self._work)
 
     @contextmanager
-    def alone(self) -> Iterator[None]:
-        """Lock this folder against other exports, and remove what a killed one left.
+    def locked(self) -> Iterator[None]:
+        """Lock this folder against other exports, and remove files that a killed export left.
 
         Raises:
             Conflict: if another export is writing to it.
@@ -119,7 +119,9 @@ class Folder:
             try:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError as error:
-                raise Conflict(f"another export is writing to {self.path}; expected to be alone") from error
+                raise Conflict(
+                    f"another export is writing to {self.path}; wait until it ends, or choose another --output"
+                ) from error
             for left in self._work.glob("new-*"):
                 shutil.rmtree(left)
             yield

@@ -1,50 +1,50 @@
-"""Parts of an export: the units that processes work on and that a killed export keeps."""
+"""Parts of an export: the units of parallel work, and of resuming after a kill."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from arramon_dataset.demonstrations.request import Request
-from arramon_dataset.demonstrations.sources import Source
+from arramon_dataset.demonstrations.request import ExportRequest
+from arramon_dataset.demonstrations.sources import EpisodeActions
 from arramon_server.episodes.splits import Split
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
-    """Some episodes of an export, with the counts of all earlier parts; each language of an episode is a demonstration.
+class ExportPart:
+    """Some episodes of an export, and the counts of all earlier parts. Each language of an episode is a demonstration.
 
     Attributes:
         number: from 0.
-        sources: the episodes.
-        before: by language, demonstrations in all earlier parts.
-        steps_before: steps of all demonstrations in all earlier parts.
-        tasks: number of each instruction text of the part; equal texts have one number in all parts.
+        sources: the episodes, with their actions.
+        before: number of demonstrations in all earlier parts, by language.
+        steps_before: number of steps of all demonstrations in all earlier parts.
+        tasks: task index of each instruction text of the part; equal texts share an index in all parts.
     """
 
     number: int
-    sources: tuple[Source, ...]
+    sources: tuple[EpisodeActions, ...]
     before: Mapping[str, int]
     steps_before: int
     tasks: Mapping[str, int]
 
     @property
     def episodes_before(self) -> int:
-        """Demonstrations in all earlier parts, in all languages."""
+        """Number of demonstrations in all earlier parts, in all languages."""
         return sum(self.before.values())
 
     @property
     def episodes(self) -> int:
-        """Demonstrations in this part."""
+        """Number of demonstrations in this part."""
         return sum(len(source.languages) for source in self.sources)
 
     @property
     def steps(self) -> int:
-        """Steps of all demonstrations in this part."""
+        """Number of steps of all demonstrations in this part."""
         return sum(len(source.languages) * len(source.actions) for source in self.sources)
 
 
-def make_parts(split: Split, request: Request, sources: Sequence[Source]) -> list[Part]:
-    """Return the parts of an export, which depend on nothing but its settings and the split."""
-    parts: list[Part] = []
+def make_parts(split: Split, request: ExportRequest, sources: Sequence[EpisodeActions]) -> list[ExportPart]:
+    """Divide an export into parts, which depend only on its settings and the split."""
+    parts: list[ExportPart] = []
     before = dict.fromkeys(request.languages, 0)
     steps = 0
     numbers: dict[str, int] = {}
@@ -56,7 +56,7 @@ def make_parts(split: Split, request: Request, sources: Sequence[Source]) -> lis
             for language in source.languages
             for text in texts_of(split, source, language)
         }
-        part = Part(len(parts), some, dict(before), steps, tasks)
+        part = ExportPart(len(parts), some, dict(before), steps, tasks)
         parts.append(part)
         steps += part.steps
         for source in some:
@@ -65,13 +65,13 @@ def make_parts(split: Split, request: Request, sources: Sequence[Source]) -> lis
     return parts
 
 
-def texts_of(split: Split, source: Source, language: str) -> list[str]:
+def texts_of(split: Split, source: EpisodeActions, language: str) -> list[str]:
     """Return the instructions of an episode in the order of its phases."""
     turns = split.episodes[source.episode_id].instructions[language]
     return [text for turn in turns for text in (turn.navigation, turn.assembly)]
 
 
-def episodes_by_language(parts: Sequence[Part]) -> dict[str, int]:
+def episodes_by_language(parts: Sequence[ExportPart]) -> dict[str, int]:
     """Return the number of demonstrations in each language."""
     counts = dict(parts[-1].before)
     for source in parts[-1].sources:

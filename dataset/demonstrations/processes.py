@@ -1,4 +1,4 @@
-"""Parallel export: results arrive as they are ready, and no part is left half-written."""
+"""Parallel jobs whose results are yielded as they complete; if one fails, running jobs are finished first."""
 
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import as_completed
@@ -14,12 +14,12 @@ _Result = TypeVar("_Result")
 def run_all(work: Callable[[_Job], _Result], jobs: Sequence[_Job], processes: int) -> Iterator[_Result]:
     """Yield the results of all jobs as they are ready; in order and in this process if `processes` is 1.
 
-    Where one fails, those that are being worked on are finished first.
+    If one fails, the jobs that are running are finished first.
 
     Args:
-        work: a function of a module, so that it can be named to other processes.
-        jobs: what it is called with.
-        processes: their number.
+        work: a module-level function, as it is pickled by name.
+        jobs: arguments of its calls.
+        processes: number of processes.
 
     Raises:
         ArraMonError: if a process died, or `work` raised it.

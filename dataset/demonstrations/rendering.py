@@ -1,4 +1,4 @@
-"""Rendering of demonstrations by the environments' own player, so that frames are those of agents."""
+"""Rendering of demonstrations by the environments' own player, so that frames equal those that agents get."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from functools import lru_cache
 from arramon_client.agent import Observation
 from arramon_client.environments.backend import Settings
 from arramon_dataset.demonstrations.request import Export
-from arramon_dataset.demonstrations.sources import Source
+from arramon_dataset.demonstrations.sources import EpisodeActions
 from arramon_dataset.demonstrations.trajectory import Scores, misfit, scores_of
 from arramon_dataset.environments import LocalBackend
 from arramon_dataset.environments.player import LocalPlayer
@@ -16,21 +16,21 @@ from arramon_server.errors import Conflict
 
 
 @dataclass(frozen=True, eq=False)
-class Rendered:
-    """A demonstration with its observations.
+class RenderedDemonstration:
+    """A demonstration with its observations and rewards.
 
     Attributes:
-        source: its actions.
-        episode: that was played.
+        source: the episode's actions.
+        episode: the episode that was played.
         observations: one before each action, and the last one: after the end of the episode it repeats the one before,
             as in the environments.
-        rewards: of each action.
+        rewards: reward of each action.
         phases_ended: whether each action ended a phase.
         finished: whether the actions end the episode.
-        scores: of the whole.
+        scores: of the whole episode.
     """
 
-    source: Source
+    source: EpisodeActions
     episode: Episode
     observations: Sequence[Observation]
     rewards: Sequence[float]
@@ -53,15 +53,15 @@ class Rendered:
         return [self.episode.instruction(language, each.turn, each.phase) for each in observations]
 
     def terminated(self) -> list[bool]:
-        """Return for each action whether it ended the episode."""
+        """Return, for each action, whether it ended the episode."""
         return [*(False for _ in self.source.actions[1:]), self.finished]
 
     def truncated(self) -> list[bool]:
-        """Return for each action whether the episode was cut short after it, by a clock or by forfeiting."""
+        """Return, for each action, whether the episode was truncated after it, by a time limit or a forfeit."""
         return [*(False for _ in self.source.actions[1:]), not self.finished]
 
 
-def render(export: Export, source: Source) -> Rendered:
+def render(export: Export, source: EpisodeActions) -> RenderedDemonstration:
     """Play and render a demonstration.
 
     Raises:
@@ -70,7 +70,7 @@ def render(export: Export, source: Source) -> Rendered:
     """
     player = player_of(export, source.languages[0])
     if player.split.data_hash != export.data_hash:
-        raise Conflict(f"the data of split {export.request.split!r} has changed while it was exported; begin again")
+        raise Conflict(f"the data of split {export.request.split!r} has changed during the export; start again")
     observations, rewards, ended = [player.begin(source.episode_id, 0)], [], []
     try:
         for action in source.actions:
@@ -83,12 +83,12 @@ def render(export: Export, source: Source) -> Rendered:
     session = player.session
     finished = session.state.finished
     scores = scores_of(source, session)
-    return Rendered(source, session.episode, observations, rewards, ended, finished, scores)
+    return RenderedDemonstration(source, session.episode, observations, rewards, ended, finished, scores)
 
 
 @lru_cache(maxsize=8)
 def player_of(export: Export, language: str) -> LocalPlayer:
-    """Return the player of an export in this process; its worlds are shared with those of other languages."""
+    """Return this process's player of an export. Players of different languages share their worlds."""
     return LocalBackend(export.request.data).player(settings_of(export, language))
 
 

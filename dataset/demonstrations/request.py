@@ -1,4 +1,4 @@
-"""Settings of an export, checked against the split."""
+"""Requests for an export, and their validation."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -20,29 +20,29 @@ EXPORTED_SENSORS = SENSORS[:4]
 DEFAULT_SENSORS, DEFAULT_SIZE = ("rgb", "depth"), 224
 
 SMALLEST, LARGEST, STRIDE, FURTHER = 8, 448, 8, (84,)
-"""Side lengths of images, in pixels, as for environments: multiples of STRIDE in this range, and further ones."""
+"""Side lengths of images, in pixels, as in environments: multiples of STRIDE from SMALLEST to LARGEST, and FURTHER."""
 
 REWARDS = ("sparse", "progress", "none")
 """Names of the rewards (`arramon_dataset.environments.rewards`)."""
 
 EPISODES_PER_PART = 16
-"""Episodes in one part. A killed export begins again with the parts that it had not finished."""
+"""Episodes in one part. A resumed export starts with the first unfinished part."""
 
 
 @dataclass(frozen=True, slots=True)
-class Request:
-    """The settings of an export.
+class ExportRequest:
+    """The user's settings of an export.
 
     Attributes:
         data: the data folder.
         split: name of the split.
         format: one of `FORMATS`.
-        languages: of the instructions, sorted; none for all that the split has.
-        sensors: some of `EXPORTED_SENSORS`, in their order; none in the format "plain".
+        languages: of the instructions, sorted; empty for all languages of the split.
+        sensors: some of `EXPORTED_SENSORS`, in their order; empty in the format "plain".
         size: side length of the images, in pixels; 0 in the format "plain".
         reward: one of `REWARDS`.
         run_id: the recorded run to export; None for the ground truth.
-        episodes: export only the first so many, in the split's playing order; None for all.
+        episodes: number of episodes to export, the first in the split's playing order; None for all.
         part_size: episodes in one part.
         single_dataset: whether Minari has one dataset for all languages; otherwise one for each.
     """
@@ -62,19 +62,19 @@ class Request:
 
 @dataclass(frozen=True, slots=True)
 class Export:
-    """A request with the facts of its split.
+    """A validated request with the properties of its split.
 
     Attributes:
-        request: with languages and sensors spelled out.
+        request: with languages and sensors filled in.
         data_hash: of the split.
         source: origin of the split's episodes, as free text.
-        camera: what draws the frames.
+        camera: name of the camera that renders the frames.
         steps_per_phase: the step limit of a phase.
         parts: number of parts.
-        episodes, steps: numbers of all demonstrations and of their steps; each language counts.
+        episodes, steps: numbers of demonstrations and of their steps; each language counts separately.
     """
 
-    request: Request
+    request: ExportRequest
     data_hash: str
     source: str
     camera: str
@@ -86,7 +86,7 @@ class Export:
     def settings(self) -> dict[str, Any]:
         """Return everything that the exported files depend on, as plain data."""
         request = {name: value for name, value in asdict(self.request).items() if name != "data"}
-        if not self.request.single_dataset:  # As in the records of exports from before there was a choice.
+        if not self.request.single_dataset:  # Records of earlier releases lack this setting.
             del request["single_dataset"]
         counts = {name: getattr(self, name) for name in ("data_hash", "source", "camera", "steps_per_phase")}
         more = {
@@ -111,11 +111,11 @@ def make_request(
     episodes: int | None = None,
     part_size: int = EPISODES_PER_PART,
     single_dataset: bool = False,
-) -> Request:
-    """Return valid settings; `check_request` compares them with the split.
+) -> ExportRequest:
+    """Return a valid request; `check_request` checks it against the split.
 
     Raises:
-        BadInput: if one is wrong in itself; the message says what would be right.
+        BadInput: if a setting is invalid; the message says what was expected.
     """
     if format_ not in FORMATS:
         raise BadInput(f"there is no format {format_!r}; there are {', '.join(FORMATS)}")
@@ -125,9 +125,7 @@ def make_request(
             f"one of {', '.join(FORMATS[:-1])}"
         )
     if single_dataset and format_ != MINARI:
-        raise BadInput(
-            f"the format {format_!r} holds all languages together anyway: --single-dataset is for {MINARI!r} alone"
-        )
+        raise BadInput(f"--single-dataset applies to the format {MINARI!r} only; {format_!r} has one dataset anyway")
     if reward not in REWARDS:
         raise BadInput(f"there is no reward {reward!r}; there are {', '.join(REWARDS)}")
     if episodes is not None and episodes < 1:
@@ -135,7 +133,7 @@ def make_request(
     if part_size < 1:
         raise BadInput(f"the number of episodes in a part is {part_size}; expected at least 1")
     sensors, size = ((), 0) if format_ == PLAIN else (_sensors(sensors), _size(size))
-    return Request(
+    return ExportRequest(
         data,
         split,
         format_,
@@ -150,17 +148,17 @@ def make_request(
     )
 
 
-def check_request(request: Request, split: Split) -> None:
-    """Compare the settings with the split.
+def check_request(request: ExportRequest, split: Split) -> None:
+    """Check a request against its split.
 
     Raises:
         Forbidden: if the split is hidden.
-        BadInput: if the split does not have a language or a sensor.
+        BadInput: if the split lacks a language or a sensor.
     """
     if split.hidden:
         raise Forbidden(
             f"the split {split.name!r} is hidden: its ground truth never leaves the server, nor do runs on it; "
-            "demonstrations can be exported from open splits alone"
+            "demonstrations can be exported from open splits only"
         )
     for language in request.languages:
         if language not in split.languages:

@@ -1,10 +1,10 @@
-"""Actions to export for each episode: the ground truth, or a recorded run."""
+"""Selection of the episodes to export, with their actions from the ground truth or a recorded run."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from arramon_client.world import STEPS_PER_PHASE
-from arramon_dataset.demonstrations.request import Request
+from arramon_dataset.demonstrations.request import ExportRequest
 from arramon_server.episodes.episode import Episode
 from arramon_server.episodes.splits import Split
 from arramon_server.errors import BadInput, Conflict
@@ -15,14 +15,14 @@ from arramon_server.runs.storage.records import RUNNING, EpisodeEnding, Run
 
 
 @dataclass(frozen=True, slots=True)
-class Source:
+class EpisodeActions:
     """The exported actions of one episode.
 
     Attributes:
         episode_id: the episode.
-        languages: in which it is exported.
+        languages: of the exported instructions.
         actions: in order, at least one.
-        cause: of the episode's end; AGENT_FINISHED for the ground truth.
+        cause: why the episode ended; AGENT_FINISHED for the ground truth.
     """
 
     episode_id: str
@@ -32,22 +32,22 @@ class Source:
 
 
 @dataclass(frozen=True, slots=True)
-class Sources:
-    """The exported actions of all episodes.
+class EpisodeSelection:
+    """The episodes to export, and those left out.
 
     Attributes:
-        chosen: in the split's playing order.
-        left_out: ids of the episodes that cannot be exported, with the reason.
+        chosen: episodes with their actions, in the split's playing order.
+        left_out: reason for each episode that cannot be exported, by id.
         steps_per_phase: the step limit of a phase.
     """
 
-    chosen: tuple[Source, ...]
+    chosen: tuple[EpisodeActions, ...]
     left_out: Mapping[str, str]
     steps_per_phase: int
 
 
-def ground_truth(split: Split, request: Request) -> Sources:
-    """Return the ground truth of a split. An episode with a phase longer than a run's limit cannot be exported."""
+def ground_truth(split: Split, request: ExportRequest) -> EpisodeSelection:
+    """Select ground-truth episodes of a split. Those with a phase longer than a run's step limit are left out."""
     chosen, left_out = [], {}
     for episode in _first(split.in_playing_order(*request.languages), request):
         phases = [phase for turn in episode.turns for phase in (turn.actions, turn.room_actions)]
@@ -55,15 +55,15 @@ def ground_truth(split: Split, request: Request) -> Sources:
             left_out[episode.episode_id] = f"its ground truth has a phase of more than {STEPS_PER_PHASE} steps"
             continue
         actions = tuple(int(action) for phase in phases for action in phase)
-        chosen.append(Source(episode.episode_id, _languages(episode, request), actions))
-    return Sources(tuple(chosen), left_out, STEPS_PER_PHASE)
+        chosen.append(EpisodeActions(episode.episode_id, _languages(episode, request), actions))
+    return EpisodeSelection(tuple(chosen), left_out, STEPS_PER_PHASE)
 
 
-def recorded_run(journal: Journal, run: Run, split: Split, request: Request) -> Sources:
-    """Return an agent's actions in a finished run.
+def recorded_run(journal: Journal, run: Run, split: Split, request: ExportRequest) -> EpisodeSelection:
+    """Select the episodes of a finished run, with the agent's actions.
 
     Raises:
-        Conflict: if the run is still being played, or the split's data has changed since.
+        Conflict: if the run is still being played, or the split's data has changed since then.
         BadInput: if the run was played in another language.
     """
     split_of(run, {split.name: split})
@@ -80,19 +80,19 @@ def recorded_run(journal: Journal, run: Run, split: Split, request: Request) -> 
         ending = endings[episode.episode_id]
         actions = _recorded(journal, ending)
         if actions:
-            chosen.append(Source(episode.episode_id, (run.language,), tuple(actions), ending.cause))
+            chosen.append(EpisodeActions(episode.episode_id, (run.language,), tuple(actions), ending.cause))
         else:
             left_out[episode.episode_id] = f"nothing was played: it ended by {ending.cause}"
-    return Sources(tuple(chosen), left_out, run.steps_per_phase)
+    return EpisodeSelection(tuple(chosen), left_out, run.steps_per_phase)
 
 
 def _recorded(journal: Journal, ending: EpisodeEnding) -> Sequence[int]:
     return journal.actions(ending.run_id, ending.episode_id)[: ending.steps] if ending.has_played else ()
 
 
-def _first(episodes: Sequence[Episode], request: Request) -> Sequence[Episode]:
+def _first(episodes: Sequence[Episode], request: ExportRequest) -> Sequence[Episode]:
     return episodes if request.episodes is None else episodes[: request.episodes]
 
 
-def _languages(episode: Episode, request: Request) -> tuple[str, ...]:
+def _languages(episode: Episode, request: ExportRequest) -> tuple[str, ...]:
     return tuple(language for language in request.languages if language in episode.instructions)

@@ -1,8 +1,8 @@
-"""The trajectory of a demonstration, without frames: turn, phase and pose at each step, and the scores."""
+"""Trajectories of demonstrations, without frames: turn, phase and pose at each step, and the scores."""
 
 from dataclasses import dataclass
 
-from arramon_dataset.demonstrations.sources import Source
+from arramon_dataset.demonstrations.sources import EpisodeActions
 from arramon_server.episodes.episode import Episode
 from arramon_server.errors import ArraMonError
 from arramon_server.runs.play.session import EpisodeSession
@@ -13,7 +13,7 @@ from arramon_server.sim.view import visible_pose
 PHASES = (Phase.NAVIGATION, Phase.ASSEMBLY)
 
 Scores = dict[str, dict[str, float]]
-"""Value by metric, for "turn 1" and "turn 2"."""
+"""Values by metric, under "turn 1" and "turn 2"."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,7 +25,7 @@ class Trajectory:
         phases: index in `PHASES`, before the action.
         poses: (x, z, heading) before the action: units and degrees; in the room column and row.
         finished: whether the actions end the episode.
-        scores: of the whole.
+        scores: of the whole episode.
     """
 
     turns: list[int]
@@ -35,11 +35,11 @@ class Trajectory:
     scores: Scores
 
 
-def follow(source: Source, episode: Episode, ground: CollisionCheck, steps_per_phase: int) -> Trajectory:
-    """Play the actions of a demonstration by the rules, and return the trajectory.
+def follow(source: EpisodeActions, episode: Episode, ground: CollisionCheck, steps_per_phase: int) -> Trajectory:
+    """Replay the actions of a demonstration by the rules, and return the trajectory.
 
     Raises:
-        ArraMonError: if they do not fit the episode.
+        ArraMonError: if the actions do not fit the episode.
     """
     session = EpisodeSession(episode, ground, Limits(steps_per_phase))
     turns, phases, poses = [], [], []
@@ -55,11 +55,11 @@ def follow(source: Source, episode: Episode, ground: CollisionCheck, steps_per_p
     return Trajectory(turns, phases, poses, finished, scores_of(source, session))
 
 
-def scores_of(source: Source, session: EpisodeSession) -> Scores:
-    """Return the scores of a session that has played all actions, and check its end.
+def scores_of(source: EpisodeActions, session: EpisodeSession) -> Scores:
+    """Return the scores of a session that has replayed all actions, after checking how it ended.
 
     Raises:
-        ArraMonError: if the actions were to end the episode, and do not.
+        ArraMonError: if the episode did not end as recorded.
     """
     if session.state.finished and session.cause != source.cause:
         raise misfit(source, f"it ends by {session.cause}, expected {source.cause}")
@@ -71,6 +71,6 @@ def scores_of(source: Source, session: EpisodeSession) -> Scores:
     return {f"turn {number}": dict(turn) for number, turn in enumerate(session.scores().turns, start=1)}
 
 
-def misfit(source: Source, why: str) -> ArraMonError:
+def misfit(source: EpisodeActions, why: str) -> ArraMonError:
     """Return the error for actions that do not fit their episode."""
     return ArraMonError(f"the actions for episode {source.episode_id!r} do not fit its data: {why}")

@@ -1,10 +1,10 @@
-"""Play in this process: an episode's session, scene and camera without gRPC, journal or clocks, for learning."""
+"""In-process play for training: an episode's session, scene and camera, without gRPC, journal or clocks."""
 
 import os
 
 from arramon_client.errors import UsageError
 
-if os.name != "posix":  # before what needs it is imported: file locks
+if os.name != "posix":  # checked before modules that need POSIX file locks are imported
     raise UsageError(
         "environments in this process need Linux or macOS: on Windows use WSL 2, or name a host with server='HOST:PORT'"
     )

@@ -1,4 +1,4 @@
-"""Experts: the right action in any state of an episode, back to the reference path and on, or the shortest way."""
+"""Experts that return the right action in any state: along the reference path, or along the shortest path."""
 
 import math
 import threading
@@ -22,56 +22,56 @@ from arramon_server.sim.scene import Scene
 from arramon_server.sim.view import visible_pose
 
 SHORTEST_PATH = "agents.shortest_path"
-"""The agent that plans the shortest way, loaded by name because the server does not import agents."""
+"""The agent that plans shortest paths, loaded by name because the data set package does not import agents."""
 
 GRAIN = 0.02
-"""Side of the squares in which two positions count as the same, in units: far more than rounding, far less than what
-two walks differ by."""
+"""Side of the squares in which two positions count as equal, in units: far above rounding errors, far below the
+distance of different walks."""
 
 OFFSET = 0.00714
-"""Offset of these squares, so that positions of few decimals do not lie on their edges."""
+"""Offset of these squares, so that positions with few decimals do not lie on their edges."""
 
 LONGEST = 1000
-"""Actions from which on a planned way is given up: it leads nowhere."""
+"""Maximum number of actions of a planned path; a longer one is discarded."""
 
 QUARTER = HEADINGS // 4
-"""Turns of a quarter."""
+"""Number of turns in a quarter turn."""
 
 Key = tuple[int, int]
 PhaseKey = tuple[int, Phase]
 
 
 class Expert(Protocol):
-    """Knows the ground truth of one episode."""
+    """Advises actions in one episode, given its ground truth."""
 
     def action(self, session: EpisodeSession) -> Action:
-        """Return the right action in the present state of the episode."""
+        """Return the right action in the current state of the episode."""
 
 
 class ShortestExpert:
-    """The shortest way to each target, and to a cell from which it can be placed.
+    """Advises the shortest path to each target, and to a cell from which it can be placed.
 
-    In the city a plan takes milliseconds and is kept as long as it is followed. It is the shortest one by the agent
-    `agents.shortest_path`: with a little distance from walls, and with few turns. Where that agent finds no way, as it
-    stands nearer to a wall than its plans may come, it goes back the way it came first.
+    In the city the path is planned by `agents.shortest_path`, with some distance from walls and few turns. A plan takes
+    milliseconds and is kept as long as it is followed. Where that agent finds no path, because it is closer to a wall
+    than plans may come, the expert first goes back the way the agent came.
 
     Args:
-        episode: that is played.
+        episode: the episode to play.
         scene: of its section.
-        way_back: returns the action that leads back the way that the agent came; None if there is none.
+        way_back: returns the action that leads back the way the agent came; None if there is none.
     """
 
     def __init__(self, episode: Episode, scene: Scene, way_back: Callable[[EpisodeSession], Action | None]) -> None:
         self._way_back = way_back
         self._agent = _shortest_path_agent(threading.get_ident())
-        # The agent serves all experts of the thread, which may play the same episode: its memory of each is apart.
+        # All experts of the thread share the agent, so each gets an episode id of its own, even in the same episode.
         slot = expert_slots().take(self)
         self._episode = client.Episode(str(slot), "", "", oracle=oracle_message(episode, scene))
         self._step, self._advised = -1, Action.FORWARD
         self._rooms = [room_advice(RoomCell(turn.target_cell.column, turn.target_cell.row)) for turn in episode.turns]
 
     def action(self, session: EpisodeSession) -> Action:
-        """Return the right action in the present state of the episode."""
+        """Return the right action in the current state of the episode."""
         state = session.state
         if state.phase is Phase.ASSEMBLY:
             return self._rooms[state.turn - 1][state.square, round(state.room_heading / TURN) % HEADINGS]
@@ -96,7 +96,7 @@ class ShortestExpert:
         if advised is Action.INTERACT and reachable(pose, session.episode.turns[state.turn - 1].street) != 0:
             back = self._way_back(session)
             advised = Action.INTERACT if back is None else back
-            self._step = -1  # Planned anew from where this leads.
+            self._step = -1  # Replan after this action.
         else:
             self._step = state.step
         self._advised = advised
@@ -104,14 +104,14 @@ class ShortestExpert:
 
 
 class ReferenceExpert:
-    """The way that the instruction tells: back to the ground truth's path, by the way the agent came, and on along it.
+    """Advises the reference path: back to the ground truth's path the way the agent came, then along it.
 
-    In a state on the path it is the ground truth. Each step forward that it advises brings the agent nearer to the
-    path, or further along it, so that it never oscillates. Where turn 2 begins off the path, as turn 1 ended elsewhere,
-    the shortest way from there is planned once, and is from then on a part of the path.
+    On the path the advice is the ground truth. Each step forward that it advises brings the agent nearer to the path,
+    or further along it, so that it never oscillates. If turn 2 begins off the path because turn 1 ended elsewhere, the
+    shortest path from there is planned once and added to the reference path.
 
     Args:
-        episode: that is played.
+        episode: the episode to play.
         scene: of its section.
         ground: of its section.
     """
@@ -122,23 +122,23 @@ class ReferenceExpert:
         self._shortest: ShortestExpert | None = None
 
     def action(self, session: EpisodeSession) -> Action:
-        """Return the right action in the present state of the episode."""
-        found = self.way(session)
+        """Return the right action in the current state of the episode."""
+        found = self.next_action(session)
         if found is not None:
             return found
         if self._shortest is None:
             self._shortest = ShortestExpert(self._episode, self._scene, lambda _: None)
         key = session.state.turn, session.state.phase
-        led = self._led(session.state)
-        if led is None:
+        link = self._planned_link(session.state)
+        if link is None:
             return self._shortest.action(session)
-        self._references[key].begin_with(led)
-        found = self.way(session)
+        self._references[key].prepend(link)
+        found = self.next_action(session)
         assert found is not None
         return found
 
-    def _led(self, state: State) -> "_Reference | None":
-        """Return the shortest way from a state in the city to the target or to the path; None if there is none."""
+    def _planned_link(self, state: State) -> "_Reference | None":
+        """Return the shortest path from a state in the city to the reference path or the target; None without one."""
         assert self._shortest is not None
         path = self._references[state.turn, state.phase]
         trial = EpisodeSession(self._episode, self._ground, Limits(steps_per_phase=2 * LONGEST))
@@ -156,8 +156,8 @@ class ReferenceExpert:
             trial.apply(action)
         return None
 
-    def way(self, session: EpisodeSession) -> Action | None:
-        """Return the action back to the path or on along it; None where no way of the agent links it to the path."""
+    def next_action(self, session: EpisodeSession) -> Action | None:
+        """Return the action back to the path or along it; None if the agent's walk does not link it to the path."""
         state = session.state
         pose = visible_pose(state)
         reference = self._references[state.turn, state.phase]
@@ -175,10 +175,10 @@ class ReferenceExpert:
 
 @cache
 def room_advice(target: RoomCell) -> Mapping[tuple[RoomCell, int], Action]:
-    """Return the first action of the shortest way to place an object, by cell and heading in turns of 30 degrees.
+    """Return the first action of the shortest way to place an object, by cell and heading index (30 degrees each).
 
     Args:
-        target: the cell in which it is to be placed. Objects stop nobody in the room.
+        target: the cell in which to place it. Objects in the room do not block the agent.
     """
     squares = [RoomCell(column, row) for column in range(COLUMNS) for row in range(ROWS)]
     before: dict[tuple[RoomCell, int], list[tuple[RoomCell, int, Action]]] = {}
@@ -204,21 +204,21 @@ def room_advice(target: RoomCell) -> Mapping[tuple[RoomCell, int], Action]:
 
 
 def expert_of(name: str, episode: Episode, scene: Scene, ground: CollisionCheck) -> Expert:
-    """Return the expert of an episode by name: "reference" or "shortest"."""
+    """Return an episode's expert by name: "reference" or "shortest"."""
     reference = ReferenceExpert(episode, scene, ground)
-    return ShortestExpert(episode, scene, reference.way) if name == "shortest" else reference
+    return ShortestExpert(episode, scene, reference.next_action) if name == "shortest" else reference
 
 
 class _Reference:
-    """A path through one phase.
+    """The reference path through one phase.
 
     Args:
-        poses: in order, in the coordinates of `visible_pose`.
+        poses: in order, as `visible_pose` returns them.
 
     Attributes:
-        next: by position the next one, (x, z); None at the last. Where the path comes back to a position, what follows
-            the last visit counts.
-        headings: by last position the heading with which the phase is ended there, in degrees.
+        next: the next position (x, z) for each position, None for the last. If the path revisits a position, its last
+            visit counts.
+        headings: the final heading for each last position, in degrees.
     """
 
     def __init__(self, poses: Sequence[Pose]) -> None:
@@ -230,13 +230,13 @@ class _Reference:
             elif _key(following.x, following.z) != _key(pose.x, pose.z):
                 self.next[_key(pose.x, pose.z)] = following.x, following.z
 
-    def begin_with(self, way: "_Reference") -> None:
-        """Add a way that leads to this path or to its target; where both have a position, the path counts."""
+    def prepend(self, way: "_Reference") -> None:
+        """Add a path that leads to this path or to its target; this path takes precedence at shared positions."""
         self.next, self.headings = {**way.next, **self.next}, {**way.headings, **self.headings}
 
 
 def _references(episode: Episode, ground: CollisionCheck) -> Iterator[tuple[PhaseKey, _Reference]]:
-    """Yield turn and phase with their reference, by playing the ground truth."""
+    """Yield the reference path of each turn and phase, by playing the ground truth."""
     session = EpisodeSession(episode, ground, Limits(steps_per_phase=1_000_000))
     for number, turn in enumerate(episode.turns, start=1):
         for phase, actions in ((Phase.NAVIGATION, turn.actions), (Phase.ASSEMBLY, turn.room_actions)):
@@ -248,7 +248,7 @@ def _key(x: float, z: float) -> Key:
 
 
 def _towards(pose: Pose, place: tuple[float, float]) -> Action:
-    """Return the action that turns to a place one step away, or goes there."""
+    """Return the action that turns towards a place one step away, or moves there."""
     heading = math.degrees(math.atan2(place[0] - pose.x, place[1] - pose.z))
     turn = _turn(pose.heading, heading)
     return Action.FORWARD if turn is None else turn
@@ -263,11 +263,11 @@ def _turn(heading: float, wanted: float) -> Action | None:
 
 
 Links = Mapping[Key, Sequence[tuple[float, float]]]
-"""By position those that are one step away, (x, z), in a fixed order."""
+"""The positions (x, z) one step away from each position, in a fixed order."""
 
 
 def _links(path: Sequence[tuple[float, float]]) -> Links:
-    """Return the positions that a walk linked, in both directions."""
+    """Return the links between successive positions of a walk, in both directions."""
     links: dict[Key, list[tuple[float, float]]] = {}
     for one, other in pairwise(path):
         links.setdefault(_key(*one), []).append(other)
@@ -276,7 +276,7 @@ def _links(path: Sequence[tuple[float, float]]) -> Links:
 
 
 def _first_step(start: Key, links: Links, goals: Mapping[Key, object]) -> tuple[float, float] | None:
-    """Return the first position of the way with the fewest steps to one of the goals; None if there is none."""
+    """Return the first position of the path with the fewest steps to any goal; None if there is no path."""
     queue: deque[tuple[Key, tuple[float, float] | None]] = deque([(start, None)])
     seen = {start}
     while queue:

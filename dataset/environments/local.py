@@ -1,4 +1,4 @@
-"""The backend of environments in this process: splits of a data folder, and tasks in the room that are drawn."""
+"""The in-process backend of environments: splits of a data folder, and room tasks generated on demand."""
 
 import os
 from collections.abc import Sequence
@@ -8,7 +8,7 @@ from arramon_client.environments.backend import Settings, SplitInfo
 from arramon_client.environments.backend import Texts as ClientTexts
 from arramon_client.errors import UsageError
 from arramon_client.world import STEPS_PER_PHASE
-from arramon_dataset.environments.library import DRAWN, Library, open_library
+from arramon_dataset.environments.playable_split import DRAWN, PlayableSplit, open_playable_split
 from arramon_dataset.environments.player import LocalPlayer
 from arramon_server.episodes.episode import Episode
 from arramon_server.episodes.splits import Split
@@ -19,14 +19,14 @@ from arramon_server.sim.physics import problem_of_camera
 from arramon_server.sim.raster.camera import compile_kernels
 
 CAMERA = "ARRAMON_CAMERA"
-"""Environment variable that names the camera, as for the server."""
+"""Environment variable that selects the camera, as for the server."""
 
 
 class LocalBackend:
-    """Opens players in this process.
+    """Opens in-process players.
 
     Args:
-        data: the data folder; its splits are read when they are first played.
+        data: the data folder; splits are read when they are first played.
 
     Raises:
         UsageError: if the environment variable ARRAMON_CAMERA names no camera, or one that is not installed.
@@ -43,14 +43,14 @@ class LocalBackend:
         """Return a player.
 
         Raises:
-            UsageError: if there is no such split, or it does not have the language or a sensor, or forbids the reward.
+            UsageError: if there is no such split, or the split lacks the language or a sensor, or forbids the reward.
         """
         if settings.split == DRAWN:
-            # Imported here: what draws tasks knows languages, and imports the planners of whole episodes.
-            from arramon_dataset.environments.rooms import draw_room, room_library, room_split
+            # Imported only here, as generating tasks needs the languages and the instruction planners.
+            from arramon_dataset.environments.rooms import draw_room, playable_rooms, room_split
 
             info = room_split(settings)
-            library = room_library(self._camera)
+            library = playable_rooms(self._camera)
             return LocalPlayer(library, info, settings, lambda id_, seed: draw_room(seed, settings.language, id_))
         library = self._library(settings.split)
         split = library.split
@@ -65,20 +65,20 @@ class LocalBackend:
         """Return all instruction texts of a split in a language, in order.
 
         Raises:
-            UsageError: if there is no such split, or it does not have the language.
+            UsageError: if there is no such split, or it lacks the language.
         """
         found = self._library(split).split
         _check_language(found, language)
         return instructions_in(found.episodes.values(), language)
 
     def prepare(self) -> None:
-        """Compile the camera before processes are started, so that not each of them does so."""
+        """Compile the camera before worker processes start, so that they need not."""
         if self._camera == CAMERAS[0]:
             compile_kernels()
 
-    def _library(self, name: str) -> Library:
+    def _library(self, name: str) -> PlayableSplit:
         try:
-            return open_library(self._data, name, self._camera)
+            return open_playable_split(self._data, name, self._camera)
         except ArraMonError as error:
             raise UsageError(str(error)) from error
 

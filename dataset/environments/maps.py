@@ -1,4 +1,4 @@
-"""Maps of a phase from above: the section or the room, with the agent, and the target on splits that are not hidden."""
+"""Top-down maps of the current phase: section or room, the agent, and on open splits the target."""
 
 import math
 from functools import lru_cache
@@ -16,18 +16,18 @@ from arramon_server.sim.rules import Phase
 from arramon_server.sim.section import Section
 
 SCALE = 8.0
-"""Pixels per unit of the city's maps, before they are scaled to the wanted size."""
+"""Pixels per unit of city maps, before they are scaled to the requested size."""
 
 CACHED_MAPS = 8
-"""Maps of sections that are kept."""
+"""Maximum number of cached section maps."""
 
 
 def phase_map(session: EpisodeSession, section: Section, size: int, *, shows_targets: bool) -> npt.NDArray[np.uint8]:
-    """Return a picture of the present phase from above.
+    """Return a top-down map of the current phase.
 
     Args:
-        session: the episode.
-        section: in which it takes place.
+        session: of the episode.
+        section: of the episode.
         size: side length of the picture, in pixels.
         shows_targets: whether target and ground truth are drawn.
 
@@ -78,7 +78,7 @@ def _room(session: EpisodeSession, section: Section, shows_targets: bool) -> Ima
 
 
 def _agent(canvas: Canvas, place: tuple[float, float], heading: float, length: float) -> None:
-    """Draw the agent as a dot, with a line in the direction in which it looks."""
+    """Draw the agent as a dot, with a line in its viewing direction."""
     angle = math.radians(heading)
     ahead = (place[0] + length * math.sin(angle), place[1] + length * math.cos(angle))
     canvas.line([place, ahead], BLACK, 3)

@@ -1,6 +1,6 @@
-"""An episode in this process: its session, scene and camera behind one interface, by the rules of every run.
+"""In-process play of episodes by the same rules as every run: session, scene and camera behind one interface.
 
-What `Delivery` and `PlayHandler` do for a stream, this does for a caller: no journal, no clocks, no messages.
+The counterpart of `Delivery` and `PlayHandler` for a direct caller, without journal, clocks and messages.
 """
 
 from collections.abc import Callable
@@ -14,7 +14,7 @@ from arramon_client.agent import Label, Observation
 from arramon_client.environments.backend import Ending, Images, Scores, Settings, SplitInfo, Step
 from arramon_client.errors import UsageError
 from arramon_client.world import NAVIGATION, Action
-from arramon_dataset.environments.library import Library
+from arramon_dataset.environments.playable_split import PlayableSplit
 from arramon_dataset.environments.rewards import NoReward, Reward, reward_of
 from arramon_server.episodes.episode import Episode
 from arramon_server.runs.play.session import EpisodeSession
@@ -29,13 +29,13 @@ if TYPE_CHECKING:
     from arramon_dataset.environments.experts import Expert
 
 IMAGES = ("rgb", "depth", "segmentation")
-"""Sensors for which a frame is drawn."""
+"""Sensors for which a frame is rendered."""
 
 UNLIMITED = Limits(steps_per_phase=1_000_000)
-"""Limits of phases that the ground truth plays."""
+"""Step limit of phases that the ground truth plays."""
 
 FindEpisode = Callable[[str | None, int], Episode]
-"""Returns the episode of an id, or a drawn one for a seed. Raises UsageError if there is none."""
+"""Returns the episode with an id, or a generated one for a seed. Raises UsageError if there is none."""
 
 LABEL_TABLE = tuple(Label(label.kind, label.colour, label.look) for label in LABELS)
 
@@ -44,66 +44,66 @@ class LocalPlayer:
     """Plays one episode at a time in this process (`arramon_client.environments.backend.Player`).
 
     Args:
-        library: the split and its worlds.
+        playable: the split and its worlds.
         info: the split as environments see it.
-        settings: what is played, and how.
+        settings: of the environment.
         find: returns episodes.
     """
 
-    def __init__(self, library: Library, info: SplitInfo, settings: Settings, find: FindEpisode) -> None:
-        self._worlds, self._name = library.worlds, library.split.name
-        self._sections = library.split.sections
+    def __init__(self, playable: PlayableSplit, info: SplitInfo, settings: Settings, find: FindEpisode) -> None:
+        self._worlds, self._name = playable.worlds, playable.split.name
+        self._sections = playable.split.sections
         self._info, self._settings, self._find = info, settings, find
         self._limits = Limits(info.steps_per_phase)
         self._images = tuple(name for name in IMAGES if name in settings.sensors)
         self._session: EpisodeSession | None = None
-        self._seen: State  # The latest state that takes an action.
+        self._seen: State  # The latest state that accepts an action.
         self._canvas = new_canvas(settings.image_size)
-        """What is drawn though it is not wanted, and labels before they are the environment's."""
+        """Buffers for images that the camera always renders but the settings leave out, and for raw labels."""
         self._reward: Reward = NoReward()
         self._expert: Expert | None = None
 
     @property
     def split(self) -> SplitInfo:
-        """The split that is played."""
+        """The split, as environments see it."""
         return self._info
 
     @property
     def labels(self) -> tuple[Label, ...]:
-        """Meaning of a segmentation's values, by index; empty without that sensor."""
+        """Meaning of each value of a segmentation; empty without that sensor."""
         return LABEL_TABLE if "segmentation" in self._settings.sensors else ()
 
     @property
     def episode_id(self) -> str:
-        """Id of the present episode."""
+        """Id of the current episode."""
         return self._played.episode.episode_id
 
     @property
     def place(self) -> str:
-        """Where the agent is: the id of a section, or "" for the room."""
+        """Id of the section where the agent is, or "" for the room."""
         return "" if self._seen.phase is Phase.ASSEMBLY else self._played.episode.section
 
     @property
     def session(self) -> EpisodeSession:
-        """The present episode as the rules see it: state, trajectory, scores.
+        """The session of the current episode: state, trajectory and scores.
 
         Raises:
-            UsageError: if none has begun, or the split is hidden.
+            UsageError: if no episode has begun, or the split is hidden.
         """
         if self._info.hidden:
-            raise UsageError(f"the split {self._info.name!r} is hidden: the state of its episodes is not shown")
+            raise UsageError(f"the split {self._info.name!r} is hidden: the state of its episodes is not available")
         return self._played
 
     def begin(
         self, episode_id: str | None, seed: int, into: Images | None = None, *, draws: bool = True
     ) -> Observation:
-        """Begin an episode; the ground truth plays what the settings leave out before the agent's first phase.
+        """Begin an episode. The ground truth plays the phases before the agent's first one.
 
         Args:
-            episode_id: the episode; None for a drawn one.
-            seed: of a drawn one.
+            episode_id: id of the episode; None to generate one.
+            seed: of the generated episode.
             into: arrays to write the images to.
-            draws: whether the observation has its images; `draw` draws them later.
+            draws: whether to render the images now; otherwise `draw` renders them later.
 
         Raises:
             UsageError: if there is no such episode.
@@ -116,8 +116,8 @@ class LocalPlayer:
         self._expert = None
         if self._settings.expert is not None:
             scene = self._worlds.scene(self._name, episode)
-            ground = self._worlds.collision_check(self._name, episode)
-            # Imported here, as few learners ask an expert: a tenth of a second of imports.
+            collision_check = self._worlds.collision_check(self._name, episode)
+            # Imported only here: it takes a tenth of a second, and few learners use an expert.
             from arramon_dataset.environments.experts import expert_of
 
             self._expert = expert_of(self._settings.expert, episode, scene, ground)
@@ -126,7 +126,7 @@ class LocalPlayer:
         return self.again(into) if draws else self.facts()
 
     def step(self, action: int) -> Step:
-        """Apply an action from 0 to 3, and return what it led to, with an observation.
+        """Apply an action from 0 to 3, and return its result, with an observation.
 
         Raises:
             ValueError: if the episode is finished, or the action is out of range.
@@ -137,7 +137,7 @@ class LocalPlayer:
         return Step(self.again(), step.steps_left, step.reward, step.phases_ended)
 
     def advance(self, action: int) -> Step:
-        """Apply an action from 0 to 3, and return what it led to, without an observation.
+        """Apply an action from 0 to 3, and return its result, without an observation.
 
         Raises:
             ValueError: if the episode is finished, or the action is out of range.
@@ -186,18 +186,18 @@ class LocalPlayer:
             self._drawn(session, into)
 
     def expert_action(self) -> int:
-        """Return the expert's action in the present state.
+        """Return the expert's action in the current state.
 
         Raises:
-            UsageError: if the settings ask for no expert.
+            UsageError: if the settings name no expert.
         """
         if self._expert is None:
-            raise UsageError("there is no expert: none was asked for")
+            raise UsageError("there is no expert: the settings name none")
         return int(self._expert.action(self._played))
 
     def map(self, size: int) -> npt.NDArray[np.uint8] | None:
-        """Return a picture of the present phase from above, (size, size, 3); without targets on a hidden split."""
-        # Imported here, as learners draw no maps.
+        """Return a top-down map of the current phase, (size, size, 3) uint8; without targets on a hidden split."""
+        # Imported only here, as few learners draw maps.
         from arramon_dataset.environments.maps import phase_map
 
         session = self._played
@@ -205,12 +205,12 @@ class LocalPlayer:
         return phase_map(session, section, size, shows_targets=not self._info.hidden)
 
     def chain_head(self, run_id: str) -> bytes:
-        """Return the head of the hash chain over the actions of the present episode, 32 bytes."""
+        """Return the head of the hash chain over the current episode's actions, 32 bytes."""
         session = self._played
         return episode_head(run_id, session.episode.episode_id, self._info.data_hash, session.actions)
 
     def close(self) -> None:
-        """Forget the episode. The worlds stay with the library."""
+        """Discard the episode. The worlds stay cached."""
         self._session = None
 
     @property
@@ -220,7 +220,7 @@ class LocalPlayer:
         return self._session
 
     def _skip(self, session: EpisodeSession, until: tuple[int, str] = (1, NAVIGATION)) -> None:
-        """Play the ground truth up to a phase, and on to the next phase that is the agent's, or the end."""
+        """Play the ground truth up to a phase, then to the agent's next phase or the end of the episode."""
         while not session.state.finished:
             state = session.state
             here = state.turn, state.phase.value
@@ -242,7 +242,7 @@ class LocalPlayer:
         """Return the images of the latest state, in new arrays or in those of `into`."""
         canvas = self._canvas
         images = {name: into[name] if name in into else np.empty_like(canvas[name]) for name in self._images}
-        # The camera draws colours and depth always; labels are first the section's own.
+        # The camera always renders colours and depth; its labels are the section's own.
         labels = canvas["segmentation"] if "segmentation" in images else None
         frame = self._worlds.render(
             self._name,
@@ -276,7 +276,7 @@ class LocalPlayer:
 
 
 def scores_of(scores: EpisodeScores) -> Scores:
-    """Return the scores of an episode by turn, and their means as "total"."""
+    """Return the scores of an episode by turn, and the means of both turns as "total"."""
     first, second = (dict(turn) for turn in scores.turns)
     return {"turn 1": first, "turn 2": second, "total": {name: (first[name] + second[name]) / 2 for name in first}}
 
@@ -286,7 +286,7 @@ def _order(turn: int, phase: str) -> tuple[int, bool]:
 
 
 def new_canvas(size: int) -> dict[str, npt.NDArray[Any]]:
-    """Return arrays like those of an observation's images: (size, size, 3) uint8, (size, size) float32 and uint16."""
+    """Return empty image buffers: (size, size, 3) uint8 RGB, (size, size) float32 depth and uint16 segmentation."""
     return {
         "rgb": np.empty((size, size, 3), np.uint8),
         "depth": np.empty((size, size), np.float32),

@@ -1,4 +1,4 @@
-"""Rewards of an agent's actions, by name: "sparse", "progress", "none". `docs/environments.md` explains them."""
+"""Rewards for an agent's actions: "sparse", "progress" or "none" (see `docs/environments.md`)."""
 
 import math
 from collections.abc import Sequence
@@ -18,20 +18,20 @@ PHASE_METRICS = {Phase.NAVIGATION: ("nDTW", "CTC-3"), Phase.ASSEMBLY: ("rPOD@CTC
 
 
 class Reward(Protocol):
-    """Rewards of one episode."""
+    """Rewards the actions of one episode."""
 
     def of(self, before: State, session: EpisodeSession, ended: Sequence[PhaseEnded]) -> float:
         """Return the reward of the action that was just applied.
 
         Args:
-            before: the state in which it was taken.
-            session: the episode after it.
-            ended: phases that ended with it.
+            before: state before the action.
+            session: the episode after the action.
+            ended: phases that the action ended.
         """
 
 
 class NoReward:
-    """Always 0."""
+    """No reward: always 0."""
 
     def of(self, before: State, session: EpisodeSession, ended: Sequence[PhaseEnded]) -> float:  # noqa: ARG002
         """Return 0."""
@@ -50,37 +50,37 @@ class SparseReward:
 
 
 class ProgressReward:
-    """The sparse reward, and the share of the ground truth's length by which each action comes nearer to its end.
+    """The sparse reward, plus the progress of each action along the ground truth, as a share of its length.
 
-    What is left is the distance to the nearest point of the ground truth's path, and the path's length from there. Over
-    a phase the shares add up to 1 for an agent that reaches the end of the path.
+    Progress reduces the remaining distance: to the nearest point of the ground truth's path, and from there along the
+    path to its end. Over a phase the shares add up to 1 for an agent that reaches the end of the path.
 
     Args:
-        episode: that is played.
+        episode: the episode to play.
     """
 
     def __init__(self, episode: Episode) -> None:
         self._sparse = SparseReward()
         self._paths = {
-            (number, phase): Path(points)
+            (number, phase): ReferencePath(points)
             for number, turn in enumerate(episode.turns, start=1)
             for phase, points in ((Phase.NAVIGATION, turn.path), (Phase.ASSEMBLY, turn.room_path))
         }
 
     def of(self, before: State, session: EpisodeSession, ended: Sequence[PhaseEnded]) -> float:
-        """Return what was gained by the action."""
+        """Return the progress of the action, plus the sparse reward."""
         gained = 0.0
         after = session.state
         if (after.turn, after.phase) == (before.turn, before.phase):
             was, now = place(before), place(after)
             if was != now:
                 path = self._paths[before.turn, before.phase]
-                gained = (path.left(*was) - path.left(*now)) / path.length if path.length else 0.0
+                gained = (path.remaining(*was) - path.remaining(*now)) / path.length if path.length else 0.0
         return gained + self._sparse.of(before, session, ended)
 
 
 def reward_of(name: str, episode: Episode) -> Reward:
-    """Return the rewards of an episode by name: "sparse", "progress", or "none"."""
+    """Return an episode's reward by name: "sparse", "progress" or "none"."""
     match name:
         case "sparse":
             return SparseReward()
@@ -90,8 +90,8 @@ def reward_of(name: str, episode: Episode) -> Reward:
             return NoReward()
 
 
-class Path:
-    """A path on the ground, for the distance that is left along it.
+class ReferencePath:
+    """A path on the ground, with the remaining distance along it.
 
     Args:
         points: (x, z) of its corners, at least one.
@@ -106,10 +106,10 @@ class Path:
         self._left = self._lengths[::-1].cumsum()[::-1]
         self.length = float(self._lengths.sum())
 
-    def left(self, x: float, z: float) -> float:
-        """Return the distance of a place to the path's nearest point, and from there to the path's end, in units.
+    def remaining(self, x: float, z: float) -> float:
+        """Return the distance from a place to the path's nearest point, plus the length from there to its end.
 
-        Of several nearest points the last one counts.
+        If several points are nearest, the last one counts.
         """
         away = np.array((x, z)) - self._starts
         shares = np.clip((away * self._steps).sum(axis=1) / self._squares, 0.0, 1.0)

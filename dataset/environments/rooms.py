@@ -1,4 +1,4 @@
-"""Tasks in the room alone, drawn as they are played: no city, no data folder, no end."""
+"""Endless random room tasks, generated as they are played, without a city or a data folder."""
 
 from functools import cache, lru_cache
 from pathlib import Path
@@ -8,26 +8,26 @@ from arramon_client.environments.backend import Settings, SplitInfo
 from arramon_client.environments.backend import Texts as ClientTexts
 from arramon_client.errors import UsageError
 from arramon_client.world import STEPS_PER_PHASE
-from arramon_dataset.environments.library import DRAWN, Library, library_of
+from arramon_dataset.environments.playable_split import DRAWN, PlayableSplit, playable_split
 from arramon_dataset.generation.room_tasks import PREFIX, ROOM_SECTION, draw_task
 from arramon_server.episodes.episode import Episode
 from arramon_server.episodes.splits import ROOMS, SENSORS, Split
 from arramon_server.episodes.texts import instructions_in
 
 SURVEYED = 24
-"""Tasks whose instructions give the length that no instruction may exceed."""
+"""Number of sample tasks that determine the maximum length of instructions."""
 
 
 @lru_cache(2)
-def room_library(camera: str) -> Library:
-    """Return the split and the worlds of drawn tasks. The split's episodes are not listed: there is no end of them."""
+def playable_rooms(camera: str) -> PlayableSplit:
+    """Return the split of generated tasks and its worlds. The split lists no episodes, as they are endless."""
     sections = {ROOM_SECTION.id: ROOM_SECTION}
     split = Split(DRAWN, hidden=False, source="drawn", episodes={}, sections=sections, data_hash="", training=True)
-    return library_of(split, camera)
+    return playable_split(split, camera)
 
 
 def room_split(settings: Settings) -> SplitInfo:
-    """Return what environments have to know of the drawn tasks.
+    """Return the description of the generated tasks for environments.
 
     Raises:
         UsageError: if there is no such language.
@@ -51,9 +51,9 @@ def draw_room(seed: int, language: str, episode_id: str | None = None) -> Episod
     The task is the same in every language that can express it.
 
     Args:
-        seed: of all choices.
+        seed: of all random choices.
         language: of the instructions.
-        episode_id: "room-" and a seed, which then counts instead of `seed`.
+        episode_id: "room-" and a seed that replaces `seed`.
 
     Raises:
         UsageError: if the id is not of that form.
@@ -83,7 +83,7 @@ def _draw(seed: int, language: str, longest: int, longest_utf8: int) -> Episode 
 
 @cache
 def _texts(language: str) -> ClientTexts:
-    """Return the alphabet and the lengths of a language's drawn tasks: twice the longest of those surveyed."""
+    """Return the alphabet and the maximum lengths of a language's tasks: twice the longest of the sample tasks."""
     folder = Path(next(iter(lang.__path__))) / language
     written = "".join(path.read_text(encoding="utf-8") for path in sorted(folder.glob("*.toml")))
     drawn = [_draw(seed, language, 1_000_000, 1_000_000) for seed in range(SURVEYED)]

@@ -1,4 +1,4 @@
-"""Numbers that objects hold as long as they live, and that are used again afterwards."""
+"""Numbers that are reserved for the lifetime of an object, and reused afterwards."""
 
 import weakref
 from functools import cache
@@ -6,14 +6,14 @@ from itertools import count
 
 
 class Slots:
-    """Numbers from 0, each free again when its holder is gone."""
+    """A pool of numbers from 0; each becomes free again when its holder is garbage-collected."""
 
     def __init__(self) -> None:
         self._free: list[int] = []
         self._next = count()
 
     def take(self, holder: object) -> int:
-        """Return a number that nothing else holds as long as the holder lives."""
+        """Reserve a number for the lifetime of `holder`, and return it."""
         slot = self._free.pop() if self._free else next(self._next)
         weakref.finalize(holder, self._free.append, slot)
         return slot
@@ -21,5 +21,5 @@ class Slots:
 
 @cache
 def expert_slots() -> Slots:
-    """Return the slots of the experts of this process."""
+    """Return the slots that this process's experts share."""
     return Slots()

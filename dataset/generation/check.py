@@ -1,4 +1,4 @@
-"""Validation of generated episodes: the ground truth can be played, and every named object is unique."""
+"""Validation of generated episodes: the ground truth can be replayed, and objects cannot be confused."""
 
 from collections.abc import Iterator
 from itertools import combinations
@@ -38,8 +38,8 @@ def problems(episode: Draft | Episode, solids: Solids, ground: CollisionCheck) -
     """Return descriptions of everything wrong with an episode; empty if it is valid.
 
     The ground truth is replayed with the rules and must match its paths, objects and cells. Nothing may lie or start
-    inside a solid. No two objects of a street, or of the room on entry, may look the same, except one in the street
-    that looks like the target and lies elsewhere.
+    inside a solid. No two objects of a street, or of the room on entry, may look the same, except one street object
+    that looks like the target and is at least `TWINS_APART` away from it.
 
     Args:
         episode: with or without instructions; they are not checked.

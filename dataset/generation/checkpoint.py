@@ -1,4 +1,4 @@
-"""Episodes of a split that is being generated, kept on disk: after a kill, generation goes on where it stopped."""
+"""Checkpoint of a split during generation: finished episodes on disk, so that `generate` can resume after a kill."""
 
 import contextlib
 import fcntl
@@ -12,20 +12,20 @@ from pathlib import Path
 
 from pydantic import TypeAdapter
 
-from arramon_dataset.generation.work import GeneratedEpisode
+from arramon_dataset.generation.batches import GeneratedEpisode
 from arramon_server.episodes.files import parse, read_bytes
 from arramon_server.errors import BadFile, Conflict, StorageError
 
 FOLDER = "unfinished"
-"""Folder of the data folder with one file for each split that is being generated."""
+"""Subfolder of the data folder with the checkpoint of each unfinished split."""
 
 SOURCES = ("arramon_server", "arramon_dataset", "arramon_lang", "arramon_agents", "arramon_client")
-"""Packages whose code and data an episode depends on."""
+"""Packages whose code and data determine the generated episodes."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Origin:
-    """The first line of the file: a digest of everything that the episodes depend on besides their ids."""
+    """The first line of a checkpoint: a digest of everything but their ids that determines the episodes."""
 
     origin: str
 
@@ -33,16 +33,16 @@ class _Origin:
 _ORIGIN, _MADE = TypeAdapter(_Origin), TypeAdapter(GeneratedEpisode)
 
 
-class Checkpoint:
-    """The finished episodes of an unfinished split. The file is locked as long as this is open.
+class GenerationCheckpoint:
+    """The finished episodes of an unfinished split, in a file that is locked until `close`.
 
     Args:
-        path: of the file, which need not exist.
-        origin: digest of everything that the episodes depend on besides their ids (see `origin_of`). Episodes of
-            another origin are dropped.
+        path: of the file; created if missing.
+        origin: digest of everything but their ids that determines the episodes (see `origin_of`). Episodes of
+            another origin are discarded.
 
     Raises:
-        Conflict: if another process generates this split in this data folder.
+        Conflict: if another process is generating this split in this data folder.
         StorageError: if the file cannot be read or written.
     """
 
@@ -63,10 +63,10 @@ class Checkpoint:
             os.ftruncate(self._file, size)
 
     episodes: dict[str, GeneratedEpisode]
-    """The episodes that were found, by id."""
+    """The episodes that the file held when it was opened, by id."""
 
     def add(self, made: Iterable[GeneratedEpisode]) -> None:
-        """Append episodes. Those of one call are kept together or, if the process is killed meanwhile, in part.
+        """Append episodes. If the process is killed during the call, only some of them may be written.
 
         Raises:
             StorageError: if the file cannot be written.
@@ -79,14 +79,14 @@ class Checkpoint:
                 lines = lines[os.write(self._file, lines) :]
 
     def remove(self) -> None:
-        """Delete the file, as once the split is written."""
+        """Delete the file; call this when the split is written."""
         with self._errors():
             self._path.unlink(missing_ok=True)
             with contextlib.suppress(OSError):  # Other splits may be unfinished.
                 self._path.parent.rmdir()
 
     def close(self) -> None:
-        """Unlock the file, and delete it if nothing is in it."""
+        """Unlock the file, and delete it if it is empty."""
         if not os.fstat(self._file).st_size:
             self.remove()
         os.close(self._file)
@@ -120,7 +120,7 @@ def digest_of_sources() -> str:
 
 
 def _read(path: Path, origin: str) -> tuple[dict[str, GeneratedEpisode], int]:
-    """Return the episodes of a file, and the length of it that is whole, in bytes; 0 if it is of another origin."""
+    """Return the episodes of a file and the length of its valid part, in bytes; 0 if it is of another origin."""
     *lines, _ = read_bytes(path).split(b"\n")
     try:
         if not lines or parse(_ORIGIN, lines[0], path, line=1).origin != origin:
@@ -131,7 +131,7 @@ def _read(path: Path, origin: str) -> tuple[dict[str, GeneratedEpisode], int]:
     for number, line in enumerate(lines[1:], start=2):
         try:
             made = parse(_MADE, line, path, line=number)
-        except BadFile:  # A machine that lost its power may leave anything at the end.
+        except BadFile:  # A power failure may leave arbitrary bytes at the end.
             break
         found[made.episode.episode_id] = made
         size += len(line) + 1

@@ -4,11 +4,11 @@ from collections.abc import Callable, Sequence
 from functools import lru_cache
 from pathlib import Path
 
-from arramon_dataset.generation.extra import extra_sections
+from arramon_dataset.generation.batches import EpisodeBatch, MakeWriter, batch_runner, make_batches
+from arramon_dataset.generation.extra_sections import extra_sections
 from arramon_dataset.generation.room_tasks import ROOM_SECTION, room_batches, room_ids
 from arramon_dataset.generation.sizes import EXTRA, SplitPlan
-from arramon_dataset.generation.split_maker import Progress, SplitOrder, make_split
-from arramon_dataset.generation.work import EpisodeBatch, MakeWriter, batch_runner, make_batches
+from arramon_dataset.generation.split_maker import GenerationProgress, SplitOrder, make_split
 from arramon_dataset.parallel import processes_of
 from arramon_dataset.plans import Plan, build_section, read_plan
 from arramon_server.episodes.epochs import epoch_of
@@ -18,11 +18,10 @@ from arramon_server.errors import BadInput
 from arramon_server.sim.section import Section
 
 NO_TRIAL = "not tried by the follower"
-"""Mark in the `source` of a split whose instructions no agent has tried."""
+"""Suffix of a split's `source` if the follower did not play its episodes."""
 
-
-Tell = Callable[[Progress], None]
-"""Receives the progress of a split, in the thread that generates."""
+OnProgress = Callable[[GenerationProgress], None]
+"""Called with the progress of a split, in the thread that generates."""
 
 
 def generate(
@@ -33,13 +32,13 @@ def generate(
     seed: int = 0,
     jobs: int = 0,
     make_writer: MakeWriter,
-    tell: Tell,
+    on_progress: OnProgress,
     tried: bool = True,
     secret: str = "",
 ) -> list[Split]:
-    """Generate splits. Each is written when it is complete, and replaces an existing split of that name only then.
+    """Generate splits. Each is written when it is complete, and only then replaces an existing split of that name.
 
-    Episodes of an incomplete split are kept in the data folder (see `checkpoint`), and not made again by the next call.
+    The next call resumes an incomplete split from its checkpoint in the data folder (see `checkpoint`).
     The same seed, scale and version of the project give the same bytes on any machine. A hidden split is seeded by the
     host's secret instead of `seed` (see `secret`).
 
@@ -49,45 +48,45 @@ def generate(
         scale: share of each split's size, in (0, 1].
         seed: seeds furniture, facades and episodes, and the street plans of `train_extra`.
         jobs: number of processes; 0 for one per core.
-        make_writer: returns the instruction writer of a process.
-        tell: receives the progress.
-        tried: whether an agent tries what the writer writes; the header of a split says if not.
-        secret: seeds hidden splits in place of the host's secret; empty for that.
+        make_writer: creates the instruction writer of a process.
+        on_progress: called with the progress.
+        tried: whether the writer lets an agent play each episode; otherwise the split's header says so.
+        secret: seeds hidden splits; empty for the host's own secret.
 
     Returns:
         The splits that were written.
 
     Raises:
         BadInput: if the scale or the number of jobs is out of range, a secret is given but no split is hidden, or none
-            is given for an epoch.
-        BadFile: if the host's secret is malformed, or others can read it.
+            is given for an epoch of a hidden split.
+        BadFile: if the file of the host's secret is malformed, or readable by other users.
         StorageError: if the data folder cannot be written.
-        Conflict: if another process generates one of the splits in this data folder.
-        ArraMonError: if an episode cannot be made.
+        Conflict: if another process is generating one of the splits in this data folder.
+        ArraMonError: if no valid episode is found for an id.
     """
     number = processes_of(jobs)
     for plan in plans:
-        plan.count(scale)  # Checks the scale before anything is made.
+        plan.count(scale)  # Checks the scale before generation starts.
     _check_secret(plans, secret)
     with batch_runner(number) as run:
         orders = (_order(data, plan, scale, seed, make_writer, tried, secret) for plan in plans)
-        return [make_split(data, order, run, tell) for order in orders]
+        return [make_split(data, order, run, on_progress) for order in orders]
 
 
-def generate_rooms(data: Path, count: int, *, seed: int = 0, jobs: int = 0, tell: Tell) -> Split:
-    """Generate the split `rooms`: tasks in the room alone, without a city, in every language; for training alone.
+def generate_rooms(data: Path, count: int, *, seed: int = 0, jobs: int = 0, on_progress: OnProgress) -> Split:
+    """Generate the training split `rooms`: assembly tasks without a city, in every language.
 
     Args:
         data: the data folder.
         count: number of tasks.
-        seed: seeds all of them. A smaller count gives a prefix of a larger one.
+        seed: of all tasks. A smaller count gives a prefix of a larger one.
         jobs: number of processes; 0 for one per core.
-        tell: receives the progress.
+        on_progress: called with the progress.
 
     Raises:
         BadInput: if the number of tasks or of jobs is out of range.
         StorageError: if the data folder cannot be written.
-        Conflict: if another process generates this split in this data folder.
+        Conflict: if another process is generating this split in this data folder.
     """
     if count < 1:
         raise BadInput(f"the number of room tasks is {count}; expected at least 1")
@@ -101,17 +100,17 @@ def generate_rooms(data: Path, count: int, *, seed: int = 0, jobs: int = 0, tell
         training=True,
     )
     with batch_runner(processes_of(jobs)) as run:
-        return make_split(data, order, run, tell)
+        return make_split(data, order, run, on_progress)
 
 
 def _check_secret(plans: Sequence[SplitPlan], secret: str) -> None:
     if secret and not any(plan.hidden for plan in plans):
         names = ", ".join(plan.name for plan in plans)
-        raise BadInput(f"a secret was given, but it seeds hidden splits only, and {names} is none")
+        raise BadInput(f"a secret was given, but secrets seed hidden splits only, and {names} is not hidden")
     for plan in plans:
         if not secret and epoch_of(plan.name):
             raise BadInput(
-                f"the epoch {plan.name!r} has a secret of its own, which is missing: give it with --secret once it is "
+                f"the epoch {plan.name!r} needs its own secret: give it with --secret once it is "
                 "revealed, or open an epoch with `arramon-server epoch open`"
             )
 
@@ -147,5 +146,5 @@ def _own_sections(key: str, names: Sequence[str]) -> dict[str, tuple[Plan, Secti
 
 @lru_cache(maxsize=16)
 def _section(key: str, plan: Plan) -> Section:
-    """Return a section; cached, since splits share sections and building one takes a second or two."""
+    """Return a section. Cached: splits share sections, and building one takes a second or two."""
     return build_section(plan, key)

@@ -1,4 +1,4 @@
-"""An episode draft: everything about an episode but its instructions, which are written for it afterwards."""
+"""Episode drafts: episodes before their instructions are written."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Tasks in the room alone, drawn from a seed: no city, instructions in several languages from one plan."""
+"""Random assembly tasks without a city, with instructions in several languages from one plan."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -6,8 +6,8 @@ from random import Random
 
 import arramon_lang as lang
 from arramon_client.world import Action
+from arramon_dataset.generation.batches import GeneratedEpisode
 from arramon_dataset.generation.rooms import draw_decoys, draw_tasks
-from arramon_dataset.generation.work import GeneratedEpisode
 from arramon_dataset.instructions.assembly.plan import plan_assembly
 from arramon_dataset.instructions.assembly.sight import whole_room
 from arramon_dataset.instructions.gate.assembly import faults_of_assembly
@@ -23,10 +23,10 @@ from arramon_server.sim.rules import Collectible, PlacedObject
 from arramon_server.sim.section import Section
 
 PREFIX = "room-"
-"""Before the number, in a task's id."""
+"""Prefix of a task's id, before its number."""
 
 ATTEMPTS = 200
-"""Drafts of one task before drawing fails."""
+"""Maximum number of drafts of one task."""
 
 BATCH_SIZE = 50
 """Tasks in one batch."""
@@ -40,10 +40,10 @@ BEFORE_AGENT = Point(0.0, 0.1, 1.5)
 
 @dataclass(frozen=True, slots=True)
 class RoomBatch:
-    """Room tasks to generate (`work.Batch`).
+    """Room tasks to generate (`batches.GenerationBatch`).
 
     Attributes:
-        seed: seeds all random choices.
+        seed: of all random choices.
         episode_ids: of the tasks.
     """
 
@@ -87,15 +87,15 @@ def draw_task(
     languages: Sequence[str],
     accepts: Callable[[Episode, Meanings], bool],
 ) -> GeneratedEpisode | None:
-    """Return a task, or None if no draft is accepted.
+    """Return a random task, or None if no draft is accepted.
 
-    A draft that one of the languages cannot express is not used. Otherwise it does not depend on the languages.
+    Drafts that one of the languages cannot express are rejected. Otherwise the task does not depend on the languages.
 
     Args:
         episode_id: of the task.
-        names: seed all random choices.
-        languages: codes of those that the instructions are written in.
-        accepts: returns whether a draft is good, given it and the meanings of its two assembly instructions.
+        names: seed of all random choices.
+        languages: codes of the languages of the instructions.
+        accepts: returns whether a draft is accepted, given its episode and the meanings of both assembly instructions.
     """
     for attempt in range(ATTEMPTS):
         drawn = _draft(episode_id, languages, (*names, attempt))
@@ -105,7 +105,7 @@ def draw_task(
 
 
 def _is_true(episode: Episode, meanings: Meanings) -> bool:
-    """Return whether the texts say of the room what is so, by the gate that all generated instructions pass."""
+    """Return whether all texts are true of the room, by the same gate as all generated instructions."""
     room = episode.decoys
     for number, (turn, meaning) in enumerate(zip(episode.turns, meanings, strict=True), start=1):
         cell = turn.target_cell.column, turn.target_cell.row
@@ -121,7 +121,7 @@ def _is_true(episode: Episode, meanings: Meanings) -> bool:
 
 
 def _draft(episode_id: str, languages: Sequence[str], names: tuple[object, ...]) -> tuple[Episode, Meanings] | None:
-    """Return a task and its meanings, or None if its decoys or its instructions do not come out."""
+    """Return a task and its meanings, or None if its decoys or its instructions cannot be made."""
     random = seeded(*names, "task")
     first, second = random.sample(ALL_TYPES, 2)
     tasks = draw_tasks(random)
@@ -132,7 +132,7 @@ def _draft(episode_id: str, languages: Sequence[str], names: tuple[object, ...])
     for number, (target, task) in enumerate(zip((first, second), tasks, strict=True), start=1):
         try:
             meaning = plan_assembly(target, task.cell, room, seeded(*names, number, "plan"))
-        except ValueError:  # A draft that puts the target on another level than the room's objects allow.
+        except ValueError:  # The target's level does not fit the objects in the room.
             return None
         if meaning is None:
             return None

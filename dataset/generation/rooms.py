@@ -12,7 +12,7 @@ from arramon_server.sim.room import START, RoomCell, RoomPosition
 from arramon_server.sim.rules import PlacedObject
 
 FIRST_COLUMN = 1
-"""First column that targets can be in: the original's are in columns 1 to 4, never 0."""
+"""First column of target cells: the original's are in columns 1 to 4, never 0."""
 
 ON_DECOY, ON_FIRST = 0.29, 0.06
 """Share of targets on top of a decoy, and share of second targets on top of the first, as in the original."""
@@ -44,7 +44,7 @@ class AssemblyTask:
 
 
 def draw_tasks(random: Random) -> tuple[AssemblyTask, AssemblyTask]:
-    """Return assembly tasks for both turns, with randomly drawn cells."""
+    """Return random assembly tasks for both turns."""
     first, second = random.sample(TARGET_CELLS, 2)
     levels = [2 if random.random() < ON_DECOY else 1 for _ in range(2)]
     if levels[0] == 1 and random.random() < ON_FIRST / (1.0 - ON_DECOY):
@@ -58,7 +58,7 @@ def draw_tasks(random: Random) -> tuple[AssemblyTask, AssemblyTask]:
 
 
 def walk_to(target: RoomCell, blocked: Collection[RoomCell]) -> tuple[tuple[RoomCell, ...], tuple[Action, ...]]:
-    """Return the shortest path from START until `target` is the cell ahead: cells, and actions without the placement.
+    """Return the shortest path from START to where `target` is the cell ahead, and its actions without placement.
 
     Args:
         target: a cell other than START.
@@ -87,16 +87,16 @@ def walk_to(target: RoomCell, blocked: Collection[RoomCell]) -> tuple[tuple[Room
         for new_cost, new_quarter, new_path, new_actions in following:
             pushed += 1
             heappush(queue, (new_cost, pushed, new_quarter, new_path, new_actions))
-    raise ValueError(f"there is no way to {target} with {sorted(blocked)} blocked")
+    raise ValueError(f"there is no path to {target} with {sorted(blocked)} blocked")
 
 
 def draw_decoys(
     key: str, targets: tuple[ObjectType, ObjectType], tasks: tuple[AssemblyTask, AssemblyTask]
 ) -> tuple[PlacedObject, ...] | None:
-    """Return the room's eight decoys, off both ground truths' paths, or None if they do not fit.
+    """Return the room's eight decoys, off the paths of both ground truths, or None if they do not fit.
 
     Args:
-        key: seeds all random choices.
+        key: seed of all random choices.
         targets: object types of both turns.
         tasks: of both turns.
     """

@@ -78,7 +78,7 @@ def dijkstra(
         column, row: the node to start from.
         cost: (node columns, node rows) int32, thousandths of a step; 2**31 - 1 where unreachable.
         length: the same shape, thousandths of a unit along the cheapest path.
-        heap: int64, longer than the nodes times sixteen.
+        heap: int64 buffer, more than sixteen times as long as there are nodes.
     """
     columns, rows = cost.shape
     cost[:] = _NOWHERE
@@ -196,28 +196,28 @@ def a_star(
         cost: the target's cost field, from `dijkstra`.
         steps: (12, 2) float64, the (x, z) of one step ahead in each heading, clockwise.
         start_x, start_z: in units.
-        goal: (6,) float64: the target's x and z; its minimum and maximum distance ahead and maximum distance aside at
+        goal: (6,) float64: the target's x and z; its minimum and maximum distance ahead and maximum sideways offset at
             the end, in units; the clearance needed along the line of sight to it, in thousandths of a unit.
         need: minimum clearance along a whole step, in thousandths of a unit.
         turn_cost: cost of a turn of 30 degrees.
-        aside_cost: cost of each unit that the target is aside at the end.
+        aside_cost: cost of each unit of the target's sideways offset at the end.
         limit: number of expanded nodes after which the search fails.
-        best: (squares along x, along z, 12) int32 scratch, lowest cost at which a place was reached.
+        best: (squares along x, along z, 12) int32 buffer, lowest cost at which a place was reached.
         stamps: the same shape: `stamp` where `best` belongs to this search, -`stamp` where the place was expanded.
         place_x, place_z: (n,) float64, by node.
-        facing: (n,) int32, heading by node, 12 more for a goal.
+        facing: (n,) int32, heading by node, plus 12 for a goal.
         before: (n,) int32, previous node, by node; -1 for the start.
         spent: (n,) int32, cost so far, by node.
         heap: (n,) int64.
     """
-    room = len(place_x) - 4
+    capacity = len(place_x) - 4
     place_x[0], place_z[0], facing[0], before[0], spent[0] = start_x, start_z, 0, -1, 0
     h = _remaining_cost(cost, left, bottom, start_x, start_z)
     if h == _NOWHERE:
         return -1
     count, looked = 1, 0
     size = _push(heap, 0, h << _BITS)
-    while size > 0 and looked < limit and count < room:
+    while size > 0 and looked < limit and count < capacity:
         entry, size = _pop(heap, size)
         number = int(entry & _MASK)
         if facing[number] >= _HEADINGS:

@@ -1,11 +1,11 @@
-"""A section with everything that generating episodes in it needs, each part built on first use."""
+"""A section with its geometry, physics, cameras and sampler for generation, and the protocol of instruction writers."""
 
 from collections.abc import Mapping
 from functools import cached_property
 from typing import Protocol
 
 from arramon_dataset.generation.draft import Draft
-from arramon_dataset.generation.drawing import DraftSampler
+from arramon_dataset.generation.draft_sampler import DraftSampler
 from arramon_dataset.instructions.sight import identified
 from arramon_dataset.layout.solids import Solids
 from arramon_dataset.plans.graph import StreetGraph
@@ -21,8 +21,8 @@ from arramon_server.sim.scene import Scene
 from arramon_server.sim.section import Section
 
 
-class Site:
-    """A section with its geometry, physics, camera and sampler. Not thread-safe.
+class GenerationSite:
+    """A section with everything that generation needs, each part built on first use. Not thread-safe.
 
     Attributes:
         section: the section itself.
@@ -59,7 +59,7 @@ class Site:
 
     @cached_property
     def sight(self) -> Camera:
-        """The section's camera whose labels are the names of bodies, for `sight.find_landmarks`."""
+        """A camera whose labels are the names of bodies, for `sight.find_landmarks`."""
         return RasterCamera(identified(self.scene))
 
     @cached_property
@@ -68,21 +68,23 @@ class Site:
         return DraftSampler(self.section)
 
 
-class Writer(Protocol):
-    """Writes the instructions of drafts. All of its random choices are seeded by names, for `randomness.seeded`."""
+class DraftWriter(Protocol):
+    """Writes the instructions of drafts. All its random choices are seeded by names (see `randomness.seeded`)."""
 
-    def tells(self, start: Pose, turn: Turn, number: int, site: Site, names: tuple[object, ...]) -> bool:
-        """Return whether the way of a turn can be told, as far as that is known before its episode is complete.
+    def can_describe(
+        self, start: Pose, turn: Turn, number: int, site: GenerationSite, names: tuple[object, ...]
+    ) -> bool:
+        """Return whether the path of a turn can be described, as far as this is known before the episode is complete.
 
         Args:
             start: pose at the beginning of the turn.
-            turn: of an episode.
+            turn: the turn.
             number: 1 or 2.
-            site: where it takes place.
-            names: those that the episode's instructions will be seeded by.
+            site: section of the episode.
+            names: seed of the episode's instructions.
         """
 
     def __call__(
-        self, draft: Draft, site: Site, names: tuple[object, ...]
+        self, draft: Draft, site: GenerationSite, names: tuple[object, ...]
     ) -> Mapping[str, tuple[Instructions, Instructions]] | None:
-        """Return both turns' instructions in every language; None if no good ones are found: another draft is drawn."""
+        """Return both turns' instructions in every language, or None if the draft has to be replaced by another."""

@@ -15,15 +15,14 @@ class SplitPlan:
     """The specification of a split to generate.
 
     Attributes:
-        name: such as "val_seen".
-        sections: ids; episodes are assigned to them in turn.
+        name: for example "val_seen".
+        sections: ids of the sections, to which episodes are assigned in rotation.
         size: number of episodes at full scale (paper, section 4).
-        hidden: whether targets, goals and paths must never leave the server. A hidden split is seeded by the host's
-            secret.
-        slots: which of every `period` ids of a section belong to this split, so that splits in the same sections share
-            none.
+        hidden: whether targets, goals and paths must never leave the server. The host's secret seeds a hidden split.
+        slots: the ids of a section that belong to this split, out of every `period` ids; splits in the same sections
+            have different slots.
         period: see `slots`.
-        training: whether the split is for training alone, and runs on it are not ranked.
+        training: whether the split is for training only, so that runs on it are not ranked.
     """
 
     name: str
@@ -68,19 +67,18 @@ SPLITS = {
 }
 """Specifications by split name; the sizes are the paper's."""
 
-
 EXTRA = "train_extra"
-"""The split in sections whose plans are drawn by program, for training alone."""
+"""The training split in sections with random street plans."""
 
 FIRST_EXTRA, MAX_EXTRA = 101, 1000
-"""Id of its first section, and the maximum number of its sections."""
+"""Id of the first section of `train_extra`, and its maximum number of sections."""
 
 EXTRA_PER_SECTION = 853
-"""Its episodes in each section at full scale, as many as `train` has."""
+"""Episodes in each section of `train_extra` at full scale, as many as in `train`."""
 
 
 def extra_split(sections: int) -> SplitPlan:
-    """Return the specification of `train_extra` with a number of sections.
+    """Return the specification of `train_extra` with the given number of sections.
 
     Raises:
         BadInput: if the number is out of range.
@@ -115,7 +113,7 @@ def select_plans(names: list[str] | None, sections: int | None = None) -> list[S
         sections: number of sections of `train_extra`.
 
     Raises:
-        BadInput: if a name is unknown, or the number of sections is missing, out of range or meant for nothing.
+        BadInput: if a name is unknown, or the number of sections is missing, out of range, or given without need.
     """
     epochs = {name: epoch_plan(*found) for name in names or () if (found := epoch_of(name))}
     for name in names or ():
@@ -123,9 +121,9 @@ def select_plans(names: list[str] | None, sections: int | None = None) -> list[S
             raise BadInput(f"there is no split {name!r}; there are {', '.join((*SPLITS, EXTRA))}")
     wants_extra = EXTRA in (names or ())
     if wants_extra and sections is None:
-        raise BadInput(f"the split {EXTRA!r} has as many sections as are asked for: give their number with --sections")
+        raise BadInput(f"the split {EXTRA!r} needs a number of sections: give it with --sections")
     if sections is not None and not wants_extra:
-        raise BadInput(f"only the split {EXTRA!r} has a number of sections; name it with --split {EXTRA}")
+        raise BadInput(f"--sections applies to the split {EXTRA!r} only; expected --split {EXTRA}")
     extra = [] if sections is None else [extra_split(sections)]
     own = [plan for name, plan in SPLITS.items() if not names or name in names]
     return [*own, *epochs.values(), *extra]

@@ -1,4 +1,4 @@
-"""Generation of one split: batches of episodes on all cores, kept as they are made, and its folder at the end."""
+"""Generation of one split: runs batches of episodes, checkpoints their results, and writes the split at the end."""
 
 import time
 from collections.abc import Callable, Iterable, Sequence
@@ -6,8 +6,8 @@ from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
-from arramon_dataset.generation.checkpoint import FOLDER, Checkpoint, origin_of
-from arramon_dataset.generation.work import Batch, GeneratedEpisode, RunBatches
+from arramon_dataset.generation.batches import GeneratedEpisode, GenerationBatch, RunBatches
+from arramon_dataset.generation.checkpoint import FOLDER, GenerationCheckpoint, origin_of
 from arramon_server.episodes.splits import Split, write_split
 from arramon_server.sim.section import Section
 
@@ -17,15 +17,15 @@ SOURCE = "generated"
 
 @dataclass(frozen=True, slots=True)
 class SplitOrder:
-    """A split to generate.
+    """The order to generate a split.
 
     Attributes:
         name: of the split.
-        source: its origin, as free text, without `SOURCE`.
-        key: seed or host's secret, and whatever else the episodes depend on besides their ids.
+        source: origin of the split, as free text, without the prefix `SOURCE`.
+        key: seed or host's secret, and everything else but their ids that determines the episodes.
         episode_ids: in the split's order.
         sections: of the episodes.
-        batches: returns batches that generate the episodes with these ids.
+        batches: returns the batches that generate the episodes with the given ids.
         hidden, training: see `arramon_server.episodes.splits.Split`.
     """
 
@@ -34,21 +34,21 @@ class SplitOrder:
     key: tuple[object, ...]
     episode_ids: Sequence[str]
     sections: Iterable[Section]
-    batches: Callable[[Sequence[str]], Sequence[Batch]]
+    batches: Callable[[Sequence[str]], Sequence[GenerationBatch]]
     hidden: bool = False
     training: bool = False
 
 
 @dataclass(frozen=True, slots=True)
-class Progress:
-    """The progress of a split.
+class GenerationProgress:
+    """The progress of a split's generation.
 
     Attributes:
         split: name of the split.
         done, total: numbers of episodes.
         drafts: number of drafts tried so far, rejected ones included.
-        seconds: since the split was started, or gone on with.
-        kept: how many of the episodes an earlier call made that was killed.
+        seconds: since this call started or resumed the split.
+        kept: number of episodes from the checkpoint of an earlier call.
     """
 
     split: str
@@ -72,25 +72,27 @@ def _clock(seconds: float) -> str:
     return f"{int(seconds) // 60}:{int(seconds) % 60:02}"
 
 
-def make_split(data: Path, order: SplitOrder, run: RunBatches, tell: Callable[[Progress], None]) -> Split:
-    """Generate a split and write it. Episodes that an earlier call made, which was killed, are not made again.
+def make_split(
+    data: Path, order: SplitOrder, run: RunBatches, on_progress: Callable[[GenerationProgress], None]
+) -> Split:
+    """Generate a split and write it, resuming from the checkpoint of an interrupted call.
 
     Args:
         data: the data folder.
         order: the split.
-        run: generates batches, in order.
-        tell: receives the progress, in this thread.
+        run: runs batches and yields their results in order.
+        on_progress: called with the progress, in this thread.
 
     Raises:
         StorageError: if the data folder cannot be written.
-        Conflict: if another process generates the split in this data folder.
-        ArraMonError: if an episode cannot be made.
+        Conflict: if another process is generating the split in this data folder.
+        ArraMonError: if no valid episode is found for an id.
     """
-    with closing(Checkpoint(data / FOLDER / f"{order.name}.jsonl", origin_of(*order.key))) as checkpoint:
+    with closing(GenerationCheckpoint(data / FOLDER / f"{order.name}.jsonl", origin_of(*order.key))) as checkpoint:
         kept = [checkpoint.episodes[name] for name in order.episode_ids if name in checkpoint.episodes]
         missing = [name for name in order.episode_ids if name not in checkpoint.episodes]
         made = {one.episode.episode_id: one.episode for one in kept}
-        for one in _generate(order, missing, kept, run, checkpoint, tell):
+        for one in _generate(order, missing, kept, run, checkpoint, on_progress):
             made[one.episode.episode_id] = one.episode
         split = write_split(
             data,
@@ -110,17 +112,19 @@ def _generate(
     missing: Sequence[str],
     kept: Sequence[GeneratedEpisode],
     run: RunBatches,
-    checkpoint: Checkpoint,
-    tell: Callable[[Progress], None],
+    checkpoint: GenerationCheckpoint,
+    on_progress: Callable[[GenerationProgress], None],
 ) -> list[GeneratedEpisode]:
-    """Return the missing episodes. Each batch is written down before the next one is waited for."""
+    """Generate the missing episodes. Each batch is checkpointed before the next result is awaited."""
     begun, made, drafts = time.monotonic(), [], sum(one.attempts for one in kept)
     total = len(kept) + len(missing)
     if kept:
-        tell(Progress(order.name, len(kept), total, drafts, 0.0, len(kept)))
+        on_progress(GenerationProgress(order.name, len(kept), total, drafts, 0.0, len(kept)))
     for generated in run(order.batches(missing)):
         checkpoint.add(generated)
         made += generated
         drafts += sum(one.attempts for one in generated)
-        tell(Progress(order.name, len(kept) + len(made), total, drafts, time.monotonic() - begun, len(kept)))
+        on_progress(
+            GenerationProgress(order.name, len(kept) + len(made), total, drafts, time.monotonic() - begun, len(kept))
+        )
     return made

@@ -1,4 +1,4 @@
-"""Random navigation tasks in a section's streets: start poses, objects, and the ground truth."""
+"""Random navigation tasks in a section's streets: start poses, objects and ground truth."""
 
 import math
 from collections.abc import Sequence
@@ -9,9 +9,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from arramon_client.world import STEPS_PER_PHASE, Action
-from arramon_dataset.generation.ground import Ground
-from arramon_dataset.generation.motion import NEED, REACH_TO, Field, Walker
-from arramon_dataset.generation.steering import steered
+from arramon_dataset.generation.clearance_map import ClearanceMap
+from arramon_dataset.generation.path_planner import REACH_TO, STEP_CLEARANCE, CostField, PathPlanner
+from arramon_dataset.generation.sidesteps import with_sidesteps
 from arramon_dataset.release.extras import Points, distance_to_path, draw_distracters, in_pick_up_box, is_apart
 from arramon_server.sim.assets.collectibles import height_of
 from arramon_server.sim.catalogue import ObjectType
@@ -23,7 +23,8 @@ LATTICE = 0.5
 """Offset of a lattice of spacing 1 that holds all starts, targets and distracters, as in the original."""
 
 TWINS_APART = 8.0
-"""Minimum distance of two objects of one type in a street, in units: nobody who stands at one has reached the other."""
+"""Minimum distance of two objects of one type in a street, in units: far enough that reaching one is
+not reaching the other."""
 
 MIN_CLEARANCE = 0.5
 """Minimum distance of starts, targets and distracters from everything solid, in units."""
@@ -33,50 +34,51 @@ LENGTHS = (
     (40, 50, 16), (50, 60, 8), (60, 80, 3),
 )  # fmt: skip
 """Distribution of the number of points of a path: (from, below, percent). Longer than the original's, as more of the
-long ones are rejected for lack of an instruction that leads there."""
+long paths are rejected because no valid instruction is found for them."""
 
 SLACK = 1.0
 """Maximum difference between the drawn and the actual length of a path, in units."""
 
 FIELD_LENGTH_RATIO = 0.93
-"""Length of paths in a cost field, which may cut corners, relative to the ground truth."""
+"""Ratio of path lengths in a cost field, which may cut corners, to those of the ground truth."""
 
 HEADINGS = (45, 2, 2, 12, 2, 2, 15, 2, 2, 12, 2, 2)
 """Percentage of turn 1 starts at each multiple of 30 degrees from the section's heading."""
 
 LANDMARK_DISTANCE, LANDMARK_SHARE = 2.5, 0.85
-"""Distance to street furniture within which targets are preferred, in units, and how often only those are drawn."""
+"""Maximum distance to street furniture of preferred target places, in units, and probability of drawing only from
+these."""
 
-BESIDE_SHARE = 0.3
-"""Share of turns with a distracter beside the target, by which people tell where it is ("behind the green ball")."""
+NEIGHBOUR_SHARE = 0.3
+"""Share of turns with a distracter beside the target, which instructions can refer to ("behind the green ball")."""
 
-BESIDE, BESIDE_PATH = (1.2, 2.6), 0.8
-"""Range of its distance from the target, and its minimum distance from the path, in units."""
+NEIGHBOUR_DISTANCE, NEIGHBOUR_PATH_DISTANCE = (1.2, 2.6), 0.8
+"""Range of that distracter's distance from the target, and its minimum distance from the path, in units."""
 
 TWIN_SHARE = 0.75
-"""Share of turns in which another object of the target's type lies along a wrong turn, where there is a place: the text
-tells the two apart by where they stand."""
+"""Share of turns with a twin, another object of the target's type off the path, if a place is found: only the
+instruction tells the two apart, by their surroundings."""
 
 TWIN_PATH, TWIN_NEARER = 3.0, 0.9
-"""Minimum distance of that other object from the path, in units, and maximum length of the way to it compared with the
-target's: who goes by the name alone comes to it first."""
+"""Minimum distance of the twin from the path, in units, and maximum ratio of the path length to it and to the target:
+an agent that looks only for the type finds the twin first."""
 
 TWIN_TRIED = 60
-"""Places tried for it."""
+"""Maximum number of places tried for the twin."""
 
 IN_VIEW = 60.0
-"""Angle to both sides of the first heading in which it is preferred, in degrees: a look to both sides shows it."""
+"""Maximum angle from the first heading at which the twin is preferred, in degrees: a look to both sides shows it."""
 
 WINDING = 2
-"""Number of places drawn for a target, of which the one nearest to the start by air is taken: the way there turns most,
-as do the original's."""
+"""Number of candidate targets, of which the one with the shortest straight-line distance from the start is taken: its
+path has the most turns, as in the original."""
 
 FIRST_TURNS_KEPT = (15, 50, 100, 100, 100, 100, 100)
-"""Percentage of ways kept by the number of turns before the first step: with the starts' headings alone, fewer people
-than in the original would have to turn before they walk."""
+"""Percentage of paths kept, by the number of turns before the first step: otherwise fewer paths than in the original
+would begin with a turn."""
 
 MAX_ACTIONS = STEPS_PER_PHASE - 10
-"""Maximum number of actions of a ground truth: more would leave an agent no margin for mistakes."""
+"""Maximum number of actions of a ground truth, which leaves agents a margin for mistakes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,7 +100,7 @@ class NavigationTask:
 
 
 class Streets:
-    """Draws navigation tasks in one section. Not thread-safe.
+    """Samples navigation tasks in one section. Not thread-safe.
 
     Args:
         section: where the tasks take place.
@@ -109,8 +111,8 @@ class Streets:
 
     def __init__(self, section: Section) -> None:
         self._section = section
-        self.ground = Ground.of(section)
-        self._walker = Walker(self.ground)
+        self.ground = ClearanceMap.of(section)
+        self._planner = PathPlanner(self.ground)
         self._places = self._connected(lattice(self.ground, section))
         if not len(self._places):
             raise ValueError(f"section {section.id} has no open ground")
@@ -118,7 +120,7 @@ class Streets:
         props = np.array([(prop.x, prop.z) for prop in section.props]).reshape(-1, 2)
         distance = cKDTree(props).query(self._places)[0] if len(props) else np.full(len(self._places), np.inf)
         self._is_beside_landmark = distance <= LANDMARK_DISTANCE
-        self._last_field: tuple[Pose, Field] | None = None
+        self._last_field: tuple[Pose, CostField] | None = None
 
     @property
     def places(self) -> Points:
@@ -148,10 +150,10 @@ class Streets:
         place = self._draw_target(points, start, field, random)
         if place is None:
             return None
-        actions = self._walker.actions(start, place, self._walker.field(*place))
+        actions = self._planner.actions(start, place, self._planner.field(*place))
         if not actions or random.randrange(100) >= FIRST_TURNS_KEPT[_turns_first(actions)]:
             return None
-        actions = steered(self.ground, start, actions, place, random)
+        actions = with_sidesteps(self.ground, start, actions, place, random)
         if len(actions) > MAX_ACTIONS:
             return None
         path, end = follow_actions(start, actions)
@@ -159,8 +161,8 @@ class Streets:
             return None
         lying = Point(place[0], 0.0, place[1])
         others = draw_distracters(key, turn, target, lying, np.array(path), end, self._places)
-        if others and others[-1][0].kind != target.kind and random.random() < BESIDE_SHARE:
-            beside = self._beside(lying, np.array(path), end, [at for _, at in others[:-1]], random)
+        if others and others[-1][0].kind != target.kind and random.random() < NEIGHBOUR_SHARE:
+            beside = self._neighbour(lying, np.array(path), end, [at for _, at in others[:-1]], random)
             others = (*others[:-1], (others[-1][0], beside or others[-1][1]))
         if random.random() < TWIN_SHARE:
             twin = self._twin(lying, np.array(path), start, field, [at for _, at in others[1:]], random)
@@ -171,18 +173,18 @@ class Streets:
         )
         return NavigationTask(start, end, path, (*actions, Action.INTERACT), street)
 
-    def _field_of(self, start: Pose) -> Field:
-        """Return the cost field of a start; the last one is kept, as several turns are drawn from one start."""
+    def _field_of(self, start: Pose) -> CostField:
+        """Return the cost field of a start. The last one is cached, as several turns are drawn from one start."""
         if self._last_field is None or self._last_field[0] != start:
-            self._last_field = start, self._walker.field(start.x, start.z)
+            self._last_field = start, self._planner.field(start.x, start.z)
         return self._last_field[1]
 
-    def _length(self, field: Field) -> Points:
+    def _length(self, field: CostField) -> Points:
         """Return the length of the cheapest path to each of the places, in units, (n,)."""
         length: Points = field.length[self._columns, self._rows] / 1000.0
         return length
 
-    def _draw_target(self, points: int, start: Pose, field: Field, random: Random) -> tuple[float, float] | None:
+    def _draw_target(self, points: int, start: Pose, field: CostField, random: Random) -> tuple[float, float] | None:
         """Return a random place to which the path has about `points` points."""
         length = self._length(field)
         wanted = FIELD_LENGTH_RATIO * (points - 1) + REACH_TO - 0.5
@@ -197,11 +199,11 @@ class Streets:
         return x, z
 
     def _twin(
-        self, target: Point, path: Points, start: Pose, field: Field, others: Sequence[Point], random: Random
+        self, target: Point, path: Points, start: Pose, field: CostField, others: Sequence[Point], random: Random
     ) -> Point | None:
-        """Return a place for another object of the target's type, or None if there is none.
+        """Return a place for a twin, another object of the target's type, or None if there is none.
 
-        It is off the path and nearer to the start than the target is, and if possible in view from the start.
+        The place is off the path, nearer to the start than the target, and if possible in view from the start.
         """
         own = field.length[self.ground.node(target.x, target.z)] / 1000.0
         near = np.flatnonzero(self._length(field) < TWIN_NEARER * own)
@@ -221,14 +223,16 @@ class Streets:
         right, ahead = pose.local(x, z)
         return abs(math.degrees(math.atan2(right, ahead))) <= IN_VIEW and self.ground.is_in_sight(pose.x, pose.z, x, z)
 
-    def _beside(self, target: Point, path: Points, end: Pose, others: Sequence[Point], random: Random) -> Point | None:
-        """Return a place beside the target for a distracter by which it can be told, or None if there is none."""
+    def _neighbour(
+        self, target: Point, path: Points, end: Pose, others: Sequence[Point], random: Random
+    ) -> Point | None:
+        """Return a place beside the target for a distracter that can identify it, or None if there is none."""
         far = np.hypot(self._places[:, 0] - target.x, self._places[:, 1] - target.z)
-        near = self._places[(far >= BESIDE[0]) & (far <= BESIDE[1])]
+        near = self._places[(far >= NEIGHBOUR_DISTANCE[0]) & (far <= NEIGHBOUR_DISTANCE[1])]
         taken = [np.array((at.x, at.z)) for at in others]
         free = [
             place
-            for place in near[distance_to_path(near, path) >= BESIDE_PATH]
+            for place in near[distance_to_path(near, path) >= NEIGHBOUR_PATH_DISTANCE]
             if not in_pick_up_box(end, place) and is_apart(place, taken)
         ]
         if not free:
@@ -237,10 +241,10 @@ class Streets:
         return Point(x, 0.0, z)
 
     def _connected(self, places: Points) -> Points:
-        """Return those places that can be reached from most of the others."""
+        """Return the places that can be reached from most of the others."""
         left = places
         while len(left):
-            cost = self._walker.field(*left[0].tolist()).cost
+            cost = self._planner.field(*left[0].tolist()).cost
             columns, rows = np.array([self.ground.node(x, z) for x, z in left.tolist()]).T
             reached = cost[columns, rows] < np.iinfo(np.int32).max
             if 2 * reached.sum() > len(places) or 2 * reached.sum() > len(left):
@@ -251,19 +255,19 @@ class Streets:
         return left
 
 
-def lattice(ground: Ground, section: Section) -> Points:
-    """Return the lattice's places on open ground, (n, 2) of (x, z)."""
+def lattice(ground: ClearanceMap, section: Section) -> Points:
+    """Return the lattice points on open ground, (n, 2) of (x, z)."""
     x0, z0, x1, z1 = section.bounds
     xs, zs = (np.arange(np.ceil(low - LATTICE), high - LATTICE) + LATTICE for low, high in ((x0, x1), (z0, z1)))
     places: Points = np.stack(np.meshgrid(xs, zs, indexing="ij"), axis=-1).reshape(-1, 2)
     clear = np.array(
-        [ground.clear_at(x, z) >= max(MIN_CLEARANCE, NEED / 1000.0) for x, z in places.tolist()], dtype=bool
+        [ground.clear_at(x, z) >= max(MIN_CLEARANCE, STEP_CLEARANCE / 1000.0) for x, z in places.tolist()], dtype=bool
     )
     return places[clear & (ground.solids.distance(places) >= MIN_CLEARANCE)]
 
 
 def _turns_first(actions: Sequence[Action]) -> int:
-    """Return the number of actions before the first step, at most that of a turn around."""
+    """Return the number of turns before the first step, at most that of turning around."""
     first = actions.index(Action.FORWARD) if Action.FORWARD in actions else len(actions)
     return min(first, len(FIRST_TURNS_KEPT) - 1)
 

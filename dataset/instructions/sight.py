@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from arramon_client.world import COLLECTIBLES, EYE_HEIGHT, FIELD_OF_VIEW, Action
 from arramon_dataset.instructions.sight_openings import openings
-from arramon_dataset.plans.graph import House, StreetGraph
+from arramon_dataset.plans.graph import NamedBuilding, StreetGraph
 from arramon_server.sim.assets.roadside import ZEBRA_LENGTH, ZEBRA_WIDTH
 from arramon_server.sim.cameras import Camera, Frame, Viewpoint, colourless
 from arramon_server.sim.city import label_of_prop
@@ -187,7 +187,7 @@ def _places_of(graph: StreetGraph | None) -> list[Landmark]:
     ]
 
 
-def _nearest_wall(house: House, poses: Sequence[Pose]) -> tuple[float, float]:
+def _nearest_wall(house: NamedBuilding, poses: Sequence[Pose]) -> tuple[float, float]:
     """Return the middle of the wall that is nearest to any of the poses."""
     walls = zip(house.corners, house.corners[1:] + house.corners[:1], strict=True)
     middles = [((x0 + x1) / 2, (z0 + z1) / 2) for (x0, z0), (x1, z1) in walls]

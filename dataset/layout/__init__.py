@@ -1,1 +1,1 @@
-"""Ground plans of sections: rasters, building lots, and places for street furniture."""
+"""Layout of sections on the ground: rasters, building lots, and places for street furniture."""

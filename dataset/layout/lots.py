@@ -10,7 +10,7 @@ from scipy import ndimage
 from arramon_dataset.layout.grid import Mask
 
 
-class Rectangle(NamedTuple):
+class CellRectangle(NamedTuple):
     """Cells from (top, left), inclusive, to (bottom, right), exclusive, on a mask's first and second axis."""
 
     top: int
@@ -24,13 +24,13 @@ class Rectangle(NamedTuple):
         return self.bottom - self.top, self.right - self.left
 
 
-def cover(mask: Mask, shortest: int) -> list[Rectangle]:
+def cover(mask: Mask, shortest: int) -> list[CellRectangle]:
     """Return non-overlapping rectangles inside `mask`, those with the largest inscribed squares first.
 
     No square of `shortest` cells fits into what stays uncovered.
     """
     left = np.pad(mask, 1)
-    rectangles: list[Rectangle] = []
+    rectangles: list[CellRectangle] = []
     while True:
         depth = ndimage.distance_transform_cdt(left, metric="chessboard")
         centre = int(depth.argmax())
@@ -38,15 +38,15 @@ def cover(mask: Mask, shortest: int) -> list[Rectangle]:
         if depth[row, column] == 0:
             return rectangles
         reach = int(depth[row, column]) - 1
-        seed = Rectangle(row - reach, column - reach, row + reach + 1, column + reach + 1)
+        seed = CellRectangle(row - reach, column - reach, row + reach + 1, column + reach + 1)
         best = max((grow(left, seed, order) for order in ("rows", "columns")), key=lambda r: r.shape[0] * r.shape[1])
         if min(best.shape) < shortest:
             return rectangles
         left[best.top : best.bottom, best.left : best.right] = False
-        rectangles.append(Rectangle(*(edge - 1 for edge in best)))
+        rectangles.append(CellRectangle(*(edge - 1 for edge in best)))
 
 
-def grow(mask: Mask, seed: Rectangle, first: str) -> Rectangle:
+def grow(mask: Mask, seed: CellRectangle, first: str) -> CellRectangle:
     """Return `seed` extended inside `mask` as far as possible, rows or columns first. The mask's border is empty."""
     top, left, bottom, right = seed
     for direction in ("rows", "columns") if first == "rows" else ("columns", "rows"):
@@ -60,14 +60,16 @@ def grow(mask: Mask, seed: Rectangle, first: str) -> Rectangle:
                 left -= 1
             while mask[top:bottom, right].all():
                 right += 1
-    return Rectangle(top, left, bottom, right)
+    return CellRectangle(top, left, bottom, right)
 
 
-def split(rectangle: Rectangle, shortest: int, longest: int, random: Random) -> list[Rectangle]:
+def split(rectangle: CellRectangle, shortest: int, longest: int, random: Random) -> list[CellRectangle]:
     """Return the rectangle as lots with sides of `shortest` to `longest` cells, where its own sides are long enough."""
     rows = cuts(rectangle.top, rectangle.bottom, shortest, longest, random)
     columns = cuts(rectangle.left, rectangle.right, shortest, longest, random)
-    return [Rectangle(top, left, bottom, right) for top, bottom in pairwise(rows) for left, right in pairwise(columns)]
+    return [
+        CellRectangle(top, left, bottom, right) for top, bottom in pairwise(rows) for left, right in pairwise(columns)
+    ]
 
 
 def cuts(start: int, end: int, shortest: int, longest: int, random: Random) -> list[int]:

@@ -1,4 +1,4 @@
-"""Masks of built-up ground and streets around building lots, and lots that are set back from the street."""
+"""Raster masks of streets and built-up ground, and setbacks of building lots from the street."""
 
 from collections.abc import Sequence
 from random import Random
@@ -7,7 +7,7 @@ import numpy as np
 from scipy import ndimage
 
 from arramon_dataset.layout.grid import CELL, Mask
-from arramon_dataset.layout.lots import Rectangle
+from arramon_dataset.layout.lots import CellRectangle
 
 RING = 8.0
 """Width of the built-up ground around the free ground, in units, so that every street ends at a facade."""
@@ -16,7 +16,7 @@ SHORTEST, LONGEST = 4.5, 9.0
 """Range of a lot's side lengths, in units, where the ground is wide enough."""
 
 SETBACKS = (0.0, 0.0, 0.0, 0.75, 1.0, 1.5)
-"""Possible distances of a facade from the edge of the street, in units: room for street furniture."""
+"""Possible distances of a facade from the edge of the street, in units: leaves space for street furniture."""
 
 
 def dilate(mask: Mask, units: float) -> Mask:
@@ -26,7 +26,7 @@ def dilate(mask: Mask, units: float) -> Mask:
     return near
 
 
-def rectangle_mask(shape: tuple[int, ...], rectangles: Sequence[Rectangle]) -> Mask:
+def rectangle_mask(shape: tuple[int, ...], rectangles: Sequence[CellRectangle]) -> Mask:
     """Return the mask of all cells in any of `rectangles`."""
     mask = np.zeros(shape, dtype=bool)
     for top, left, bottom, right in rectangles:
@@ -41,13 +41,15 @@ def connected_to(empty: Mask, street: Mask) -> Mask:
     return found
 
 
-def with_neighbours(lot: Rectangle) -> tuple[slice, slice]:
+def with_neighbours(lot: CellRectangle) -> tuple[slice, slice]:
     """Return the slices of a lot and the cells adjacent to it."""
     top, left, bottom, right = lot
     return slice(max(top - 1, 0), bottom + 1), slice(max(left - 1, 0), right + 1)
 
 
-def set_back(lot: Rectangle, seen: Mask, unseen: Mask, random: Random, depths: Sequence[float] = SETBACKS) -> Rectangle:
+def set_back(
+    lot: CellRectangle, seen: Mask, unseen: Mask, random: Random, depths: Sequence[float] = SETBACKS
+) -> CellRectangle:
     """Return the lot without a strip along some of the sides that face a street over their whole length.
 
     No strip is removed that would expose `unseen` cells behind the lots. `depths` of strips are in units.
@@ -57,12 +59,16 @@ def set_back(lot: Rectangle, seen: Mask, unseen: Mask, random: Random, depths: S
         depth = round(random.choice(depths) / CELL)
         top, left, bottom, right = smaller
         strip, edge, rest = (
-            (Rectangle(top, left, top + depth, right), seen[top, left + 1 : right + 1], top + depth),
-            (Rectangle(top, left, bottom, left + depth), seen[top + 1 : bottom + 1, left], left + depth),
-            (Rectangle(bottom - depth, left, bottom, right), seen[bottom + 1, left + 1 : right + 1], bottom - depth),
-            (Rectangle(top, right - depth, bottom, right), seen[top + 1 : bottom + 1, right + 1], right - depth),
+            (CellRectangle(top, left, top + depth, right), seen[top, left + 1 : right + 1], top + depth),
+            (CellRectangle(top, left, bottom, left + depth), seen[top + 1 : bottom + 1, left], left + depth),
+            (
+                CellRectangle(bottom - depth, left, bottom, right),
+                seen[bottom + 1, left + 1 : right + 1],
+                bottom - depth,
+            ),
+            (CellRectangle(top, right - depth, bottom, right), seen[top + 1 : bottom + 1, right + 1], right - depth),
         )[side]
         wide_enough = smaller.shape[side % 2] - depth >= round(SHORTEST / 2 / CELL)
         if edge.all() and wide_enough and not unseen[with_neighbours(strip)].any():
-            smaller = smaller._replace(**{Rectangle._fields[side]: rest})
+            smaller = smaller._replace(**{CellRectangle._fields[side]: rest})
     return smaller

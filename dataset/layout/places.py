@@ -1,4 +1,4 @@
-"""Possible places for props in a section: along facades, at corners and in the open, clear of paths and targets.
+"""Candidate places for props in a section: along facades, at corners and in the open, clear of paths and targets.
 
 All coordinates are in the street frame (see `grid`): a place is (across, along), and a front is in degrees clockwise
 from the `along` axis.
@@ -41,15 +41,15 @@ TRIED = 500
 """Maximum number of places tried for each kind."""
 
 REACH = 2.5
-"""Default maximum distance of props from the nearest path, in units: farther ones would not be seen."""
+"""Default maximum distance of props from the nearest path, in units: farther ones would not be visible."""
 
 
 @dataclass(frozen=True)
-class Row:
-    """The buildings of one heading.
+class AlignedBuildings:
+    """The buildings that share one heading.
 
     Attributes:
-        turned: their heading relative to the street frame, in degrees.
+        turned: heading of the buildings relative to the street frame, in degrees.
         low, high: (n, 2) opposite corners, as (across, along) in the buildings' own turned frame.
     """
 
@@ -64,16 +64,16 @@ class Surroundings:
 
     Attributes:
         heading: of the street frame, degrees clockwise from +z.
-        rows: all buildings.
+        rows: all buildings, grouped by heading.
         trodden: points on all paths.
         targets: of all episodes; None if there are none.
         reach: maximum distance of props from the nearest path, in units.
         placed: props placed so far.
-        spots: (across, along, radius) of each of them.
+        spots: (across, along, radius) of each placed prop.
     """
 
     heading: float
-    rows: tuple[Row, ...]
+    rows: tuple[AlignedBuildings, ...]
     trodden: cKDTree
     targets: cKDTree | None
     reach: float = REACH
@@ -98,7 +98,7 @@ class Surroundings:
             members = [building for building in buildings if building.heading == own]
             centres = to_street_frame(np.array([[b.x, b.z] for b in members]), own)
             halves = np.array([[b.half_width, b.half_length] for b in members])
-            rows.append(Row(own - heading, centres - halves, centres + halves))
+            rows.append(AlignedBuildings(own - heading, centres - halves, centres + halves))
         paths = cKDTree(to_street_frame(trodden, heading))
         return cls(
             heading, tuple(rows), paths, cKDTree(to_street_frame(targets, heading)) if len(targets) else None, reach
@@ -154,7 +154,7 @@ def candidates(surroundings: Surroundings, kind: str, random: Random) -> tuple[P
 
 
 def draw_some(places: Points, fronts: Points, random: Random) -> tuple[Points, Points]:
-    """Return at most TRIED random places, with their fronts."""
+    """Return a random sample of at most TRIED places, with their fronts."""
     kept = random.sample(range(len(places)), min(TRIED, len(places)))
     return places[kept], fronts[kept]
 
@@ -218,7 +218,7 @@ def at_corners(surroundings: Surroundings, back: float) -> tuple[Points, Points]
     return table[:, :2], table[:, 2]
 
 
-def from_row_frame(row: Row, places: list[tuple[float, float, float]]) -> list[tuple[float, float, float]]:
+def from_row_frame(row: AlignedBuildings, places: list[tuple[float, float, float]]) -> list[tuple[float, float, float]]:
     """Convert (across, along, front) in the frame of a row's buildings to the street frame."""
     table = np.array(places).reshape(-1, 3)
     table[:, :2] = to_world_frame(table[:, :2], row.turned)
@@ -281,7 +281,7 @@ def in_view(surroundings: Surroundings, places: Points) -> Mask:
 
 def free_of_others(surroundings: Surroundings, places: Points, radius: float) -> Mask:
     """Return which places leave half a unit between a prop of `radius` and all props placed so far, (n,)."""
-    room = np.ones(len(places), dtype=bool)
+    free = np.ones(len(places), dtype=bool)
     for across, along, other in surroundings.spots:
-        room &= np.hypot(places[:, 0] - across, places[:, 1] - along) > radius + other + 0.5
-    return room
+        free &= np.hypot(places[:, 0] - across, places[:, 1] - along) > radius + other + 0.5
+    return free

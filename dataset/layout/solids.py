@@ -1,4 +1,4 @@
-"""The solids of a section as rectangles on the ground: exact distances, without pybullet."""
+"""The obstacles of a section as rectangles on the ground, with exact distances and without pybullet."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ class Solids:
 
     @classmethod
     def of(cls, section: Section) -> "Solids":
-        """Return everything in a section that blocks agents: buildings, and furniture that stands."""
+        """Return everything in a section that blocks agents: buildings and furniture with a collider."""
         return cls.from_bodies(section.buildings, section.props)
 
     @classmethod

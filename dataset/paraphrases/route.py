@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from arramon_client.world import turn_between
-from arramon_dataset.generation.site import Site
+from arramon_dataset.generation.site import GenerationSite
 from arramon_dataset.instructions.sight import Landmark, find_landmarks, poses_along
 from arramon_dataset.path_tolerances import FACTS_ASIDE, FACTS_BY, FACTS_DEVIATION, FACTS_NEAR, FACTS_SHORTEST_LEG
 from arramon_dataset.paths import Place, direction, distance_from_line, offset_seen_from, simplify
@@ -84,7 +84,7 @@ class RouteFacts:
     others: tuple[str, ...]
 
 
-def route_facts(episode: Episode, number: int, site: Site) -> RouteFacts:
+def route_facts(episode: Episode, number: int, site: GenerationSite) -> RouteFacts:
     """Return the facts of the navigation of turn 1 or 2 of an episode in a site."""
     turn = episode.turns[number - 1]
     start = episode.start

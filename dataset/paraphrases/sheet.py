@@ -6,7 +6,7 @@ from pathlib import Path
 
 from PIL import Image
 
-from arramon_dataset.generation.site import Site
+from arramon_dataset.generation.site import GenerationSite
 from arramon_dataset.generation.split_maker import SOURCE
 from arramon_dataset.paraphrases.room import room_facts
 from arramon_dataset.paraphrases.route import LegFacts, RouteFacts, name_of, route_facts
@@ -32,7 +32,7 @@ MARGIN = 7.0
 """Margin of a map around the path and the turn's objects, in units."""
 
 
-def writer_sheet(episode: Episode, number: int, site: Site) -> tuple[Image.Image, str]:
+def writer_sheet(episode: Episode, number: int, site: GenerationSite) -> tuple[Image.Image, str]:
     """Return the picture and the page of facts from which a writer describes turn 1 or 2 of an episode."""
     facts, turn = route_facts(episode, number, site), episode.turns[number - 1]
     chart = street_map(site.section, turn)
@@ -51,7 +51,7 @@ def writer_sheet(episode: Episode, number: int, site: Site) -> tuple[Image.Image
     return picture, "\n".join([*lines, *room_facts(episode, number, with_goal=True)]) + "\n"
 
 
-Sheet = Callable[[Episode, int, Site], tuple[Image.Image, str]]
+Sheet = Callable[[Episode, int, GenerationSite], tuple[Image.Image, str]]
 """Draws the picture and writes the page of a turn: 1 or 2."""
 
 
@@ -81,20 +81,20 @@ def sheets_of_split(
     output.mkdir(parents=True, exist_ok=True)
     planned = plan_ids() if chosen[split].source.startswith(SOURCE) else ()
     sites = {
-        name: Site(section, read_plan(name) if name in planned else None)
+        name: GenerationSite(section, read_plan(name) if name in planned else None)
         for name, section in chosen[split].sections.items()
     }
     for episode in ids or episodes:
         yield from _write(episodes[episode], _site(episodes[episode], sites), output, sheet)
 
 
-def _site(episode: Episode, sites: Mapping[str, Site]) -> Site:
+def _site(episode: Episode, sites: Mapping[str, GenerationSite]) -> GenerationSite:
     """Return the site of an episode: that of its section, or one with the episode's own furniture."""
     site = sites[episode.section]
-    return site if episode.furniture.is_empty else Site(furnished(site.section, episode.furniture), site.plan)
+    return site if episode.furniture.is_empty else GenerationSite(furnished(site.section, episode.furniture), site.plan)
 
 
-def _write(episode: Episode, site: Site, output: Path, sheet: Sheet) -> Iterator[Path]:
+def _write(episode: Episode, site: GenerationSite, output: Path, sheet: Sheet) -> Iterator[Path]:
     pages = []
     for number in (1, 2):
         picture, page = sheet(episode, number, site)
@@ -161,7 +161,7 @@ def draw_arrow(canvas: Canvas, pose: Pose) -> None:
     canvas.dot(pose.x, pose.z, 7, BLACK)
 
 
-def frames(poses: Mapping[str, Pose], turn: Turn, site: Site) -> list[tuple[str, Image.Image]]:
+def frames(poses: Mapping[str, Pose], turn: Turn, site: GenerationSite) -> list[tuple[str, Image.Image]]:
     """Return the agent's frames from named poses in a turn's streets."""
     actors = [street_actor(item) for item in turn.street]
     return [

@@ -1,4 +1,4 @@
-"""Pictures for people: maps of an episode, and the agent's views along its ground truth."""
+"""Pictures of episodes for people: maps, and the agent's views along the ground truth."""
 
 from arramon_dataset.pictures.episode import show, show_section
 

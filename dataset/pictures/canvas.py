@@ -1,4 +1,4 @@
-"""Drawing in world coordinates, and the layout of pictures with text."""
+"""Drawing in world coordinates, and layout of pictures with text."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -18,7 +18,7 @@ SWATCHES: dict[str, Colour] = {
     "brown": (125, 80, 45),
     "purple": (135, 60, 165),
 }
-"""RGB of the collectibles' colours on maps."""
+"""RGB values of the collectibles' colours on maps."""
 
 
 class Canvas:
@@ -93,7 +93,7 @@ def add_title(picture: Image.Image, lines: Sequence[str], size: int = 14) -> Ima
 
 
 def stack(pictures: Sequence[Image.Image], *, gap: int = 8) -> Image.Image:
-    """Return one picture with all pictures below each other."""
+    """Return one picture with all pictures stacked vertically."""
     width = max(picture.width for picture in pictures)
     whole = Image.new("RGB", (width, sum(picture.height + gap for picture in pictures)), WHITE)
     top = 0

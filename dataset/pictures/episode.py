@@ -1,4 +1,4 @@
-"""Pictures of one episode with its instruction texts, or of one section, as files, for `arramon-server show`."""
+"""Picture files of one episode with its instructions, or of one section, for `arramon-server show`."""
 
 from contextlib import closing
 from pathlib import Path
@@ -19,7 +19,7 @@ def show(data: Path, episode_id: str, split: str | None, output: Path) -> list[P
 
     Args:
         data: the data folder.
-        episode_id: such as "8900".
+        episode_id: for example "8900".
         split: name of the split; None for the first that contains the episode.
         output: folder for the files, created if missing.
 
@@ -49,11 +49,11 @@ def show(data: Path, episode_id: str, split: str | None, output: Path) -> list[P
 
 
 def show_section(data: Path, section_id: str, split: str | None, output: Path) -> list[Path]:
-    """Write a section's map, and a list of what was recovered of it.
+    """Write a section's map, and a list of the things recovered from texts.
 
     Args:
         data: the data folder.
-        section_id: such as "1".
+        section_id: for example "1".
         split: name of the split; None for the first that contains the section.
         output: folder for the files, created if missing.
 
@@ -85,7 +85,7 @@ def show_section(data: Path, section_id: str, split: str | None, output: Path) -
 
 
 def _recovered(section: Section, provenance: Provenance) -> str:
-    """Return a line for each thing that was recovered, most votes first."""
+    """Return a line for each recovered thing, most votes first."""
     listed = []
     for each in provenance.props:
         prop = section.props[each.index]

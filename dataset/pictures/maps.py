@@ -1,4 +1,4 @@
-"""Maps of an episode, in the style of the paper's figures: the section and the room from above."""
+"""Top-down maps of sections and rooms, in the style of the paper's figures."""
 
 from collections.abc import Mapping, Sequence
 
@@ -20,7 +20,7 @@ TILE, FLOOR = (245, 215, 90), (238, 234, 226)
 AGREED, OWN, WALKED = (190, 70, 10), (30, 80, 200), (190, 190, 205)
 
 _MARKS = {AGREEMENT: (6, AGREED, 12), COLOUR: (6, AGREED, 12), TEXT: (5, OWN, 10), DRAWN: (3, PROPS, 9)}
-"""By a prop's origin: radius of its dot in pixels, colour, and size of its label."""
+"""Radius of the dot in pixels, colour, and font size of the label, by a prop's origin."""
 
 LEGEND = (
     "orange: recovered, with the number of votes, or in the colour that the episode's own text says; "
@@ -38,9 +38,9 @@ def ground_map(
     """Return a map of the section alone: buildings in the colours of their walls, and street furniture.
 
     Args:
-        section: with all furniture that is to be shown.
+        section: with all furniture to show.
         scale: pixels per unit.
-        origins: of each of the section's props; none if all were drawn.
+        origins: origin of each of the section's props; empty if all were placed at random.
         facades: votes of the buildings whose facade was recovered, by index.
         walked: paths, each of (x, z), drawn faintly.
     """
@@ -55,7 +55,7 @@ def ground_map(
         building = section.buildings[index]
         canvas.label(building.x, building.z, f"{building.facade} {votes:.0f}", anchor="mm", colour=AGREED)
     named = list(zip(section.props, origins or [PropOrigin(DRAWN)] * len(section.props), strict=True))
-    for prop, origin in sorted(named, key=lambda each: each[1].votes):  # What is recovered lies on top.
+    for prop, origin in sorted(named, key=lambda each: each[1].votes):  # Recovered things are drawn on top.
         _prop(canvas, prop, origin)
     return canvas
 
@@ -81,7 +81,7 @@ def _votes(origin: PropOrigin) -> str:
 
 
 def roof_colour(facade: str) -> tuple[int, int, int]:
-    """Return the colour of a building's roof: a paler one of its walls."""
+    """Return the colour of a building's roof: a paler tone of its walls."""
     red, green, blue = ((2 * part + ROOF[0]) // 3 for part in wall_colour(facade))
     return red, green, blue
 
@@ -92,7 +92,7 @@ def section_map(
     """Return a map of the section: the episode's objects, and the ground truth, turn 1 in pink and turn 2 in green.
 
     Turn 1 goes from the black dot to the white dot, where turn 2 begins. With the section's provenance the map marks
-    what was recovered, and what the episode's own text put there.
+    the things that were recovered, and those placed from the episode's own text.
     """
     origins = () if provenance is None else provenance.origins(section, episode)
     facades = None if provenance is None else provenance.building_votes()
@@ -110,7 +110,7 @@ def section_map(
 def recovered_map(
     section: Section, provenance: Provenance | None, episodes: Sequence[Episode], scale: float = 24.0
 ) -> Image.Image:
-    """Return a map of a section alone, with the paths of its episodes, and with what was recovered by its votes."""
+    """Return a map of a section with the paths of its episodes, and with recovered things and their votes."""
     origins = () if provenance is None else provenance.origins(section)
     facades = {} if provenance is None else provenance.building_votes()
     paths = [turn.path for episode in episodes for turn in episode.turns]

@@ -1,4 +1,4 @@
-"""A contact sheet of the agent's views along the ground truth."""
+"""Contact sheets of the agent's views along the ground truth."""
 
 from collections.abc import Iterator
 
@@ -18,7 +18,7 @@ MAX_FRAMES = 16
 
 
 def contact_sheet(episode: Episode, split: str, worlds: Worlds, size: int = 224) -> Image.Image:
-    """Return a sheet of all phases, each under its instruction: frames of `size` pixels, in order of steps."""
+    """Return a sheet of all phases, each with its instruction and frames of `size` pixels in order of steps."""
     parts = []
     for title, states in _phases(episode, split, worlds):
         frames = [Image.fromarray(worlds.render(split, episode, state, size).rgb) for state in _some(states)]

@@ -1,4 +1,4 @@
-"""Generation of a street plan's buildings: along every street, facing it, without gaps that open to the outside."""
+"""Generation of the buildings along a plan's streets: they face the street and leave no gap to the outside."""
 
 import math
 from dataclasses import dataclass, field
@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from arramon_client.world import FACADES
 from arramon_dataset.layout.grid import CELL, Grid, Mask, Points
-from arramon_dataset.layout.lots import Rectangle, cover, split
+from arramon_dataset.layout.lots import CellRectangle, cover, split
 from arramon_dataset.layout.masks import RING, connected_to, dilate, rectangle_mask, set_back, with_neighbours
 from arramon_dataset.plans.plan import Plan
 from arramon_dataset.plans.strips import Surface, surface
@@ -22,7 +22,7 @@ SHORTEST, LONGEST = 3.5, 7.5
 """Range of a lot's side lengths, in units, where the ground is wide enough."""
 
 NARROWEST = 1.5
-"""Ground that no square of this side length fits into stays empty, unless it lies deep between the lots, in units."""
+"""Side length of the smallest square of ground that is built up, in units; deep between the lots, see `DEEP`."""
 
 DEEP = 1.0
 """Ground farther than this from every street is built up completely, in units."""
@@ -40,7 +40,7 @@ HEIGHTS = ((1.6, 2.6), (2.6, 4.4), (4.4, 6.5), (6.5, 9.0))
 """Ranges of building heights in units, all equally likely."""
 
 NEAR = 9.0
-"""Buildings whose centres are closer than this get different facades while there are enough, in units."""
+"""Distance of centres, in units, below which buildings get different facades as long as there are enough."""
 
 
 @dataclass
@@ -50,20 +50,20 @@ class Layer:
     Attributes:
         grid: raster turned to the heading.
         street: cells covered by streets.
-        own: cells to build on that are nearest to a street of this heading.
-        lots: on `own` cells.
+        own: cells to build on whose nearest street has this heading.
+        lots: building lots on `own` cells.
     """
 
     grid: Grid
     street: Mask
     own: Mask
-    lots: list[Rectangle] = field(default_factory=list)
+    lots: list[CellRectangle] = field(default_factory=list)
 
 
 def build_up(plan: Plan, seed: str) -> tuple[Building, ...]:
     """Return the section's buildings; the same plan and seed give the same result.
 
-    Their places depend on the plan alone, their looks on the seed too.
+    Positions depend on the plan alone; heights and facades also depend on the seed.
 
     Args:
         plan: street plan.
@@ -100,19 +100,19 @@ def survey(ground: Surface, heading: float) -> Layer:
     return Layer(grid, street, own)
 
 
-def lots_of(plan: Plan, layer: Layer) -> list[Rectangle]:
+def lots_of(plan: Plan, layer: Layer) -> list[CellRectangle]:
     """Return lots on a layer's own ground."""
-    found: list[Rectangle] = []
+    found: list[CellRectangle] = []
     for number, rectangle in enumerate(cover(layer.own, round(NARROWEST / CELL))):
         random = seeded(plan.id, "lots", layer.grid.heading, number)
         found += split(rectangle, round(SHORTEST / CELL), round(LONGEST / CELL), random)
     return found
 
 
-def thicken(gap: Rectangle, street: Mask) -> Rectangle:
+def thicken(gap: CellRectangle, street: Mask) -> CellRectangle:
     """Return a gap's lot extended behind its neighbours, but not into a street, so that no wall is thin."""
     grown = gap
-    for side, outwards in zip(Rectangle._fields, (-1, -1, 1, 1), strict=True):
+    for side, outwards in zip(CellRectangle._fields, (-1, -1, 1, 1), strict=True):
         for _ in range(round(THICKEN / CELL)):
             wider = grown._replace(**{side: getattr(grown, side) + outwards})
             inside = (
@@ -153,7 +153,7 @@ def built_cells(grid: Grid, buildings: list[Building]) -> Mask:
     return built.reshape(grid.shape)
 
 
-def apply_setbacks(plan: Plan, number: int, layer: Layer, layers: list[Layer]) -> list[Rectangle]:
+def apply_setbacks(plan: Plan, number: int, layer: Layer, layers: list[Layer]) -> list[CellRectangle]:
     """Return the layer's lots that are visible from the street, some of them set back from it."""
     empty = ~built_cells(layer.grid, lot_boxes(layers))
     seen = connected_to(empty, layer.street)
@@ -181,7 +181,7 @@ def make_buildings(plan: Plan, seed: str, bare: list[Building]) -> list[Building
 
 
 def choose_facade(box: Building, done: list[Building], used: dict[str, int], random: Random) -> str:
-    """Return the facade whose nearest use is farthest away; of equals, the least used."""
+    """Return the facade whose nearest use is farthest away; ties go to the least used facade."""
     apart = dict.fromkeys(FACADES, NEAR)
     for other in done:
         distance = round(math.hypot(other.x - box.x, other.z - box.z), 3)

@@ -1,4 +1,4 @@
-"""Faults of sections whose plans are drawn by program, by what holds of the seven whose plans are made by hand."""
+"""Validation of sections with random street plans, by properties of the seven sections planned by hand."""
 
 from collections.abc import Iterator
 from itertools import combinations
@@ -22,36 +22,38 @@ EXTENT = (30.5, 49.5)
 """Range of a section's extent along x and z, in units."""
 
 GROUND = (620, 1080)
-"""Range of its free ground, in square units."""
+"""Range of a section's free ground, in square units."""
 
 JUNCTIONS = 11
 """Minimum number of junctions."""
 
 SPACING, MARGIN, NEAR_FREE = 0.2, 0.1, 0.3
-"""Of the places that connected ground is told by; what they have around them besides the agent's radius; maximum
-distance of every street's middle line from free ground, but for its ends. In units."""
+"""Spacing of the sample points of free ground; their clearance beyond the agent's radius; maximum distance between a
+street's middle line, except its ends, and free ground. In units."""
 
-AROUND, BESIDE = 3.0, 1.5
-"""How far around its bounds a section is looked at, and maximum distance of reachable ground from streets, in units."""
+SURVEY_MARGIN, MAX_OFF_STREET = 3.0, 1.5
+"""Margin around a section's bounds that is sampled, and maximum distance of reachable ground from streets, in units."""
 
 AT_END = 0.75
-"""How far from the end of a street its middle line need not be free, in units."""
+"""Length at the ends of a street where its middle line need not be free, in units."""
 
 PROPS, BANNERS, LABELS = range(125, 151), range(12, 21), 35
-"""Number of props, of banners, and minimum number of labels that differ."""
+"""Numbers of props and of banners, and minimum number of distinct labels."""
 
 FARTHEST_LANDMARK, AT_CROSSING = 4.95, 3
-"""Maximum distance of every place on a street from a landmark, in units, and number of those so near to a crossing."""
+"""Maximum distance of any point on a street from a landmark, in units, and minimum number of landmarks within that
+distance of a crossing."""
 
 TWINS, NEAR_TWINS, NEAR_SHARE = 7.05, 12.0, 0.1
-"""Minimum distance of two props that look the same; below the second, in units, at most this share of them is."""
+"""Minimum distance of two props that look the same, in units; at most `NEAR_SHARE` of such pairs are closer than
+`NEAR_TWINS`."""
 
 ZEBRAS = 4
 """Minimum number of zebra crossings."""
 
 
 def faults_of_plan(plan: Plan) -> tuple[str, ...]:
-    """Return what can be said without building a section: whether it is too small or too large."""
+    """Return the faults that are visible without building the section: an extent that is too small or too large."""
     x0, z0, x1, z1 = bounds_of(plan)
     if not all(EXTENT[0] < length < EXTENT[1] for length in (x1 - x0, z1 - z0)):
         return (f"it extends over {x1 - x0:.1f} by {z1 - z0:.1f} units",)
@@ -59,11 +61,11 @@ def faults_of_plan(plan: Plan) -> tuple[str, ...]:
 
 
 def faults_of_section(plan: Plan, section: Section) -> tuple[str, ...]:
-    """Return descriptions of everything else in which a section falls behind the seven; empty for a good one.
+    """Return descriptions of all other faults of a section; empty if it is as good as the seven made by hand.
 
     Args:
-        plan: that it was built from.
-        section: as built.
+        plan: street plan of the section.
+        section: built from the plan.
     """
     return (*_ground_faults(plan, section), *_landmark_faults(plan, section), *_graph_faults(plan, section))
 
@@ -78,16 +80,16 @@ def _ground_faults(plan: Plan, section: Section) -> Iterator[str]:
     inner = middles[distances(middles, ends).min(axis=1) > AT_END]
     streets = surface(plan)
     beside = free[~streets.covers(free)]
-    if len(beside) and np.min([strip.distance(beside) for strip in streets.strips], axis=0).max() > BESIDE:
+    if len(beside) and np.min([strip.distance(beside) for strip in streets.strips], axis=0).max() > MAX_OFF_STREET:
         yield "it is open to the outside"
     if not len(free) or max(_nearest(inner, free)) > NEAR_FREE:
         yield "a street is not free, or leads nowhere"
 
 
 def _connected(section: Section) -> Points:
-    """Return the places of a lattice that the agent can reach from one another, (n, 2) of (x, z)."""
+    """Return the largest connected set of lattice points that the agent can stand on, (n, 2) of (x, z)."""
     x0, z0, x1, z1 = section.bounds
-    xs, zs = (np.arange(low - AROUND, high + AROUND, SPACING) for low, high in ((x0, x1), (z0, z1)))
+    xs, zs = (np.arange(low - SURVEY_MARGIN, high + SURVEY_MARGIN, SPACING) for low, high in ((x0, x1), (z0, z1)))
     places = np.stack(np.meshgrid(xs, zs, indexing="ij"), axis=-1)
     clear = Solids.of(section).distance(places.reshape(-1, 2)).reshape(places.shape[:2]) > AGENT_RADIUS + MARGIN
     parts, _ = ndimage.label(clear)

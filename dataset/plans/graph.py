@@ -12,7 +12,7 @@ from arramon_client.world import turn_between
 
 JUNCTIONS = ("crossing", "t_junction", "fork", "bend", "street_end", "square")
 """Kinds of junctions: four arms or more; three, two of them in line; three, no two in line; two, at an angle; one; an
-open square, however many streets leave it."""
+open square, with any number of streets."""
 
 ROADS = ("street", "alley")
 
@@ -20,7 +20,7 @@ SIZES = ("", "tall", "small")
 """Sizes of buildings; "" for one that is neither."""
 
 STRAIGHT = 35.0
-"""Maximum deviation from a straight line at which two arms are in line, in degrees."""
+"""Maximum angle between two arms and a straight line for the arms to count as in line, in degrees."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +31,7 @@ class Arm:
         heading: direction away from the junction, degrees clockwise from +z.
         road: identity of the road.
         leads_to: identity of the next junction on it; "" if there is none.
-        x, z: its mouth, on the road's middle line where it leaves the junction's open ground.
+        x, z: where the road's middle line leaves the junction's open ground.
     """
 
     heading: float
@@ -47,10 +47,10 @@ class Junction:
 
     Attributes:
         identity: "junction/0" and so on.
-        x, z: its middle, in units; free to walk on, as are all roads' middle lines.
+        x, z: its centre, in units; free to walk on, like all roads' middle lines.
         kind: one of JUNCTIONS.
         arms: clockwise, by heading.
-        radius: distance of the farthest mouth of an arm from the middle, in units.
+        radius: distance from the centre to the farthest start of an arm, in units.
     """
 
     identity: str
@@ -61,12 +61,12 @@ class Junction:
     radius: float
 
     def arm_towards(self, heading: float, tolerance: float = STRAIGHT) -> Arm | None:
-        """Return the arm that leaves nearest to a heading, or None if none is within `tolerance` degrees of it."""
+        """Return the arm whose direction is nearest to a heading, or None if none is within `tolerance` degrees."""
         near = [arm for arm in self.arms if apart(arm.heading, heading) <= tolerance]
         return min(near, key=lambda arm: apart(arm.heading, heading), default=None)
 
     def kind_from(self, heading: float) -> str:
-        """Return what the junction looks like to a walker who arrives with this heading.
+        """Return the kind of the junction as seen by a walker who arrives with this heading.
 
         A T-junction that is entered from its bar is "left_turn" or "right_turn", the side on which a street leaves;
         from its stem it is "t_junction": the street ends, and one goes left or right.
@@ -88,12 +88,12 @@ class Road:
     """A street or an alley.
 
     Attributes:
-        identity: "street/0" and so on, for alleys too: the place in the plan.
-        name: for people; no instruction says it.
+        identity: "street/0" and so on, also for alleys, by the order in the plan.
+        name: for people; no instruction uses it.
         kind: one of ROADS.
         width: between the facades, in units.
         line: (x, z) of its middle line's ends and bends.
-        junctions: identities of those that it passes, along its line.
+        junctions: identities of the junctions on it, in order along the line.
     """
 
     identity: str
@@ -114,7 +114,7 @@ class Corner:
 
     Attributes:
         identity: "corner/0" and so on.
-        x, z: the corner of the building that stands there, in units.
+        x, z: the corner of the building there, in units.
         building: identity of that building.
         junction: identity of the junction.
     """
@@ -127,19 +127,19 @@ class Corner:
 
 
 @dataclass(frozen=True, slots=True)
-class House:
-    """A building, as it can be named.
+class NamedBuilding:
+    """A building with the attributes by which it can be named.
 
     Attributes:
         identity: "building/0" and so on, the name of its body.
         x, z: its centre, in units.
         corners: (x, z) of its four corners.
-        colours: what colours it may be called, the likeliest first; a colour names it only where no other building
-            in view has it anywhere among its own.
+        colours: colour names that fit it, the likeliest first; a colour identifies it only where it fits no other
+            building in view.
         look: its facade, one of `section.FACADES`.
         size: one of SIZES.
-        sign: what its shop's sign shows; "" if it has none.
-        roads: identities of the roads that it stands at.
+        sign: kind of shop on its sign; "" if it has none.
+        roads: identities of the roads that it faces.
     """
 
     identity: str
@@ -160,7 +160,7 @@ class StreetGraph:
     junctions: tuple[Junction, ...]
     roads: tuple[Road, ...]
     corners: tuple[Corner, ...]
-    houses: tuple[House, ...]
+    houses: tuple[NamedBuilding, ...]
 
     def junction(self, identity: str) -> Junction:
         """Return a junction by its identity.
@@ -185,12 +185,12 @@ class StreetGraph:
         raise KeyError(identity)
 
     def junction_at(self, x: float, z: float) -> Junction | None:
-        """Return the junction whose open ground holds a place, the nearest of several; None if none does."""
+        """Return the junction whose open ground contains a place, the nearest of several; None if none does."""
         inside = [j for j in self.junctions if math.dist((j.x, j.z), (x, z)) <= j.radius]
         return min(inside, key=lambda j: math.dist((j.x, j.z), (x, z)), default=None)
 
     def roads_at(self, x: float, z: float) -> tuple[Road, ...]:
-        """Return the roads on whose ground a place is."""
+        """Return the roads that contain a place."""
         return tuple(road for road in self.roads if road.distance(x, z) <= road.width / 2)
 
 

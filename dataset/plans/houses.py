@@ -1,4 +1,4 @@
-"""Buildings as people name them: by colour, facade, size, and the sign of a shop."""
+"""The attributes by which instructions can name a building: colour, facade, size and shop sign."""
 
 import math
 
@@ -6,8 +6,8 @@ import numpy as np
 
 from arramon_dataset.layout.grid import Points
 from arramon_dataset.layout.solids import to_rectangle
-from arramon_dataset.plans.graph import House, Road
-from arramon_dataset.plans.survey import Track
+from arramon_dataset.plans.graph import NamedBuilding, Road
+from arramon_dataset.plans.survey import MiddleLine
 from arramon_server.sim.section import Building, Section
 
 COLOURS = {
@@ -15,37 +15,37 @@ COLOURS = {
     "white": ("white",), "arched": ("yellow", "brown"), "red": ("red",), "grey": ("grey",),
     "yellow": ("yellow",), "green": ("green",), "blue": ("blue",),
 }  # fmt: skip
-"""What colours a facade may be called, the likeliest first."""
+"""Colour names that fit each facade, the likeliest first."""
 
 AT_ROAD = 0.8
-"""Maximum distance of a building from the edge of a road that it stands at, in units."""
+"""Maximum distance between a building and the edge of a road for the building to count as on that road, in units."""
 
 ON_WALL = 0.05
 """Maximum distance of a sign from the wall of its building, in units."""
 
 TALL = 6.5
-"""Height from which a building is tall, in units: about seven storeys."""
+"""Minimum height of a building called tall, in units: about seven storeys."""
 
 SMALL, SMALL_GROUND = 2.6, 30.0
-"""Height and ground up to which a building is small, in units and square units: two storeys."""
+"""Maximum height and ground area of a building called small, in units and square units: two storeys."""
 
 
-def house_of(number: int, section: Section, roads: tuple[Road, ...], tracks: tuple[Track, ...]) -> House:
-    """Return how one of a section's buildings can be named.
+def house_of(number: int, section: Section, roads: tuple[Road, ...], lines: tuple[MiddleLine, ...]) -> NamedBuilding:
+    """Return a building of a section with the attributes by which it can be named.
 
     Args:
-        number: of the building in the section.
+        number: index of the building in the section.
         section: the section.
         roads: of the section's plan.
-        tracks: their middle lines, in the same order.
+        lines: middle lines of the roads, in the same order.
     """
     building = section.buildings[number]
     at = tuple(
         road.identity
-        for road, track in zip(roads, tracks, strict=True)
-        if from_building(building, track.places).min() <= road.width / 2 + AT_ROAD
+        for road, line in zip(roads, lines, strict=True)
+        if from_building(building, line.places).min() <= road.width / 2 + AT_ROAD
     )
-    return House(
+    return NamedBuilding(
         f"building/{number}",
         building.x,
         building.z,
@@ -59,7 +59,7 @@ def house_of(number: int, section: Section, roads: tuple[Road, ...], tracks: tup
 
 
 def _sign_of(building: Building, section: Section) -> str:
-    """Return what the sign on a building's wall is for; "" without a sign."""
+    """Return the kind of shop named by the sign on a building's wall; "" without a sign."""
     signs = [prop for prop in section.props if prop.kind == "shop_sign"]
     places = np.array([(sign.x, sign.z) for sign in signs]).reshape(-1, 2)
     on = np.flatnonzero(from_building(building, places) < ON_WALL)

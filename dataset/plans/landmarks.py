@@ -1,4 +1,4 @@
-"""Placement of landmarks, street furniture and banners, so that every walk soon passes a unique one."""
+"""Placement of street furniture and banners so that every walk soon passes a unique landmark."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -8,7 +8,7 @@ from random import Random
 import numpy as np
 
 from arramon_client.world import SHOPS
-from arramon_dataset.layout.furnishing import COLOURS, SHAPE_COLOURS
+from arramon_dataset.layout.furniture_colours import COLOURS, SHAPE_COLOURS
 from arramon_dataset.layout.grid import Points, sample_points, to_street_frame
 from arramon_dataset.layout.places import AT_CORNERS, Surroundings, candidates, extents, free_of_others
 from arramon_dataset.plans.plan import Plan
@@ -23,7 +23,7 @@ COUNTS = {
     "tree": 5, "barrier": 6, "banner": 18, "traffic_light": 5, "stop_sign": 4, "speed_sign": 4, "tyre_stack": 4,
     "bags": 4, "mailbox": 5, "bin": 4, "barrel": 7, "hydrant": 5, "lamp_post": 4, "cone": 8,
 }  # fmt: skip
-"""Number of each kind in a section, where there is room; bulky kinds are placed first."""
+"""Maximum number of each kind in a section; bulky kinds are placed first."""
 
 MIN_SEPARATION = 12.0
 """Minimum distance of two props that look the same, where possible, in units."""
@@ -54,8 +54,8 @@ class Stops:
     Attributes:
         places: (n, 2).
         weights: (n,).
-        seen: (n,) number of landmarks that each has already.
-        crossings: (m, 2) where streets meet.
+        seen: (n,) number of landmarks already near each stop.
+        crossings: (m, 2) points where streets meet.
         labels: of all props placed, in order.
     """
 
@@ -114,14 +114,14 @@ def crossings(plan: Plan) -> Points:
 def place_landmark(
     surroundings: Surroundings, stops: Stops, kind: str, places: Points, fronts: Points, random: Random
 ) -> None:
-    """Place one prop of this kind where a landmark is needed most, if there is room."""
-    room = np.flatnonzero(free_of_others(surroundings, places, max(extents(kind))))
-    if not len(room):
+    """Place one prop of this kind where a landmark is needed most, if there is a free place."""
+    free = np.flatnonzero(free_of_others(surroundings, places, max(extents(kind))))
+    if not len(free):
         return
-    tried = room[sorted(random.sample(range(len(room)), min(TRIED, len(room))))]
+    tried = free[sorted(random.sample(range(len(free)), min(TRIED, len(free))))]
     looks = looks_of(kind)
     if kind == "shop_sign":
-        # One shop of each kind in a section, so that its sign alone tells where one is.
+        # One shop of each kind in a section, so that its sign alone identifies the location.
         looks = [look for look in looks if label_of(kind, look) not in stops.labels] or looks
     random.shuffle(looks)
     values = landmark_values(surroundings, stops, places[tried], [label_of(kind, look) for look in looks])

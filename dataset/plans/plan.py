@@ -1,4 +1,4 @@
-"""Street plans and their files: TOML that people can read and draw."""
+"""Street plans of sections, and their validated TOML files."""
 
 import json
 import math
@@ -18,7 +18,7 @@ from arramon_server.episodes.files import parse, read_bytes
 from arramon_server.errors import BadFile, NotFound
 
 FOLDER = Path(__file__).parent
-"""Folder of the project's own plans, one file each, named by section."""
+"""Folder of the project's own plans: one file for each section, named by its id."""
 
 Pair = tuple[float, float]
 
@@ -33,7 +33,7 @@ class Street:
     """A street of constant width along a polyline.
 
     Attributes:
-        name: for people.
+        name: for people; no instruction uses it.
         width: between the facades, in units: 2 to 3 for an alley, 5 to 8 for a street.
         points: (across, along) of the ends and corners of its middle line, in the plan's frame, in units. Where it
             meets another street, the line extends to the other's middle; elsewhere it ends at a facade.
@@ -47,11 +47,11 @@ class Street:
 
 
 @dataclass(frozen=True, slots=True)
-class Square:
+class OpenSquare:
     """An open square.
 
     Attributes:
-        name: for people.
+        name: for people; no instruction uses it.
         corners: (across, along) of its corners in order around it, in the plan's frame, in units.
     """
 
@@ -63,13 +63,13 @@ class Square:
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """The streets and squares of a section. All other ground is built up.
+    """The streets and open squares of a section; buildings cover the rest of the ground.
 
     The plan's frame is turned: `along` points in the direction of `heading`, `across` 90 degrees clockwise from it.
 
     Attributes:
-        id: id of the section, such as "1".
-        name: for people.
+        id: of the section, for example "1".
+        name: for people; no instruction uses it.
         heading: of the main streets, degrees clockwise from +z.
         origin: (x, z) of the plan's (0, 0) in the world frame, in units.
     """
@@ -81,7 +81,7 @@ class Plan:
     heading: Annotated[float, Field(ge=0.0, lt=180.0)]
     origin: Pair
     streets: Annotated[tuple[Street, ...], Field(min_length=1)]
-    squares: tuple[Square, ...] = ()
+    squares: tuple[OpenSquare, ...] = ()
 
     def world(self, points: Points) -> Points:
         """Convert (n, 2) of (across, along) in the plan's frame to (n, 2) of (x, z) in the world frame."""
@@ -105,12 +105,12 @@ def read_plan(id: str, folder: Path = FOLDER) -> Plan:  # noqa: A002 - the usual
     """Read and validate the street plan of a section.
 
     Args:
-        id: such as "1".
+        id: of the section, for example "1".
         folder: of the plan files.
 
     Raises:
         NotFound: if there is no such plan.
-        BadFile: if the content is wrong, naming the field and what was expected.
+        BadFile: if the content is invalid; the message names the field and what was expected.
     """
     path = folder / f"{id}.toml"
     if not path.is_file():

@@ -1,31 +1,32 @@
-"""The street graph of a section, from its plan and its buildings."""
+"""Construction of a section's street graph from its plan and its buildings."""
 
 import math
 
 from arramon_dataset.plans.graph import STRAIGHT, Arm, Corner, Junction, Road, StreetGraph, apart
 from arramon_dataset.plans.houses import corners_of, house_of
 from arramon_dataset.plans.plan import Plan
-from arramon_dataset.plans.survey import SHARPEST_CURVE, Meeting, Mouth, Track, meetings_of, tracks_of
+from arramon_dataset.plans.survey import SHARPEST_CURVE, Meeting, MiddleLine, Mouth, meetings_of, middle_lines_of
 from arramon_server.sim.section import Building, Section
 
 WIDEST_ALLEY = 3.0
 """Width of the widest alley, in units."""
 
 LARGEST_CORNER, FARTHEST_CORNER = 150.0, 8.0
-"""Maximum angle between two arms with a block's corner between them, in degrees, and its distance, in units."""
+"""Maximum angle between two neighbouring arms with a block's corner between them, in degrees, and maximum distance of
+the corner from the junction, in units."""
 
 AT_CORNER = 1.5
-"""Maximum distance of a building's corner from where the edges of its block meet, in units: facades are set back."""
+"""Maximum distance between a building's corner and the corner of its block, in units: facades are set back."""
 
 
 def street_graph(plan: Plan, section: Section) -> StreetGraph:
     """Return the graph of a section that was built from this plan; the same input gives the same graph."""
-    tracks = tracks_of(plan)
-    meetings = [meeting for meeting in meetings_of(plan, tracks) if _kind(meeting, tracks)]
+    lines = middle_lines_of(plan)
+    meetings = [meeting for meeting in meetings_of(plan, lines) if _kind(meeting, lines)]
     numbered = {id(meeting): f"junction/{number}" for number, meeting in enumerate(meetings)}
-    junctions = tuple(_junction(meeting, meetings, numbered, tracks) for meeting in meetings)
-    roads = tuple(_road(plan, track, meetings, numbered) for track in tracks)
-    houses = tuple(house_of(number, section, roads, tracks) for number in range(len(section.buildings)))
+    junctions = tuple(_junction(meeting, meetings, numbered, lines) for meeting in meetings)
+    roads = tuple(_road(plan, line, meetings, numbered) for line in lines)
+    houses = tuple(house_of(number, section, roads, lines) for number in range(len(section.buildings)))
     return StreetGraph(junctions, roads, _corners(junctions, roads, section.buildings), houses)
 
 
@@ -34,18 +35,18 @@ def _road_identity(number: int) -> str:
 
 
 def _junction(
-    meeting: Meeting, meetings: list[Meeting], numbered: dict[int, str], tracks: tuple[Track, ...]
+    meeting: Meeting, meetings: list[Meeting], numbered: dict[int, str], lines: tuple[MiddleLine, ...]
 ) -> Junction:
     arms = []
     for mouth in meeting.mouths:
-        track = tracks[mouth.track]
-        x, z = track.places[mouth.at].round(3).tolist()
-        leads_to = _next(mouth, track, meeting, meetings, numbered)
-        arms.append(Arm(track.heading(mouth.at, mouth.way), _road_identity(mouth.track), leads_to, x, z))
+        line = lines[mouth.line]
+        x, z = line.places[mouth.at].round(3).tolist()
+        leads_to = _next(mouth, line, meeting, meetings, numbered)
+        arms.append(Arm(line.heading(mouth.at, mouth.way), _road_identity(mouth.line), leads_to, x, z))
     arms.sort(key=lambda arm: arm.heading)
     centre_x, centre_z = _middle(meeting)
     radius = max(math.dist((centre_x, centre_z), (arm.x, arm.z)) for arm in arms)
-    kind = _kind(meeting, tracks)
+    kind = _kind(meeting, lines)
     return Junction(numbered[id(meeting)], centre_x, centre_z, kind, tuple(arms), round(radius, 3))
 
 
@@ -56,9 +57,9 @@ def _middle(meeting: Meeting) -> tuple[float, float]:
     return x, z
 
 
-def _kind(meeting: Meeting, tracks: tuple[Track, ...]) -> str:
-    """Return one of `graph.JUNCTIONS`; "" for a meeting that is no junction, as where a road merely goes on."""
-    headings = [tracks[mouth.track].heading(mouth.at, mouth.way) for mouth in meeting.mouths]
+def _kind(meeting: Meeting, lines: tuple[MiddleLine, ...]) -> str:
+    """Return one of `graph.JUNCTIONS`; "" for a meeting that is no junction but a continuing road."""
+    headings = [lines[mouth.line].heading(mouth.at, mouth.way) for mouth in meeting.mouths]
     if not headings:
         return ""
     if meeting.corners is not None:
@@ -73,26 +74,26 @@ def _kind(meeting: Meeting, tracks: tuple[Track, ...]) -> str:
     return "t_junction" if in_line else "fork"
 
 
-def _next(mouth: Mouth, track: Track, meeting: Meeting, meetings: list[Meeting], numbered: dict[int, str]) -> str:
-    """Return the identity of the first other junction on the way from a mouth; "" if there is none."""
-    others = [m for m in meetings if m is not meeting and track.number in m.grounds]
-    for at in track.following(mouth.at, mouth.way):
+def _next(mouth: Mouth, line: MiddleLine, meeting: Meeting, meetings: list[Meeting], numbered: dict[int, str]) -> str:
+    """Return the identity of the next junction along a road that leaves a meeting; "" if there is none."""
+    others = [m for m in meetings if m is not meeting and line.number in m.grounds]
+    for at in line.following(mouth.at, mouth.way):
         for other in others:
-            if other.grounds[track.number][at]:
+            if other.grounds[line.number][at]:
                 return numbered[id(other)]
     return ""
 
 
-def _road(plan: Plan, track: Track, meetings: list[Meeting], numbered: dict[int, str]) -> Road:
-    street = plan.streets[track.number]
+def _road(plan: Plan, line: MiddleLine, meetings: list[Meeting], numbered: dict[int, str]) -> Road:
+    street = plan.streets[line.number]
     passed = sorted(
-        (int(m.grounds[track.number].argmax()), numbered[id(m)])
+        (int(m.grounds[line.number].argmax()), numbered[id(m)])
         for m in meetings
-        if track.number in m.grounds and m.grounds[track.number].any()
+        if line.number in m.grounds and m.grounds[line.number].any()
     )
-    line = tuple((round(x, 3), round(z, 3)) for x, z in plan.lines()[track.number].tolist())
+    points = tuple((round(x, 3), round(z, 3)) for x, z in plan.lines()[line.number].tolist())
     kind = "alley" if street.width <= WIDEST_ALLEY else "street"
-    return Road(_road_identity(track.number), street.name, kind, street.width, line, tuple(name for _, name in passed))
+    return Road(_road_identity(line.number), street.name, kind, street.width, points, tuple(name for _, name in passed))
 
 
 def _corners(

@@ -1,4 +1,4 @@
-"""The ground covered by a plan's streets and squares, in the world frame: rectangles, polygons, and their edges."""
+"""The ground that a plan's streets and squares cover, in the world frame, as rectangles and polygons."""
 
 import math
 from dataclasses import dataclass, replace
@@ -21,7 +21,7 @@ class Strip:
     Attributes:
         start, end: (x, z) of the ends of its middle line.
         half_width: in units.
-        heading: degrees clockwise from +z, modulo 90 degrees, of the houses that face it.
+        heading: of the houses that face it, degrees clockwise from +z, modulo 90.
     """
 
     start: tuple[float, float]
@@ -45,7 +45,7 @@ class Strip:
 
 @dataclass(frozen=True, slots=True)
 class Surface:
-    """All of a plan's streets and squares.
+    """The ground of all streets and squares of a plan.
 
     Attributes:
         strips: segments of the streets, and edges of the squares.

@@ -1,4 +1,4 @@
-"""Survey of a plan: where its roads meet, bend and end, and which arms leave each of these places."""
+"""Detection of the places where a plan's roads meet, bend or end, and of the roads that leave each of them."""
 
 import math
 from dataclasses import dataclass
@@ -12,47 +12,48 @@ from arramon_dataset.plans.plan import Plan
 from arramon_dataset.plans.strips import inside
 
 SHORTEST_ARM = 2.5
-"""Length beyond a junction's open ground from which a piece of road is an arm, in units: a shorter one is a niche."""
+"""Minimum length of an arm beyond a junction's open ground, in units: a shorter piece of road is a niche."""
 
 SHARPEST_CURVE = 40.0
-"""A road that turns by more degrees at one point has a bend there; by fewer, a curve, which is no junction."""
+"""Maximum turn of a road at one point that counts as a curve, in degrees; a sharper turn is a bend, which is a
+junction."""
 
 MERGED = 3.6
-"""Maximum distance of meetings that look like one junction, in units."""
+"""Maximum distance of meetings that are merged into one junction, in units."""
 
 SQUARE_EDGE, AT_SQUARE = 0.5, 2.0
-"""How far outside a square's corners its ground reaches, and a meeting belongs to it, in units."""
+"""Margins around a square's corners within which a place is on its ground, and a meeting belongs to it, in units."""
 
 OPEN = 6.0
-"""Maximum distance of a junction's open ground from where the middle lines meet, in units."""
+"""Maximum distance between a junction's open ground and the point where the middle lines meet, in units."""
 
 BEFORE_END = 1.0
-"""How far before the facade at a dead end its junction is, in units: where a walker stops."""
+"""Distance between the facade at a dead end and its junction, in units: where a walker stops."""
 
 TOUCH = 0.5
-"""Middle lines that come closer than this meet, in units."""
+"""Distance below which two middle lines meet, in units."""
 
 STEP = 0.25
 """Spacing at which roads are followed, in units."""
 
 AHEAD = 2.0
-"""Length over which an arm's direction is taken, in units."""
+"""Length over which an arm's direction is measured, in units."""
 
 SAME_ARM = 25.0
-"""Arms whose directions differ by fewer degrees are one, if their mouths are close."""
+"""Maximum difference in direction, in degrees, of arms that are merged if they start close to each other."""
 
 Place = tuple[float, float]
 
 
 @dataclass(frozen=True, eq=False)
-class Track:
+class MiddleLine:
     """A road's middle line.
 
     Attributes:
-        number: of the street in the plan.
+        number: index of the street in the plan.
         half_width: in units.
         places: (n, 2) of (x, z), every STEP units or less.
-        bends: indices of places at which it turns by more than SHARPEST_CURVE.
+        bends: indices of the places where it turns by more than SHARPEST_CURVE.
         closed: whether it ends where it starts; the last place is then the first.
     """
 
@@ -85,9 +86,15 @@ class Track:
 
 @dataclass(frozen=True, slots=True)
 class Mouth:
-    """Where a road leaves a junction: the track, the index of its first place outside, and the way on (1 or -1)."""
+    """The point where a road leaves a junction.
 
-    track: int
+    Attributes:
+        line: index of the road's middle line.
+        at: index of its first place outside the junction.
+        way: direction away from the junction: 1 forwards along the line, -1 backwards.
+    """
+
+    line: int
     at: int
     way: int
 
@@ -99,7 +106,7 @@ class Meeting:
     Attributes:
         nodes: (n, 2) of (x, z).
         corners: (m, 2) of (x, z) of the open square here; None if there is none.
-        grounds: for each track here, the mask of its places on the open ground.
+        grounds: by index of each middle line here, the mask of its places on the open ground.
         mouths: where roads leave.
     """
 
@@ -109,7 +116,7 @@ class Meeting:
     mouths: tuple[Mouth, ...]
 
 
-def tracks_of(plan: Plan) -> tuple[Track, ...]:
+def middle_lines_of(plan: Plan) -> tuple[MiddleLine, ...]:
     """Return the middle lines of all streets of a plan, in its order."""
     found = []
     for number, (street, line) in enumerate(zip(plan.streets, plan.lines(), strict=True)):
@@ -124,48 +131,48 @@ def tracks_of(plan: Plan) -> tuple[Track, ...]:
         if closed:
             corners.append((vertices[-2], 0, vertices[1]))
         bends = tuple(at for before, at, after in corners if _bend(places[[before, at, after]]) > SHARPEST_CURVE)
-        found.append(Track(number, street.width / 2, places, bends, closed))
+        found.append(MiddleLine(number, street.width / 2, places, bends, closed))
     return tuple(found)
 
 
-def meetings_of(plan: Plan, tracks: tuple[Track, ...]) -> tuple[Meeting, ...]:
+def meetings_of(plan: Plan, lines: tuple[MiddleLine, ...]) -> tuple[Meeting, ...]:
     """Return all places where a plan's roads meet, bend or end: squares first, then in the plan's order."""
     squares = [plan.world(np.array(square.corners)) for square in plan.squares]
-    nodes = [*_crossings(tracks), *(track.places[i] for track in tracks for i in track.bends)]
+    nodes = [*_crossings(lines), *(line.places[i] for line in lines for i in line.bends)]
     groups: list[list[Points]] = [[] for _ in squares]
     free: list[Points] = []
     for node in nodes:
         near = [i for i, corners in enumerate(squares) if _from_polygon(corners, node[None, :])[0] <= AT_SQUARE]
         (groups[near[0]] if near else free).append(node)
-    ends = _dead_ends(tracks, squares)
-    found = [_meeting(np.array(group).reshape(-1, 2), c, tracks) for group, c in zip(groups, squares, strict=True)]
-    found += [_meeting(np.array(group), None, tracks) for group in _clusters(free)]
-    return (*found, *(_meeting(end[None, :], None, tracks) for end in ends))
+    ends = _dead_ends(lines, squares)
+    found = [_meeting(np.array(group).reshape(-1, 2), c, lines) for group, c in zip(groups, squares, strict=True)]
+    found += [_meeting(np.array(group), None, lines) for group in _clusters(free)]
+    return (*found, *(_meeting(end[None, :], None, lines) for end in ends))
 
 
 def _bend(three: Points) -> float:
-    """Return by how many degrees a line through three places turns at the second."""
+    """Return the angle by which a line through three places turns at the second, in degrees."""
     (x0, z0), (x1, z1), (x2, z2) = three.tolist()
     after = math.degrees(math.atan2(x2 - x1, z2 - z1))
     return abs(turn_between(math.degrees(math.atan2(x1 - x0, z1 - z0)), after))
 
 
-def _crossings(tracks: tuple[Track, ...]) -> list[Points]:
+def _crossings(lines: tuple[MiddleLine, ...]) -> list[Points]:
     """Return the (x, z) of all places where two middle lines meet."""
     found: list[Points] = []
-    for one, other in combinations(tracks, 2):
+    for one, other in combinations(lines, 2):
         apart = other.distances(one.places).round(6)
         found += [one.places[first + int(apart[first:last].argmin())] for first, last in runs(apart < TOUCH)]
     return found
 
 
-def _dead_ends(tracks: tuple[Track, ...], squares: list[Points]) -> list[Points]:
-    """Return the (x, z) before the ends of roads that lead nowhere."""
+def _dead_ends(lines: tuple[MiddleLine, ...], squares: list[Points]) -> list[Points]:
+    """Return the (x, z) of the junctions at dead ends."""
     found = []
-    for track in tracks:
-        others = [other for other in tracks if other is not track]
-        for at, way in () if track.closed else ((0, 1), (len(track.places) - 1, -1)):
-            tail = track.places[[at, *track.following(at, way)][: round(SHORTEST_ARM / STEP)]]
+    for line in lines:
+        others = [other for other in lines if other is not line]
+        for at, way in () if line.closed else ((0, 1), (len(line.places) - 1, -1)):
+            tail = line.places[[at, *line.following(at, way)][: round(SHORTEST_ARM / STEP)]]
             crossed = any((other.distances(tail) <= other.half_width).any() for other in others)
             if not crossed and not any((_from_polygon(corners, tail) <= SQUARE_EDGE).any() for corners in squares):
                 found.append(tail[round(BEFORE_END / STEP)])
@@ -173,7 +180,7 @@ def _dead_ends(tracks: tuple[Track, ...], squares: list[Points]) -> list[Points]
 
 
 def _clusters(nodes: list[Points]) -> list[list[Points]]:
-    """Return the nodes grouped: each is within MERGED units of another of its group. In order of the first of each."""
+    """Group nodes that are within MERGED units of each other, directly or through others; in order of first nodes."""
     groups: list[list[Points]] = []
     for node in nodes:
         near = [group for group in groups if any(math.dist(node, other) <= MERGED for other in group)]
@@ -184,53 +191,53 @@ def _clusters(nodes: list[Points]) -> list[list[Points]]:
     return groups
 
 
-def _meeting(nodes: Points, corners: Points | None, tracks: tuple[Track, ...]) -> Meeting:
-    """Return a meeting with its open ground and where roads leave it."""
+def _meeting(nodes: Points, corners: Points | None, lines: tuple[MiddleLine, ...]) -> Meeting:
+    """Return a meeting with its open ground and the mouths of its roads."""
     grounds: dict[int, Mask] = {}
-    here = [track for track in tracks if _meets(track, nodes, corners)]
-    for track in here:
-        ground = np.zeros(len(track.places), dtype=bool)
+    here = [line for line in lines if _meets(line, nodes, corners)]
+    for line in here:
+        ground = np.zeros(len(line.places), dtype=bool)
         if corners is not None:
-            ground |= _from_polygon(corners, track.places) <= SQUARE_EDGE
+            ground |= _from_polygon(corners, line.places) <= SQUARE_EDGE
         if len(nodes):
-            close = _distances(track.places, nodes).min(axis=1) <= OPEN
+            close = _distances(line.places, nodes).min(axis=1) <= OPEN
             for other in here:
-                if other is not track:
-                    ground |= close & (other.distances(track.places) <= other.half_width)
-            at = _distances(track.places, nodes)
+                if other is not line:
+                    ground |= close & (other.distances(line.places) <= other.half_width)
+            at = _distances(line.places, nodes)
             ground[at.argmin(axis=0)[at.min(axis=0) <= TOUCH]] = True
-        grounds[track.number] = ground
-    mouths = [mouth for track in here for mouth in _mouths(track, grounds[track.number])]
-    return Meeting(nodes, corners, grounds, tuple(_without_doubles(mouths, tracks)))
+        grounds[line.number] = ground
+    mouths = [mouth for line in here for mouth in _mouths(line, grounds[line.number])]
+    return Meeting(nodes, corners, grounds, tuple(_without_doubles(mouths, lines)))
 
 
-def _meets(track: Track, nodes: Points, corners: Points | None) -> bool:
-    if len(nodes) and _distances(track.places, nodes).min() <= TOUCH:
+def _meets(line: MiddleLine, nodes: Points, corners: Points | None) -> bool:
+    if len(nodes) and _distances(line.places, nodes).min() <= TOUCH:
         return True
-    return corners is not None and bool((_from_polygon(corners, track.places) <= SQUARE_EDGE).any())
+    return corners is not None and bool((_from_polygon(corners, line.places) <= SQUARE_EDGE).any())
 
 
-def _mouths(track: Track, ground: Mask) -> list[Mouth]:
-    """Return where a road leaves the open ground and goes on for at least the length of an arm."""
+def _mouths(line: MiddleLine, ground: Mask) -> list[Mouth]:
+    """Return the points where a road leaves the open ground and continues for at least the length of an arm."""
     found = []
     for first, last in runs(ground):
         for at, way in ((last - 1, 1), (first, -1)):
-            onward = track.following(at, way)[: round(SHORTEST_ARM / STEP)]
+            onward = line.following(at, way)[: round(SHORTEST_ARM / STEP)]
             if len(onward) == round(SHORTEST_ARM / STEP) and not ground[onward].any():
-                found.append(Mouth(track.number, onward[0], way))
+                found.append(Mouth(line.number, onward[0], way))
     return found
 
 
-def _without_doubles(mouths: list[Mouth], tracks: tuple[Track, ...]) -> list[Mouth]:
-    """Return the mouths without those of narrower roads that leave at nearly the same place in the same direction."""
+def _without_doubles(mouths: list[Mouth], lines: tuple[MiddleLine, ...]) -> list[Mouth]:
+    """Drop the mouths of narrower roads that leave at nearly the same place in the same direction."""
     kept: list[Mouth] = []
-    for mouth in sorted(mouths, key=lambda m: -tracks[m.track].half_width):
-        place, heading = tracks[mouth.track].places[mouth.at], tracks[mouth.track].heading(mouth.at, mouth.way)
+    for mouth in sorted(mouths, key=lambda m: -lines[m.line].half_width):
+        place, heading = lines[mouth.line].places[mouth.at], lines[mouth.line].heading(mouth.at, mouth.way)
         doubles = [
             other
             for other in kept
-            if math.dist(place, tracks[other.track].places[other.at]) < MERGED
-            and abs(turn_between(tracks[other.track].heading(other.at, other.way), heading)) < SAME_ARM
+            if math.dist(place, lines[other.line].places[other.at]) < MERGED
+            and abs(turn_between(lines[other.line].heading(other.at, other.way), heading)) < SAME_ARM
         ]
         if not doubles:
             kept.append(mouth)
@@ -238,7 +245,7 @@ def _without_doubles(mouths: list[Mouth], tracks: tuple[Track, ...]) -> list[Mou
 
 
 def runs(mask: Mask) -> list[tuple[int, int]]:
-    """Return (first, after the last) of each run of true values, (n,)."""
+    """Return the half-open index range (start, stop) of each run of true values of a mask (n,)."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
     return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 

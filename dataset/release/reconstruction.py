@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 
 from arramon_client.world import FACADES
 from arramon_dataset.layout.grid import CELL, Grid, Mask, Points, sample_points
-from arramon_dataset.layout.lots import Rectangle, cover, split
+from arramon_dataset.layout.lots import CellRectangle, cover, split
 from arramon_dataset.layout.masks import (
     LONGEST,
     RING,
@@ -97,7 +97,7 @@ def remove_thin(mask: Mask, units: float) -> Mask:
     return inside
 
 
-def lay_out(section_id: str, built: Mask, street: Mask) -> list[Rectangle]:
+def lay_out(section_id: str, built: Mask, street: Mask) -> list[CellRectangle]:
     """Return the lots with a view of the street, and those that close the gaps between them."""
     rectangles = cover(built, round(NARROWEST / CELL))
     gaps = built & ~rectangle_mask(built.shape, rectangles) & ~dilate(street, NARROWEST)
@@ -112,7 +112,7 @@ def lay_out(section_id: str, built: Mask, street: Mask) -> list[Rectangle]:
     return [set_back(lot, seen, unseen, seeded(section_id, "setback", number)) for number, lot in enumerate(lots)]
 
 
-def raise_buildings(section_id: str, grid: Grid, lots: Sequence[Rectangle]) -> list[Building]:
+def raise_buildings(section_id: str, grid: Grid, lots: Sequence[CellRectangle]) -> list[Building]:
     """Return a building for each lot, with another facade than the one before."""
     buildings: list[Building] = []
     for number, lot in enumerate(lots):

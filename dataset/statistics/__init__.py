@@ -1,1 +1,1 @@
-"""Statistics of a data set: lengths, words, diversity and linguistic properties, as reported in the paper."""
+"""Statistics of a data set: lengths, words, diversity and linguistic properties, as in the paper."""

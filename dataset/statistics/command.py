@@ -1,4 +1,4 @@
-"""Selection of splits and languages to measure, for `arramon-server stats`."""
+"""Measurement of selected splits and languages, for `arramon-server stats`."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
@@ -58,7 +58,7 @@ def _select(splits: Mapping[str, Sequence[Episode]], languages: Sequence[str]) -
     for code in languages:
         if not any(code in codes for codes in spoken.values()):
             known = ", ".join(sorted({known for codes in spoken.values() for known in codes}))
-            raise NotFound(f"there is no {code!r} in {', '.join(splits)}; there are {known}")
+            raise NotFound(f"there is no language {code!r} in {', '.join(splits)}; there are {known}")
     return [
         (name, code, [episode for episode in episodes if code in episode.instructions])
         for name, episodes in splits.items()

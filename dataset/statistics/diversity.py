@@ -1,6 +1,6 @@
-"""Measures of how varied texts are: MTLD, distinct-n, self-BLEU, zlib ratio. Texts are given as sequences of words.
+"""Diversity of texts: MTLD, distinct-n, self-BLEU and zlib ratio. A text is a sequence of words.
 
-All of these depend on the amount of text, so texts are compared on samples of equal size.
+All measures depend on the amount of text: compare texts on samples of equal size.
 """
 
 import math
@@ -32,7 +32,7 @@ Gram = tuple[str, ...]
 
 @dataclass(frozen=True, slots=True)
 class Diversity:
-    """Measures of how varied a sample of texts is.
+    """Diversity measures of a sample of texts.
 
     Attributes:
         texts: number of texts measured.
@@ -60,7 +60,7 @@ class Diversity:
 
 
 def diversity(texts: Sequence[Words], *, sample: int | None = SAMPLE, seed: int = 0) -> Diversity:
-    """Measure texts, or a random sample of them.
+    """Measure the diversity of texts, or of a random sample of them.
 
     Args:
         texts: words of each text, normalised for comparison (one case, no punctuation: see

@@ -8,7 +8,7 @@ BINS: dict[tuple[str, str], tuple[int, int]] = {
     ("assembly", "words"): (5, 125),
     ("assembly", "path"): (1, 10),
 }
-"""By phase and measure: the width of a bin, and the start of the last, open bin (125 as in the paper)."""
+"""Width of a bin, and start of the last, open bin, by phase and measure (125 as in the paper)."""
 
 
 def bin_shares(lengths: Lengths, width: int, stop: int) -> list[float]:

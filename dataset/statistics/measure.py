@@ -1,4 +1,4 @@
-"""Measurement of one split in one language."""
+"""Statistics of one split's instructions in one language."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -15,11 +15,11 @@ from arramon_server.episodes.episode import Episode
 from arramon_server.errors import NotFound
 
 FREQUENT = 25
-"""Number of most frequent words to report, as in the paper's figure."""
+"""Number of most frequent words in the report, as in the paper's figure."""
 
 
 @dataclass(frozen=True, slots=True)
-class Share:
+class PropertyShare:
     """Shares of texts that show a linguistic property, 0 to 1.
 
     Attributes:
@@ -44,7 +44,7 @@ class PhaseFigures:
 
     lengths: PhaseLengths
     frequent: tuple[tuple[str, int], ...]
-    properties: dict[str, Share]
+    properties: dict[str, PropertyShare]
     diversity: Diversity | None
 
 
@@ -68,11 +68,11 @@ class Figures:
 def measure(
     split: str, episodes: Sequence[Episode], code: str, *, sample: int | None = SAMPLE, seed: int = 0
 ) -> Figures:
-    """Measure episodes, all of which have instructions in the language.
+    """Measure the instructions of episodes in one language.
 
     Args:
         split: name of the split.
-        episodes: at least one.
+        episodes: at least one, each with instructions in the language.
         code: of the language.
         sample: number of instructions of a phase sampled for the diversity; None for all.
         seed: of the sample.
@@ -120,12 +120,12 @@ def _without(text: str, mentions: Sequence[Mention]) -> str:
     return " , ".join(text[start:end] for start, end in list(pairwise(cuts))[::2])
 
 
-def _properties(words: Sequence[Sequence[str]], language: Language) -> dict[str, Share]:
+def _properties(words: Sequence[Sequence[str]], language: Language) -> dict[str, PropertyShare]:
     patterns = load_patterns(language.code)
     found = [patterns.find(each) for each in words]
     shares = {}
     for name in PROPERTIES:
         shown = [name in each for each in found]
         both = [first or second for first, second in zip(shown[::2], shown[1::2], strict=True)]
-        shares[name] = Share(sum(shown) / len(shown), sum(both) / len(both))
+        shares[name] = PropertyShare(sum(shown) / len(shown), sum(both) / len(both))
     return shares

@@ -1,4 +1,4 @@
-"""Detection of the linguistic properties of the paper's appendix, by patterns of each language."""
+"""Detection of the paper's linguistic properties of texts, by patterns of each language."""
 
 import re
 import tomllib

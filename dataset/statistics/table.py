@@ -1,4 +1,4 @@
-"""The figures as text: tables with one column for each split and language, and histograms."""
+"""Figures as text tables with a column for each split and language, and histograms."""
 
 import unicodedata
 from collections.abc import Iterable, Iterator, Sequence

@@ -1,4 +1,4 @@
-"""Extraction of words: tokens of the language's own tokenizer with a letter or digit in them, in one case."""
+"""Words of a text: case-folded tokens of the language's tokenizer that contain a letter or digit."""
 
 from arramon_lang import Language
 

@@ -1,4 +1,4 @@
-"""The benchmarks' commands, in forked processes: what `python -m benchmarks.FOLDER.NAME` does, without the imports."""
+"""Runs the benchmarks' commands in forked processes, like `python -m benchmarks.FOLDER.NAME` without the imports."""
 
 import multiprocessing
 import re

@@ -38,12 +38,12 @@ def test_serve_without_episodes_suggests_generating_them(tmp_path: Path) -> None
     [
         (
             ["--rooms", "3", "--split", "train"],
-            "--rooms makes the split rooms alone; leave --split, --sections and --secret out",
+            "--rooms generates the split rooms only; leave out --split, --sections and --secret",
         ),
         (["--rooms", "0"], "the number of room tasks is 0; expected at least 1"),
         (
             ["--split", "train_extra"],
-            "the split 'train_extra' has as many sections as are asked for: give their number with --sections",
+            "the split 'train_extra' needs a number of sections: give it with --sections",
         ),
     ],
 )
@@ -209,7 +209,7 @@ def test_show_draws_a_section_and_lists_what_was_recovered(tmp_path: Path) -> No
     ]
     assert error("show", "--section", "9", "--data", tmp_path) == "there is no section '9' in own"
     for both in ((), ("0", "--section", "1")):
-        assert error("show", *both, "--data", tmp_path).startswith("name either an episode or a section to show")
+        assert error("show", *both, "--data", tmp_path).startswith("expected either an episode or a section to show")
 
 
 @pytest.mark.parametrize("family", FAMILIES)

@@ -205,10 +205,10 @@ def test_runs_in_progress_are_named_and_forfeited(host: Host) -> None:
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--split", NAME], "has a secret of its own, which is missing: give it with --secret"),
+        (["--split", NAME], "needs its own secret: give it with --secret"),
         (["--split", NAME, "--secret", "f" * 63], "--secret is neither 64 hexadecimal digits nor a readable file"),
         (["--split", NAME, "--secret", "F" * 64], "expected 64 hexadecimal digits"),
-        (["--split", "val_seen", "--secret", "f" * 64], "it seeds hidden splits only, and val_seen is none"),
+        (["--split", "val_seen", "--secret", "f" * 64], "secrets seed hidden splits only, and val_seen is not hidden"),
         (["--split", "val_seen_e1", "--secret", "f" * 64], "there are no epochs of 'val_seen'"),
     ],
 )

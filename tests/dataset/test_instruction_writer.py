@@ -6,8 +6,8 @@ import pytest
 import arramon_lang as lang
 from arramon_client.world import Action
 from arramon_dataset.demands import episode_demands
-from arramon_dataset.generation import Site, problems
-from arramon_dataset.generation.split_maker import Progress
+from arramon_dataset.generation import GenerationSite, problems
+from arramon_dataset.generation.split_maker import GenerationProgress
 from arramon_dataset.instruction_writer import first_turn, passes
 from arramon_server.cli import main
 from arramon_server.episodes.splits import folder_of, read_split
@@ -22,7 +22,7 @@ def test_generate_writes_episodes_in_every_language(tmp_path: Path, capsys: pyte
     assert main(arguments) == 0
     said = capsys.readouterr()
     split = read_split(folder_of(tmp_path, "val_unseen"))
-    site = Site(split.sections["6"])
+    site = GenerationSite(split.sections["6"])
     assert said.out.startswith("split val_unseen (open): 2 in en, 2 in hi; 1 sections")
     assert re.fullmatch(r"(val_unseen: \d of 2 episodes from \d+ drafts in 0:\d\d, 0:\d\d left\n)+", said.err)
     assert list(split.episodes) == ["55000", "55008"]
@@ -84,5 +84,5 @@ def test_follower_scores_decide_whether_instructions_pass(
 
 
 def test_progress_shows_counts_and_time_left() -> None:
-    said = str(Progress("train", 100, 400, 130, 65.0))
+    said = str(GenerationProgress("train", 100, 400, 130, 65.0))
     assert said == "train: 100 of 400 episodes from 130 drafts in 1:05, 3:15 left"

@@ -53,7 +53,7 @@ def test_without_a_text_the_episodes_own_are_checked_in_both_turns(run: Run) -> 
         (("--episode", "7"), "there is no episode '7' in own"),
         (("--episode", "0", "--split", "x"), "there is no split 'x'; there are own"),
         (("--episode", "0", "--lang", "hi"), "episode '0' has no instructions in 'hi'; it has en"),
-        (("--split", "own", TRUE), "--split and --turn name the world of an episode"),
+        (("--split", "own", TRUE), "--split and --turn select the world of an episode"),
         (("--episode", "0", "--phase", "assembly"), "expected --phase navigation"),
     ],
 )

@@ -1,4 +1,4 @@
-"""The formats of demonstrations, one module each. Only that of the format in use is imported, with its libraries."""
+"""Export formats of demonstrations, one module each, imported with its libraries only when the format is used."""
 
 from collections.abc import Mapping, Sequence
 from importlib import import_module
@@ -6,8 +6,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Protocol, cast
 
-from arramon_dataset.demonstrations.folder import Folder
-from arramon_dataset.demonstrations.parts import Part
+from arramon_dataset.demonstrations.folder import ExportFolder
+from arramon_dataset.demonstrations.parts import ExportPart
 from arramon_dataset.demonstrations.request import HUGGINGFACE, LEROBOT, MINARI, PLAIN, Export
 from arramon_server.episodes.splits import Split
 from arramon_server.errors import BadInput
@@ -18,37 +18,37 @@ LIBRARIES = {
     LEROBOT: ("gymnasium", "datasets", "pyarrow"),
     HUGGINGFACE: ("gymnasium", "datasets", "pyarrow"),
 }
-"""By format the libraries that it needs, by the names under which they are imported."""
+"""Import names of the libraries that each format needs."""
 
 INSTALL = "pip install 'arramon-server[demos]'"
-"""Installs all of them."""
+"""Command that installs all of them."""
 
 
-class Format(Protocol):
-    """A format: a module with these functions."""
+class DemonstrationFormat(Protocol):
+    """The functions of a format's module."""
 
-    def write_part(self, export: Export, split: Split, part: Part, made: Path) -> Mapping[str, Any]:
-        """Write the files of a part, and return what `finish` has to know of it, as plain data.
+    def write_part(self, export: Export, split: Split, part: ExportPart, made: Path) -> Mapping[str, Any]:
+        """Write the files of a part, and return its summary for `finish`, as plain data.
 
         Args:
-            export: what is exported.
-            split: with the episodes.
-            part: some of its demonstrations.
-            made: an empty folder; files in it are laid out as in the export's folder.
+            export: the export.
+            split: of the episodes.
+            part: the episodes to write.
+            made: an empty folder for the files, laid out as in the export's folder.
         """
 
-    def finish(self, export: Export, split: Split, folder: Folder, parts: Sequence[Mapping[str, Any]]) -> None:
-        """Write the files that describe the whole, when all parts are there.
+    def finish(self, export: Export, split: Split, folder: ExportFolder, parts: Sequence[Mapping[str, Any]]) -> None:
+        """Write the files that describe the whole export, once all parts are finished.
 
         Args:
-            export: what was exported.
-            split: with the episodes.
+            export: the export.
+            split: of the episodes.
             folder: of the export.
-            parts: what `write_part` returned, in order.
+            parts: summaries that `write_part` returned, in order.
         """
 
 
-def load_format(name: str) -> Format:
+def load_format(name: str) -> DemonstrationFormat:
     """Return a format by name.
 
     Raises:
@@ -60,4 +60,4 @@ def load_format(name: str) -> Format:
             f"the format {name!r} needs {', '.join(missing)}, which this installation lacks; "
             f"expected the libraries of the extra `demos`: {INSTALL}"
         )
-    return cast(Format, import_module(f"{__name__}.{name}"))
+    return cast(DemonstrationFormat, import_module(f"{__name__}.{name}"))

@@ -1,4 +1,4 @@
-"""Columns of Parquet files as the library `datasets` reads them: images as PNG, grids of numbers, and plain values."""
+"""Parquet columns in the layout of the library `datasets`: images as PNG, arrays of numbers, and plain values."""
 
 import io
 from collections.abc import Mapping, Sequence
@@ -13,16 +13,16 @@ import pyarrow.parquet as pq
 from PIL import Image
 
 from arramon_dataset.demonstrations.description import UNITS, shape_of
-from arramon_dataset.demonstrations.rendering import Rendered
+from arramon_dataset.demonstrations.rendering import RenderedDemonstration
 
 COMPRESSION = "zstd"
 
 PNG_LEVEL = 1
-"""Level of zlib: higher ones take twice the time for a tenth less."""
+"""zlib level: higher levels take twice the time to save a tenth of the size."""
 
 
 class TableFile:
-    """A Parquet file that grows by tables.
+    """A Parquet file that is written in batches of rows.
 
     Args:
         path: of the file.
@@ -35,7 +35,7 @@ class TableFile:
         self._writer = pq.ParquetWriter(path, self._schema, compression=COMPRESSION)
 
     def write(self, columns: Mapping[str, Any]) -> None:
-        """Append rows, given by column: arrays of pyarrow, or lists of values."""
+        """Append rows, given by column as pyarrow arrays or lists of values."""
         arrays = [_typed(columns[field.name], field.type) for field in self._schema]
         self._writer.write_table(pa.Table.from_arrays(arrays, schema=self._schema))
 
@@ -54,8 +54,8 @@ def feature_of(sensor: str, size: int) -> Any:
     return datasets.Array2D(shape=shape, dtype=dtype)
 
 
-def sensor_column(rendered: Rendered, sensor: str) -> pa.Array:
-    """Return what a sensor gave before each action, without any loss."""
+def sensor_column(rendered: RenderedDemonstration, sensor: str) -> pa.Array:
+    """Return a sensor's values before each action as a lossless column."""
     values = [getattr(seen, sensor) for seen in rendered.seen]
     if sensor == "rgb":
         return png_column(values)
@@ -86,7 +86,7 @@ def grid_column(grids: npt.NDArray[Any]) -> pa.Array:
 
 
 def _storage_schema(features: "datasets.Features") -> pa.Schema:
-    """Return the schema of a file: with plain lists for grids, which every reader knows, and the features beside it."""
+    """Return the schema of a file: plain lists for arrays, which every Parquet reader supports, and the features."""
     schema = features.arrow_schema
     plain = [
         pa.field(each.name, each.type.storage_type if isinstance(each.type, pa.ExtensionType) else each.type)

@@ -1,4 +1,4 @@
-"""The format of Hugging Face datasets: Parquet, one row for each step, a split for each language, a dataset card."""
+"""The Hugging Face format: Parquet with one row for each step, a split for each language, and a dataset card."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -9,12 +9,12 @@ from datasets.info import DatasetInfosDict
 from huggingface_hub import DatasetCardData
 
 from arramon_dataset.demonstrations.card import card
-from arramon_dataset.demonstrations.croissant import Field, Records, write_croissant
+from arramon_dataset.demonstrations.croissant import CroissantField, CroissantFiles, write_croissant
 from arramon_dataset.demonstrations.description import ACTIONS, UNITS
-from arramon_dataset.demonstrations.folder import Folder
+from arramon_dataset.demonstrations.folder import ExportFolder
 from arramon_dataset.demonstrations.formats.columns import TableFile, feature_of, sensor_column
-from arramon_dataset.demonstrations.parts import Part
-from arramon_dataset.demonstrations.rendering import Rendered, render
+from arramon_dataset.demonstrations.parts import ExportPart
+from arramon_dataset.demonstrations.rendering import RenderedDemonstration, render
 from arramon_dataset.demonstrations.request import Export
 from arramon_dataset.demonstrations.trajectory import PHASES
 from arramon_server.episodes.splits import Split
@@ -32,7 +32,7 @@ COLUMNS = {
     "terminated": ("sc:Boolean", "whether the action ended the episode"),
     "truncated": ("sc:Boolean", "whether the episode was cut short after the action"),
 }
-"""By column its type in Croissant, and its meaning. Those of the sensors come besides."""
+"""Croissant type and meaning of each column except the sensors."""
 
 
 def features_of(export: Export) -> "datasets.Features":
@@ -54,8 +54,8 @@ def features_of(export: Export) -> "datasets.Features":
     })  # fmt: skip
 
 
-def write_part(export: Export, split: Split, part: Part, made: Path) -> Mapping[str, Any]:  # noqa: ARG001
-    """Write a file for each language; frames are drawn and encoded once for all of them."""
+def write_part(export: Export, split: Split, part: ExportPart, made: Path) -> Mapping[str, Any]:  # noqa: ARG001
+    """Write a file for each language; frames are rendered and encoded once for all languages."""
     files: dict[str, TableFile] = {}
     counts = dict.fromkeys(export.request.languages, 0)
     names = {code: f"data/{code}-{part.number:05d}-of-{export.parts:05d}.parquet" for code in counts}
@@ -75,7 +75,7 @@ def write_part(export: Export, split: Split, part: Part, made: Path) -> Mapping[
     return {"rows": counts, "bytes": bytes_of}
 
 
-def finish(export: Export, split: Split, folder: Folder, parts: Sequence[Mapping[str, Any]]) -> None:  # noqa: ARG001
+def finish(export: Export, split: Split, folder: ExportFolder, parts: Sequence[Mapping[str, Any]]) -> None:  # noqa: ARG001
     """Write the dataset card and the Croissant file."""
     rows = {code: sum(part["rows"][code] for part in parts) for code in export.request.languages}
     there = [code for code in export.request.languages if rows[code]]
@@ -99,11 +99,11 @@ def finish(export: Export, split: Split, folder: Folder, parts: Sequence[Mapping
     write_croissant(
         export,
         folder,
-        [Records(code, f"data/{code}-*.parquet", "application/x-parquet", fields) for code in there],
+        [CroissantFiles(code, f"data/{code}-*.parquet", "application/x-parquet", fields) for code in there],
     )
 
 
-def _columns(export: Export, rendered: Rendered) -> dict[str, Any]:
+def _columns(export: Export, rendered: RenderedDemonstration) -> dict[str, Any]:
     """Return the columns that do not depend on the language."""
     seen = rendered.seen
     return {
@@ -121,16 +121,16 @@ def _columns(export: Export, rendered: Rendered) -> dict[str, Any]:
     }
 
 
-def _fields(export: Export) -> list[Field]:
-    """Return the columns that Croissant's types can express: all but grids of numbers."""
-    fields = [Field(name, type_, meaning) for name, (type_, meaning) in COLUMNS.items()]
+def _fields(export: Export) -> list[CroissantField]:
+    """Return the columns that Croissant's types can express: all except arrays."""
+    fields = [CroissantField(name, type_, meaning) for name, (type_, meaning) in COLUMNS.items()]
     if "rgb" in export.request.sensors:
-        fields.append(Field("rgb", "sc:ImageObject", UNITS["rgb"][1], path="bytes"))
+        fields.append(CroissantField("rgb", "sc:ImageObject", UNITS["rgb"][1], path="bytes"))
     return fields
 
 
 def _features_of_card(export: Export) -> Any:
-    """Return the features as a card has them: readers of the files alone take a grid for lists of lists."""
+    """Return the features for the card: without it, loaders would take an array for lists of lists."""
     info = datasets.DatasetInfo(features=features_of(export), config_name="default")
     card_data = DatasetCardData()
     DatasetInfosDict({"default": info}).to_dataset_card_data(card_data)

@@ -1,6 +1,6 @@
 """The format LeRobotDataset v3.0: Parquet with images, instructions in the tasks file, statistics for normalisation.
 
-Each language of an episode is an episode. Images are PNG inside the Parquet files, as video would be lossy.
+Each language of an episode becomes one episode. Images are PNG inside the Parquet files, as video would be lossy.
 """
 
 from collections.abc import Mapping, Sequence
@@ -12,13 +12,13 @@ import numpy as np
 import pandas as pd
 
 from arramon_dataset.demonstrations.card import card
-from arramon_dataset.demonstrations.croissant import Field, Records, write_croissant
+from arramon_dataset.demonstrations.croissant import CroissantField, CroissantFiles, write_croissant
 from arramon_dataset.demonstrations.description import UNITS, shape_of
-from arramon_dataset.demonstrations.folder import Folder, as_json
+from arramon_dataset.demonstrations.folder import ExportFolder, as_json
 from arramon_dataset.demonstrations.formats import statistics
 from arramon_dataset.demonstrations.formats.columns import TableFile, feature_of, sensor_column
-from arramon_dataset.demonstrations.parts import Part
-from arramon_dataset.demonstrations.rendering import Rendered, render
+from arramon_dataset.demonstrations.parts import ExportPart
+from arramon_dataset.demonstrations.rendering import RenderedDemonstration, render
 from arramon_dataset.demonstrations.request import Export
 from arramon_dataset.demonstrations.trajectory import PHASES
 from arramon_server.episodes.splits import Split
@@ -26,7 +26,7 @@ from arramon_server.episodes.splits import Split
 VERSION = "v3.0"
 
 FPS = 1
-"""Frames a second: steps have no duration, so each counts as a second."""
+"""Frames per second: steps have no duration, so each counts as one second."""
 
 FILES_PER_CHUNK = 1000
 
@@ -40,7 +40,7 @@ KEYS = {
     "segmentation": "observation.segmentation",
     "pose": "observation.state",
 }
-"""Names of the sensors' features."""
+"""Feature name of each sensor."""
 
 NUMBERS = {
     "observation.turn": ("int64", "1 or 2"),
@@ -51,7 +51,7 @@ NUMBERS = {
     "next.done": ("bool", "whether the action ended the episode"),
     "next.truncated": ("bool", "whether the episode was cut short after the action"),
 }
-"""Type and meaning of the features with one number."""
+"""Type and meaning of the scalar features."""
 
 INDICES = {
     "timestamp": ("float32", "number of the step in its episode: a step counts as a second"),
@@ -60,11 +60,11 @@ INDICES = {
     "index": ("int64", "number of the step"),
     "task_index": ("int64", "number of the instruction in meta/tasks.parquet"),
 }
-"""Type and meaning of the features that LeRobot asks for."""
+"""Type and meaning of the features that LeRobot requires."""
 
 
 def info_of(export: Export, tasks: int) -> dict[str, Any]:
-    """Return the content of the information file."""
+    """Return the content of `meta/info.json`."""
     return {
         "codebase_version": VERSION,
         "robot_type": "arramon",
@@ -82,8 +82,8 @@ def info_of(export: Export, tasks: int) -> dict[str, Any]:
     }
 
 
-def write_part(export: Export, split: Split, part: Part, made: Path) -> Mapping[str, Any]:  # noqa: ARG001
-    """Write a file with all episodes of a part, each in its languages one after another."""
+def write_part(export: Export, split: Split, part: ExportPart, made: Path) -> Mapping[str, Any]:  # noqa: ARG001
+    """Write a file with all episodes of a part, in each of their languages."""
     place = _place(part.number)
     file = TableFile(made / DATA.format(**place), _hf_features(export))
     episodes: list[dict[str, Any]] = []
@@ -128,7 +128,7 @@ def write_part(export: Export, split: Split, part: Part, made: Path) -> Mapping[
     return {"episodes": episodes, "tasks": dict(part.tasks)}
 
 
-def finish(export: Export, split: Split, folder: Folder, parts: Sequence[Mapping[str, Any]]) -> None:  # noqa: ARG001
+def finish(export: Export, split: Split, folder: ExportFolder, parts: Sequence[Mapping[str, Any]]) -> None:  # noqa: ARG001
     """Write information, tasks, episodes, statistics, card and Croissant file."""
     episodes = [episode for part in parts for episode in part["episodes"]]
     tasks = {text: number for part in parts for text, number in part["tasks"].items()}
@@ -148,10 +148,12 @@ def finish(export: Export, split: Split, folder: Folder, parts: Sequence[Mapping
     sensors = {KEYS[name]: f"{UNITS[name][0]}: {UNITS[name][1]}" for name in export.request.sensors}
     metadata = {"configs": [{"config_name": "default", "data_files": "data/*/*.parquet"}]}
     folder.write_text("README.md", card(export, metadata, {**sensors, **meanings}))
-    fields = [Field(name, _CROISSANT[type_], meaning) for name, (type_, meaning) in {**NUMBERS, **INDICES}.items()]
+    fields = [
+        CroissantField(name, _CROISSANT[type_], meaning) for name, (type_, meaning) in {**NUMBERS, **INDICES}.items()
+    ]
     if "rgb" in export.request.sensors:
-        fields.append(Field(KEYS["rgb"], "sc:ImageObject", UNITS["rgb"][1], path="bytes"))
-    write_croissant(export, folder, [Records("steps", "data/*/*.parquet", "application/x-parquet", fields)])
+        fields.append(CroissantField(KEYS["rgb"], "sc:ImageObject", UNITS["rgb"][1], path="bytes"))
+    write_croissant(export, folder, [CroissantFiles("steps", "data/*/*.parquet", "application/x-parquet", fields)])
 
 
 _CROISSANT = {"int64": "sc:Integer", "float32": "sc:Float", "bool": "sc:Boolean"}
@@ -162,7 +164,7 @@ def _place(part: int) -> dict[str, int]:
 
 
 def _features(export: Export) -> dict[str, dict[str, Any]]:
-    """Return all features in LeRobot's words."""
+    """Return all features as LeRobot describes them."""
     sensors: dict[str, dict[str, Any]] = {}
     for sensor in export.request.sensors:
         is_image = sensor == "rgb"
@@ -185,13 +187,13 @@ def _hf_features(export: Export) -> "datasets.Features":
     return datasets.Features({**sensors, **numbers})
 
 
-def _columns(export: Export, rendered: Rendered) -> dict[str, Any]:
-    """Return the columns that do not depend on language and place."""
+def _columns(export: Export, rendered: RenderedDemonstration) -> dict[str, Any]:
+    """Return the columns that depend on neither the language nor the position in the data set."""
     sensors = {KEYS[sensor]: sensor_column(rendered, sensor) for sensor in export.request.sensors}
     return {**sensors, **_numbers(rendered)}
 
 
-def _numbers(rendered: Rendered) -> dict[str, list[Any]]:
+def _numbers(rendered: RenderedDemonstration) -> dict[str, list[Any]]:
     seen = rendered.seen
     return {
         "observation.turn": [each.turn for each in seen],
@@ -204,8 +206,8 @@ def _numbers(rendered: Rendered) -> dict[str, list[Any]]:
     }
 
 
-def _statistics(export: Export, rendered: Rendered) -> dict[str, statistics.Statistics]:
-    """Return the statistics of an episode; depth and segmentation have none, as they would be as large as frames."""
+def _statistics(export: Export, rendered: RenderedDemonstration) -> dict[str, statistics.Statistics]:
+    """Return the statistics of an episode, without depth and segmentation, whose statistics are as large as frames."""
     found = {name: statistics.of_numbers(np.asarray(values)[:, None]) for name, values in _numbers(rendered).items()}
     if "pose" in export.request.sensors:
         found[KEYS["pose"]] = statistics.of_numbers(np.asarray([each.pose for each in rendered.seen]))

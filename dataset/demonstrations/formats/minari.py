@@ -1,6 +1,6 @@
-"""The format Minari: a dataset for each language, or one for all, with the environment's observations.
+"""The Minari format: one dataset for each language or for all, with the environment's observations.
 
-Minari stores images as JPEG by default; here they are stored without loss, in Arrow files compressed by Zstandard.
+Minari stores images as JPEG by default; here they are stored losslessly, in Arrow files compressed by Zstandard.
 """
 
 import copy
@@ -21,11 +21,11 @@ from arramon_client.environments.backend import Texts
 from arramon_client.environments.registration import NAMESPACE, register
 from arramon_client.environments.spaces import NO_ACTION, Translator, action_space, observation_space, united
 from arramon_client.environments.tokens import ByteTokenizer
-from arramon_dataset.demonstrations.croissant import Records, write_croissant
+from arramon_dataset.demonstrations.croissant import CroissantFiles, write_croissant
 from arramon_dataset.demonstrations.description import describe
-from arramon_dataset.demonstrations.folder import Folder
-from arramon_dataset.demonstrations.parts import Part
-from arramon_dataset.demonstrations.rendering import Rendered, player_of, render, settings_of
+from arramon_dataset.demonstrations.folder import ExportFolder
+from arramon_dataset.demonstrations.parts import ExportPart
+from arramon_dataset.demonstrations.rendering import RenderedDemonstration, player_of, render, settings_of
 from arramon_dataset.demonstrations.request import Export
 from arramon_server.episodes.splits import Split
 
@@ -43,13 +43,13 @@ def datasets_of(export: Export) -> list[tuple[str, ...]]:
 
 
 def dataset_id(export: Export, languages: Sequence[str]) -> str:
-    """Return the name of the dataset of some languages, such as "arramon/train-en-v0" or "arramon/train-en_hi-v0"."""
+    """Return the id of the dataset of some languages, like "arramon/train-en-v0" or "arramon/train-en_hi-v0"."""
     split = re.sub(r"[^-\w]", "_", export.request.split)
     return f"{NAMESPACE}/{split}-{'_'.join(languages)}-v0"
 
 
-def write_part(export: Export, split: Split, part: Part, made: Path) -> Mapping[str, Any]:  # noqa: ARG001
-    """Write a folder for each demonstration, by Minari itself."""
+def write_part(export: Export, split: Split, part: ExportPart, made: Path) -> Mapping[str, Any]:  # noqa: ARG001
+    """Write a folder for each demonstration with the library `minari`."""
     groups = datasets_of(export)
     numbers = [sum(part.before[language] for language in languages) for languages in groups]
     ends = dict(part.before)
@@ -64,8 +64,8 @@ def write_part(export: Export, split: Split, part: Part, made: Path) -> Mapping[
     return {"end": ends, "steps": {language: _steps(part, language) for language in ends}}
 
 
-def finish(export: Export, split: Split, folder: Folder, parts: Sequence[Mapping[str, Any]]) -> None:  # noqa: ARG001
-    """Write what describes the datasets, and the Croissant file."""
+def finish(export: Export, split: Split, folder: ExportFolder, parts: Sequence[Mapping[str, Any]]) -> None:  # noqa: ARG001
+    """Write the metadata of the datasets, and the Croissant file."""
     ends = parts[-1]["end"]
     groups = [languages for languages in datasets_of(export) if any(ends[language] for language in languages)]
     for languages in groups:
@@ -87,20 +87,22 @@ def finish(export: Export, split: Split, folder: Folder, parts: Sequence[Mapping
         )
         folder.place(made / METADATA_FILE_NAME, f"{name}/data/{METADATA_FILE_NAME}")
     sets = [
-        Records("_".join(each), f"{dataset_id(export, each)}/data/*/*.arrow", "application/vnd.apache.arrow.file")
+        CroissantFiles(
+            "_".join(each), f"{dataset_id(export, each)}/data/*/*.arrow", "application/vnd.apache.arrow.file"
+        )
         for each in groups
     ]
     write_croissant(export, folder, sets)
 
 
-def _steps(part: Part, language: str) -> int:
+def _steps(part: ExportPart, language: str) -> int:
     return sum(len(source.actions) for source in part.sources if language in source.languages)
 
 
 def _write_episode(
-    export: Export, rendered: Rendered, language: str, languages: Sequence[str], number: int, folder: Path
+    export: Export, rendered: RenderedDemonstration, language: str, languages: Sequence[str], number: int, folder: Path
 ) -> None:
-    """Write an episode as `number` of a dataset: by Minari to a folder of its own, then compressed to its place."""
+    """Write an episode as `number` of a dataset: with `minari` to a separate folder, then compressed to its place."""
     own = folder.parent / "own"
     storage = _new_storage(export, languages, own)
     storage.update_episodes(
@@ -127,8 +129,8 @@ def _write_episode(
     shutil.rmtree(own)
 
 
-def _observations(tokenizer: ByteTokenizer, rendered: Rendered, language: str) -> dict[str, Any]:
-    """Return the environment's observations by key, one more than there are actions."""
+def _observations(tokenizer: ByteTokenizer, rendered: RenderedDemonstration, language: str) -> dict[str, Any]:
+    """Return the environment's observations by key; there is one more than there are actions."""
     translator = Translator(tokenizer)
     last = [NO_ACTION, *rendered.source.actions]
     values = [translator.observation(each, action) for each, action in zip(rendered.observations, last, strict=True)]
@@ -141,7 +143,7 @@ def _observations(tokenizer: ByteTokenizer, rendered: Rendered, language: str) -
 
 
 def _new_storage(export: Export, languages: Sequence[str], folder: Path) -> Any:
-    """Return a new storage of Minari, which the environment can be made from again."""
+    """Return a new Minari storage, with the specification to recreate the environment."""
     register()
     request = export.request
     texts = _texts(export, languages)
@@ -157,7 +159,7 @@ def _new_storage(export: Export, languages: Sequence[str], folder: Path) -> Any:
     }
     settings = settings_of(export, languages[0])
     return MinariStorage.new(
-        folder.absolute(),  # Minari joins a relative one to itself.
+        folder.absolute(),  # Minari would resolve a relative path twice.
         observation_space=observation_space(settings, texts, export.steps_per_phase, _tokenizer(texts)),
         action_space=action_space(),
         env_spec=spec,
@@ -167,7 +169,7 @@ def _new_storage(export: Export, languages: Sequence[str], folder: Path) -> Any:
 
 
 def _texts(export: Export, languages: Sequence[str]) -> Texts:
-    """Return alphabet and lengths of the instructions in all languages of a dataset."""
+    """Return alphabet and maximum lengths of the instructions in all languages of a dataset."""
     return united(player_of(export, language).split.texts[language] for language in languages)
 
 
@@ -176,7 +178,7 @@ def _tokenizer(texts: Texts) -> ByteTokenizer:
 
 
 def _compress(file: Path, target: Path) -> None:
-    """Write an Arrow file again, compressed, as one batch: Minari takes a batch for an episode."""
+    """Rewrite an Arrow file, compressed, as one record batch: Minari reads each batch as an episode."""
     with pa.memory_map(str(file)) as mapped:
         (batch,) = pa.ipc.open_file(mapped).read_all().combine_chunks().to_batches()
         options = pa.ipc.IpcWriteOptions(compression=COMPRESSION)

@@ -1,6 +1,6 @@
 """The plain format: actions, poses and texts as JSON Lines, without frames; `arramon_client.demonstrations` reads it.
 
-For training within this project: drawing a frame costs less than reading one.
+For training in this project: rendering a frame takes less time than reading one.
 """
 
 import json
@@ -9,11 +9,11 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from arramon_dataset.demonstrations.croissant import Field, Records, write_croissant
-from arramon_dataset.demonstrations.folder import Folder
-from arramon_dataset.demonstrations.parts import Part
+from arramon_dataset.demonstrations.croissant import CroissantField, CroissantFiles, write_croissant
+from arramon_dataset.demonstrations.folder import ExportFolder
+from arramon_dataset.demonstrations.parts import ExportPart
 from arramon_dataset.demonstrations.request import Export
-from arramon_dataset.demonstrations.sources import Source
+from arramon_dataset.demonstrations.sources import EpisodeActions
 from arramon_dataset.demonstrations.trajectory import follow
 from arramon_server.episodes.splits import Split
 from arramon_server.runs.play.worlds import Worlds
@@ -21,14 +21,14 @@ from arramon_server.runs.play.worlds import Worlds
 FILES = "demonstrations-*.jsonl"
 
 FIELDS = (
-    Field("episode_id", "sc:Text", "id of the episode in its split"),
-    Field("section", "sc:Text", "section of the city"),
-    Field("cause", "sc:Text", "why the episode ended"),
-    Field("finished", "sc:Boolean", "whether the actions end the episode"),
+    CroissantField("episode_id", "sc:Text", "id of the episode in its split"),
+    CroissantField("section", "sc:Text", "section of the city"),
+    CroissantField("cause", "sc:Text", "why the episode ended"),
+    CroissantField("finished", "sc:Boolean", "whether the actions end the episode"),
 )
 
 
-def write_part(export: Export, split: Split, part: Part, made: Path) -> Mapping[str, Any]:
+def write_part(export: Export, split: Split, part: ExportPart, made: Path) -> Mapping[str, Any]:
     """Write one line for each episode; all languages share it."""
     worlds = _worlds(split)
     with (made / f"demonstrations-{part.number:05d}-of-{export.parts:05d}.jsonl").open("w", encoding="utf-8") as file:
@@ -37,12 +37,12 @@ def write_part(export: Export, split: Split, part: Part, made: Path) -> Mapping[
     return {}
 
 
-def finish(export: Export, split: Split, folder: Folder, parts: Sequence[Mapping[str, Any]]) -> None:  # noqa: ARG001
+def finish(export: Export, split: Split, folder: ExportFolder, parts: Sequence[Mapping[str, Any]]) -> None:  # noqa: ARG001
     """Write the Croissant file."""
-    write_croissant(export, folder, (Records("demonstrations", FILES, "application/jsonlines", FIELDS),))
+    write_croissant(export, folder, (CroissantFiles("demonstrations", FILES, "application/jsonlines", FIELDS),))
 
 
-def _line(export: Export, split: Split, source: Source, worlds: Worlds) -> dict[str, Any]:
+def _line(export: Export, split: Split, source: EpisodeActions, worlds: Worlds) -> dict[str, Any]:
     episode = split.episodes[source.episode_id]
     ground = worlds.collision_check(split.name, episode)
     trajectory = follow(source, episode, ground, export.steps_per_phase)

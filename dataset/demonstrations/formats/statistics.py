@@ -1,4 +1,4 @@
-"""Statistics of features as LeRobot keeps them: extremes, mean, deviation and quantiles, by episode and of all."""
+"""Feature statistics as in LeRobot: extremes, mean, deviation and quantiles, of each episode and of all."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -12,7 +12,7 @@ Statistics = dict[str, list[Any]]
 QUANTILES = {"q01": 0.01, "q10": 0.10, "q50": 0.50, "q90": 0.90, "q99": 0.99}
 
 SAMPLED_FRAMES = 16
-"""Frames of an episode of which statistics are taken, evenly spread."""
+"""Number of evenly spaced frames of an episode that are used for statistics."""
 
 
 def of_numbers(values: npt.NDArray[Any]) -> Statistics:
@@ -33,7 +33,7 @@ def of_numbers(values: npt.NDArray[Any]) -> Statistics:
 
 
 def of_frames(frames: Sequence[npt.NDArray[np.uint8]]) -> Statistics:
-    """Return the statistics of the channels of some frames of an episode, scaled to 0 to 1, (3, 1, 1) each.
+    """Return the statistics of the channels of sampled frames of an episode, scaled to 0 to 1, (3, 1, 1) each.
 
     Args:
         frames: (size, size, 3) uint8 each.
@@ -57,7 +57,7 @@ def of_frames(frames: Sequence[npt.NDArray[np.uint8]]) -> Statistics:
 
 
 def of_all(episodes: Sequence[Mapping[str, Any]]) -> Statistics:
-    """Return the statistics of a feature over several episodes; quantiles are weighted means, as LeRobot's own."""
+    """Combine the statistics of several episodes; quantiles are weighted means, as in LeRobot."""
     values = {name: np.stack([np.asarray(one[name], np.float64) for one in episodes]) for name in episodes[0]}
     counts = values["count"].reshape(-1, *(1 for _ in values["mean"].shape[1:]))
     total = counts.sum()

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from arramon_client.world import BANNER_SHAPES
-from arramon_dataset.layout import furnishing
+from arramon_dataset.layout import furniture_colours
 from arramon_dataset.layout.grid import to_street_frame, to_world_frame
 from arramon_dataset.layout.places import (
     AT_CORNERS,
@@ -34,7 +34,7 @@ TO_WALL = 6.0
 SPOKEN_AS = {"gold": "yellow", "silver": "white", "concrete": "white", "purple": "blue"}
 """By colour that texts state of banners: the nearest colour that banners have."""
 
-SHAPE_COLOURS = {**furnishing.SHAPE_COLOURS, "orange": ("white",), "brown": ("red",)}
+SHAPE_COLOURS = {**furniture_colours.SHAPE_COLOURS, "orange": ("white",), "brown": ("red",)}
 
 
 def props_of(

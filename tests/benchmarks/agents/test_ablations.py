@@ -1,4 +1,4 @@
-"""Ablations: variations are trained for a moment and played, kept, and compared with the base."""
+"""The ablation study: variations are trained briefly, played, cached, and compared with the base."""
 
 import sys
 from pathlib import Path
@@ -9,14 +9,14 @@ import pytest
 torch = pytest.importorskip("torch", reason="the extra `agents` is not installed: scripts/setup")
 
 from benchmarks.agents import ablations, study, transfer  # noqa: E402
-from benchmarks.agents.ablations_tables import Measured, table, updates_table  # noqa: E402
+from benchmarks.agents.ablations_tables import PhaseScores, table, updates_table  # noqa: E402
 from benchmarks.agents.study import write_page  # noqa: E402
 from tests import tiny  # noqa: E402
 
 NAMES = {"base": "all of it", "half": "half of it"}
 
 
-def measured() -> list[Measured]:
+def measured() -> list[PhaseScores]:
     """Two seeds of each variation in the streets; half is 0.25 worse in English."""
     found = []
     for name in NAMES:
@@ -26,7 +26,7 @@ def measured() -> list[Measured]:
                 for number, value in enumerate((0.5, 1.0, 0.75)):
                     lower = 0.25 if (name, language) == ("half", "en") else 0.0
                     each[f"val_seen/{number}"] = {"nDTW": value - lower + 0.1 * seed, "CTC-3": float(number > 0)}
-            found.append(Measured(name, "navigation", seed, scores, 100 * seed))
+            found.append(PhaseScores(name, "navigation", seed, scores, 100 * seed))
     return found
 
 

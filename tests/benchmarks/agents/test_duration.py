@@ -1,4 +1,4 @@
-"""How long agents take, from clients that really play."""
+"""Playing speed of agents, measured with real clients."""
 
 import sys
 from argparse import Namespace

@@ -1,4 +1,4 @@
-"""How well the visual encoder sees, on two frames."""
+"""Accuracy of the visual encoder on two frames."""
 
 import sys
 

@@ -1,4 +1,4 @@
-"""The table of agents on people's instructions: means, errors, and which reader played."""
+"""The table of agents on people's instructions: means, standard errors, and the reader that played."""
 
 import json
 import sys
@@ -17,7 +17,11 @@ def test_table(tmp_path: Path) -> None:
     reader.write_bytes(b"weights")
     names = (*script.METRICS, script.ALONE)
     scores = {str(number): dict.fromkeys(names, float(number)) for number in range(2)}
-    plain, tuned, rules = script.Player("vl_map"), script.Player("vl_map", reader), script.Player("follower")
+    plain, tuned, rules = (
+        script.TunedAgent("vl_map"),
+        script.TunedAgent("vl_map", reader),
+        script.TunedAgent("follower"),
+    )
     lines = script.table([(plain, scores), (tuned, scores), (rules, scores)]).splitlines()
     assert lines[0] == "| agent | trained on | episodes | nDTW | CTC-3 | PTC@CTC-3 | PTC alone |"
     assert lines[2].startswith("| `vl_map` | generated text | 2 | 0.500 ± 0.500 |")
@@ -36,13 +40,13 @@ def test_other_weights_and_another_reader_have_other_runs(tmp_path: Path) -> Non
     assert len(set(marks)) == 5
     assert marks[-1] == "follower"
     assert players[3].trained == "generated text, agent fine-tuned on people's"
-    assert script.players_of(["vl"], None) == [script.Player("vl")]
+    assert script.players_of(["vl"], None) == [script.TunedAgent("vl")]
 
 
 def test_what_fine_tuning_changes(tmp_path: Path) -> None:
     names = (*script.METRICS, script.ALONE)
     before, after = ({str(at): dict.fromkeys(names, at / 4 + more) for at in range(3)} for more in (0.0, 0.25))
-    rows = [(script.Player("vl"), before), (script.Player("vl", None, tmp_path / "vl.safetensors"), after)]
+    rows = [(script.TunedAgent("vl"), before), (script.TunedAgent("vl", None, tmp_path / "vl.safetensors"), after)]
     lines = script.tuned_table(rows).splitlines()
     assert lines[-1].startswith("| `vl` | **+0.250 (+0.250 to +0.250)** |")
     assert script.tuned_table(rows[:1]) == ""

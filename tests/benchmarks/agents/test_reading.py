@@ -1,4 +1,4 @@
-"""The table of what the learned reader reads exactly right."""
+"""The table of the learned reader's exact-match accuracy."""
 
 import sys
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Which agents play with which weights for the tables of results."""
+"""Selection of agents and weights for the tables of results."""
 
 import sys
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Tables of agents: means, turns, paired differences, and seeds apart from episodes, from scores that are known."""
+"""Tables of agents from known scores: means, turns, paired differences, and variation of seeds and episodes."""
 
 from typing import Any
 
@@ -21,7 +21,7 @@ def results(scores: dict[str, tuple[float, float]], alone: dict[str, float]) -> 
 def run(agent: str, seed: int, first: float, language: str = "en") -> Any:
     scores = {"a": (first, 0.0), "b": (0.5, 0.25), "c": (0.0, 0.5)}
     alone = {"a": 0.5, "b": first, "c": 0.0}
-    return tables.Run.of_results(agent, seed, "val_seen", language, results(scores, alone))
+    return tables.AgentScores.of_results(agent, seed, "val_seen", language, results(scores, alone))
 
 
 def cells(table: str) -> list[list[str]]:
@@ -31,7 +31,7 @@ def cells(table: str) -> list[list[str]]:
 
 def test_means_are_over_seeds_and_episodes_and_the_papers_rows_follow() -> None:
     runs = [run("vl", 1, 1.0), run("vl", 2, 0.0)]
-    table = tables.main_table([tables.Group("vl", "en", runs)], {"R/W": (0.1,) * 7})
+    table = tables.main_table([tables.SeedGroup("vl", "en", runs)], {"R/W": (0.1,) * 7})
     first, second = cells(table)
     # Episodes have (0.5, 0.375, 0.25) with the first seed, (0, 0.375, 0.25) with the second.
     assert first == ["`vl`", "en", "2", "3", *["0.292"] * 7, "0.333"]
@@ -39,7 +39,7 @@ def test_means_are_over_seeds_and_episodes_and_the_papers_rows_follow() -> None:
 
 
 def test_turns_stand_apart() -> None:
-    (row,) = cells(tables.turn_table([tables.Group("vl", "en", [run("vl", 1, 1.0)])]))
+    (row,) = cells(tables.turn_table([tables.SeedGroup("vl", "en", [run("vl", 1, 1.0)])]))
     assert row == ["`vl`", "en", *["0.500", "0.250"] * 4]
 
 
@@ -59,7 +59,7 @@ def test_differences_are_over_the_episodes_that_both_played() -> None:
     high = {"a": (0.9, 0.9), "b": (0.8, 0.8), "x": (0.0, 0.0)}
     low = {"b": (0.1, 0.1), "a": (0.2, 0.2), "y": (1.0, 1.0)}
     groups = [
-        tables.Group(agent, "en", [tables.Run.of_results(agent, 0, "s", "en", results(scores, {}))])
+        tables.SeedGroup(agent, "en", [tables.AgentScores.of_results(agent, 0, "s", "en", results(scores, {}))])
         for agent, scores in (("vl", high), ("vision_only", low))
     ]
     assert cells(tables.difference_table(groups)) == [
@@ -71,7 +71,7 @@ def test_only_differences_whose_interval_does_not_hold_0_are_bold() -> None:
     scores = {"a": (0.9, 0.9), "b": (0.1, 0.1)}
     below = {"a": (0.1, 0.1), "b": (0.8, 0.8)}
     groups = [
-        tables.Group(agent, "hi", [tables.Run.of_results(agent, 0, "s", "hi", results(each, {}))])
+        tables.SeedGroup(agent, "hi", [tables.AgentScores.of_results(agent, 0, "s", "hi", results(each, {}))])
         for agent, each in (("vl", scores), ("random_walk", below))
     ]
     ((_, _, shown, *_),) = cells(tables.difference_table(groups))
@@ -83,16 +83,16 @@ def test_only_differences_whose_interval_does_not_hold_0_are_bold() -> None:
 def test_seeds_are_told_apart_from_episodes() -> None:
     """Seeds that differ by the same in every episode leave no rest."""
     shifted = [
-        tables.Run.of_results(
+        tables.AgentScores.of_results(
             "vl", seed, "s", "en", results({"a": (up, up), "b": (0.5 + up, 0.5 + up)}, {"a": up, "b": up})
         )
         for seed, up in ((1, 0.0), (2, 0.1), (3, 0.2))
     ]
-    fixed = tables.Run.of_results("random_walk", 0, "s", "en", results({"a": (0, 0), "b": (1, 1)}, {}))
-    groups = [tables.Group("random_walk", "en", [fixed]), tables.Group("vl", "en", shifted)]
+    fixed = tables.AgentScores.of_results("random_walk", 0, "s", "en", results({"a": (0, 0), "b": (1, 1)}, {}))
+    groups = [tables.SeedGroup("random_walk", "en", [fixed]), tables.SeedGroup("vl", "en", shifted)]
     rows = cells(tables.seed_table(groups))
     assert rows[0] == ["`vl`", "en", "nDTW", "0.250, 0.350, 0.450", "0.100", "0.354", "0.000"]
-    assert [row[2] for row in rows] == list(tables.JUDGED)
+    assert [row[2] for row in rows] == list(tables.COMPARED_METRICS)
     assert rows[2][3:] == ["0.000, 0.100, 0.200", "0.100", "0.000", "0.000"]
 
 
@@ -110,7 +110,7 @@ def test_of_a_hidden_split_means_and_intervals_are_shown() -> None:
         row: {metric: {"mean": mean, "low": mean - 0.1, "high": mean + 0.1} for metric in tables.COLUMNS}
         for row, mean in (("turn 1", 0.5), ("turn 2", 0.3), ("total", 0.4))
     }
-    page = tables.hidden_section("test_unseen", [tables.HiddenRun("vl_map", 1, "hi", 72, metrics)])
+    page = tables.hidden_section("test_unseen", [tables.HiddenScores("vl_map", 1, "hi", 72, metrics)])
     assert page.startswith("## test_unseen\n\n| agent | language | seed | episodes |")
     rows = cells(page.split("\n\n")[1])
     assert rows[2] == ["`vl_map`", "hi", "1", "72", "total", *["0.400 (0.300 to 0.500)"] * 7]

@@ -1,4 +1,4 @@
-"""What can be told of a turn from the agent's way: where it left the path, and how the turn ended."""
+"""Classification of a turn by the agent's path: where it left the ground truth, and how the turn ended."""
 
 import sys
 from dataclasses import replace
@@ -46,7 +46,7 @@ def test_a_turn_is_judged(
     end: int,
     reached: float,
 ) -> None:
-    judged = script.judge(long_episode(), turn, script.Way(poses, took))
+    judged = script.judge(long_episode(), turn, script.PlayedPath(poses, took))
     assert judged.cause == ("" if cause < 0 else script.CAUSES[cause])
     assert judged.end == ("" if end < 0 else script.ENDS[end])
     assert judged.reached == pytest.approx(reached)
@@ -55,8 +55,8 @@ def test_a_turn_is_judged(
 
 def test_pictures_and_table(tmp_path: Path) -> None:
     split = tiny.write(tmp_path, "val_seen", 1)
-    failed = script.judge(split.episodes["0"], 1, script.Way([(0.0, 0.0, 0.0), (-4.0, 0.0, 270.0)]))
-    found = script.judge(split.episodes["0"], 1, script.Way([(0.0, 0.0, 0.0), (0.0, 2.0, 0.0)], took=True))
+    failed = script.judge(split.episodes["0"], 1, script.PlayedPath([(0.0, 0.0, 0.0), (-4.0, 0.0, 270.0)]))
+    found = script.judge(split.episodes["0"], 1, script.PlayedPath([(0.0, 0.0, 0.0), (0.0, 2.0, 0.0)], took=True))
     image = script.draw(failed, split.sections["1"], "en")
     assert image.width > 100
     assert image.height > 100
@@ -69,9 +69,9 @@ def test_pictures_and_table(tmp_path: Path) -> None:
 def test_the_sheet_has_the_worst_first_and_leaves_out_what_is_sorted(tmp_path: Path) -> None:
     first, second = long_episode(), replace(long_episode(), episode_id="8")
     ways = [
-        (first, 1, script.Way(ahead(*range(15)))),
-        (second, 1, script.Way([*ahead(0.0), (-8.0, 10.0, 0.0)], took=True)),
-        (first, 2, script.Way([(9.0, 9.0, 0.0)])),
+        (first, 1, script.PlayedPath(ahead(*range(15)))),
+        (second, 1, script.PlayedPath([*ahead(0.0), (-8.0, 10.0, 0.0)], took=True)),
+        (first, 2, script.PlayedPath([(9.0, 9.0, 0.0)])),
     ]
     text = script.sheet([script.judge(*each) for each in ways], "en", 20)
     assert text.startswith("# The 2 worst of 3 failures\n\nLeft out: 1 (turn 2 began elsewhere")

@@ -1,4 +1,4 @@
-"""Tables of tokenizers and transfer: which results meet, means over seeds, and what is left out."""
+"""Tables of tokenizers and transfer: paired results, means over seeds, and omitted results."""
 
 from typing import Any
 
@@ -29,7 +29,9 @@ def results() -> list[Any]:
             }
             pieces = {"en": 20.0, "hi": 24.0}
             found.append(
-                tables.Result(encoder, trained, aligned, times, seed, "assembly", by_name, 100 + seed, pieces, 1000)
+                tables.TransferResult(
+                    encoder, trained, aligned, times, seed, "assembly", by_name, 100 + seed, pieces, 1000
+                )
             )
     return found
 
@@ -42,14 +44,14 @@ def cells(table: str, *start: str) -> list[str]:
 
 
 def test_what_is_reached_is_the_mean_of_seeds() -> None:
-    reached = tables.Table(results(), "PTC").reached("word", tables.LANGUAGES, "en")
+    reached = tables.ResultTable(results(), "PTC").reached("word", tables.LANGUAGES, "en")
     assert reached is not None
     np.testing.assert_allclose(reached, [0.375, 0.875, 0.375])
-    assert tables.Table(results(), "PTC").reached("word", ("hi",), "en") is None
+    assert tables.ResultTable(results(), "PTC").reached("word", ("hi",), "en") is None
 
 
 def test_encoders_are_compared_with_words() -> None:
-    table = tables.encoder_table(tables.Table(results(), "PTC"))
+    table = tables.encoder_table(tables.ResultTable(results(), "PTC"))
     line = cells(table, "`multilingual`")
     assert line[2:6] == ["1,000", "102", "20.0", "24.0"]
     assert line[6] == "0.708"
@@ -59,14 +61,14 @@ def test_encoders_are_compared_with_words() -> None:
 
 
 def test_zero_shot_is_compared_with_random_and_joint_with_one_language() -> None:
-    line = cells(tables.transfer_table(tables.Table(results(), "PTC")), "`multilingual`", "hi")
+    line = cells(tables.transfer_table(tables.ResultTable(results(), "PTC")), "`multilingual`", "hi")
     assert line[2:7] == ["", "0.833", "", "1.000", ""]
     assert line[7] == "0.333"
     assert line[8].startswith("+0.333 (")
 
 
 def test_alignment() -> None:
-    table = tables.alignment_table(tables.Table(results(), "PTC"))
+    table = tables.alignment_table(tables.ResultTable(results(), "PTC"))
     assert cells(table, "`multilingual`", "en", "hi")[3:5] == ["0.333", "0.833"]
     assert cells(table, "`multilingual`", "en", "hi")[5] == "**+0.500 (+0.500 to +0.500)**"
     assert "`word`" not in table

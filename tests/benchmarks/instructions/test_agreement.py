@@ -1,4 +1,4 @@
-"""Agreement of two accounts of what a text asks for: what counts as the same, and what does not."""
+"""Agreement of two accounts of a text's meaning: which differences are tolerated, and which are not."""
 
 from collections.abc import Iterator
 from copy import deepcopy

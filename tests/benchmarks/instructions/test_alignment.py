@@ -1,4 +1,4 @@
-"""How well the statistical check tells routes apart, in one language."""
+"""The statistical check distinguishes routes, in one language."""
 
 import pytest
 

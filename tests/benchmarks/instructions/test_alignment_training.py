@@ -1,4 +1,4 @@
-"""Alignment of words with routes: what is learned, kept on disk, and found to fit."""
+"""Word alignment: training, saving, and fit of texts to routes."""
 
 from pathlib import Path
 

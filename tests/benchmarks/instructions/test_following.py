@@ -1,4 +1,4 @@
-"""The follower on the first texts of one episode."""
+"""The follower's scores on the first texts of one episode."""
 
 import json
 from pathlib import Path

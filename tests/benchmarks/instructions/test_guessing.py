@@ -1,4 +1,4 @@
-"""The follower with and without a route, in one episode."""
+"""The follower's scores with and without a route, in one episode."""
 
 from pathlib import Path
 

@@ -1,9 +1,9 @@
-"""Names of things: the forms in which they are compared, and which can name one thing."""
+"""Names of things: canonical forms, and which names can denote the same thing."""
 
 import pytest
 
 from arramon_lang.meaning import Thing
-from benchmarks.instructions.names import Name, name_read, name_said
+from benchmarks.instructions.names import ComparedName, name_read, name_said
 
 
 @pytest.mark.parametrize(
@@ -49,4 +49,4 @@ def test_names_fit_by_kind_and_what_they_say(one: str, other: str, fit: bool) ->
 
 
 def test_the_kind_is_the_last_word() -> None:
-    assert name_said("orange-white barrier") == Name("barrier", frozenset({"white"}))
+    assert name_said("orange-white barrier") == ComparedName("barrier", frozenset({"white"}))

@@ -1,4 +1,4 @@
-"""Reader and follower on the free paraphrases."""
+"""Accuracy of reader and follower on the free paraphrases."""
 
 from tests.benchmarks.command import numbers, printed
 

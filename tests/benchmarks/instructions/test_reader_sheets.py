@@ -1,11 +1,11 @@
-"""Sheets for readers of instructions: they see neither the way nor the goal."""
+"""Sheets for readers of instructions, without path and goal."""
 
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from arramon_dataset.generation.site import Site
+from arramon_dataset.generation.site import GenerationSite
 from arramon_dataset.paraphrases.collection import generated_episodes, paraphrased_section
 from arramon_dataset.pictures.canvas import PINK
 from arramon_dataset.plans import read_plan
@@ -15,7 +15,7 @@ from tests import tiny
 
 def test_a_reader_sees_neither_the_way_nor_the_goal() -> None:
     episode = generated_episodes()[0]
-    picture, page = reader_sheet(episode, 1, Site(paraphrased_section(), read_plan("6")))
+    picture, page = reader_sheet(episode, 1, GenerationSite(paraphrased_section(), read_plan("6")))
     assert PINK not in {colour for _, colour in picture.getcolors(1 << 24) or ()}
     assert "GOAL" not in page
     assert "leg" not in page

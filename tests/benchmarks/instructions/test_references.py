@@ -1,4 +1,4 @@
-"""False references in texts of which one is false."""
+"""Detection of a false reference among true texts."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Words for routes, counted in small texts."""
+"""Frequencies of route words in small texts."""
 
 from dataclasses import replace
 from pathlib import Path

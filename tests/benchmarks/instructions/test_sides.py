@@ -1,4 +1,4 @@
-"""Sides and neighbours that texts tell wrongly are found out by a check that knows neither planner nor gate."""
+"""Detection of wrong sides and neighbours, independent of planner and gate."""
 
 import json
 from pathlib import Path
@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from benchmarks.instructions.references import check
-from benchmarks.instructions.sides import false_sides, grounds_of, neighbours, told_sides
-from benchmarks.instructions.ways import way_of
+from benchmarks.instructions.sides import false_sides, grounds_of, neighbours, stated_sides
+from benchmarks.instructions.turn_paths import turn_path
 
 NORTH, EAST, WEST = (0.0, 1.0), (1.0, 0.0), (-1.0, 0.0)
 
@@ -53,7 +53,7 @@ def faults(text: str, code: str, *things: dict[str, Any], way: list[tuple[float,
         "buildings": [thing for thing in things if "facade" in thing],
     }
     turn = {"street": [MUG], "path": way, "actions": []}
-    return false_sides(text, code, way_of(turn, {"heading": 0.0}, []), grounds_of(turn, section))
+    return false_sides(text, code, turn_path(turn, {"heading": 0.0}, []), grounds_of(turn, section))
 
 
 @pytest.mark.parametrize("code", ["en", "hi"])
@@ -81,7 +81,7 @@ TEXTS = [
 
 @pytest.mark.parametrize(("code", "text"), TEXTS)
 def test_a_side_is_found_in_all_ways_to_tell_it(code: str, text: str) -> None:
-    (told,) = told_sides(text, code)
+    (told,) = stated_sides(text, code)
     assert (told.mention.kind, told.side, told.before, told.after) == ("tree", "right", ("right",), ("left",))
     for place, is_so in (((4.0, -2.0), True), ((4.0, 2.0), False), ((11.0, 1.0), False), ((10.0, 6.0), False)):
         assert (faults(text, code, prop("tree", *place)) == []) == is_so, place
@@ -97,7 +97,7 @@ NO_SIDES = [
 
 @pytest.mark.parametrize(("code", "text"), NO_SIDES)
 def test_sides_of_turns_and_of_the_target_are_none_of_things_on_the_way(code: str, text: str) -> None:
-    assert told_sides(text, code) == []
+    assert stated_sides(text, code) == []
 
 
 def test_turns_are_found_among_the_bends() -> None:

@@ -1,4 +1,4 @@
-"""What furniture reveals in an imported split."""
+"""What furniture reveals about the path in an imported split."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Recovery of landmarks from all but a part of the texts."""
+"""Recovery of landmarks with a part of the texts held out."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The follower in the rebuilt city, in one episode, and going on from what was played."""
+"""The follower in the reconstructed city, in one episode, and resuming."""
 
 import json
 from pathlib import Path

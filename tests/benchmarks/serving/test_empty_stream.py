@@ -1,4 +1,4 @@
-"""A stream of gRPC without a server behind it."""
+"""Speed of an empty gRPC stream."""
 
 from tests.benchmarks.command import numbers, printed
 

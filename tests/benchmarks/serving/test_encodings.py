@@ -1,4 +1,4 @@
-"""Encodings of one frame, once."""
+"""Costs of encoding a single frame."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The profile of a server: which stage a stack belongs to, and a recording where py-spy is installed."""
+"""The server's profile: stages of stacks, and a recording if py-spy is installed."""
 
 import shutil
 from pathlib import Path

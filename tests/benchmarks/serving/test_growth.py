@@ -1,4 +1,4 @@
-"""Loads and bodies of the growth benchmark for a moment, and its starts."""
+"""The growth benchmark, run briefly: loads, bodies and starts."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Commits to a database."""
+"""Duration of journal commits and reads."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""A server with metrics beside one whose meter does nothing."""
+"""CPU time of a server with metrics and of one without."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Waits of open episodes when a process ends."""
+"""Waits of open episodes when a server process ends."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Steps per second of a real server, for a moment."""
+"""Steps per second of a real server, measured briefly."""
 
 import json
 from pathlib import Path

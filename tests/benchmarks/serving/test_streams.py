@@ -1,4 +1,4 @@
-"""Streams that are open beside each other."""
+"""Memory and latency of several open streams."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The camera comparison script on a few poses: sample sections, own sections, and the room."""
+"""The camera comparison on a few poses: sample sections, own sections, and the room."""
 
 import json
 from pathlib import Path

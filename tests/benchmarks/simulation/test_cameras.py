@@ -1,4 +1,4 @@
-"""Frame rates of both cameras for a moment."""
+"""Frame rates of both cameras, measured briefly."""
 
 import json
 from pathlib import Path

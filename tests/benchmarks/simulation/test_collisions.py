@@ -1,4 +1,4 @@
-"""The comparison of pybullet with plane geometry: its moves, and going on where it was ended."""
+"""The comparison of pybullet with plane geometry: its moves, and resuming from a log."""
 
 import json
 import math

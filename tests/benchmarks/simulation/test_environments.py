@@ -1,4 +1,4 @@
-"""Steps of the environments in process, one of each."""
+"""Speed of each environment, measured over one step."""
 
 import json
 import re

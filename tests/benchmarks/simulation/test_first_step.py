@@ -1,4 +1,4 @@
-"""A new process until its first step."""
+"""CPU time of a new process until its first step."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Environments of other projects, which are measured in interpreters of their own."""
+"""Environments of other projects, measured in their own interpreters."""
 
 import importlib.util
 import sys

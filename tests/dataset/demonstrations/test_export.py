@@ -1,4 +1,4 @@
-"""Exports that are interrupted, run out of disk, or go to a folder that is not theirs."""
+"""Exports that are interrupted, that fill the disk, or whose folder contains other files."""
 
 import resource
 import subprocess
@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from arramon_dataset.demonstrations.export import Progress
-from arramon_dataset.demonstrations.folder import RECORD, WORK, Folder, read_record
+from arramon_dataset.demonstrations.export import ExportProgress
+from arramon_dataset.demonstrations.folder import RECORD, WORK, ExportFolder, read_record
 from arramon_server.errors import BadFile, BadInput, Conflict, StorageError
 from tests.dataset.demonstrations.exporting import contents, export
 
@@ -23,14 +23,14 @@ class Stop(Exception):
 def test_an_interrupted_export_goes_on_to_the_same_files(
     data: Path, exports: dict[str, Path], tmp_path: Path, format_: str
 ) -> None:
-    heard: list[Progress] = []
+    heard: list[ExportProgress] = []
 
-    def stop(progress: Progress) -> None:
+    def stop(progress: ExportProgress) -> None:
         heard.append(progress)
         raise Stop
 
     with pytest.raises(Stop):
-        export(data, tmp_path / "out", format_, tell=stop)
+        export(data, tmp_path / "out", format_, on_progress=stop)
     assert (heard[0].parts, heard[0].export.parts) == (1, 3)
     kept = {name for name in contents(tmp_path / "out") if not name.startswith(WORK) and name != RECORD}
     assert kept
@@ -38,8 +38,8 @@ def test_an_interrupted_export_goes_on_to_the_same_files(
     (tmp_path / "out" / WORK / "new-00002-1" / "half").write_text("half")
     assert not read_record(tmp_path / "out")["complete"]
 
-    again: list[Progress] = []
-    export(data, tmp_path / "out", format_, tell=again.append)
+    again: list[ExportProgress] = []
+    export(data, tmp_path / "out", format_, on_progress=again.append)
 
     assert [progress.parts for progress in again] == [2, 3]
     assert contents(tmp_path / "out") == contents(exports[format_])
@@ -48,21 +48,21 @@ def test_an_interrupted_export_goes_on_to_the_same_files(
 
 def test_a_complete_export_is_left_alone(data: Path, exports: dict[str, Path]) -> None:
     before = contents(exports["plain"])
-    heard: list[Progress] = []
-    export(data, exports["plain"], "plain", tell=heard.append)
+    heard: list[ExportProgress] = []
+    export(data, exports["plain"], "plain", on_progress=heard.append)
     assert heard == []
     assert contents(exports["plain"]) == before
 
 
 def test_progress(data: Path, tmp_path: Path) -> None:
-    heard: list[Progress] = []
-    export(data, tmp_path, "plain", tell=heard.append)
+    heard: list[ExportProgress] = []
+    export(data, tmp_path, "plain", on_progress=heard.append)
     assert [(each.parts, each.episodes, each.steps) for each in heard][-1] == (3, 10, 130)
     assert str(heard[-1]).startswith("tiny: 10 of 10 episodes, 130 steps, 0.0 of about 0.0 MB in 0:0")
 
 
 def test_other_settings_are_refused(data: Path, exports: dict[str, Path]) -> None:
-    with pytest.raises(Conflict, match="holds an export whose size is 32, not 64: expected the same settings"):
+    with pytest.raises(Conflict, match="contains an export whose size is 32, not 64: expected the same settings"):
         export(data, exports["huggingface"], "huggingface", size=64)
     with pytest.raises(Conflict, match="whose format is 'plain', not 'minari'"):
         export(data, exports["plain"], "minari")
@@ -70,7 +70,7 @@ def test_other_settings_are_refused(data: Path, exports: dict[str, Path]) -> Non
 
 def test_foreign_folders_are_refused(data: Path, tmp_path: Path) -> None:
     (tmp_path / "thesis.tex").write_text("mine")
-    with pytest.raises(BadInput, match="holds something else than an export: expected a new or an empty folder"):
+    with pytest.raises(BadInput, match="contains other files than an export: expected a new or an empty folder"):
         export(data, tmp_path, "plain")
     (tmp_path / RECORD).write_text("{}")
     with pytest.raises(BadFile, match="is not the record of an export"):
@@ -79,11 +79,11 @@ def test_foreign_folders_are_refused(data: Path, tmp_path: Path) -> None:
 
 
 def test_two_exports_cannot_write_to_one_folder(data: Path, tmp_path: Path) -> None:
-    def begin_another(_: Progress) -> None:
+    def begin_another(_: ExportProgress) -> None:
         with pytest.raises(Conflict, match="another export is writing to"):
             export(data, tmp_path, "plain")
 
-    export(data, tmp_path, "plain", tell=begin_another)
+    export(data, tmp_path, "plain", on_progress=begin_another)
 
 
 @pytest.mark.parametrize("format_", FORMATS)
@@ -91,20 +91,20 @@ def test_a_full_disk_loses_nothing(data: Path, exports: dict[str, Path], tmp_pat
     """The operating system limits the size of files: every write beyond fails, as on a full disk."""
     _, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
 
-    def fill(_: Progress) -> None:
+    def fill(_: ExportProgress) -> None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (512, hard))
 
     try:
         with pytest.raises(StorageError) as caught:
-            export(data, tmp_path / "out", format_, tell=fill)
+            export(data, tmp_path / "out", format_, on_progress=fill)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (hard, hard))
     said = str(caught.value)
     assert said.startswith(f"there is no room left in {tmp_path / 'out'} (File too large): 1 of 3 parts are finished")
     assert "the same command then goes on where this one ended" in said
 
-    heard: list[Progress] = []
-    export(data, tmp_path / "out", format_, tell=heard.append)
+    heard: list[ExportProgress] = []
+    export(data, tmp_path / "out", format_, on_progress=heard.append)
     assert [each.parts for each in heard] == [2, 3]
     assert contents(tmp_path / "out") == contents(exports[format_])
 
@@ -162,7 +162,7 @@ def test_the_base_installation_exports_plain_and_says_what_the_others_need(data:
 
 
 def test_a_part_appears_at_once(tmp_path: Path) -> None:
-    folder = Folder(tmp_path / "out")
+    folder = ExportFolder(tmp_path / "out")
     assert folder.begin({"format": "plain"}) is False
     made = folder.scratch("00000")
     (made / "data").mkdir()

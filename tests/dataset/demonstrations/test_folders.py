@@ -1,4 +1,4 @@
-"""Exports to folders that are relative, or have spaces or Hindi in their names."""
+"""Exports to relative folders, and to folders with spaces or Hindi in their names."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Bad settings: each error names what was wrong and what was expected."""
+"""Invalid export requests: each error names what was wrong and what was expected."""
 
 from pathlib import Path
 from typing import Any
@@ -23,7 +23,7 @@ from arramon_server.errors import BadInput, Forbidden, NotFound
         ("minari", {"reward": "gold"}, "there is no reward 'gold'; there are sparse, progress, none"),
         ("minari", {"episodes": 0}, "the number of episodes is 0; expected at least 1"),
         ("minari", {"part_size": 0}, "the number of episodes in a part is 0"),
-        ("plain", {"single_dataset": True}, "holds all languages together anyway: --single-dataset is for 'minari'"),
+        ("plain", {"single_dataset": True}, "--single-dataset applies to the format 'minari' only"),
         ("plain", {"size": 64}, "the format 'plain' holds no frames"),
         ("plain", {"sensors": ("rgb",)}, "it takes neither sensors nor a size"),
     ],
@@ -53,5 +53,5 @@ def test_settings_that_the_split_does_not_have(data: Path) -> None:
 
 @pytest.mark.parametrize("format_", ["plain", "minari", "lerobot", "huggingface"])
 def test_hidden_splits_are_refused(data: Path, format_: str) -> None:
-    with pytest.raises(Forbidden, match=r"the split 'secret' is hidden: .* from open splits alone"):
+    with pytest.raises(Forbidden, match=r"the split 'secret' is hidden: .* from open splits only"):
         with_languages(make_request(data, "secret", format_), find_split(data, "secret"))

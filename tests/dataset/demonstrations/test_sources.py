@@ -1,4 +1,4 @@
-"""Recorded runs as demonstrations."""
+"""Export of recorded runs as demonstrations."""
 
 from collections.abc import Iterator
 from contextlib import closing
@@ -11,7 +11,7 @@ import pytest
 from arramon_client.demonstrations import Demonstrations
 from arramon_dataset.demonstrations.export import export_demonstrations, find_split, with_languages
 from arramon_dataset.demonstrations.request import make_request
-from arramon_dataset.demonstrations.sources import Source, Sources, ground_truth, recorded_run
+from arramon_dataset.demonstrations.sources import EpisodeActions, EpisodeSelection, ground_truth, recorded_run
 from arramon_server.errors import ArraMonError, BadInput, Conflict
 from arramon_server.runs.storage import causes
 from arramon_server.runs.storage.database import Database
@@ -29,7 +29,7 @@ def database(tmp_path: Path) -> Iterator[Database]:
         yield database
 
 
-def sources_of(database: Database, data: Path, run_id: str, language: str = "en") -> Sources:
+def sources_of(database: Database, data: Path, run_id: str, language: str = "en") -> EpisodeSelection:
     split, journal = find_split(data, "tiny"), Journal(database)
     request = with_languages(make_request(data, "tiny", "plain", languages=(language,), run_id=run_id), split)
     return recorded_run(journal, journal.run(run_id), split, request)
@@ -49,7 +49,7 @@ def test_a_run_is_exported_as_it_was_played(data: Path, database: Database, tmp_
     assert sources.steps_per_phase == played.STEPS
 
     frames = make_request(data, "tiny", "minari", languages=("en",), run_id="r", sensors=("rgb",), size=SIZE)
-    export_demonstrations(frames, split, sources, tmp_path / "minari", jobs=1, tell=lambda _: None)
+    export_demonstrations(frames, split, sources, tmp_path / "minari", jobs=1, on_progress=lambda _: None)
     dataset = minari.MinariDataset(tmp_path / "minari" / "arramon" / "tiny-en-v0" / "data")
     order = [one.episode_id for one in sources.chosen]
     for number, episode_id in enumerate(order):
@@ -63,7 +63,7 @@ def test_a_run_is_exported_as_it_was_played(data: Path, database: Database, tmp_
             assert episode.observations["steps_left"][step] == expected.steps_left - 150 + played.STEPS
 
     plain = replace(frames, format="plain", sensors=(), size=0)
-    export_demonstrations(plain, split, sources, tmp_path / "plain", jobs=1, tell=lambda _: None)
+    export_demonstrations(plain, split, sources, tmp_path / "plain", jobs=1, on_progress=lambda _: None)
     by_id = {one.episode_id: one for one in Demonstrations(tmp_path / "plain")}
     endings = {ending.episode_id: ending for ending in Journal(database).endings("r")}
     for episode_id in order:
@@ -118,7 +118,7 @@ def test_actions_that_do_not_fit_are_named(
     split = find_split(data, "tiny")
     frames = {} if format_ == "plain" else {"sensors": ("rgb",), "size": 8}
     request = with_languages(make_request(data, "tiny", format_, **frames), split)  # type: ignore[arg-type]
-    wrong = Sources((Source("1", ("en",), tuple(map(int, actions))),), {}, 150)
+    wrong = EpisodeSelection((EpisodeActions("1", ("en",), tuple(map(int, actions))),), {}, 150)
     with pytest.raises(ArraMonError, match="the actions for episode '1' do not fit its data") as caught:
-        export_demonstrations(request, split, wrong, tmp_path / "out", jobs=1, tell=lambda _: None)
+        export_demonstrations(request, split, wrong, tmp_path / "out", jobs=1, on_progress=lambda _: None)
     assert said in str(caught.value)

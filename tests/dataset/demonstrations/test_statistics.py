@@ -1,4 +1,4 @@
-"""Statistics of episodes and of all of them, against numpy over the whole."""
+"""Statistics of each episode and combined statistics, against numpy over all data."""
 
 import numpy as np
 import pytest

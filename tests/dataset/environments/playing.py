@@ -1,4 +1,4 @@
-"""Players in this process, for tests."""
+"""In-process players for tests."""
 
 from pathlib import Path
 from typing import Any

@@ -1,4 +1,4 @@
-"""Experts: from states that an agent without a plan gets into, following them ends in success."""
+"""Experts lead to success from any state that a random agent reaches."""
 
 import random
 from collections.abc import Iterator, Sequence

@@ -1,4 +1,4 @@
-"""Episodes with furniture of their own in the environments: seen, felt, told to the expert, and drawn on maps."""
+"""Episodes with their own furniture: rendered, solid, known to the expert, and drawn on maps."""
 
 from dataclasses import replace
 from pathlib import Path

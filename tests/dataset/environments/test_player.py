@@ -1,4 +1,4 @@
-"""The player in this process, against the server's own worlds and session."""
+"""The in-process player, compared with the server's own worlds and session."""
 
 import sys
 from pathlib import Path
@@ -9,7 +9,7 @@ import pytest
 from arramon_client.environments.backend import Settings
 from arramon_client.errors import UsageError
 from arramon_dataset.environments import LocalBackend
-from arramon_dataset.environments.library import open_library
+from arramon_dataset.environments.playable_split import open_playable_split
 from arramon_server.runs.play.worlds import Worlds
 from arramon_server.sim.labels import LABELS
 from tests import tiny
@@ -23,7 +23,7 @@ def test_frames_are_those_of_the_worlds(data: Path, size: int, camera: str, monk
     monkeypatch.setenv("ARRAMON_CAMERA", camera)
     sensors = ("rgb", "depth", "segmentation")
     made = player(data, sensors=sensors, image_size=size)
-    worlds = Worlds({"tiny": open_library(data, "tiny", camera).split}, camera)
+    worlds = Worlds({"tiny": open_playable_split(data, "tiny", camera).split}, camera)
     into = {
         "rgb": np.zeros((2, size, size, 3), np.uint8)[1],
         "depth": np.zeros((2, size, size), np.float32)[1],
@@ -83,7 +83,7 @@ def test_what_it_refuses(data: Path) -> None:
     with pytest.raises(UsageError, match="no episode has begun"):
         made.again()
     made.begin("1", 0)
-    with pytest.raises(UsageError, match="there is no expert: none was asked for"):
+    with pytest.raises(UsageError, match="there is no expert: the settings name none"):
         made.expert_action()
     for action in tiny.ACTIONS:
         made.step(action)
@@ -102,10 +102,10 @@ def test_a_hidden_split_shows_no_state(tmp_path: Path) -> None:
 
 def test_players_share_worlds_until_the_data_changes(tmp_path: Path) -> None:
     tiny.write(tmp_path, count=2)
-    first = open_library(tmp_path, "tiny", "raster")
-    assert open_library(tmp_path, "tiny", "raster") is first
+    first = open_playable_split(tmp_path, "tiny", "raster")
+    assert open_playable_split(tmp_path, "tiny", "raster") is first
     tiny.write(tmp_path, count=3)
-    assert len(open_library(tmp_path, "tiny", "raster").split.episodes) == 3
+    assert len(open_playable_split(tmp_path, "tiny", "raster").split.episodes) == 3
 
 
 def test_an_unknown_camera(data: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,8 +1,8 @@
-"""Rewards: the distance that is left along a path."""
+"""Rewards: the remaining distance along a path."""
 
 import pytest
 
-from arramon_dataset.environments.rewards import Path
+from arramon_dataset.environments.rewards import ReferencePath
 
 CORNER = ((0.0, 0.0), (0.0, 2.0), (3.0, 2.0))
 LOOP = ((0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0), (0.0, 0.0))
@@ -22,9 +22,9 @@ LEFT = [
 
 @pytest.mark.parametrize(("points", "place", "expected"), LEFT)
 def test_distance_left(points: tuple[tuple[float, float], ...], place: tuple[float, float], expected: float) -> None:
-    assert Path(points).left(*place) == pytest.approx(expected)
+    assert ReferencePath(points).remaining(*place) == pytest.approx(expected)
 
 
 def test_length() -> None:
-    assert Path(CORNER).length == 5.0
-    assert Path(((1.0, 1.0),)).length == 0.0
+    assert ReferencePath(CORNER).length == 5.0
+    assert ReferencePath(((1.0, 1.0),)).length == 0.0

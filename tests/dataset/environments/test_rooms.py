@@ -1,4 +1,4 @@
-"""Tasks in the room that are drawn: true, in every language, the same for a seed."""
+"""Generated room tasks: true texts in every language, and the same task for the same seed."""
 
 import pytest
 

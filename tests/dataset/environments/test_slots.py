@@ -1,4 +1,4 @@
-"""Numbers of objects."""
+"""Reservation and reuse of slot numbers."""
 
 from arramon_dataset.environments.slots import Slots
 

@@ -1,6 +1,6 @@
 """A small test section: four blocks around a crossing of streets 6 units wide, and instruction writers."""
 
-from arramon_dataset.generation import Draft, Site, Writer
+from arramon_dataset.generation import Draft, DraftWriter, GenerationSite
 from arramon_dataset.randomness import seeded
 from arramon_server.episodes.episode import Instructions, Turn
 from arramon_server.sim.geometry import Pose
@@ -16,11 +16,13 @@ CROSSING = Section("9", 0.0, (-13.0, -13.0, 13.0, 13.0), BLOCKS, (Prop("bench", 
 class Plain:
     """Says what the targets are, and a number that the names draw."""
 
-    def tells(self, start: Pose, turn: Turn, number: int, site: Site, names: tuple[object, ...]) -> bool:
+    def can_describe(
+        self, start: Pose, turn: Turn, number: int, site: GenerationSite, names: tuple[object, ...]
+    ) -> bool:
         return True
 
     def __call__(
-        self, draft: Draft, site: Site, names: tuple[object, ...]
+        self, draft: Draft, site: GenerationSite, names: tuple[object, ...]
     ) -> dict[str, tuple[Instructions, Instructions]] | None:
         texts = [
             Instructions(f"get the {turn.target.type}", f"put it in {turn.target_cell}: {seeded(*names).random()}")
@@ -32,24 +34,26 @@ class Plain:
 class Fussy(Plain):
     """Takes only what has a ball, a mug or a TV for its first target."""
 
-    def tells(self, start: Pose, turn: Turn, number: int, site: Site, names: tuple[object, ...]) -> bool:
+    def can_describe(
+        self, start: Pose, turn: Turn, number: int, site: GenerationSite, names: tuple[object, ...]
+    ) -> bool:
         return number == 2 or turn.target.type.kind in ("ball", "mug", "tv")
 
 
 class Never(Plain):
     """Finds nothing good."""
 
-    def __call__(self, draft: Draft, site: Site, names: tuple[object, ...]) -> None:
+    def __call__(self, draft: Draft, site: GenerationSite, names: tuple[object, ...]) -> None:
         return None
 
 
-def make_plain() -> Writer:
+def make_plain() -> DraftWriter:
     return Plain()
 
 
-def make_fussy() -> Writer:
+def make_fussy() -> DraftWriter:
     return Fussy()
 
 
-def make_never() -> Writer:
+def make_never() -> DraftWriter:
     return Never()

@@ -1,13 +1,13 @@
-"""`arramon-server` that generates in batches of one episode, as each episode takes a second or more."""
+"""`arramon-server` with batches of one episode, as each episode takes a second or more to generate."""
 
 import sys
 
-from arramon_dataset.generation import work
+from arramon_dataset.generation import batches
 from arramon_server import cli
 
 
 def main(arguments: list[str]) -> int:
-    work.BATCH_SIZE = 1
+    batches.BATCH_SIZE = 1
     return cli.main(arguments)
 
 

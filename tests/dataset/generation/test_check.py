@@ -1,3 +1,5 @@
+"""Validation of drafts: each fault is reported."""
+
 import math
 import re
 from collections.abc import Callable, Iterator
@@ -7,7 +9,7 @@ import numpy as np
 import pytest
 
 from arramon_client.world import Action
-from arramon_dataset.generation import Draft, Site, problems
+from arramon_dataset.generation import Draft, GenerationSite, problems
 from arramon_dataset.generation.streets import TWIN_PATH, TWINS_APART
 from arramon_dataset.plans import build_section, read_plan
 from arramon_dataset.release.extras import distance_to_path
@@ -17,29 +19,31 @@ from arramon_server.sim.rules import PlacedObject
 
 
 @pytest.fixture(scope="module")
-def site() -> Iterator[Site]:
-    made = Site(build_section(read_plan("6"), "test"))
+def site() -> Iterator[GenerationSite]:
+    made = GenerationSite(build_section(read_plan("6"), "test"))
     yield made
     made.world.close()
 
 
 @pytest.fixture(scope="module")
-def draft(site: Site) -> Draft:
+def draft(site: GenerationSite) -> Draft:
     return site.sampler.draw("1", ("check", 3))
 
 
-def test_sampled_drafts_have_no_problems(site: Site) -> None:
+def test_sampled_drafts_have_no_problems(site: GenerationSite) -> None:
     for i in range(20):
         assert problems(site.sampler.draw(str(i), ("passes", i)), site.solids, site.world) == ()
 
 
-def test_drafts_are_determined_by_their_seed_names(site: Site) -> None:
+def test_drafts_are_determined_by_their_seed_names(site: GenerationSite) -> None:
     assert (
-        site.sampler.draw("1", ("a",)) == Site(site.section).sampler.draw("1", ("a",)) != site.sampler.draw("1", ("b",))
+        site.sampler.draw("1", ("a",))
+        == GenerationSite(site.section).sampler.draw("1", ("a",))
+        != site.sampler.draw("1", ("b",))
     )
 
 
-def test_another_object_like_the_target_lies_off_the_way_and_nearer(site: Site) -> None:
+def test_another_object_like_the_target_lies_off_the_way_and_nearer(site: GenerationSite) -> None:
     found = 0
     for i in range(20):
         draft = site.sampler.draw(str(i), ("twins", i))
@@ -60,25 +64,25 @@ def of_turn(draft: Draft, number: int, **changes: object) -> Draft:
     return replace(draft, turns=(turns[0], turns[1]))
 
 
-def moved_to_a_building(draft: Draft, site: Site) -> Draft:
+def moved_to_a_building(draft: Draft, site: GenerationSite) -> Draft:
     street = draft.turns[1].street
     inside = site.section.buildings[0]
     item = replace(street[-1], position=Point(inside.x, 0.0, inside.z))
     return of_turn(draft, 2, street=(*street[:-1], item))
 
 
-def beside_the_target(draft: Draft, site: Site) -> Draft:
+def beside_the_target(draft: Draft, site: GenerationSite) -> Draft:
     target, *others = draft.turns[0].street
     near = replace(target, position=target.position._replace(x=target.position.x + 2.0))
     return of_turn(draft, 1, street=(target, *others[:-1], near))
 
 
-def twice_a_distracter(draft: Draft, site: Site) -> Draft:
+def twice_a_distracter(draft: Draft, site: GenerationSite) -> Draft:
     street = draft.turns[0].street
     return of_turn(draft, 1, street=(*street[:-1], replace(street[-1], type=street[-2].type)))
 
 
-def in_one_place(draft: Draft, site: Site) -> Draft:
+def in_one_place(draft: Draft, site: GenerationSite) -> Draft:
     street = draft.turns[0].street
     return of_turn(draft, 1, street=(*street[:-1], replace(street[-1], position=street[1].position)))
 
@@ -87,7 +91,7 @@ def decoy_on(draft: Draft, cell: RoomPosition) -> Draft:
     return replace(draft, decoys=(*draft.decoys[:-1], replace(draft.decoys[-1], placement=cell)))
 
 
-CASES: list[tuple[Callable[[Draft, Site], Draft], str]] = [
+CASES: list[tuple[Callable[[Draft, GenerationSite], Draft], str]] = [
     (moved_to_a_building, "turn 2: .* inside something solid"),
     (beside_the_target, "turn 1: two objects are a"),
     (twice_a_distracter, "turn 1: two objects are a"),
@@ -113,7 +117,7 @@ CASES: list[tuple[Callable[[Draft, Site], Draft], str]] = [
 
 @pytest.mark.parametrize(("spoil", "expected"), CASES, ids=[expected for _, expected in CASES])
 def test_faulty_drafts_are_reported(
-    draft: Draft, site: Site, spoil: Callable[[Draft, Site], Draft], expected: str
+    draft: Draft, site: GenerationSite, spoil: Callable[[Draft, GenerationSite], Draft], expected: str
 ) -> None:
     assert problems(draft, site.solids, site.world) == ()
     found = "\n".join(problems(spoil(draft, site), site.solids, site.world))

@@ -1,10 +1,12 @@
+"""Checkpoints of generation: resuming, locking, and damaged files."""
+
 import stat
 from pathlib import Path
 
 import pytest
 
-from arramon_dataset.generation.checkpoint import Checkpoint, origin_of
-from arramon_dataset.generation.work import GeneratedEpisode
+from arramon_dataset.generation.batches import GeneratedEpisode
+from arramon_dataset.generation.checkpoint import GenerationCheckpoint, origin_of
 from arramon_server.errors import Conflict
 from tests import tiny
 
@@ -12,7 +14,7 @@ MADE = [GeneratedEpisode(tiny.episode(str(number)), number + 1) for number in ra
 
 
 def kept(path: Path, origin: str = "here") -> list[GeneratedEpisode]:
-    checkpoint = Checkpoint(path, origin)
+    checkpoint = GenerationCheckpoint(path, origin)
     checkpoint.close()
     return list(checkpoint.episodes.values())
 
@@ -21,7 +23,7 @@ def kept(path: Path, origin: str = "here") -> list[GeneratedEpisode]:
 def path(tmp_path: Path) -> Path:
     """Of a checkpoint with all of `MADE`."""
     path = tmp_path / "unfinished" / "train.jsonl"
-    checkpoint = Checkpoint(path, "here")
+    checkpoint = GenerationCheckpoint(path, "here")
     checkpoint.add(MADE[:2])
     checkpoint.add(MADE[2:])
     checkpoint.close()
@@ -43,7 +45,7 @@ def test_episodes_of_another_origin_are_dropped(path: Path) -> None:
 def test_what_a_kill_left_at_the_end_is_cut_off(path: Path, end: bytes) -> None:
     whole = path.read_bytes()
     path.write_bytes(whole[:-1].rpartition(b"\n")[0] + b"\n" + end)
-    checkpoint = Checkpoint(path, "here")
+    checkpoint = GenerationCheckpoint(path, "here")
     checkpoint.add(MADE[2:])
     checkpoint.close()
 
@@ -55,7 +57,7 @@ def test_what_a_kill_left_at_the_end_is_cut_off(path: Path, end: bytes) -> None:
 def test_file_without_a_header_is_begun_anew(path: Path, content: bytes) -> None:
     whole = path.read_bytes()
     path.write_bytes(content)
-    checkpoint = Checkpoint(path, "here")
+    checkpoint = GenerationCheckpoint(path, "here")
     checkpoint.add(MADE)
     checkpoint.close()
 
@@ -63,10 +65,10 @@ def test_file_without_a_header_is_begun_anew(path: Path, content: bytes) -> None
 
 
 def test_one_process_at_a_time(path: Path) -> None:
-    checkpoint = Checkpoint(path, "here")
+    checkpoint = GenerationCheckpoint(path, "here")
 
     with pytest.raises(Conflict, match="another process is generating the split train in"):
-        Checkpoint(path, "here")
+        GenerationCheckpoint(path, "here")
 
     checkpoint.close()
     assert kept(path) == MADE
@@ -75,7 +77,7 @@ def test_one_process_at_a_time(path: Path) -> None:
 def test_removed_file_leaves_no_folder_unless_another_split_is_unfinished(path: Path) -> None:
     other = path.with_name("val_seen.jsonl")
     for each in (other, path):
-        checkpoint = Checkpoint(each, "here")
+        checkpoint = GenerationCheckpoint(each, "here")
         checkpoint.remove()
         checkpoint.close()
         assert path.parent.exists() == (each == other)

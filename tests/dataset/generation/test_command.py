@@ -1,14 +1,16 @@
+"""Generation of whole splits: reproducibility, resuming, and failures."""
+
 import stat
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from arramon_dataset.generation import work
+from arramon_dataset.generation import batches
+from arramon_dataset.generation.batches import MakeWriter, make_batches
 from arramon_dataset.generation.command import generate
 from arramon_dataset.generation.sizes import SPLITS
-from arramon_dataset.generation.split_maker import Progress
-from arramon_dataset.generation.work import MakeWriter, make_batches
+from arramon_dataset.generation.split_maker import GenerationProgress
 from arramon_dataset.plans import build_section, read_plan
 from arramon_server.episodes.secret import host_secret
 from arramon_server.episodes.splits import Split, folder_of, read_split
@@ -18,11 +20,11 @@ from tests.dataset.generation.places import CROSSING, make_fussy, make_never, ma
 
 def make(
     data: Path, *names: str, count: int = 4, seed: int = 1, jobs: int = 1, writer: MakeWriter = make_plain
-) -> tuple[list[Split], list[Progress]]:
-    told: list[Progress] = []
+) -> tuple[list[Split], list[GenerationProgress]]:
+    told: list[GenerationProgress] = []
     plans = [SPLITS[name] for name in names]
     scale = count / plans[0].size
-    return generate(data, plans, scale=scale, seed=seed, jobs=jobs, make_writer=writer, tell=told.append), told
+    return generate(data, plans, scale=scale, seed=seed, jobs=jobs, make_writer=writer, on_progress=told.append), told
 
 
 def files_of(data: Path) -> dict[str, bytes]:
@@ -83,7 +85,7 @@ def test_the_secret_is_in_no_other_file(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_failed_generation_keeps_the_existing_split(tmp_path: Path, jobs: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(work, "ATTEMPTS", 10)  # in this process
+    monkeypatch.setattr(batches, "ATTEMPTS", 10)  # in this process
     make(tmp_path, "val_unseen", count=1)
     before = files_of(tmp_path)
 
@@ -110,8 +112,10 @@ def test_jobs_out_of_range_are_refused(tmp_path: Path, jobs: int) -> None:
 
 
 def test_header_tells_that_no_agent_tried_the_texts(tmp_path: Path) -> None:
-    plans, told = [SPLITS["val_unseen"]], list[Progress]()
-    (split,) = generate(tmp_path, plans, scale=0.0005, make_writer=make_plain, tell=told.append, jobs=1, tried=False)
+    plans, told = [SPLITS["val_unseen"]], list[GenerationProgress]()
+    (split,) = generate(
+        tmp_path, plans, scale=0.0005, make_writer=make_plain, on_progress=told.append, jobs=1, tried=False
+    )
     (tried,), _ = make(tmp_path, "val_unseen", count=1)
 
     assert split.source == "generated, scale 0.0005, seed 0, not tried by the follower"
@@ -124,13 +128,19 @@ def test_interrupted_split_is_finished_with_what_it_has(tmp_path: Path) -> None:
     class Interrupted(Exception):
         pass
 
-    def interrupt(progress: Progress) -> None:
+    def interrupt(progress: GenerationProgress) -> None:
         raise Interrupted
 
     def cut(data: Path) -> None:
         with pytest.raises(Interrupted):
             generate(
-                data, [SPLITS["val_unseen"]], scale=8 / 1155, seed=1, jobs=1, make_writer=make_fussy, tell=interrupt
+                data,
+                [SPLITS["val_unseen"]],
+                scale=8 / 1155,
+                seed=1,
+                jobs=1,
+                make_writer=make_fussy,
+                on_progress=interrupt,
             )
 
     cut(tmp_path / "cut")

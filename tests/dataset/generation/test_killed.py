@@ -1,4 +1,4 @@
-"""Killed generation: no partial split and no process remain, and the next call goes on where it stopped."""
+"""Killed generation: no partial split and no process remain, and the next call resumes."""
 
 import os
 import signal

@@ -1,4 +1,4 @@
-"""The split of tasks in the room alone."""
+"""The split of room tasks without a city."""
 
 from pathlib import Path
 
@@ -10,16 +10,16 @@ import arramon_lang as lang
 from arramon_dataset.generation import room_tasks
 from arramon_dataset.generation.command import generate_rooms
 from arramon_dataset.generation.room_tasks import RoomBatch
-from arramon_dataset.generation.split_maker import Progress
+from arramon_dataset.generation.split_maker import GenerationProgress
 from arramon_dataset.instructions.gate import assembly as gate_assembly
 from arramon_server.commands.wording import describe
 from arramon_server.episodes.splits import Split, folder_of, read_split
 from arramon_server.errors import BadInput
 
 
-def make(data: Path, count: int, *, seed: int = 1, jobs: int = 1) -> tuple[Split, list[Progress]]:
-    told: list[Progress] = []
-    return generate_rooms(data, count, seed=seed, jobs=jobs, tell=told.append), told
+def make(data: Path, count: int, *, seed: int = 1, jobs: int = 1) -> tuple[Split, list[GenerationProgress]]:
+    told: list[GenerationProgress] = []
+    return generate_rooms(data, count, seed=seed, jobs=jobs, on_progress=told.append), told
 
 
 def test_it_is_for_training_and_in_every_language(tmp_path: Path) -> None:

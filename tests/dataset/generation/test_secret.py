@@ -1,3 +1,5 @@
+"""The host's secret: creation, reuse, and errors."""
+
 import stat
 from pathlib import Path
 

@@ -1,3 +1,5 @@
+"""Specifications of splits: sizes, ids and scales."""
+
 import pytest
 
 from arramon_dataset.generation.sizes import SPLITS, select_plans

@@ -8,7 +8,7 @@ import pytest
 from arramon_dataset.instructions.gate.navigation import NavigationCheck, faults_of_navigation
 from arramon_dataset.instructions.gate.world import GateWorld
 from arramon_dataset.instructions.sight import Landmark
-from arramon_dataset.plans.graph import Arm, Corner, House, Junction, Road, StreetGraph
+from arramon_dataset.plans.graph import Arm, Corner, Junction, NamedBuilding, Road, StreetGraph
 from arramon_lang.meaning import Face, Navigation, Rotate, Step, Thing, Walk
 from arramon_server.sim.geometry import Pose
 from arramon_server.sim.labels import SegmentationLabel
@@ -192,9 +192,9 @@ def test_who_turns_looks_along_the_way_and_not_into_another_street() -> None:
 
 
 def test_a_corner_of_a_building_is_the_first_of_that_look() -> None:
-    def house(number: int, z: float) -> House:
+    def house(number: int, z: float) -> NamedBuilding:
         corners = ((-4.0, z), (-4.0, z + 4.0), (-9.0, z + 4.0), (-9.0, z))
-        return House(f"building/{number}", -6.5, z + 2.0, corners, ("red",), "brick", "", "", ())
+        return NamedBuilding(f"building/{number}", -6.5, z + 2.0, corners, ("red",), "brick", "", "", ())
 
     here = Corner("corner/0", -4.0, -3.0, "junction/0", "building/0")
     own, other = house(0, -7.0), house(1, -14.0)

@@ -15,7 +15,7 @@ from arramon_dataset.instructions.gate.world import GateWorld
 from arramon_dataset.instructions.navigation.plan import AcceptAll, plan_navigation
 from arramon_dataset.instructions.navigation.target import describe
 from arramon_dataset.instructions.sight import Landmark, find_landmarks, identified, poses_along
-from arramon_dataset.plans.graph import House, StreetGraph
+from arramon_dataset.plans.graph import NamedBuilding, StreetGraph
 from arramon_lang.meaning import Navigation, Rotate, Step, Thing, Walk, Where
 from arramon_server.sim.city import city_scene
 from arramon_server.sim.geometry import Pose
@@ -33,12 +33,12 @@ START = Pose(0.0, -15.0, 0.0)
 TURNS = Rotate("right"), Rotate("left")
 
 
-def house(x0: float, z0: float, x1: float, z1: float) -> House:
+def house(x0: float, z0: float, x1: float, z1: float) -> NamedBuilding:
     corners = ((x0, z0), (x0, z1), (x1, z1), (x1, z0))
-    return House("building/0", (x0 + x1) / 2, (z0 + z1) / 2, corners, ("red",), "red", "", "", ())
+    return NamedBuilding("building/0", (x0 + x1) / 2, (z0 + z1) / 2, corners, ("red",), "red", "", "", ())
 
 
-def world(*marks: Landmark, building: House | None = None) -> GateWorld:
+def world(*marks: Landmark, building: NamedBuilding | None = None) -> GateWorld:
     houses = () if building is None else (building,)
     return GateWorld(PATH, START, marks, PATH[-1], StreetGraph((), (), (), houses))
 
@@ -65,7 +65,7 @@ BUILDINGS = [
 
 
 @pytest.mark.parametrize(("building", "side", "is_so"), BUILDINGS)
-def test_the_side_of_a_building_is_that_before_the_next_turn(building: House, side: str, is_so: bool) -> None:
+def test_the_side_of_a_building_is_that_before_the_next_turn(building: NamedBuilding, side: str, is_so: bool) -> None:
     middle = mark("building/0", building.corners[0][0], sum(z for _, z in building.corners) / 4, look="red")
     found = walk_between_turns(Walk("past", (RED,), side), world(GUIDE, middle, building=building))
     assert (not found) == is_so, found

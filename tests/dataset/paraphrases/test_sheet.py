@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from arramon_dataset.generation.site import Site
+from arramon_dataset.generation.site import GenerationSite
 from arramon_dataset.paraphrases.sheet import writer_sheet
 from arramon_dataset.pictures.canvas import PINK
 from arramon_server.cli import main
@@ -17,7 +17,7 @@ def pink(picture: Image.Image) -> int:
     return sum(count for count, colour in picture.getcolors(1 << 24) or () if colour == PINK)
 
 
-def test_a_writer_sees_the_way_and_the_goal(site: Site, episode: Episode) -> None:
+def test_a_writer_sees_the_way_and_the_goal(site: GenerationSite, episode: Episode) -> None:
     picture, page = writer_sheet(episode, 1, site)
     assert pink(picture) > 200
     assert f"target: {episode.turns[0].target.type}" in page

@@ -1,8 +1,8 @@
-"""The sections that tests hold to the same demands: the seven, and some whose plans are drawn by program."""
+"""Sections that must meet the same requirements: the seven planned by hand, and some with random plans."""
 
 from functools import cache
 
-from arramon_dataset.generation.extra import extra_sections
+from arramon_dataset.generation.extra_sections import extra_sections
 from arramon_dataset.plans import Plan, build_section, plan_ids, read_plan
 from arramon_server.sim.section import Section
 

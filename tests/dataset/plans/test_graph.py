@@ -1,4 +1,4 @@
-"""The street graph of the seven plans, and what is true of every one."""
+"""The street graph of each of the seven plans, and properties of all of them."""
 
 from functools import cache
 from itertools import pairwise

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from arramon_dataset.plans import Plan, Square, Street
+from arramon_dataset.plans import OpenSquare, Plan, Street
 from arramon_dataset.plans.strips import inside, surface
 
 BENT = Plan("bent", "Bent", 0.0, (0.0, 0.0), (Street("Bent Street", 4.0, ((0.0, -10.0), (0.0, 0.0), (10.0, 0.0))),))
@@ -35,7 +35,7 @@ def test_distance_is_measured_to_streets_of_one_heading() -> None:
 
 
 def test_squares_are_covered_and_add_their_edges_headings() -> None:
-    triangle = Square("Triangle", ((20.0, 0.0), (30.0, 0.0), (20.0, 17.32)))
+    triangle = OpenSquare("Triangle", ((20.0, 0.0), (30.0, 0.0), (20.0, 17.32)))
     ground = surface(Plan("s", "S", 90.0, (100.0, 0.0), BENT.streets, (triangle,)))
     # Across is -z where the heading is 90 degrees, along is +x.
     assert ground.covers(np.array([[101.0, -21.0], [101.0, -31.0], [116.0, -29.0]])).tolist() == [True, False, False]

@@ -7,7 +7,7 @@ from random import Random
 import pytest
 
 from arramon_dataset.plans import plan_ids, read_plan
-from arramon_dataset.plans.survey import meetings_of, tracks_of
+from arramon_dataset.plans.survey import meetings_of, middle_lines_of
 from arramon_dataset.plans.zebras import APART, zebra_crossings
 
 
@@ -16,10 +16,10 @@ def test_they_lie_on_the_middle_lines_of_streets(section_id: str) -> None:
     plan = read_plan(section_id)
     zebras = zebra_crossings(plan, Random(1))
     assert len(zebras) >= 4
-    tracks = tracks_of(plan)
+    lines = middle_lines_of(plan)
     for zebra in zebras:
         nearest = min(
-            (math.dist((zebra.x, zebra.z), place), track.number) for track in tracks for place in track.places.tolist()
+            (math.dist((zebra.x, zebra.z), place), line.number) for line in lines for place in line.places.tolist()
         )
         assert nearest[0] < 0.3
         assert plan.streets[nearest[1]].width >= 4.0
@@ -33,7 +33,7 @@ def test_another_draw_gives_others_and_the_same_the_same() -> None:
 
 def test_a_crossing_has_four_ways_out() -> None:
     plan = read_plan("3")
-    tracks = tracks_of(plan)
-    counts = [len(meeting.mouths) for meeting in meetings_of(plan, tracks)]
+    lines = middle_lines_of(plan)
+    counts = [len(meeting.mouths) for meeting in meetings_of(plan, lines)]
     assert max(counts) == 4
     assert counts.count(1) == 2

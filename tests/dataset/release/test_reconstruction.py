@@ -11,7 +11,7 @@ from scipy import ndimage
 
 from arramon_client.world import AGENT_RADIUS, FACADES, FURNITURE
 from arramon_dataset.layout.grid import CELL, Grid, Points, sample_points, to_street_frame
-from arramon_dataset.layout.lots import Rectangle, cover, split
+from arramon_dataset.layout.lots import CellRectangle, cover, split
 from arramon_dataset.layout.places import extents
 from arramon_dataset.randomness import seeded
 from arramon_dataset.release.reconstruction import remove_thin, street_heading
@@ -245,7 +245,7 @@ def test_rectangles_cover_the_mask_exactly_once(boxes: list[tuple[int, int, int,
 
 @given(st.integers(1, 80), st.integers(1, 80), st.integers())
 def test_rectangle_is_split_into_lots_of_allowed_sizes(height: int, width: int, seed: int) -> None:
-    lots = split(Rectangle(0, 0, height, width), 8, 20, seeded(seed))
+    lots = split(CellRectangle(0, 0, height, width), 8, 20, seeded(seed))
 
     assert sum(lot.shape[0] * lot.shape[1] for lot in lots) == height * width
     assert all(min(height, 8) <= lot.shape[0] <= 20 for lot in lots)

@@ -71,7 +71,7 @@ def test_splits_and_languages_can_be_chosen(tmp_path: Path) -> None:
     ("splits", "languages", "sample", "message"),
     [
         (["x"], [], 9, "there is no split 'x' in .*; there are tiny"),
-        ([], ["fr"], 9, "there is no 'fr' in tiny; there are en, hi"),
+        ([], ["fr"], 9, "there is no language 'fr' in tiny; there are en, hi"),
         ([], [], 1, "the sample size is 1; expected at least 2"),
     ],
 )

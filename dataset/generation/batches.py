@@ -1,4 +1,4 @@
-"""Parallel generation of a split's episodes: the result and its order do not depend on the number of processes."""
+"""Batches of episodes to generate, on any number of processes with the same result in the same order."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -7,7 +7,7 @@ from functools import lru_cache
 from typing import Protocol
 
 from arramon_dataset.generation.check import problems
-from arramon_dataset.generation.site import Site, Writer
+from arramon_dataset.generation.site import DraftWriter, GenerationSite
 from arramon_dataset.parallel import process_pool
 from arramon_dataset.plans.plan import Plan
 from arramon_server.episodes.episode import Episode
@@ -15,19 +15,19 @@ from arramon_server.errors import ArraMonError
 from arramon_server.sim.section import Section
 
 ATTEMPTS = 100
-"""Drafts tried for one episode before generation fails."""
+"""Maximum number of drafts for one episode."""
 
 SECOND_TURNS = 6
-"""Second turns drawn for one first turn whose way can be told."""
+"""Maximum number of second turns drawn for one valid first turn."""
 
 BATCH_SIZE = 6
 """Episodes in one batch."""
 
 CACHED_SECTIONS = 7
-"""Sections that a process keeps in memory."""
+"""Number of sections cached by each process."""
 
-MakeWriter = Callable[[], Writer]
-"""Returns a process's instruction writer. Must be a module-level function, so that it can be pickled by name."""
+MakeWriter = Callable[[], DraftWriter]
+"""Creates the instruction writer of a process. A module-level function, as it is pickled by name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,8 +38,8 @@ class GeneratedEpisode:
     attempts: int
 
 
-class Batch(Protocol):
-    """Some episodes to generate. Can be pickled."""
+class GenerationBatch(Protocol):
+    """Some episodes to generate, as a picklable unit of work."""
 
     def generate(self) -> list[GeneratedEpisode]:
         """Generate the episodes, one after another."""
@@ -50,7 +50,7 @@ class EpisodeBatch:
     """Episodes of one section to generate.
 
     Attributes:
-        seed: seeds all random choices.
+        seed: of all random choices.
         split: name of the split.
         plan: street plan of the section.
         section: where the episodes take place.
@@ -69,18 +69,18 @@ class EpisodeBatch:
         """Generate the episodes, one after another.
 
         Raises:
-            ArraMonError: if an episode cannot be made.
+            ArraMonError: if no valid episode is found for an id.
         """
         site, writer = _site(self.section, self.plan), _writer(self.make_writer)
         return [_make(self, episode_id, site, writer) for episode_id in self.episode_ids]
 
 
-RunBatches = Callable[[Sequence[Batch]], Iterator[list[GeneratedEpisode]]]
+RunBatches = Callable[[Sequence[GenerationBatch]], Iterator[list[GeneratedEpisode]]]
 
 
 @contextmanager
 def batch_runner(jobs: int) -> Iterator[RunBatches]:
-    """Yield a function that generates batches in order on `jobs` cores, without child processes if `jobs` is 1.
+    """Yield a function that runs batches on `jobs` processes, in this one if `jobs` is 1, and yields results in order.
 
     Raises:
         ArraMonError: when results are read, if a child process has died.
@@ -99,7 +99,7 @@ def make_batches(
     sections: Mapping[str, tuple[Plan, Section]],
     make_writer: MakeWriter,
 ) -> list[EpisodeBatch]:
-    """Return batches for (episode id, section id) pairs, grouped by section; `sections` are by id, with their plans."""
+    """Return batches for pairs of episode id and section id, by section; `sections` maps ids to plan and section."""
     by_section: dict[str, list[str]] = {}
     for episode_id, section in episodes:
         by_section.setdefault(section, []).append(episode_id)
@@ -110,25 +110,27 @@ def make_batches(
     ]
 
 
-def _generate(batch: Batch) -> list[GeneratedEpisode]:
+def _generate(batch: GenerationBatch) -> list[GeneratedEpisode]:
     return batch.generate()
 
 
-def _make(batch: EpisodeBatch, episode_id: str, site: Site, writer: Writer) -> GeneratedEpisode:
+def _make(batch: EpisodeBatch, episode_id: str, site: GenerationSite, writer: DraftWriter) -> GeneratedEpisode:
     tried = 0
     while tried < ATTEMPTS:
         names = (batch.seed, batch.split, episode_id, tried)
         words = (*names, "words")
         begun = site.sampler.begin((*names, "draft"))
         tried += 1
-        if not writer.tells(begun.start, begun.turn, 1, site, words):
+        if not writer.can_describe(begun.start, begun.turn, 1, site, words):
             continue
         for number in range(SECOND_TURNS):
             draft = site.sampler.complete(begun, episode_id, (*names, "second", number))
             if draft is None:
                 break
             tried += number > 0
-            if not writer.tells(begun.end, draft.turns[1], 2, site, words) or problems(draft, site.solids, site.world):
+            if not writer.can_describe(begun.end, draft.turns[1], 2, site, words) or problems(
+                draft, site.solids, site.world
+            ):
                 continue
             instructions = writer(draft, site, words)
             if instructions is not None:
@@ -137,10 +139,10 @@ def _make(batch: EpisodeBatch, episode_id: str, site: Site, writer: Writer) -> G
 
 
 @lru_cache(maxsize=CACHED_SECTIONS)
-def _site(section: Section, plan: Plan) -> Site:
-    return Site(section, plan)
+def _site(section: Section, plan: Plan) -> GenerationSite:
+    return GenerationSite(section, plan)
 
 
 @lru_cache(maxsize=1)
-def _writer(make: MakeWriter) -> Writer:
+def _writer(make: MakeWriter) -> DraftWriter:
     return make()

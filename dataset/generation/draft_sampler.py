@@ -1,4 +1,4 @@
-"""Sampling of episodes without instructions in one section."""
+"""Random sampling of episode drafts in one section."""
 
 from dataclasses import dataclass
 
@@ -16,11 +16,11 @@ TRIES, LENGTH_DRAWS = 25, 20
 """Attempts to find a path of the drawn length before a new length is drawn, and how often lengths are drawn."""
 
 SECOND_TRIES = 2
-"""The same attempts for the second turn, whose start is given: what is not near it is not there."""
+"""Attempts for the second turn, whose start is fixed, so that more attempts find little more."""
 
 
 @dataclass(frozen=True, slots=True)
-class Beginning:
+class PartialDraft:
     """A draft without the path of its second turn.
 
     Attributes:
@@ -41,7 +41,7 @@ class Beginning:
 
 
 class DraftSampler:
-    """Draws episode drafts in one section. Not thread-safe.
+    """Samples episode drafts in one section. Not thread-safe.
 
     Args:
         section: where the episodes take place.
@@ -55,11 +55,11 @@ class DraftSampler:
         self.streets = Streets(section)
 
     def draw(self, episode_id: str, names: tuple[object, ...]) -> Draft:
-        """Return a draft that depends on its id and `names` alone.
+        """Return a complete draft; it depends on the id and `names` alone.
 
         Args:
             episode_id: of the episode.
-            names: seed all random choices.
+            names: seed of all random choices.
 
         Raises:
             ValueError: if the section has no paths of any of the drawn lengths.
@@ -70,8 +70,8 @@ class DraftSampler:
                 return draft
         raise self._no_paths()
 
-    def begin(self, names: tuple[object, ...]) -> Beginning:
-        """Return the first turn of a draft, and its room; it depends on `names` alone.
+    def begin(self, names: tuple[object, ...]) -> PartialDraft:
+        """Return a draft without its second path; it depends on `names` alone.
 
         Raises:
             ValueError: if the section has no paths of any of the drawn lengths.
@@ -84,8 +84,8 @@ class DraftSampler:
                     return found
         raise self._no_paths()
 
-    def complete(self, beginning: Beginning, episode_id: str, names: tuple[object, ...]) -> Draft | None:
-        """Return a draft that begins so, or None if no second path was found; it depends on the arguments alone."""
+    def complete(self, beginning: PartialDraft, episode_id: str, names: tuple[object, ...]) -> Draft | None:
+        """Return the draft completed with a second turn, or None if no path was found; deterministic."""
         for length_draw in range(LENGTH_DRAWS):
             points = draw_length(seeded(*names, "length", length_draw))
             for attempt in range(SECOND_TRIES):
@@ -98,7 +98,7 @@ class DraftSampler:
                     return Draft(episode_id, self._section.id, beginning.start, turns, beginning.decoys)
         return None
 
-    def _try_beginning(self, points: int, names: tuple[object, ...]) -> Beginning | None:
+    def _try_beginning(self, points: int, names: tuple[object, ...]) -> PartialDraft | None:
         random, key = seeded(*names), _joined(names)
         first_type, second_type = random.sample(ALL_TYPES, 2)
         start = self.streets.draw_start(random)
@@ -107,7 +107,7 @@ class DraftSampler:
         decoys = None if first is None else draw_decoys(key, (first_type, second_type), tasks)
         if first is None or decoys is None:
             return None
-        return Beginning(start, _turn(first, tasks[0]), first.end, second_type, tasks[1], decoys)
+        return PartialDraft(start, _turn(first, tasks[0]), first.end, second_type, tasks[1], decoys)
 
     def _no_paths(self) -> ValueError:
         return ValueError(f"no episode found in section {self._section.id}: it has no paths of the drawn lengths")

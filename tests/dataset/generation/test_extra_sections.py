@@ -1,4 +1,4 @@
-"""Sections whose street plans are drawn by program, and the split that is generated in them."""
+"""Sections with random street plans, and the split generated in them."""
 
 from contextlib import closing
 from dataclasses import replace
@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from arramon_dataset.generation.command import generate
-from arramon_dataset.generation.extra import extra_sections
+from arramon_dataset.generation.extra_sections import extra_sections
 from arramon_dataset.generation.sizes import EXTRA, SPLITS, extra_split, select_plans
-from arramon_dataset.generation.split_maker import Progress
+from arramon_dataset.generation.split_maker import GenerationProgress
 from arramon_dataset.plans.faults import faults_of_plan, faults_of_section
 from arramon_server.cli import main
 from arramon_server.episodes.splits import folder_of, read_split
@@ -54,9 +54,11 @@ def test_faults_are_found() -> None:
 
 def test_the_split_is_for_training_alone(tmp_path: Path) -> None:
     """It is in sections of its own, with ids that no other split has."""
-    told: list[Progress] = []
+    told: list[GenerationProgress] = []
     plans = select_plans([EXTRA], 2)
-    (split,) = generate(tmp_path, plans, scale=4 / 1706, seed=3, jobs=1, make_writer=make_plain, tell=told.append)
+    (split,) = generate(
+        tmp_path, plans, scale=4 / 1706, seed=3, jobs=1, make_writer=make_plain, on_progress=told.append
+    )
 
     assert split.training
     assert read_split(folder_of(tmp_path, EXTRA)).training
@@ -94,11 +96,11 @@ def test_the_command_makes_episodes_with_instructions_to_learn_from(tmp_path: Pa
 @pytest.mark.parametrize(
     ("names", "sections", "words"),
     [
-        (["train_extra"], None, "give their number with --sections"),
+        (["train_extra"], None, "needs a number of sections: give it with --sections"),
         (["train_extra"], 0, "the number of sections is 0; expected 1 to 1000"),
         (["train_extra"], 1001, "the number of sections is 1001"),
-        (["train"], 3, "only the split 'train_extra' has a number of sections"),
-        (None, 3, "only the split 'train_extra' has a number of sections"),
+        (["train"], 3, "--sections applies to the split 'train_extra' only"),
+        (None, 3, "--sections applies to the split 'train_extra' only"),
         (["extra"], None, "there is no split 'extra'; there are train, val_seen, val_unseen, test_unseen, train_extra"),
     ],
 )

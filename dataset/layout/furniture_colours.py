@@ -1,4 +1,4 @@
-"""Colours of street furniture and banners that are drawn, those that people mention more often being likelier."""
+"""Colours for random street furniture and banners; colours that people mention more often are likelier."""
 
 from arramon_server.sim.assets import furniture
 

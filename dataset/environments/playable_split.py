@@ -1,4 +1,4 @@
-"""Splits and worlds that the players of one process share: read and built once for each thread."""
+"""Splits with the worlds in which they are played, cached for the players of each thread."""
 
 import threading
 from dataclasses import dataclass
@@ -11,36 +11,35 @@ from arramon_server.runs.play.worlds import Worlds
 from arramon_server.sim.footprints import Footprints
 
 CACHED_SPLITS = 16
-"""Splits that are kept for all threads together."""
-
+"""Maximum number of cached splits over all threads."""
 
 DRAWN = "drawn_rooms"
-"""Name of the split that holds the tasks in the room that are drawn as they are played."""
+"""Name of the split of room tasks that are generated as they are played."""
 
 
 @dataclass(frozen=True, eq=False)
-class Library:
-    """A split, and the worlds in which it is played. For use from one thread."""
+class PlayableSplit:
+    """A split with the worlds in which it is played, for use by one thread."""
 
     split: Split
     worlds: Worlds
 
 
-def library_of(split: Split, camera: str) -> Library:
-    """Return a split with its worlds; collisions are checked on the plane, which starts faster than pybullet."""
-    return Library(split, Worlds({split.name: split}, camera, Footprints))
+def playable_split(split: Split, camera: str) -> PlayableSplit:
+    """Return a split with its worlds. Plane geometry checks collisions, as it starts faster than pybullet."""
+    return PlayableSplit(split, Worlds({split.name: split}, camera, Footprints))
 
 
-def open_library(data: Path, name: str, camera: str) -> Library:
+def open_playable_split(data: Path, name: str, camera: str) -> PlayableSplit:
     """Return a split of a data folder with its worlds, shared by all callers in this thread.
 
     Args:
         data: the data folder.
         name: of the split.
-        camera: what draws, one of `arramon_server.sim.cameras.CAMERAS`.
+        camera: name of the camera, one of `arramon_server.sim.cameras.CAMERAS`.
 
     Raises:
-        NotFound: if there is no such split; the message says which there are, or how to make one.
+        NotFound: if there is no such split; the message lists the existing ones, or says how to generate one.
         BadFile: if a file of the split is invalid.
     """
     folders = {folder.name: folder for folder in folders_of(data)}
@@ -54,5 +53,5 @@ def open_library(data: Path, name: str, camera: str) -> Library:
 
 
 @lru_cache(CACHED_SPLITS)
-def _open(folder: Path, changed: int, camera: str, thread: int) -> Library:  # noqa: ARG001 - parts of the key
-    return library_of(read_split(folder), camera)
+def _open(folder: Path, changed: int, camera: str, thread: int) -> PlayableSplit:  # noqa: ARG001 - parts of the key
+    return playable_split(read_split(folder), camera)

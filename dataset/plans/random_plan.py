@@ -1,7 +1,7 @@
-"""Street plans drawn by program, for sections to train in: the same kinds of streets as the seven plans by hand have.
+"""Random street plans for training sections, with the same kinds of streets as the seven plans made by hand.
 
 A ring of four streets, a main street across it, cross streets on both sides of it, alleys and side streets between
-these, dead ends, and a square on the main street. Everything is drawn; what does not fit is drawn again.
+these, dead ends, and a square on the main street. All of these are random; what does not fit is drawn again.
 """
 
 import math
@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from random import Random
 
-from arramon_dataset.plans.plan import Pair, Plan, Square, Street
+from arramon_dataset.plans.plan import OpenSquare, Pair, Plan, Street
 
 HALF = (14.5, 17.0)
 """Range of half the ring's width and length, between the middle lines of its streets, in units."""
@@ -24,40 +24,40 @@ WIDTHS = {
 }
 """Widths of streets by their role, in units."""
 
-APART = 6.5
-"""Minimum distance of two places on a street at which others leave it, in units: nearer ones look like one crossing."""
+JUNCTION_SPACING = 6.5
+"""Minimum distance between two junctions on a street, in units: closer ones look like one crossing."""
 
-DEPTH = 8.0
-"""Minimum distance of two streets beside each other, and of an alley from the ends of its block, in units."""
+MIN_BLOCK_DEPTH = 8.0
+"""Minimum distance between parallel streets, and between an alley and the ends of its block, in units."""
 
 CUT, CUT_SHARE = (6.0, 8.5), 0.3
-"""Range of what is cut off a corner of the ring, in units, and the share of corners that are cut off."""
+"""Range of the length cut off a corner of the ring, in units, and the share of corners that are cut off."""
 
 SLANT, SLANT_SHARE = (2.5, 6.0), 0.35
-"""Range by how much the far end of a slanting cross street is off, in units, and the share of such streets."""
+"""Range of the offset of a slanting cross street's far end, in units, and the share of such streets."""
 
 CURVE_SHARE, CURVE = 0.4, (2.5, 4.5)
-"""Share of main streets that swerve, and by how much, in units."""
+"""Share of main streets with a curve, and the range of its offset, in units."""
 
-ALONG_SHARE = 0.7
-"""Share of the blocks with enough room that an alley or a side street leads through."""
+LANE_SHARE = 0.7
+"""Probability of an alley or a side street through a block that is large enough."""
 
 YARD = (5.5, 6.5)
-"""Range of the length of dead ends beyond the ring's middle line, in units."""
+"""Range of the length of dead ends outside the ring, from its middle line, in units."""
 
 TRIES = 30
-"""How often a place is drawn before it is given up."""
+"""Maximum number of attempts to place a street."""
 
 
 @dataclass
 class _Sketch:
-    """A plan that is being drawn. The main street leads along; the plan's axes may be exchanged at the end.
+    """An unfinished plan. The main street runs along the `along` axis; the axes may be exchanged at the end.
 
     Attributes:
         left, right, bottom, top: of the ring's middle lines, in units.
         main: (across, along) of the main street's points.
         streets: all streets so far.
-        leaving: by side of the ring ("left" and so on), the places along it at which streets leave it.
+        leaving: for each side of the ring ("left" and so on), the positions on it at which streets leave it.
     """
 
     left: float
@@ -69,7 +69,7 @@ class _Sketch:
     leaving: dict[str, list[float]] = field(default_factory=lambda: {s: [] for s in ("left", "right", "bottom", "top")})
 
     def main_at(self, along: float) -> float:
-        """Return where the main street is at a place along, in units across."""
+        """Return the main street's `across` coordinate at an `along` coordinate, in units."""
         return _at(self.main, along)
 
     def add(self, name: str, role: str, points: Sequence[Pair], random: Random) -> Street:
@@ -82,7 +82,7 @@ class _Sketch:
 def draw_plan(id: str, origin: Pair, random: Random) -> Plan | None:  # noqa: A002 - as in `Plan`
     """Return a street plan, or None if its parts do not fit; the same random numbers give the same plan.
 
-    Whether a section that is built from it is as good as the seven is for `faults.faults_of_section` to say.
+    The plan is not yet validated: `faults.faults_of_section` checks the section that is built from it.
 
     Args:
         id: of the section.
@@ -100,7 +100,7 @@ def draw_plan(id: str, origin: Pair, random: Random) -> Plan | None:  # noqa: A0
         return None
     for cross in sides:
         _blocks(sketch, cross, random)
-    squares: tuple[Square, ...] = (_square(sketch, sides, random),)
+    squares: tuple[OpenSquare, ...] = (_square(sketch, sides, random),)
     _ring(sketch, random)
     _yards(sketch, random)
     streets = tuple(sketch.streets)
@@ -116,7 +116,7 @@ class _Cross:
 
     Attributes:
         side: "left" or "right".
-        near, far: places along, at the main street and at the ring.
+        near, far: `along` coordinates of its ends at the main street and at the ring.
     """
 
     side: str
@@ -137,7 +137,7 @@ def _main(bottom: float, top: float, random: Random) -> tuple[Pair, ...]:
 
 
 def _cross_streets(sketch: _Sketch, random: Random) -> tuple[list[_Cross], list[_Cross]] | None:
-    """Add the cross streets, and return those of each side, from the bottom up; None if they do not fit."""
+    """Add the cross streets, and return those of each side in ascending order; None if they do not fit."""
     sides: list[list[_Cross]] = []
     for side, count in zip(("left", "right"), random.choice(((1, 2), (2, 1), (2, 2), (1, 3), (3, 1))), strict=True):
         others = [cross.near for cross in (sides[0] if sides else [])]
@@ -146,9 +146,9 @@ def _cross_streets(sketch: _Sketch, random: Random) -> tuple[list[_Cross], list[
             if len(found) == count:
                 break
             cross = _cross(sketch, side, others, random)
-            if all(min(abs(cross.near - one.near), abs(cross.far - one.far)) >= DEPTH for one in found) and all(
-                cross.near == other or abs(cross.near - other) >= APART for other in others
-            ):
+            if all(
+                min(abs(cross.near - one.near), abs(cross.far - one.far)) >= MIN_BLOCK_DEPTH for one in found
+            ) and all(cross.near == other or abs(cross.near - other) >= JUNCTION_SPACING for other in others):
                 found.append(cross)
         if len(found) < count:
             return None
@@ -162,7 +162,7 @@ def _cross_streets(sketch: _Sketch, random: Random) -> tuple[list[_Cross], list[
 
 
 def _cross(sketch: _Sketch, side: str, others: Sequence[float], random: Random) -> _Cross:
-    low, high = sketch.bottom + DEPTH, sketch.top - DEPTH
+    low, high = sketch.bottom + MIN_BLOCK_DEPTH, sketch.top - MIN_BLOCK_DEPTH
     near = random.choice(others) if others and random.random() < 0.4 else random.uniform(low, high)
     if random.random() >= SLANT_SHARE:
         return _Cross(side, near, near)
@@ -171,24 +171,24 @@ def _cross(sketch: _Sketch, side: str, others: Sequence[float], random: Random) 
 
 
 def _blocks(sketch: _Sketch, crosses: Sequence[_Cross], random: Random) -> None:
-    """Add alleys and side streets through the blocks of one side, where there is room."""
+    """Add alleys and side streets through the blocks of one side that are large enough."""
     side = crosses[0].side
     edge = sketch.left if side == "left" else sketch.right
     low_line: tuple[Pair, Pair] = ((edge, sketch.bottom), (0.0, sketch.bottom))
     high_line: tuple[Pair, Pair] = ((edge, sketch.top), (0.0, sketch.top))
     lines = [low_line, *(cross.line(sketch) for cross in crosses), high_line]
-    taken: dict[int, list[float]] = {}  # By line, the places across at which an alley leaves it.
+    taken: dict[int, list[float]] = {}  # `across` coordinates of the alleys that meet each line.
     for number, (low, high) in enumerate(pairwise(lines)):
-        if random.random() >= ALONG_SHARE:
+        if random.random() >= LANE_SHARE:
             continue
         for _ in range(TRIES):
             across = random.uniform(min(edge, 0.0), max(edge, 0.0))
             start, end = _along(low, across), _along(high, across)
             nearest = min(abs(across - sketch.main_at(place)) for place in (start, (start + end) / 2, end))
             others = taken.get(number, []) + taken.get(number + 1, [])
-            if end - start < DEPTH or nearest < APART or abs(across - edge) < APART:
+            if end - start < MIN_BLOCK_DEPTH or nearest < JUNCTION_SPACING or abs(across - edge) < JUNCTION_SPACING:
                 continue
-            if all(abs(across - other) >= APART for other in others):
+            if all(abs(across - other) >= JUNCTION_SPACING for other in others):
                 role = random.choice(("alley", "alley", "street"))
                 sketch.add(f"{side.title()} Lane {number + 1}", role, ((across, start), (across, end)), random)
                 for line in (number, number + 1):
@@ -200,7 +200,7 @@ def _blocks(sketch: _Sketch, crosses: Sequence[_Cross], random: Random) -> None:
                 break
 
 
-def _square(sketch: _Sketch, sides: Sequence[Sequence[_Cross]], random: Random) -> Square:
+def _square(sketch: _Sketch, sides: Sequence[Sequence[_Cross]], random: Random) -> OpenSquare:
     """Return an open square on the main street, where a cross street leaves it."""
     cross = random.choice([cross for side in sides for cross in side])
     across, towards = sketch.main_at(cross.near), -1.0 if random.random() < 0.5 else 1.0
@@ -213,12 +213,12 @@ def _square(sketch: _Sketch, sides: Sequence[Sequence[_Cross]], random: Random) 
     corners = [(near, low), (far, low), (far, high), (near, high)]
     if random.random() < 0.4:  # One corner is cut off.
         corners[2:3] = [(far, high - 2.0), (far - towards * 2.0, high)]
-    return Square("Square", tuple((round(x, 2), round(y, 2)) for x, y in corners))
+    return OpenSquare("Square", tuple((round(x, 2), round(y, 2)) for x, y in corners))
 
 
 def _ring(sketch: _Sketch, random: Random) -> None:
-    """Add the ring's four streets. Where a corner is cut off, those that lead along go round it."""
-    half = max(WIDTHS["ring"]) / 2  # At a corner that is not cut off, each goes on to the other's far side.
+    """Add the ring's four streets. At a corner that is cut off, the left and right streets take the diagonal."""
+    half = max(WIDTHS["ring"]) / 2  # At other corners each street extends to the far edge of the other.
     left, right, bottom, top = sketch.left, sketch.right, sketch.bottom, sketch.top
     cuts = {(one, other): _cut(sketch, one, other, random) for one in ("left", "right") for other in ("bottom", "top")}
     for side, across, inward in (("left", left, 1.0), ("right", right, -1.0)):
@@ -232,12 +232,12 @@ def _ring(sketch: _Sketch, random: Random) -> None:
 
 
 def _cut(sketch: _Sketch, one: str, other: str, random: Random) -> float:
-    """Return how much is cut off the ring's corner of two sides, in units; 0 for nothing."""
+    """Return the length cut off the ring's corner between two sides, in units; 0 for none."""
     cut = random.uniform(*CUT)
     if random.random() >= CUT_SHARE:
         return 0.0
     ends = [(one, getattr(sketch, other)), (other, getattr(sketch, one))]
-    if any(abs(place - corner) < cut + APART for side, corner in ends for place in sketch.leaving[side]):
+    if any(abs(place - corner) < cut + JUNCTION_SPACING for side, corner in ends for place in sketch.leaving[side]):
         return 0.0
     for side, corner in ends:
         sketch.leaving[side].append(corner - math.copysign(cut, corner))
@@ -245,14 +245,14 @@ def _cut(sketch: _Sketch, one: str, other: str, random: Random) -> float:
 
 
 def _yards(sketch: _Sketch, random: Random) -> None:
-    """Add dead ends that leave the ring outwards."""
+    """Add dead ends on the outside of the ring."""
     for side in random.sample(("left", "right", "bottom", "top"), random.choice((1, 1, 2))):
         along = side in ("left", "right")
         low, high = (sketch.bottom, sketch.top) if along else (sketch.left, sketch.right)
         edge = getattr(sketch, side)
         for _ in range(TRIES):
-            place = random.uniform(low + APART, high - APART)
-            if all(abs(place - other) >= APART for other in sketch.leaving[side]):
+            place = random.uniform(low + JUNCTION_SPACING, high - JUNCTION_SPACING)
+            if all(abs(place - other) >= JUNCTION_SPACING for other in sketch.leaving[side]):
                 end = edge + math.copysign(random.uniform(*YARD), edge)
                 points = ((edge, place), (end, place)) if along else ((place, edge), (place, end))
                 sketch.add(f"{side.title()} Yard", "yard", points, random)
@@ -260,7 +260,9 @@ def _yards(sketch: _Sketch, random: Random) -> None:
                 break
 
 
-def _exchanged(streets: Sequence[Street], squares: Sequence[Square]) -> tuple[tuple[Street, ...], tuple[Square, ...]]:
+def _exchanged(
+    streets: Sequence[Street], squares: Sequence[OpenSquare]
+) -> tuple[tuple[Street, ...], tuple[OpenSquare, ...]]:
     """Return streets and squares with their axes exchanged."""
 
     def turned(points: Sequence[Pair]) -> Iterator[Pair]:
@@ -268,12 +270,12 @@ def _exchanged(streets: Sequence[Street], squares: Sequence[Square]) -> tuple[tu
 
     return (
         tuple(Street(street.name, street.width, tuple(turned(street.points))) for street in streets),
-        tuple(Square(square.name, tuple(turned(square.corners))) for square in squares),
+        tuple(OpenSquare(square.name, tuple(turned(square.corners))) for square in squares),
     )
 
 
 def _at(line: Sequence[Pair], along: float) -> float:
-    """Return the place across of a line that leads along, at a place along."""
+    """Return the `across` coordinate of a line that runs along, at an `along` coordinate."""
     for (x0, y0), (x1, y1) in pairwise(line):
         if along <= y1:
             return x0 + (x1 - x0) * (along - y0) / (y1 - y0)
@@ -281,6 +283,6 @@ def _at(line: Sequence[Pair], along: float) -> float:
 
 
 def _along(line: tuple[Pair, Pair], across: float) -> float:
-    """Return the place along of a line that leads across, at a place across."""
+    """Return the `along` coordinate of a line that runs across, at an `across` coordinate."""
     (x0, y0), (x1, y1) = line
     return y0 + (y1 - y0) * (across - x0) / (x1 - x0)

@@ -1,4 +1,4 @@
-"""The way of a turn as straight legs between bends, and what it passes on which side, from the files of a data set."""
+"""Paths of turns from a data set's files, as straight legs between bends, and what they pass on each side."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -11,23 +11,23 @@ Place = tuple[float, float]
 OFF_LEG = 1.0
 """Maximum distance of a path from the straight legs that it is reduced to, in units."""
 
-BENT, STRONG = 35.0, 50.0
-"""Minimum angles of a bend that a turn to a side can tell, and of one that must be told, in degrees."""
+MIN_BEND, MIN_STATED_BEND = 35.0, 50.0
+"""Minimum angles of a bend that a text can call a turn, and of one that it must mention, in degrees."""
 
 ONE_BEND = 4.6
-"""Bends that are nearer to each other belong together, in units: who walks turns over several steps."""
+"""Distance below which bends are merged, in units, as walkers turn over several steps."""
 
 ABEAM = (60.0, 120.0)
-"""Angles between the way and what one has beside oneself, in degrees."""
+"""Range of angles between the path and a thing beside the walker, in degrees."""
 
 REACH, ASIDE = 7.0, 0.7
-"""Maximum distance of what one passes, and minimum distance from the way of what is on a side of it, in units."""
+"""Maximum distance of a passed thing, and minimum distance from the path of a thing on one side, in units."""
 
 SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
-"""Where along a step of the path one looks around."""
+"""Sample positions along a step of the path, as shares of its length."""
 
 MARGIN = 1e-6
-"""Inexactness of the path's lengths, in units."""
+"""Tolerance of path lengths, in units."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Bend:
     """A change of direction.
 
     Attributes:
-        start, end: the path's lengths where it begins and ends, in units.
+        start, end: path length at its start and end, in units.
         angle: in degrees, positive clockwise.
     """
 
@@ -45,8 +45,8 @@ class Bend:
 
 
 @dataclass(frozen=True)
-class Step:
-    """A part of a path between two of its places: the path's length before it, its ends, and the heading of its leg."""
+class PathStep:
+    """The part of a path between two of its places: path length before it, its ends, and the heading of its leg."""
 
     since: float
     start: Place
@@ -54,8 +54,8 @@ class Step:
     heading: float
 
 
-class Way:
-    """A turn's path.
+class TurnPath:
+    """The navigation path of a turn.
 
     Args:
         path: places (x, z).
@@ -68,24 +68,24 @@ class Way:
     """
 
     def __init__(self, path: Sequence[Place], heading: float) -> None:
-        self.steps: list[Step] = []
+        self.steps: list[PathStep] = []
         self.length, legs = 0.0, []
         for first, last in pairwise(_reduced(path, 0, len(path) - 1)):
             towards = bearing(path[first], path[last])
             legs.append((self.length, turned(heading, towards)))
             heading = towards
             for start, end in pairwise(path[first : last + 1]):
-                self.steps.append(Step(self.length, start, end, towards))
+                self.steps.append(PathStep(self.length, start, end, towards))
                 self.length += math.dist(start, end)
         self.bends = list(_joined_bends(legs))
 
     def is_passed(self, ground: Sequence[Place], side: str, since: float, until: float) -> bool:
-        """Return whether something is beside one on a side in a part of the way.
+        """Return whether a part of the path passes a thing on a side.
 
         Args:
-            ground: its corners, or its place alone.
+            ground: corners of the thing, or its single place.
             side: "left" or "right".
-            since, until: the path's lengths where the part begins and ends, in units.
+            since, until: path length at the start and end of the part, in units.
         """
         sign = 1.0 if side == "right" else -1.0
         for step in self.steps:
@@ -100,7 +100,7 @@ class Way:
 
 
 def _joined_bends(legs: Sequence[tuple[float, float]]) -> Iterator[Bend]:
-    """Yield the bends between legs, those near each other to one side as one."""
+    """Yield the bends between legs, merging close ones to the same side."""
     group: list[tuple[float, float]] = []
     for since, angle in legs:
         is_apart = group and (since - group[-1][0] > ONE_BEND or group[-1][0] == 0.0)
@@ -112,16 +112,16 @@ def _joined_bends(legs: Sequence[tuple[float, float]]) -> Iterator[Bend]:
         yield Bend(group[0][0], group[-1][0], sum(each for _, each in group))
 
 
-def way_of(turn: dict[str, Any], start: dict[str, float], before: Sequence[int]) -> Way:
-    """Return the way of a turn of a data set's file.
+def turn_path(turn: dict[str, Any], start: dict[str, float], before: Sequence[int]) -> TurnPath:
+    """Return the path of a turn from a data set's file.
 
     Args:
-        turn: of an episode.
-        start: the episode's.
-        before: actions of the navigation of the turn before it; none for the first.
+        turn: turn of an episode.
+        start: start pose of the episode.
+        before: navigation actions of the previous turn; empty for the first.
     """
     heading = start["heading"] + 30.0 * (list(before).count(2) - list(before).count(1))
-    return Way([(x, z) for x, z in turn["path"]], heading % 360.0)
+    return TurnPath([(x, z) for x, z in turn["path"]], heading % 360.0)
 
 
 def bearing(start: Place, end: Place) -> float:

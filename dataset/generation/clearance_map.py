@@ -1,6 +1,6 @@
-"""A raster of a section's clearance, the distance from each place to the nearest solid, for planning paths.
+"""The clearance map of a section: a raster of distances to the nearest solid, for path planning.
 
-Searches compare only integers, so that every machine finds the same path.
+Clearances are integers, so that every machine finds the same paths.
 """
 
 import math
@@ -16,28 +16,28 @@ CELL = 0.125
 """Side length of a raster cell, in units."""
 
 STRIDE = 3
-"""Cells between two neighbouring nodes of the cost fields (see `motion.Field`)."""
+"""Cells between two neighbouring nodes of the cost fields (see `path_planner.CostField`)."""
 
 FAR = 2500
 """Upper limit of stored clearances, in thousandths of a unit."""
 
 BORDER = 1.0
-"""Margin around a section's bounds that the raster covers, in units; everything outside the bounds counts as solid."""
+"""Margin of the raster around a section's bounds, in units; everything outside the bounds counts as solid."""
 
 Numbers = npt.NDArray[np.int32]
 
 
 @dataclass(frozen=True, eq=False)
-class Ground:
-    """The free ground of a section.
+class ClearanceMap:
+    """Clearance and street direction at each cell of a section's raster.
 
     Attributes:
         left, bottom: x and z of the first cell's outer corner, in units.
         clearance: (columns along x, rows along z), thousandths of a unit from a cell's centre to the nearest solid,
             rounded down, at most FAR; 0 outside the section's bounds.
-        axes: the same shape, direction of the street: that of the nearest building's walls, whole degrees in [0, 90);
-            the section's heading where no building is near.
-        solids: from which the clearance is measured.
+        axes: the same shape, direction of the street in whole degrees in [0, 90): that of the nearest building's walls,
+            or the section's heading where no building is near.
+        solids: the obstacles to which the clearance is measured.
     """
 
     left: float
@@ -47,8 +47,8 @@ class Ground:
     solids: Solids
 
     @classmethod
-    def of(cls, section: Section) -> "Ground":
-        """Return the ground of a section."""
+    def of(cls, section: Section) -> "ClearanceMap":
+        """Return the clearance map of a section."""
         x0, z0, x1, z1 = section.bounds
         left, bottom = math.floor(x0 - BORDER), math.floor(z0 - BORDER)
         columns = math.ceil((x1 + BORDER - left) / CELL)
@@ -80,7 +80,7 @@ class Ground:
         return min((column + STRIDE // 2) // STRIDE, columns - 1), min((row + STRIDE // 2) // STRIDE, rows - 1)
 
     def is_in_sight(self, x: float, z: float, to_x: float, to_z: float) -> bool:
-        """Return whether nothing solid is on the line between two places."""
+        """Return whether the line between two places is free of solids."""
         samples = math.ceil(math.hypot(to_x - x, to_z - z) / CELL)
         shares = ((i + 1) / samples for i in range(samples))
         return all(self.clear_at(x + share * (to_x - x), z + share * (to_z - z)) > 0.0 for share in shares)

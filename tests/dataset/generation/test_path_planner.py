@@ -1,10 +1,12 @@
+"""Planned paths: clearance, turns, and reachability of the target."""
+
 import math
 
 import numpy as np
 import pytest
 
-from arramon_dataset.generation.ground import Ground
-from arramon_dataset.generation.motion import REACH_FROM, REACH_TO, Walker
+from arramon_dataset.generation.clearance_map import ClearanceMap
+from arramon_dataset.generation.path_planner import REACH_FROM, REACH_TO, PathPlanner
 from arramon_dataset.generation.streets import follow_actions
 from arramon_dataset.layout.solids import Solids
 from arramon_server.sim.geometry import Pose
@@ -15,11 +17,11 @@ LETTERS = "FLR"
 
 
 @pytest.fixture(scope="module")
-def walker() -> Walker:
-    return Walker(Ground.of(CROSSING))
+def walker() -> PathPlanner:
+    return PathPlanner(ClearanceMap.of(CROSSING))
 
 
-def way(walker: Walker, start: Pose, target: tuple[float, float]) -> str | None:
+def way(walker: PathPlanner, start: Pose, target: tuple[float, float]) -> str | None:
     actions = walker.actions(start, target, walker.field(*target))
     return None if actions is None else "".join(LETTERS[action] for action in actions)
 
@@ -34,13 +36,13 @@ def way(walker: Walker, start: Pose, target: tuple[float, float]) -> str | None:
     ],
 )
 def test_straight_paths_are_walked_without_detours(
-    walker: Walker, start: Pose, target: tuple[float, float], expected: str
+    walker: PathPlanner, start: Pose, target: tuple[float, float], expected: str
 ) -> None:
     assert way(walker, start, target) == expected
 
 
 @pytest.mark.parametrize(("side", "turns"), [(1.0, "RRR"), (-1.0, "LLL")])
-def test_corners_are_taken_in_one_quarter_turn(walker: Walker, side: float, turns: str) -> None:
+def test_corners_are_taken_in_one_quarter_turn(walker: PathPlanner, side: float, turns: str) -> None:
     found = way(walker, Pose(0.0, -11.0, 0.0), (side * 11.5, -1.0))
 
     assert found is not None
@@ -49,7 +51,7 @@ def test_corners_are_taken_in_one_quarter_turn(walker: Walker, side: float, turn
     assert 8 <= len(first) <= 13  # Within a unit and a half or so of the crossing's middle.
 
 
-def test_target_behind_the_start_takes_one_half_turn(walker: Walker) -> None:
+def test_target_behind_the_start_takes_one_half_turn(walker: PathPlanner) -> None:
     found = way(walker, Pose(0.0, 0.0, 0.0), (0.0, -9.0))
 
     assert found is not None
@@ -57,7 +59,7 @@ def test_target_behind_the_start_takes_one_half_turn(walker: Walker) -> None:
     assert found[:6] in ("L" * 6, "R" * 6)
 
 
-def test_paths_end_within_reach_and_touch_no_solids(walker: Walker) -> None:
+def test_paths_end_within_reach_and_touch_no_solids(walker: PathPlanner) -> None:
     solids = Solids.of(CROSSING)
     for i, target in enumerate([(2.0, 11.0), (-11.0, 2.0), (11.0, -1.5), (1.5, 7.0), (-2.0, -9.0)]):
         start = Pose(0.5, 1.0, 30.0 * i)
@@ -77,7 +79,7 @@ def test_walled_in_targets_are_unreachable_from_outside() -> None:
         Building(x, z, w, h, 0.0, 2.0, "brick")
         for x, z, w, h in ((0, 4, 3, 0.5), (0, -4, 3, 0.5), (3.5, 0, 0.5, 4.5), (-3.5, 0, 0.5, 4.5))
     )
-    walker = Walker(Ground.of(Section("8", 0.0, (-10.0, -10.0, 10.0, 10.0), walls, ())))
+    walker = PathPlanner(ClearanceMap.of(Section("8", 0.0, (-10.0, -10.0, 10.0, 10.0), walls, ())))
 
     assert way(walker, Pose(-7.0, 0.0, 0.0), (0.0, 0.0)) is None
     assert way(walker, Pose(0.0, 2.0, 180.0), (0.0, -1.0)) == "FF"
@@ -87,7 +89,7 @@ def test_oblique_streets_are_followed_with_few_turns() -> None:
     angle = 17.0
     sin, cos = math.sin(math.radians(angle)), math.cos(math.radians(angle))
     blocks = tuple(Building(s * 6 * cos, -s * 6 * sin, 3.0, 20.0, angle, 2.0, "brick") for s in (-1, 1))
-    walker = Walker(Ground.of(Section("8", angle, (-15.0, -25.0, 15.0, 25.0), blocks, ())))
+    walker = PathPlanner(ClearanceMap.of(Section("8", angle, (-15.0, -25.0, 15.0, 25.0), blocks, ())))
 
     found = way(walker, Pose(-15 * sin, -15 * cos, 0.0), (15 * sin, 15 * cos))
 
@@ -103,7 +105,7 @@ def test_paths_go_around_furniture() -> None:
         BLOCKS_APART,
         (Prop("phone_booth", 0.0, 0.0, 0.0), Prop("banner", 4, 4, 0)),
     )
-    found = way(Walker(Ground.of(section)), Pose(0.0, -8.0, 0.0), (0.0, 8.0))
+    found = way(PathPlanner(ClearanceMap.of(section)), Pose(0.0, -8.0, 0.0), (0.0, 8.0))
 
     assert found is not None
     assert {"L", "R"} <= set(found)

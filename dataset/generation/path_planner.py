@@ -1,4 +1,4 @@
-"""Ground truth of a navigation: A* in the agent's action space, along the middle of streets, with few turns."""
+"""Planning of ground-truth paths by A* over the agent's actions, along the middle of streets and with few turns."""
 
 import math
 from dataclasses import dataclass
@@ -6,47 +6,46 @@ from dataclasses import dataclass
 import numpy as np
 
 from arramon_client.world import HEADINGS, REACH_SIDE, STEP, TURN, Action
-from arramon_dataset.generation.ground import CELL, FAR, Ground, Numbers
+from arramon_dataset.generation.clearance_map import CELL, FAR, ClearanceMap, Numbers
 from arramon_dataset.generation.search import Heap, a_star, dijkstra
 from arramon_server.sim.geometry import Pose
 
-NEED = 420
-"""Clearance that each sample of a step needs, in thousandths of a unit: samples are an eighth of a unit apart, in cells
-of the same size, so between them the agent's disc with radius 250 touches nothing."""
+STEP_CLEARANCE = 420
+"""Minimum clearance at each sample of a step, in thousandths of a unit. Samples are an eighth of a unit apart, in cells
+of the same size, so that the agent's disc of radius 250 touches nothing between them either."""
 
-SIGHT = 160
-"""Clearance needed along the line of sight to the target, which nothing moves along, in thousandths of a unit."""
+SIGHT_CLEARANCE = 160
+"""Minimum clearance along the line of sight to the target, in thousandths of a unit."""
 
-COMFORT = 2000
+PREFERRED_CLEARANCE = 2000
 """Clearance that paths keep where possible, in thousandths of a unit."""
 
-DISCOMFORT = 900
-"""Extra cost of a unit of path directly at a wall, on top of 1000; it falls with the square of the distance, to 0 at
-COMFORT."""
+WALL_COST = 900
+"""Extra cost of a unit of path at a wall, on top of 1000; it falls quadratically to 0 at PREFERRED_CLEARANCE."""
 
 TURN_COST = 110
 """Cost of a turn of 30 degrees, where a step costs 1000."""
 
 OBLIQUE_COST = 600
-"""Extra cost of a step that goes 30 degrees off the street's direction; 0 up to 15 degrees, as headings are 30 degrees
-apart and streets run in any direction. People walk along streets and turn at corners."""
+"""Extra cost of a step 30 degrees off the street's direction; 0 up to 15 degrees, as headings are 30 degrees apart and
+streets run in any direction. People walk along streets and turn at corners."""
 
-ASIDE_COST = 700
-"""Cost of each unit that the target is aside at the end: the agent should face what it picks up."""
+OFFSET_COST = 700
+"""Cost of each unit of the target's sideways offset at the end: the agent should face what it picks up."""
 
 REACH_FROM, REACH_TO = 0.97, 1.96
 """Range of the target's distance ahead at the end, in units, as in the original."""
 
-REACH_ASIDE = REACH_SIDE - 0.05
-"""Maximum distance of the target to either side at the end, in units."""
+REACH_OFFSET = REACH_SIDE - 0.05
+"""Maximum sideways offset of the target at the end, in units."""
 
-LIMIT = 400_000
-"""Number of expanded poses after which a search fails."""
+MAX_EXPANDED = 400_000
+"""Maximum number of poses that a search expands."""
 
 
 @dataclass(frozen=True, eq=False)
-class Field:
-    """Costs of the cheapest paths to one place from all others.
+class CostField:
+    """Costs and lengths of the cheapest paths from all nodes to one place.
 
     Attributes:
         cost: (node columns, node rows), thousandths of a step; 2**31 - 1 where unreachable.
@@ -57,18 +56,18 @@ class Field:
     length: Numbers
 
 
-class Walker:
-    """Finds paths over one section's ground. Reuses scratch memory, so it is not thread-safe.
+class PathPlanner:
+    """Plans paths in one section. Reuses its buffers, so it is not thread-safe.
 
     Args:
-        ground: of the section.
+        ground: clearance map of the section.
     """
 
-    def __init__(self, ground: Ground) -> None:
+    def __init__(self, ground: ClearanceMap) -> None:
         self.ground = ground
         clear = np.arange(FAR + 1)
-        lack = np.maximum(COMFORT - clear, 0)
-        self._discomfort = (1000 + DISCOMFORT * lack * lack // COMFORT**2).astype(np.int32)
+        lack = np.maximum(PREFERRED_CLEARANCE - clear, 0)
+        self._discomfort = (1000 + WALL_COST * lack * lack // PREFERRED_CLEARANCE**2).astype(np.int32)
         self._oblique = OBLIQUE_COST * np.maximum(np.arange(46, dtype=np.int32) - 15, 0) // 15
         columns, rows = ground.nodes
         self._field_heap: Heap = np.empty(columns * rows * 16 + 1, np.int64)
@@ -76,20 +75,20 @@ class Walker:
         self._best: Numbers = np.zeros((*squares, HEADINGS), np.int32)
         self._stamps: Numbers = np.zeros_like(self._best)
         self._stamp = 0
-        self._x, self._z = np.empty(3 * LIMIT), np.empty(3 * LIMIT)
-        self._facing, self._before, self._spent = (np.empty(3 * LIMIT, np.int32) for _ in range(3))
-        self._heap: Heap = np.empty(3 * LIMIT + 1, np.int64)
+        self._x, self._z = np.empty(3 * MAX_EXPANDED), np.empty(3 * MAX_EXPANDED)
+        self._facing, self._before, self._spent = (np.empty(3 * MAX_EXPANDED, np.int32) for _ in range(3))
+        self._heap: Heap = np.empty(3 * MAX_EXPANDED + 1, np.int64)
 
-    def field(self, x: float, z: float) -> Field:
+    def field(self, x: float, z: float) -> CostField:
         """Return the cost field of the node nearest to (x, z)."""
         cost: Numbers = np.empty(self.ground.nodes, np.int32)
         length: Numbers = np.empty(self.ground.nodes, np.int32)
         column, row = self.ground.node(x, z)
-        dijkstra(self.ground.clearance, self._discomfort, NEED, column, row, cost, length, self._field_heap)
-        return Field(cost, length)
+        dijkstra(self.ground.clearance, self._discomfort, STEP_CLEARANCE, column, row, cost, length, self._field_heap)
+        return CostField(cost, length)
 
-    def actions(self, start: Pose, target: tuple[float, float], field: Field) -> list[Action] | None:
-        """Return the actions from `start` until the target is in reach and in view, without INTERACT.
+    def actions(self, start: Pose, target: tuple[float, float], field: CostField) -> list[Action] | None:
+        """Return the actions from `start` until the target is within reach and in view, without the final INTERACT.
 
         Args:
             start: pose before the first action.
@@ -102,12 +101,12 @@ class Walker:
         angles = np.radians(start.heading + TURN * np.arange(HEADINGS))
         steps = np.round(STEP * np.stack([np.sin(angles), np.cos(angles)], axis=1), 9)
         directions = (np.round(start.heading + TURN * np.arange(HEADINGS)) % 90).astype(np.int32)
-        goal = np.array([*target, REACH_FROM, REACH_TO, REACH_ASIDE, SIGHT])
+        goal = np.array([*target, REACH_FROM, REACH_TO, REACH_OFFSET, SIGHT_CLEARANCE])
         self._stamp += 1
         last = a_star(
             self.ground.clearance, self._discomfort, self.ground.axes, directions, self._oblique,
             self.ground.left, self.ground.bottom, field.cost, steps, start.x, start.z, goal,
-            NEED, TURN_COST, ASIDE_COST, LIMIT,
+            STEP_CLEARANCE, TURN_COST, OFFSET_COST, MAX_EXPANDED,
             self._best, self._stamps, self._stamp, self._x, self._z, self._facing, self._before, self._spent,
             self._heap,
         )  # fmt: skip

@@ -1,33 +1,33 @@
-"""Sections whose street plans are drawn by program, for the split `train_extra`."""
+"""Sections with random street plans, for the split `train_extra`."""
 
 from collections.abc import Sequence
 from functools import lru_cache
 
 from arramon_dataset.generation.sizes import FIRST_EXTRA
 from arramon_dataset.plans import Plan, build_section
-from arramon_dataset.plans.drawn import draw_plan
 from arramon_dataset.plans.faults import faults_of_plan, faults_of_section
+from arramon_dataset.plans.random_plan import draw_plan
 from arramon_dataset.randomness import seeded
 from arramon_server.errors import ArraMonError
 from arramon_server.sim.section import Section
 
 ATTEMPTS = 300
-"""Plans drawn for one section before generation fails."""
+"""Maximum number of plans drawn for one section."""
 
 SPACING, COLUMNS, ORIGIN = 70.0, 20, (400.0, 400.0)
-"""Distance of neighbouring sections' middles, in units, the number of columns that they lie in, and the place of the
-first, (x, z): far from the seven, and from each other."""
+"""The grid of the sections' centres: its spacing, in units; its number of columns; and (x, z) of the first section, far
+from the seven sections planned by hand."""
 
 
 def extra_sections(key: str, names: Sequence[str]) -> dict[str, tuple[Plan, Section]]:
-    """Return drawn plans with their sections, by id; the same key and ids give the same ones on every machine.
+    """Return random plans with their sections, by id; the same key and ids give the same result on every machine.
 
     Args:
         key: seeds plans, facades and furniture.
         names: ids of the sections, FIRST_EXTRA or more.
 
     Raises:
-        ArraMonError: if no good plan is found.
+        ArraMonError: if no valid plan is found.
     """
     return {name: _draw(key, name) for name in names}
 
