@@ -16,16 +16,16 @@ EPISODES = 2
 FOLDER = "dry-run"
 """Name of the dry run's folder, inside the folder for results."""
 
-MARK = " (dry run)"
+NAME_SUFFIX = " (dry run)"
 """End of the agent's name in a dry run: it is listed among the participant's runs, on any server."""
 
 STOP_TIMEOUT = 3.0
 """Seconds that an interrupted dry run may take to be cancelled; usually it takes some milliseconds."""
 
 
-def marked(agent: str) -> str:
+def dry_run_name(agent: str) -> str:
     """Return the name of an agent in a dry run."""
-    return agent[: LONGEST_NAME - len(MARK)] + MARK
+    return agent[: LONGEST_NAME - len(NAME_SUFFIX)] + NAME_SUFFIX
 
 
 def choose_split(

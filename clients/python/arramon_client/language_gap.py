@@ -11,7 +11,7 @@ from arramon_client.results import COLUMNS, table_of_metrics
 
 TOTAL, TURNS = "total", ("turn 1", "turn 2")
 
-FEWEST = 10
+MIN_EPISODES = 10
 """Episodes from which on a difference has an interval."""
 
 _Z = 1.959964
@@ -81,7 +81,7 @@ def _interval(
     before, after = _by_episode(first, metric), _by_episode(second, metric)
     differences = [value - after[episode_id] for episode_id, value in before.items() if episode_id in after]
     number = len(differences)
-    if number < FEWEST or before.keys() != after.keys():
+    if number < MIN_EPISODES or before.keys() != after.keys():
         return None, None
     mean = math.fsum(differences) / number
     deviation = math.sqrt(math.fsum((each - mean) ** 2 for each in differences) / (number - 1))

@@ -70,7 +70,7 @@ def play_streams(
             notify(text)
 
     with ExitStack() as stack:
-        threads = stack.enter_context(_Threads())
+        threads = stack.enter_context(_StreamThreads())
 
         def start(number: int, address: str) -> Future[Outcome]:
             # Closed before the threads are joined, so that no stream goes on after an error.
@@ -108,7 +108,7 @@ def play_streams(
     )
 
 
-class _Threads:
+class _StreamThreads:
     """Threads of streams, joined at the end of the context unless the client is interrupted: the agent may be slow.
 
     They are daemons, so that a client that was asked to stop does not wait for the agent either.
@@ -117,7 +117,7 @@ class _Threads:
     def __init__(self) -> None:
         self._threads: list[threading.Thread] = []
 
-    def __enter__(self) -> "_Threads":
+    def __enter__(self) -> "_StreamThreads":
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:

@@ -7,10 +7,10 @@ from typing import Any
 from arramon.v1 import evaluation_pb2
 from arramon.v1 import leaderboard_pb2 as pb
 
-NAMED = 5
+MAX_NAMED = 5
 """Episodes of a correction that are named."""
 
-_SAID = {
+_CORRECTION_TEXTS = {
     "void": "void: {episodes}",
     "restore": "counted again: {episodes}",
     "rescore": "data corrected in {episodes}, from {before} to {after}, and all runs scored again",
@@ -74,8 +74,8 @@ def digest_of(payload: str) -> bytes:
 def _correction(
     kind: str, made_at: str, reason: str, episodes: Sequence[str], before: str = "", after: str = ""
 ) -> str:
-    named = ", ".join(map(str, episodes[:NAMED])) + (", ..." if len(episodes) > NAMED else "")
-    said = _SAID.get(kind, "{episodes}").format(
+    named = ", ".join(map(str, episodes[:MAX_NAMED])) + (", ..." if len(episodes) > MAX_NAMED else "")
+    said = _CORRECTION_TEXTS.get(kind, "{episodes}").format(
         episodes=f"{len(episodes)} episodes ({named})", before=before[:12], after=after[:12]
     )
     return f"corrected at {made_at}: {said}: {reason}"

@@ -11,7 +11,7 @@ from arramon_client.agent import Agent
 from arramon_client.errors import AgentError, ProtocolError
 from arramon_client.plugin import agent_calls
 from arramon_client.plugin.failures import FailureCounter
-from arramon_client.recording.recorder import Recorder
+from arramon_client.recording.recorder import EpisodeRecorder
 from arramon_client.session import AgentFailure, Session
 from arramon_client.transport.connection import CONNECTION_LOST, explain
 from arramon_client.transport.images import ImagesUnreadableError
@@ -93,7 +93,7 @@ def play(
     notify: Callable[[str], None] = lambda _: None,
     progress: Callable[[Progress], None] = lambda _: None,
     revive: Callable[[], None] = lambda: None,
-    recording: Recorder | None = None,
+    recording: EpisodeRecorder | None = None,
     failure_counter: FailureCounter | None = None,
 ) -> Outcome:
     """Play a run to its end.
@@ -141,7 +141,7 @@ def play(
         stream = PlayStream(stub, opening)
         try:
             is_shared = settings.encoding == types_pb2.ENCODING_SHARED
-            session.start_stream(history=history, most=settings.parallel, shared=is_shared)
+            session.start_stream(history=history, max_episodes=settings.parallel, shared=is_shared)
             _play_stream(stream, session, progress, retry)
         except ImagesUnreadableError as error:
             if settings.encoding == types_pb2.ENCODING_RAW:

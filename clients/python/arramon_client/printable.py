@@ -18,7 +18,7 @@ selectors of an emoji's style, U+FE0E and U+FE0F."""
 _UNSAFE_IN_LINES = re.compile("\r(?!\n)|" + _UNSAFE.pattern.replace("\x00-\x1f", "\x00-\x08\x0b\x0c\x0e-\x1f"))
 """The same without the tab and ends of lines."""
 
-_MOST_MARKS = 8
+_MAX_MARKS = 8
 """Combining marks in a row that are shown: no script stacks as many, and a hundred cover the lines above."""
 
 REPLACEMENT = "\ufffd"
@@ -66,6 +66,6 @@ def _without_stacks(text: str) -> str:
             marks += 1
         elif category != "Cf":  # Marks after a joiner stand on the same letter.
             marks = 0
-        if marks <= _MOST_MARKS:
+        if marks <= _MAX_MARKS:
             kept.append(letter)
     return "".join(kept) if len(kept) < len(text) else text

@@ -28,12 +28,12 @@ SUFFIX = ".receipt.json"
 KEY_BYTES, SIGNATURE_BYTES = 32, 64
 
 
-NUMBER, EVERY = (int, float), "*"
+NUMBER, ANY_KEY = (int, float), "*"
 
-LARGEST = 2**53
+MAX_NUMBER = 2**53
 """Largest number in a receipt: JSON holds larger ones inexactly."""
 
-SHAPE = {
+REQUIRED_FIELDS = {
     "run": {
         **dict.fromkeys(("run_id", "participant", "agent", "split", "language", "state", "created_at"), str),
         "ended_at": (str, type(None)),
@@ -42,22 +42,22 @@ SHAPE = {
     "limits": dict.fromkeys(("steps_per_phase", "step_seconds", "bank_seconds"), NUMBER),
     "data_hash": str,
     "score_signature": str,
-    "causes": {EVERY: int},
+    "causes": {ANY_KEY: int},
     "reoffers": int,
-    "scores": {EVERY: {EVERY: dict.fromkeys(("mean", "low", "high"), NUMBER)}},
+    "scores": {ANY_KEY: {ANY_KEY: dict.fromkeys(("mean", "low", "high"), NUMBER)}},
     "episodes": [{"episode_id": str, "head": str}],
     "digest": str,
     "epoch": (str, type(None)),
 }
 """Fields and types that a receipt must have at least; a valid signature does not guarantee them."""
 
-MORE = {
+VERSION_FIELDS = {
     VERSION: {"steps": int, "episodes": [{"cause": str, "steps": int}]},
     MASKED_VERSION: {"episodes": [{"ending": str}]},
 }
 """Fields and types besides, by version."""
 
-FURTHER = {
+OPTIONAL_FIELDS = {
     "corrections": [{"kind": str, "made_at": str, "reason": str, "episodes": [str]}],
     "revision": {"number": int, "made_at": str, "supersedes": str},
     "voided": [str],
@@ -253,9 +253,9 @@ def _checked(path: Path, payload: str, signature: bytes, key: bytes) -> Receipt:
         content = read_json(payload)
     except NotJsonError:
         content = None
-    _check_format(path, content, FORMAT, *MORE)
-    further = {name: shape for name, shape in FURTHER.items() if name in content}
-    if not (_fits({**SHAPE, **further}, content) and _fits(MORE[content["version"]], content)):
+    _check_format(path, content, FORMAT, *VERSION_FIELDS)
+    further = {name: shape for name, shape in OPTIONAL_FIELDS.items() if name in content}
+    if not (_fits({**REQUIRED_FIELDS, **further}, content) and _fits(VERSION_FIELDS[content["version"]], content)):
         raise ReceiptError(f"{path} is signed, but its content does not have the fields of a receipt")
     receipt = Receipt(key, content, digest_of(payload))
     heads = [(episode["episode_id"], _bytes(path, episode, "head", 32)) for episode in receipt.episodes]
@@ -278,12 +278,12 @@ def _fits(shape: Any, value: Any) -> bool:
         return isinstance(value, list) and all(_fits(shape[0], each) for each in value)
     if not isinstance(shape, dict):
         if isinstance(value, float | int) and not isinstance(value, bool):
-            return isinstance(value, shape) and abs(value) <= LARGEST
+            return isinstance(value, shape) and abs(value) <= MAX_NUMBER
         return isinstance(value, shape) and not isinstance(value, bool)
     if not isinstance(value, dict):
         return False
-    if EVERY in shape:
-        return all(_fits(shape[EVERY], each) for each in value.values())
+    if ANY_KEY in shape:
+        return all(_fits(shape[ANY_KEY], each) for each in value.values())
     return all(_fits(each, value.get(name)) for name, each in shape.items())
 
 

@@ -17,17 +17,17 @@ from arramon_client.open_episode import OpenEpisode
 from arramon_client.plugin import agent_calls
 from arramon_client.plugin.failures import FailureCounter
 from arramon_client.plugin.shared_agent import EpisodesTakenOver, StreamAgent
-from arramon_client.recording.recorder import Recorder
+from arramon_client.recording.recorder import EpisodeRecorder
 from arramon_client.transport.images import ImageDecoder
 from arramon_client.transport.incoming import check_message, check_observation, check_same_run
 from arramon_client.transport.shared_memory import decoder_of
 
 Problem = evaluation_pb2.Problem
 
-MOST_EPISODES = 1024
+MAX_EPISODES = 1024
 """Episodes that may be open on a stream, if no other number was requested."""
 
-MOST_PROBLEMS = 1000
+MAX_PROBLEMS = 1000
 """Problems that a server may report in a run: each is shown to the participant."""
 
 
@@ -73,7 +73,7 @@ class Session:
         agent: Agent,
         notify: Callable[[str], None],
         failure_counter: FailureCounter,
-        recording: Recorder | None = None,
+        recording: EpisodeRecorder | None = None,
     ) -> None:
         self.run = run
         self._recording = recording
@@ -91,7 +91,7 @@ class Session:
         self._resend: list[evaluation_pb2.Act] = []
         self._rebuilding: set[str] = set()  # Episodes whose history is being replayed to the agent.
         self._history = False  # Whether the current stream replays the history of its episodes.
-        self._most = MOST_EPISODES  # Episodes that may be open on the current stream.
+        self._max_episodes = MAX_EPISODES  # Episodes that may be open on the current stream.
         self._shared = False  # Whether the current stream may pass images through shared memory.
         self._labels: tuple[Label, ...] = ()  # Labels of the current stream's segmentations.
         self._decoder = ImageDecoder()  # Of the current stream's images.
@@ -117,7 +117,7 @@ class Session:
         """
         return self._outdated or (self.needs_history and not self._history)
 
-    def start_stream(self, *, history: bool, most: int = MOST_EPISODES, shared: bool = False) -> None:
+    def start_stream(self, *, history: bool, max_episodes: int = MAX_EPISODES, shared: bool = False) -> None:
         """Prepare for a new stream, on which the server repeats the observations that were not answered.
 
         Args:
@@ -125,7 +125,7 @@ class Session:
             most: number of episodes that were requested.
             shared: whether shared memory was requested for its images.
         """
-        self._history, self._most, self._shared = history, most, shared
+        self._history, self._max_episodes, self._shared = history, max_episodes, shared
         self._outdated = False
         self._resend.clear()
         for episode in self._open.values():
@@ -265,8 +265,10 @@ class Session:
             self._rebuilding.add(started.episode_id)
             if not self._history:
                 return
-        if len(self._open) >= self._most:
-            raise ProtocolError(f"the server started more than the {self._most} episodes that were requested at once")
+        if len(self._open) >= self._max_episodes:
+            raise ProtocolError(
+                f"the server started more than the {self._max_episodes} episodes that were requested at once"
+            )
         episode = OpenEpisode(episode_of(started, self._labels))
         self._open[started.episode_id] = episode
         if self._recording is not None:
@@ -299,8 +301,8 @@ class Session:
         where = f" (episode {problem.episode_id}, step {problem.step})" if problem.episode_id else ""
         text = f"{Problem.Code.Name(problem.code)}: {problem.message}{where}"
         self.problems.append(text)
-        if len(self.problems) > MOST_PROBLEMS:
-            raise ProtocolError(f"the server reported more than {MOST_PROBLEMS} problems")
+        if len(self.problems) > MAX_PROBLEMS:
+            raise ProtocolError(f"the server reported more than {MAX_PROBLEMS} problems")
         self._notify(f"the server reports {text}")
         if problem.code != Problem.CODE_NOT_YOUR_EPISODE:
             raise ProtocolError(f"the server reports {text}: this is a defect of this client or of the server")

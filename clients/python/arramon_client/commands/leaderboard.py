@@ -39,7 +39,7 @@ WIDTH, WIDE = 110, 130
 
 
 @dataclass
-class Listing:
+class LeaderboardListing:
     """All pages of a split's leaderboard.
 
     Attributes:
@@ -171,7 +171,7 @@ def _show(options: argparse.Namespace) -> None:
         shown.print(f"no published runs yet{hint}", soft_wrap=True)
 
 
-def by_gap(listing: Listing, least: float) -> list[pb.Standing]:
+def by_gap(listing: LeaderboardListing, least: float) -> list[pb.Standing]:
     """Return the standings with a score of at least `least` by the gap between their languages, the smallest first."""
     means = (
         (standing, found.mean)
@@ -296,9 +296,9 @@ def _choose_split(server: Server, asked: str | None) -> str:
     return names[0]
 
 
-def _collect(stub: leaderboard_pb2_grpc.LeaderboardStub, request: pb.ListRequest, address: str) -> Listing:
+def _collect(stub: leaderboard_pb2_grpc.LeaderboardStub, request: pb.ListRequest, address: str) -> LeaderboardListing:
     """Request all pages of a list."""
-    listing = Listing()
+    listing = LeaderboardListing()
     while True:
         page = call(stub.List, request, address)
         listing.sort = page.sort
@@ -315,7 +315,7 @@ def _collect(stub: leaderboard_pb2_grpc.LeaderboardStub, request: pb.ListRequest
         request.page_token = page.next_page_token
 
 
-def table(listing: Listing, split: str, language: str) -> Table:
+def table(listing: LeaderboardListing, split: str, language: str) -> Table:
     """Return the table of published runs, and below a line the paper's results: totals with 95% intervals."""
     languages = "all languages together" if language == BOTH else language
     made = _ranked_table(

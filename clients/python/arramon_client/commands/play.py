@@ -14,7 +14,7 @@ from arramon.v1 import evaluation_pb2
 from arramon_client import arguments, dry_run, results, run_settings
 from arramon_client.agent import Agent
 from arramon_client.commands.base import SUCCESS
-from arramon_client.commands.single_run import AGENT_FAILED, Finished, SingleRun
+from arramon_client.commands.single_run import AGENT_FAILED, FinishedRun, SingleRun
 from arramon_client.errors import ProtocolError, UsageError
 from arramon_client.language_gap import gap_table, gaps
 from arramon_client.local.embedded import SERVER, EmbeddedServer, check_installed, default_data, embedded_server
@@ -24,8 +24,8 @@ from arramon_client.plugin.arguments import parse_value
 from arramon_client.plugin.loader import load_agent
 from arramon_client.printable import many_lines
 from arramon_client.transport.access import Access, access_of
-from arramon_client.transport.connection import Server, connect, give_up
-from arramon_client.transport.retry import PATIENCE, Retry, ask
+from arramon_client.transport.connection import Server, connect, raise_unreachable
+from arramon_client.transport.retry import PATIENCE, Retry, call_until_answered
 
 
 @dataclass
@@ -45,7 +45,7 @@ class PlayCommand:
     argv: Sequence[str]
     begun: list[str] = field(default_factory=list)
     expected: int = 1
-    finished: list[Finished] = field(default_factory=list)
+    finished: list[FinishedRun] = field(default_factory=list)
     playing: bool = False
 
     def __post_init__(self) -> None:
@@ -91,7 +91,7 @@ class PlayCommand:
             results.check_output(options.record, "the recording")
         with ExitStack() as stack:
             revive: Callable[[], None] = lambda: None  # noqa: E731 - replaced if a server is embedded
-            address, access, unreachable = options.server, Access(), give_up
+            address, access, unreachable = options.server, Access(), raise_unreachable
             if address is None:
                 embedded = stack.enter_context(self._embedded())
                 address, revive = embedded.address, embedded.revive
@@ -133,7 +133,7 @@ class PlayCommand:
     def _resumed(self, server: Server, run_id: str) -> evaluation_pb2.Run:
         request = evaluation_pb2.GetRunRequest(run_id=run_id)
         retry = Retry(run_id, PATIENCE, self.say)  # The server may become unreachable between two calls.
-        run = ask(server.stub.GetRun, request, server.address, retry)
+        run = call_until_answered(server.stub.GetRun, request, server.address, retry)
         if run.run_id != run_id:
             raise ProtocolError(f"the server sent the run {run.run_id!r}, expected {run_id}")
         return run

@@ -105,7 +105,7 @@ def _state(each: pb.Run) -> str:
 
 def _agent(each: pb.Run) -> tuple[str, bool]:
     """Return the agent's name, and whether the run is a dry run."""
-    return each.agent.removesuffix(dry_run.MARK), each.agent.endswith(dry_run.MARK)
+    return each.agent.removesuffix(dry_run.NAME_SUFFIX), each.agent.endswith(dry_run.NAME_SUFFIX)
 
 
 def _row(each: pb.Run) -> tuple[str, ...]:

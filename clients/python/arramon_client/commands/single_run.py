@@ -23,7 +23,7 @@ from arramon_client.progress import progress_display
 from arramon_client.recording.recorder import Recording
 from arramon_client.transport.connection import Server, call
 from arramon_client.transport.incoming import check_same_run
-from arramon_client.transport.retry import PATIENCE, Retry, ask
+from arramon_client.transport.retry import PATIENCE, Retry, call_until_answered
 
 AGENT_FAILED = 3
 """Exit status: the agent failed in some episodes."""
@@ -33,7 +33,7 @@ WARNINGS = 5
 
 
 @dataclass(frozen=True)
-class Finished:
+class FinishedRun:
     """A run that was played to its end.
 
     Attributes:
@@ -93,7 +93,7 @@ class SingleRun:
         name = agent_name(self.agent, options.agent)
         episodes, named = options.episodes or 0, options.episode
         if options.dry_run:
-            name = dry_run.marked(name)
+            name = dry_run.dry_run_name(name)
             split = dry_run.choose_split(info, split, self.language, sensors)
             few = min(dry_run.EPISODES, split.episodes[self.language], options.episodes or dry_run.EPISODES)
             episodes, named = (0 if named else few), named[: dry_run.EPISODES]
@@ -135,7 +135,7 @@ class SingleRun:
             begun, asked = (_typed(each) or "no --agent-arg" for each in (kept_arguments, options.agent_arguments))
             raise UsageError(f"run {run.run_id} was started with {begun}, not with {asked}")
 
-    def finish(self, run: evaluation_pb2.Run) -> Finished:
+    def finish(self, run: evaluation_pb2.Run) -> FinishedRun:
         """Play a run to its end, show its scores and write its files.
 
         Raises:
@@ -151,7 +151,7 @@ class SingleRun:
                     outcome = self._play(run, recording)
             request = evaluation_pb2.GetReportRequest(run_id=run.run_id)
             retry = Retry(run.run_id, PATIENCE, self.say)
-            report = ask(self.server.stub.GetReport, request, self.server.address, retry, self.revive)
+            report = call_until_answered(self.server.stub.GetReport, request, self.server.address, retry, self.revive)
             check_same_run(report.run, run.run_id)
             receipt = self._receipt(run.run_id, retry)
         failures = outcome.failures if outcome is not None else ()
@@ -164,7 +164,7 @@ class SingleRun:
         kept = self._keep(receipt, run.run_id, outcome) if receipt is not None else None
         if kept is not None:
             files["receipt"] = self._print("receipt", kept)
-        return Finished(report, outcome, status, files)
+        return FinishedRun(report, outcome, status, files)
 
     def _settings(self) -> Settings:
         options, info = self.options, self.server.info
@@ -182,7 +182,7 @@ class SingleRun:
         settings = self._settings()
         kind = "run" if not self.options.dry_run else "dry run"
         self.say(
-            f"{kind} {run.run_id}: {run.agent.removesuffix(dry_run.MARK)} plays {run.episodes} episodes of "
+            f"{kind} {run.run_id}: {run.agent.removesuffix(dry_run.NAME_SUFFIX)} plays {run.episodes} episodes of "
             f"{run.split}, {run.language}, {settings.parallel} in parallel"
         )
         started = time.monotonic()
@@ -209,7 +209,7 @@ class SingleRun:
     def _receipt(self, run_id: str, retry: Retry) -> evaluation_pb2.Receipt | None:
         request = evaluation_pb2.GetReceiptRequest(run_id=run_id)
         try:
-            return ask(self.server.stub.GetReceipt, request, self.server.address, retry, self.revive)
+            return call_until_answered(self.server.stub.GetReceipt, request, self.server.address, retry, self.revive)
         except ArramonClientError as error:  # The scores are still shown.
             self.say(f"no receipt: {error}")
             return None

@@ -56,7 +56,7 @@ def main(argv: Sequence[str]) -> int:
 
 
 @dataclass(frozen=True)
-class _Checked:
+class _ReceiptCheck:
     """What was checked of a receipt: it is valid unless there is an error.
 
     Attributes:
@@ -111,18 +111,20 @@ def _verify(options: argparse.Namespace) -> int:
     return SUCCESS if key is not None else KEY_NOT_CHECKED
 
 
-def _check(path: Path, results_path: Path | None, key: bytes | None, whose: str) -> _Checked:
+def _check(path: Path, results_path: Path | None, key: bytes | None, whose: str) -> _ReceiptCheck:
     try:
         receipt = receipts.read_receipt(path)
         if key is not None:
             receipts.check_key(receipt, key, whose)
         results = _results(path, results_path)
-        return _Checked(path, receipt=receipt, results=_check_results(receipt, results) if results is not None else "")
+        return _ReceiptCheck(
+            path, receipt=receipt, results=_check_results(receipt, results) if results is not None else ""
+        )
     except ReceiptError as error:
-        return _Checked(path, error=str(error))
+        return _ReceiptCheck(path, error=str(error))
 
 
-def _show_one(one: _Checked, key: bytes | None, whose: str, *, named: bool) -> None:
+def _show_one(one: _ReceiptCheck, key: bytes | None, whose: str, *, named: bool) -> None:
     shown = console(TABLE_WIDTH)
 
     def say(text: str) -> None:

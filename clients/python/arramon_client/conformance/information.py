@@ -94,8 +94,8 @@ def version(target: Target) -> None:
             target.call("GetServerInfo", pb.GetServerInfoRequest(), metadata)
 
         def play(metadata: tuple[tuple[str, str], ...] = metadata) -> None:
-            with target.play_raw(pb.PlayRequest(open=pb.Open(run_id="none")), metadata) as player:
-                list(player.rest())
+            with target.play_raw(pb.PlayRequest(open=pb.Open(run_id="none")), metadata) as stream:
+                list(stream.rest())
 
         expect_refusal(f"GetServerInfo with {said}", ask, code)
         expect_refusal(f"Play with {said}", play, code)

@@ -40,7 +40,7 @@ def check(name: str, *, runs: int = 0) -> Callable[[Callable[[Target], None]], C
     return make
 
 
-class Outcome(Enum):
+class CheckOutcome(Enum):
     """Outcome of a check."""
 
     PASSED = "passed"
@@ -53,7 +53,7 @@ class Result:
     """Result of one check; `reason` says why it failed or was skipped, and is empty if it passed."""
 
     check: Check
-    outcome: Outcome
+    outcome: CheckOutcome
     reason: str
     seconds: float
 
@@ -66,8 +66,8 @@ def run_checks(target: Target, checks: Sequence[Check]) -> Iterator[Result]:
             outcome, reason = _outcome(each, target)
         finally:
             problems = target.clean_up()
-        if problems and outcome is not Outcome.FAILED:
-            outcome, reason = Outcome.FAILED, "; ".join(problems)
+        if problems and outcome is not CheckOutcome.FAILED:
+            outcome, reason = CheckOutcome.FAILED, "; ".join(problems)
         yield Result(each, outcome, reason, time.monotonic() - started)
 
 
@@ -84,13 +84,13 @@ def select(checks: Sequence[Check], names: Sequence[str]) -> list[Check]:
     return [each for each in checks if not names or {each.name, each.name.partition(".")[0]} & set(names)]
 
 
-def _outcome(each: Check, target: Target) -> tuple[Outcome, str]:
+def _outcome(each: Check, target: Target) -> tuple[CheckOutcome, str]:
     try:
         each.work(target)
     except Skipped as skipped:
-        return Outcome.SKIPPED, str(skipped)
+        return CheckOutcome.SKIPPED, str(skipped)
     except (Violation, ArramonClientError) as violation:
-        return Outcome.FAILED, str(violation)
+        return CheckOutcome.FAILED, str(violation)
     except grpc.RpcError as error:
-        return Outcome.FAILED, f"the server answered {error.code().name}: {details_of(error) or 'no message'}"
-    return Outcome.PASSED, ""
+        return CheckOutcome.FAILED, f"the server answered {error.code().name}: {details_of(error) or 'no message'}"
+    return CheckOutcome.PASSED, ""

@@ -8,8 +8,8 @@ from gymnasium import spaces
 from gymnasium.utils import seeding
 
 from arramon_client.agent import Observation
-from arramon_client.environments.arguments import seed_of, whole
-from arramon_client.environments.episodes import Episodes, checked
+from arramon_client.environments.arguments import check_seed, whole_number
+from arramon_client.environments.episodes import Episodes, check_action
 from arramon_client.environments.errors import BadArgument
 from arramon_client.environments.options import make_options
 from arramon_client.environments.players import open_player
@@ -24,7 +24,7 @@ AGENT_OF = {NAVIGATION: NAVIGATOR, ASSEMBLY: ASSEMBLER}
 
 PHASE_OF = {agent: phase for phase, agent in AGENT_OF.items()}
 
-OWN = ("render_mode", "message_length")
+OWN_ARGUMENTS = ("render_mode", "message_length")
 """Arguments besides those of a single environment."""
 
 ACTIVE, MESSAGE = "active", "message"
@@ -51,17 +51,17 @@ class TwoAgents(Copyable):
         is_over: whether the episode has ended.
     """
 
-    MADE_AGAIN = ("_episodes", "_translator")
+    REBUILT = ("_episodes", "_translator")
 
     def __init__(self, message_length: int, **options: object) -> None:
-        self._length = whole("message_length", message_length, "a number from 0", 0)
+        self._length = whole_number("message_length", message_length, "a number from 0", 0)
         if options.get("phases") is not None:
             raise BadArgument("phases is given, but here each phase has its agent; leave it out")
         more = (ACTIVE, MESSAGE) if self._length else (ACTIVE,)
-        opened = open_player(make_options(OWN, more, **options))
+        opened = open_player(make_options(OWN_ARGUMENTS, more, **options))
         observe = opened.options.observe
         self._more = tuple(key for key in more if observe is None or key in observe)
-        self._play_with(Episodes(opened))
+        self._set_episodes(Episodes(opened))
         self.action_spaces = {agent: self._action_space() for agent in AGENTS}
         self.observation_spaces = {agent: self._observation_space(opened.observation_space()) for agent in AGENTS}
         self._random: np.random.Generator | None = None
@@ -71,7 +71,7 @@ class TwoAgents(Copyable):
         self.active = NAVIGATOR
         self.is_over = True
 
-    def _play_with(self, episodes: Episodes) -> None:
+    def _set_episodes(self, episodes: Episodes) -> None:
         """Set what is not part of a copy's state, as it is made again."""
         self._episodes = episodes
         self._translator = episodes.opened.translator()
@@ -83,7 +83,7 @@ class TwoAgents(Copyable):
             BadArgument: if there is no episode of a given id.
         """
         if seed is not None or self._random is None:
-            self._random, _ = seeding.np_random(seed_of(seed))
+            self._random, _ = seeding.np_random(check_seed(seed))
         seen, info = self._episodes.begin(self._random, options)
         self._seen = dict.fromkeys(AGENTS)
         self._last_actions = dict.fromkeys(AGENTS, NO_ACTION)
@@ -106,7 +106,7 @@ class TwoAgents(Copyable):
         other = ASSEMBLER if agent == NAVIGATOR else NAVIGATOR
         if self.is_over:
             raise gymnasium.error.ResetNeeded("the episode has ended; call reset() before step()")
-        taken, message = self._parted(action)
+        taken, message = self._split_action(action)
         step, info = self._episodes.step(taken)
         self._last_actions[agent] = taken
         self._messages[other] = message
@@ -121,7 +121,7 @@ class TwoAgents(Copyable):
         Raises:
             gymnasium.error.ResetNeeded: if no episode has begun.
         """
-        values = self._translator.chosen(self._whole(agent))
+        values = self._translator.select_keys(self._full_observation(agent))
         # The same observation is returned more than once, and never shares an array with an earlier one.
         values = {name: value.copy() if isinstance(value, np.ndarray) else value for name, value in values.items()}
         if ACTIVE in self._more:
@@ -132,7 +132,7 @@ class TwoAgents(Copyable):
 
     def shown(self) -> Dict:
         """Return the observation of the agent that acts, with all keys, for a picture."""
-        return self._whole(self.active)
+        return self._full_observation(self.active)
 
     def close(self) -> None:
         """Close the player."""
@@ -158,7 +158,7 @@ class TwoAgents(Copyable):
             space[MESSAGE] = spaces.MultiDiscrete([MESSAGE_SYMBOLS] * self._length)
         return space
 
-    def _whole(self, agent: str) -> Dict:
+    def _full_observation(self, agent: str) -> Dict:
         """Return an agent's observation with the keys of a single environment; blank before its first phase.
 
         Raises:
@@ -168,7 +168,7 @@ class TwoAgents(Copyable):
             raise gymnasium.error.ResetNeeded("no episode has begun; call reset() first")
         seen = self._seen[agent]
         if seen is not None:
-            return self._translator.whole(seen, self._last_actions[agent])
+            return self._translator.full_observation(seen, self._last_actions[agent])
         # No instruction, black images, no steps left.
         values: Dict = {}
         for name, space in self.observation_spaces[agent].items():
@@ -180,11 +180,11 @@ class TwoAgents(Copyable):
         values["last_action"] = np.int64(NO_ACTION)
         return values
 
-    def _parted(self, action: Any) -> tuple[int, Any]:
+    def _split_action(self, action: Any) -> tuple[int, Any]:
         """Return action and message."""
         nothing = np.zeros(self._length, np.int64)
         if not self._length:
-            return checked(action), nothing
+            return check_action(action), nothing
         if not isinstance(action, dict) or action.keys() != {"action", "message"}:
             raise gymnasium.error.InvalidAction(
                 f"the action is {action!r}, expected a dictionary of 'action' and 'message', as there are messages"
@@ -195,4 +195,4 @@ class TwoAgents(Copyable):
             raise gymnasium.error.InvalidAction(
                 f"the message is {action['message']!r}, expected {self._length} symbols from 0 to {MESSAGE_SYMBOLS - 1}"
             )
-        return checked(action["action"]), message.astype(np.int64)
+        return check_action(action["action"]), message.astype(np.int64)

@@ -28,32 +28,32 @@ def check_names(given: Iterable[str], known: Iterable[str]) -> None:
             )
 
 
-def is_whole(value: object) -> bool:
+def is_whole_number(value: object) -> bool:
     """Return whether a value is an int or an integer of NumPy; a bool is neither."""
     return isinstance(value, int | np.integer) and not isinstance(value, bool)
 
 
-def whole(name: str, value: object, expected: str, least: int | None = None) -> int:
+def whole_number(name: str, value: object, expected: str, least: int | None = None) -> int:
     """Return a whole number, which may be NumPy's, as an int.
 
     Raises:
         BadArgument: if it is none, or less than the least.
     """
-    if isinstance(value, int | np.integer) and is_whole(value) and (least is None or value >= least):
+    if isinstance(value, int | np.integer) and is_whole_number(value) and (least is None or value >= least):
         return int(value)
     raise BadArgument(f"{name} is {value!r}, expected {expected}")
 
 
-def seed_of(seed: object) -> int | None:
+def check_seed(seed: object) -> int | None:
     """Return a seed of `reset`, which may be an integer of NumPy, as an int; None for none.
 
     Raises:
         BadArgument: if it is no whole number from 0.
     """
-    return None if seed is None else whole("seed", seed, "None or a whole number from 0", 0)
+    return None if seed is None else whole_number("seed", seed, "None or a whole number from 0", 0)
 
 
-def one_of(name: str, value: object, allowed: Sequence[str | int | None]) -> None:
+def check_choice(name: str, value: object, allowed: Sequence[str | int | None]) -> None:
     """Check that a value is one of those allowed.
 
     Raises:
@@ -63,7 +63,7 @@ def one_of(name: str, value: object, allowed: Sequence[str | int | None]) -> Non
         raise BadArgument(f"{name} is {value!r}, expected {listed(repr(each) for each in allowed)}")
 
 
-def names(name: str, value: object, example: str) -> tuple[str, ...]:
+def name_tuple(name: str, value: object, example: str) -> tuple[str, ...]:
     """Return a sequence of names, or a one-dimensional array of them, as a tuple without repetitions.
 
     Raises:
@@ -75,7 +75,7 @@ def names(name: str, value: object, example: str) -> tuple[str, ...]:
     return tuple(dict.fromkeys(map(str, plain)))
 
 
-def text(name: str, value: object, expected: str) -> str:
+def nonempty_text(name: str, value: object, expected: str) -> str:
     """Return a text that is not empty.
 
     Raises:
@@ -86,7 +86,7 @@ def text(name: str, value: object, expected: str) -> str:
     return str(value)
 
 
-def folder(name: str, value: object) -> Path:
+def folder_path(name: str, value: object) -> Path:
     """Return the path of a folder.
 
     Raises:

@@ -24,7 +24,7 @@ Scores = Mapping[str, Mapping[str, float]]
 
 
 @dataclass(frozen=True)
-class Texts:
+class TextBounds:
     """What the instructions of a split in one language are made of.
 
     Attributes:
@@ -58,12 +58,12 @@ class SplitInfo:
     sensors: tuple[str, ...]
     steps_per_phase: int
     data_hash: str
-    texts: Mapping[str, Texts]
+    texts: Mapping[str, TextBounds]
     episode_ids: Sequence[str] | None = field(default=None, repr=False)
 
 
 @dataclass(frozen=True)
-class Settings:
+class PlayerSettings:
     """What is played, and how. A backend checks them against its data; `options.check_settings` does the rest.
 
     Attributes:
@@ -92,7 +92,7 @@ class Settings:
 
 
 @dataclass(frozen=True)
-class Ending:
+class EpisodeEnd:
     """The end of an episode.
 
     Attributes:
@@ -120,7 +120,7 @@ class Step:
     steps_left: int
     reward: float = 0.0
     phases_ended: tuple[tuple[int, str], ...] = ()
-    ending: Ending | None = None
+    ending: EpisodeEnd | None = None
 
 
 class Player(Protocol):
@@ -143,7 +143,7 @@ class Player(Protocol):
         """Name of the place where the agent is; of players in one place, one after another is drawn fastest."""
 
     def begin(
-        self, episode_id: str | None, seed: int, into: Images | None = None, *, draws: bool = True
+        self, episode_id: str | None, seed: int, into: Images | None = None, *, with_images: bool = True
     ) -> Observation:
         """Begin an episode, giving up the present one if it has not ended.
 
@@ -163,14 +163,14 @@ class Player(Protocol):
     def advance(self, action: int) -> Step:
         """Apply an action, and return what it led to, without an observation: `again` and `draw` draw it."""
 
-    def again(self, into: Images | None = None) -> Observation:
+    def latest(self, into: Images | None = None) -> Observation:
         """Return the latest observation again; its images may be those of the first time.
 
         Args:
             into: as for `begin`.
         """
 
-    def facts(self) -> Observation:
+    def latest_without_images(self) -> Observation:
         """Return the latest observation without its images."""
 
     def draw(self, into: Images) -> None:
@@ -196,7 +196,7 @@ class Player(Protocol):
 class Backend(Protocol):
     """Something that opens players."""
 
-    def player(self, settings: Settings) -> Player:
+    def player(self, settings: PlayerSettings) -> Player:
         """Return a player.
 
         Raises:

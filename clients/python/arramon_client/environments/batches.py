@@ -29,7 +29,7 @@ LARGE_PAGE = 1 << 21
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Batch:
+class VectorBatch:
     """What a step leads to, in one block of memory.
 
     Attributes:
@@ -43,13 +43,13 @@ class Batch:
     terminated: npt.NDArray[np.bool_]
     truncated: npt.NDArray[np.bool_]
 
-    def copy(self) -> "Batch":
+    def copy(self) -> "VectorBatch":
         """Return a copy in memory of its own."""
         values = {name: array.copy() for name, array in self.observation.items()}
-        return Batch(values, self.rewards.copy(), self.terminated.copy(), self.truncated.copy())
+        return VectorBatch(values, self.rewards.copy(), self.terminated.copy(), self.truncated.copy())
 
 
-class Layout:
+class BatchLayout:
     """Shapes and types of a batch, and where each array lies in a block.
 
     Args:
@@ -73,13 +73,13 @@ class Layout:
         self.size += -(-int(np.prod(shape)) * kind.itemsize // ALIGNMENT) * ALIGNMENT
         return shape, kind, start
 
-    def over(self, block: Any) -> Batch:
+    def over(self, block: Any) -> VectorBatch:
         """Return arrays over a block of memory, which lives as long as one of them does."""
         values = {name: np.ndarray(shape, kind, block, offset) for name, (shape, kind, offset) in self._fields.items()}
-        return Batch(values, *(np.ndarray(shape, kind, block, offset) for shape, kind, offset in self._outcome))
+        return VectorBatch(values, *(np.ndarray(shape, kind, block, offset) for shape, kind, offset in self._outcome))
 
 
-class Leases:
+class BlockPool:
     """Blocks of memory: each is handed out again when no array over it is left, the last one that became free first.
 
     Args:
@@ -91,7 +91,7 @@ class Leases:
         blocks: all of them.
     """
 
-    def __init__(self, layout: Layout, context: BaseContext | None, count: int) -> None:
+    def __init__(self, layout: BatchLayout, context: BaseContext | None, count: int) -> None:
         self._layout = layout
         if context is None:
             self.blocks: list[Any] = [_own_memory(layout.size) for _ in range(count)]
@@ -101,7 +101,7 @@ class Leases:
         self._leased: dict[int, weakref.ref[Any]] = {}
 
     @property
-    def free(self) -> int:
+    def free_count(self) -> int:
         """Number of blocks that may be taken."""
         return len(self._free)
 
@@ -113,11 +113,11 @@ class Leases:
         """
         return self._free.pop()
 
-    def give_back(self, number: int) -> None:
+    def release(self, number: int) -> None:
         """Make a block free that was taken and not handed out."""
         self._free.append(number)
 
-    def handed_out(self, number: int) -> Batch:
+    def lease(self, number: int) -> VectorBatch:
         """Return arrays over a block that was taken, for a learner: it is free again when none of them is left."""
         # An object of its own, so that the end of all arrays over it is noticed: they hold it, not the block.
         lease = (ctypes.c_ubyte * self._layout.size).from_buffer(self.blocks[number])

@@ -7,18 +7,18 @@ import gymnasium
 import numpy as np
 import numpy.typing as npt
 
-from arramon_client.environments.arguments import is_whole, seed_of, whole
-from arramon_client.environments.episodes import checked
+from arramon_client.environments.arguments import check_seed, is_whole_number, whole_number
+from arramon_client.environments.episodes import check_action
 from arramon_client.environments.errors import BadArgument
-from arramon_client.environments.group import Beginning
+from arramon_client.environments.group import EpisodeStart
 
 PER_EPISODE = ("episode", "lang")
 """Options of a reset that may have a value for each episode."""
 
 
-def beginnings(
+def episode_starts(
     count: int, seed: int | Sequence[int | None] | None, options: Mapping[str, Any] | None
-) -> list[Beginning | None]:
+) -> list[EpisodeStart | None]:
     """Return the beginning of each of `count` episodes; None for those that the mask leaves as they are.
 
     Args:
@@ -32,12 +32,12 @@ def beginnings(
     seeds, mask = _seeds(count, seed), _mask(count, options)
     each: list[dict[str, Any]] = [{} for _ in range(count)]
     for name in PER_EPISODE:
-        for here, value in zip(each, _values(count, name, options), strict=True):
-            here.update({} if value is None else {name: value})
-    return [Beginning(seeds[here], each[here]) if mask[here] else None for here in range(count)]
+        for index, value in zip(each, _values(count, name, options), strict=True):
+            index.update({} if value is None else {name: value})
+    return [EpisodeStart(seeds[index], each[index]) if mask[index] else None for index in range(count)]
 
 
-def actions_of(actions: npt.NDArray[np.int64] | Sequence[int], count: int) -> list[int]:
+def check_actions(actions: npt.NDArray[np.int64] | Sequence[int], count: int) -> list[int]:
     """Return `count` actions as numbers.
 
     Raises:
@@ -48,10 +48,10 @@ def actions_of(actions: npt.NDArray[np.int64] | Sequence[int], count: int) -> li
     if len(actions) != count:
         raise gymnasium.error.InvalidAction(f"there are {len(actions)} actions, expected {count}")
     are_numbers = isinstance(actions, np.ndarray) and actions.dtype.kind in "iu"
-    return [checked(action) for action in (actions.tolist() if are_numbers else actions)]  # type: ignore[union-attr]
+    return [check_action(action) for action in (actions.tolist() if are_numbers else actions)]  # type: ignore[union-attr]
 
 
-def episodes_of(env_id: npt.NDArray[np.int64] | Sequence[int] | None, count: int) -> list[int]:
+def episode_numbers(env_id: npt.NDArray[np.int64] | Sequence[int] | None, count: int) -> list[int]:
     """Return the numbers of episodes, of `count` that there are; all of them for None.
 
     Raises:
@@ -64,7 +64,7 @@ def episodes_of(env_id: npt.NDArray[np.int64] | Sequence[int] | None, count: int
     are_numbers = isinstance(env_id, np.ndarray) and env_id.dtype.kind in "iu"
     numbers = env_id.tolist() if are_numbers else list(env_id)  # type: ignore[union-attr]
     for number in numbers:
-        if not (type(number) is int or is_whole(number)) or not 0 <= number < count:
+        if not (type(number) is int or is_whole_number(number)) or not 0 <= number < count:
             raise BadArgument(f"there is no episode {number!r} in env_id; there are 0 to {count - 1}")
     if len(set(numbers)) < len(numbers):
         raise BadArgument(f"env_id is {env_id!r}, expected each episode once")
@@ -77,8 +77,8 @@ def _seeds(count: int, seed: int | Sequence[int | None] | None) -> list[int | No
     if isinstance(seed, Sequence | np.ndarray) and not isinstance(seed, str):
         if len(seed) != count:
             raise BadArgument(f"there are {len(seed)} seeds, expected {count}")
-        return [seed_of(each) for each in seed]
-    first = whole("seed", seed, "None, a whole number from 0, or one for each episode", 0)
+        return [check_seed(each) for each in seed]
+    first = whole_number("seed", seed, "None, a whole number from 0, or one for each episode", 0)
     return [first + number for number in range(count)]
 
 

@@ -9,7 +9,7 @@ import numpy as np
 MODULE = "gymnasium.wrappers.array_conversion"
 
 
-def let_texts_pass() -> None:
+def keep_texts_in_wrappers() -> None:
     """Teach the wrappers, if they have been imported, to leave texts and arrays of objects as they are.
 
     Without it they fail on any text in an observation or an info: they take it apart into characters without end, and

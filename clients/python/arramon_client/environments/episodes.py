@@ -7,10 +7,10 @@ import gymnasium
 import numpy as np
 
 from arramon_client.agent import Action, Observation
-from arramon_client.environments.arguments import is_whole, one_of
+from arramon_client.environments.arguments import check_choice, is_whole_number
 from arramon_client.environments.backend import Player, Step
 from arramon_client.environments.errors import BadArgument
-from arramon_client.environments.players import Opened
+from arramon_client.environments.players import PlayerSet
 from arramon_client.errors import UsageError
 
 ACTIONS = len(Action)
@@ -36,7 +36,7 @@ class Episodes:
         advised: the expert's action in each of its states, in order; empty without an expert.
     """
 
-    def __init__(self, opened: Opened) -> None:
+    def __init__(self, opened: PlayerSet) -> None:
         self.opened = opened
         self.player: Player = opened.player
         self.is_over = True
@@ -49,15 +49,15 @@ class Episodes:
     @property
     def task(self) -> str:
         """What the agent does now: "navigation" or "assembly"; empty before the first episode."""
-        return self.player.facts().phase if self.begun else ""
+        return self.player.latest_without_images().phase if self.begun else ""
 
     @property
     def task_description(self) -> str:
         """The present instruction; empty before the first episode."""
-        return self.player.facts().instruction if self.begun else ""
+        return self.player.latest_without_images().instruction if self.begun else ""
 
     def begin(
-        self, random: np.random.Generator, options: Mapping[str, Any] | None, *, draws: bool = True
+        self, random: np.random.Generator, options: Mapping[str, Any] | None, *, with_images: bool = True
     ) -> tuple[Observation, dict[str, Any]]:
         """Begin an episode, and return its first observation and its info.
 
@@ -72,7 +72,7 @@ class Episodes:
         """
         language, named, seed = self._draw(random, options or {})
         try:
-            seen = self.open(language, named, seed, draws=draws)
+            seen = self.open(language, named, seed, with_images=with_images)
         except UsageError as error:
             raise BadArgument(str(error)) from error
         info = {
@@ -83,7 +83,7 @@ class Episodes:
         }
         return seen, self._advised(info)
 
-    def open(self, language: str, named: str | None, seed: int, *, draws: bool = True) -> Observation:
+    def open(self, language: str, named: str | None, seed: int, *, with_images: bool = True) -> Observation:
         """Begin the episode of a language, an id and a seed, as in `begun`, and return its first observation.
 
         Raises:
@@ -91,7 +91,7 @@ class Episodes:
         """
         self._check_open("reset")
         self.player = self.opened.players[language]
-        seen = self.player.begin(named, seed, draws=draws)
+        seen = self.player.begin(named, seed, with_images=with_images)
         self.is_over, self.begun, self.actions, self.advised = False, (language, named, seed), [], []
         return seen
 
@@ -99,7 +99,7 @@ class Episodes:
         """Return language, id and seed of the next episode."""
         players = self.opened.players
         if (wanted := options.get("lang")) is not None:
-            one_of("options['lang']", wanted, tuple(players))
+            check_choice("options['lang']", wanted, tuple(players))
             players = {wanted: players[wanted]}
         named = options.get("episode")
         if named is not None:
@@ -129,7 +129,7 @@ class Episodes:
             gymnasium.error.InvalidAction: if the action is none of the four.
         """
         self._check_begun()
-        number = checked(action)
+        number = check_action(action)
         step = self.player.step(number)
         self.actions.append(number)
         return self._with_info(step)
@@ -188,7 +188,7 @@ def _drawn(random: np.random.Generator, languages: Sequence[str]) -> str:
     return languages[0] if len(languages) == 1 else languages[int(random.integers(len(languages)))]
 
 
-def checked(action: Any) -> int:
+def check_action(action: Any) -> int:
     """Return an action as a number.
 
     Raises:
@@ -198,7 +198,7 @@ def checked(action: Any) -> int:
         return action
     if isinstance(action, np.ndarray) and action.shape == ():
         action = action[()]
-    if is_whole(action) and 0 <= action < ACTIONS:
+    if is_whole_number(action) and 0 <= action < ACTIONS:
         return int(action)
     raise gymnasium.error.InvalidAction(
         f"the action is {action!r}, expected 0 (forward), 1 (left), 2 (right) or 3 (interact)"

@@ -10,12 +10,12 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from arramon_client.agent import Label
-from arramon_client.environments.arguments import is_whole, whole
-from arramon_client.environments.batches import Batch
-from arramon_client.environments.calls import actions_of, beginnings
-from arramon_client.environments.conversion import let_texts_pass
+from arramon_client.environments.arguments import is_whole_number, whole_number
+from arramon_client.environments.batches import VectorBatch
+from arramon_client.environments.calls import check_actions, episode_starts
+from arramon_client.environments.conversion import keep_texts_in_wrappers
 from arramon_client.environments.errors import BadArgument, CannotCopy
-from arramon_client.environments.group import Rules
+from arramon_client.environments.group import VectorSettings
 from arramon_client.environments.labels import FactoredLabels, factored
 from arramon_client.environments.options import make_options
 from arramon_client.environments.pool import Pool
@@ -24,7 +24,7 @@ from arramon_client.environments.spaces import Dict, action_space
 from arramon_client.environments.tokens import Tokenizer
 from arramon_client.environments.worker import context_of
 
-OWN = ("num_envs", "processes", "autoreset_mode", "context", "render_mode", "batch_size", "max_episode_steps")
+OWN_ARGUMENTS = ("num_envs", "processes", "autoreset_mode", "context", "render_mode", "batch_size", "max_episode_steps")
 """Arguments of vector environments besides those of a single one."""
 
 VectorStep = tuple[Dict, npt.NDArray[np.float64], npt.NDArray[np.bool_], npt.NDArray[np.bool_], dict[str, Any]]
@@ -48,16 +48,18 @@ class LockstepVectorEnv(PlainSpec, VectorEnv[Dict, npt.NDArray[np.int64], npt.ND
         rows: int | None,
         options: dict[str, object],
     ) -> None:
-        if not is_whole(processes) or not 1 <= processes <= num_envs:
+        if not is_whole_number(processes) or not 1 <= processes <= num_envs:
             raise BadArgument(f"processes is {processes!r}, expected 1 to num_envs, which is {num_envs}")
         if render_mode not in (None, "rgb_array"):
             raise BadArgument(f"render_mode is {render_mode!r}, expected None or 'rgb_array'")
         limit = max_episode_steps
-        limit = None if limit is None else whole("max_episode_steps", limit, "None or a number from 1", 1)
+        limit = None if limit is None else whole_number("max_episode_steps", limit, "None or a number from 1", 1)
         self.num_envs, self.render_mode = num_envs, render_mode
         self.autoreset_mode = _autoreset_mode(autoreset_mode)  # TorchRL looks for it here.
-        rules = Rules(self.autoreset_mode, limit, render_mode)
-        self._pool = Pool(make_options(OWN, **options), rules, num_envs, int(processes), context_of(context), rows)
+        settings = VectorSettings(self.autoreset_mode, limit, render_mode)
+        self._pool = Pool(
+            make_options(OWN_ARGUMENTS, **options), settings, num_envs, int(processes), context_of(context), rows
+        )
         opened = self._pool.group.opened
         self.metadata = {"render_modes": ["rgb_array"], "render_fps": 10, "autoreset_mode": self.autoreset_mode}
         self.tokenizer: Tokenizer = opened.tokenizer
@@ -104,16 +106,16 @@ class LockstepVectorEnv(PlainSpec, VectorEnv[Dict, npt.NDArray[np.int64], npt.ND
             gymnasium.error.ClosedEnvironmentError: if the environment was closed.
         """
         self._check_open("reset")
-        let_texts_pass()
-        calls = beginnings(self.num_envs, seed, options)
+        keep_texts_in_wrappers()
+        calls = episode_starts(self.num_envs, seed, options)
         mask = np.array([call is not None for call in calls])
         if not mask.all():
             self._check_settled("reset")
         self._has_begun = self._has_begun and not mask.all()  # If it fails halfway, nothing may go on by itself.
-        batch, news = self._pool.begin(calls)
+        batch, updates = self._pool.begin(calls)
         self._has_begun = True
         self._over[mask] = False
-        return self._observation(batch, self._pool.texts), self._infos(news.infos)
+        return self._observation(batch, self._pool.texts), self._infos(updates.infos)
 
     def step(self, actions: npt.NDArray[np.int64]) -> VectorStep:
         """Apply one action for each episode, and return observations, rewards, terminated, truncated and infos of all.
@@ -126,10 +128,10 @@ class LockstepVectorEnv(PlainSpec, VectorEnv[Dict, npt.NDArray[np.int64], npt.ND
         """
         self._check_open("step")
         self._check_settled("step")
-        numbers = actions_of(actions, self.num_envs)
+        numbers = check_actions(actions, self.num_envs)
         self._check_begun(slice(None))
-        batch, news = self._pool.step(numbers)
-        return self._outcome(batch, self._pool.texts, slice(None), self._infos(news.infos))
+        batch, updates = self._pool.step(numbers)
+        return self._outcome(batch, self._pool.texts, slice(None), self._infos(updates.infos))
 
     def heads(self, run_id: str) -> list[bytes]:
         """Return the head of the hash chain over the actions of each present episode, 32 bytes (`arramon.v1.chain`)."""
@@ -197,7 +199,7 @@ class LockstepVectorEnv(PlainSpec, VectorEnv[Dict, npt.NDArray[np.int64], npt.ND
             )
 
     def _outcome(
-        self, batch: Batch, texts: Sequence[str], episodes: npt.NDArray[np.int64] | slice, infos: dict[str, Any]
+        self, batch: VectorBatch, texts: Sequence[str], episodes: npt.NDArray[np.int64] | slice, infos: dict[str, Any]
     ) -> VectorStep:
         """Return what a step returns, and remember which episodes have ended."""
         # Copies, so that a learner that keeps them does not keep the images, too.
@@ -206,7 +208,7 @@ class LockstepVectorEnv(PlainSpec, VectorEnv[Dict, npt.NDArray[np.int64], npt.ND
             self._over[episodes] = terminated | truncated
         return self._observation(batch, texts), rewards, terminated, truncated, infos
 
-    def _observation(self, batch: Batch, texts: Sequence[str]) -> Dict:
+    def _observation(self, batch: VectorBatch, texts: Sequence[str]) -> Dict:
         if not self._has_text:
             return batch.observation
         return {**batch.observation, "instruction": tuple(texts)}

@@ -88,7 +88,7 @@ class Member:
             return None
         if not self._episodes.begun:
             raise gymnasium.error.ResetNeeded("no episode has begun; call reset() before render()")
-        return self._picture.draw(self._translator.whole(self.player.again(), NO_ACTION), self.player)
+        return self._picture.draw(self._translator.full_observation(self.player.latest(), NO_ACTION), self.player)
 
     def get_wrapper_attr(self, name: str) -> Any:
         """Return an attribute by its name."""

@@ -11,7 +11,7 @@ from arramon_client.environments.spaces import Dict
 from arramon_client.printable import many_lines
 from arramon_client.world import PHASES
 
-SIZE = 336
+VIEW_SIZE = 336
 """Side length of view and map, in pixels."""
 
 TEXT_HEIGHT, LETTER, MARGIN = 120, 15, 8
@@ -41,19 +41,19 @@ class Picture:
             raise gymnasium.error.DependencyNotInstalled(
                 "rendering needs Pillow: pip install 'arramon-client[environments]'"
             ) from error
-        whole = Image.new("RGB", (2 * SIZE, SIZE + TEXT_HEIGHT), BACKGROUND)
-        view = seen_by(values)
+        whole = Image.new("RGB", (2 * VIEW_SIZE, VIEW_SIZE + TEXT_HEIGHT), BACKGROUND)
+        view = agent_view(values)
         if view is not None:
-            whole.paste(Image.fromarray(view).resize((SIZE, SIZE), Image.Resampling.NEAREST), (0, 0))
-        above = player.map(SIZE)
+            whole.paste(Image.fromarray(view).resize((VIEW_SIZE, VIEW_SIZE), Image.Resampling.NEAREST), (0, 0))
+        above = player.map(VIEW_SIZE)
         if above is not None:
-            whole.paste(Image.fromarray(above), (SIZE, 0))
+            whole.paste(Image.fromarray(above), (VIEW_SIZE, 0))
         text = many_lines(str(values["instruction"]))
         title = f"episode {player.episode_id}, turn {values['turn']}, {PHASES[int(values['phase'])]}, "
         title += f"{int(values['steps_left'][0])} steps left"
         draw, font = ImageDraw.Draw(whole), _font(text)
-        top = SIZE + MARGIN
-        for line in (title, *_lines(text, 2 * SIZE - 2 * MARGIN, draw, font)):
+        top = VIEW_SIZE + MARGIN
+        for line in (title, *_lines(text, 2 * VIEW_SIZE - 2 * MARGIN, draw, font)):
             draw.text((MARGIN, top), line, fill=INK, font=_font(line))
             top += LETTER + 5
         return np.asarray(whole)
@@ -80,7 +80,7 @@ class Window:
             ) from error
         self._pygame, self._rate = pygame, rate
         pygame.display.init()
-        self._screen = pygame.display.set_mode((2 * SIZE, SIZE + TEXT_HEIGHT))
+        self._screen = pygame.display.set_mode((2 * VIEW_SIZE, VIEW_SIZE + TEXT_HEIGHT))
         pygame.display.set_caption(title)
         self._clock = pygame.time.Clock()
 
@@ -97,7 +97,7 @@ class Window:
         self._pygame.display.quit()
 
 
-def seen_by(values: Dict) -> npt.NDArray[np.uint8] | None:
+def agent_view(values: Dict) -> npt.NDArray[np.uint8] | None:
     """Return what the agent sees as (height, width, 3) uint8: RGB, or else depth in grey; None if it sees nothing."""
     if "rgb" in values:
         rgb: npt.NDArray[np.uint8] = values["rgb"]

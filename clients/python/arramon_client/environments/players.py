@@ -10,10 +10,10 @@ from typing import cast
 from gymnasium import spaces
 
 from arramon_client.environments.arguments import listed
-from arramon_client.environments.backend import Backend, Player, Settings
+from arramon_client.environments.backend import Backend, Player, PlayerSettings
 from arramon_client.environments.errors import BadArgument, NoBackend
 from arramon_client.environments.options import Options
-from arramon_client.environments.spaces import SENSORS, Translator, observation_space, united
+from arramon_client.environments.spaces import SENSORS, ObservationConverter, merge_bounds, observation_space
 from arramon_client.environments.tokens import ByteTokenizer, Tokenizer, WordTokenizer
 from arramon_client.errors import ArramonClientError, UsageError
 from arramon_client.local.embedded import default_data
@@ -23,7 +23,7 @@ BACKENDS = "arramon.environments"
 
 
 @dataclass(frozen=True)
-class Opened:
+class PlayerSet:
     """What an environment plays with.
 
     Attributes:
@@ -34,7 +34,7 @@ class Opened:
     """
 
     players: Mapping[str, Player]
-    settings: Settings
+    settings: PlayerSettings
     tokenizer: Tokenizer
     options: Options
 
@@ -45,16 +45,16 @@ class Opened:
 
     def observation_space(self) -> spaces.Dict:
         """Return a new space of the observations, which holds those in every language."""
-        texts = united(player.split.texts[language] for language, player in self.players.items())
+        texts = merge_bounds(player.split.texts[language] for language, player in self.players.items())
         steps = self.player.split.steps_per_phase
         return observation_space(self.settings, texts, steps, self.tokenizer, self.options.observe)
 
-    def translator(self) -> Translator:
+    def translator(self) -> ObservationConverter:
         """Return what makes observations of that space."""
-        return Translator(self.tokenizer, self.options.observe)
+        return ObservationConverter(self.tokenizer, self.options.observe)
 
 
-def open_player(options: Options) -> Opened:
+def open_player(options: Options) -> PlayerSet:
     """Open a player for an environment.
 
     Raises:
@@ -63,7 +63,7 @@ def open_player(options: Options) -> Opened:
         ArramonClientError: if the host does not answer, or refuses.
     """
     backend = open_backend(options)
-    settings = Settings(
+    settings = PlayerSettings(
         language=options.languages[0],
         split=options.split,
         sensors=tuple(name for name in SENSORS if name in options.sensors),
@@ -98,7 +98,7 @@ def open_player(options: Options) -> Opened:
         raise BadArgument(str(error)) from error
     if options.server is None:
         options = replace(options, data=(options.data or default_data()).absolute())
-    return Opened(players, settings, tokenizer, options)
+    return PlayerSet(players, settings, tokenizer, options)
 
 
 def open_backend(options: Options) -> Backend:

@@ -13,9 +13,9 @@ import numpy.typing as npt
 from arramon.v1 import evaluation_pb2, types_pb2
 from arramon.v1.chain import episode_head
 from arramon_client.agent import Episode, Label, Observation
-from arramon_client.environments.backend import Ending, Images, Scores, Settings, SplitInfo, Step, Texts
+from arramon_client.environments.backend import EpisodeEnd, Images, PlayerSettings, Scores, SplitInfo, Step, TextBounds
 from arramon_client.errors import ArramonClientError, ProtocolError, UsageError
-from arramon_client.play import Settings as PlaySettings
+from arramon_client.play import Settings as LoopSettings
 from arramon_client.play import play
 from arramon_client.run_settings import choose_encoding, choose_image_size, choose_split
 from arramon_client.transport.access import Access
@@ -39,7 +39,7 @@ class RemoteBackend:
     def __init__(self, address: str, access: Access) -> None:
         self._address, self._access = address, access
 
-    def player(self, settings: Settings) -> "RemotePlayer":
+    def player(self, settings: PlayerSettings) -> "RemotePlayer":
         """Return a player with a connection of its own.
 
         Raises:
@@ -83,10 +83,10 @@ class RemotePlayer:
         run: the present run as it was created; None before the first episode.
     """
 
-    def __init__(self, server: Server, stack: ExitStack, settings: Settings) -> None:
+    def __init__(self, server: Server, stack: ExitStack, settings: PlayerSettings) -> None:
         self._server, self._stack, self._settings = server, stack, settings
         self._split = _split_info(server, settings)
-        self._play_settings = PlaySettings(
+        self._play_settings = LoopSettings(
             parallel=1,
             encoding=choose_encoding(server.info, None, server.address),
             image_size=choose_image_size(server.info, settings.image_size),
@@ -127,7 +127,7 @@ class RemotePlayer:
         seed: int,  # noqa: ARG002 - part of the contract
         into: Images | None = None,
         *,
-        draws: bool = True,
+        with_images: bool = True,
     ) -> Observation:
         """Begin the next episode of the run, or a named one; the present one is forfeited if it has not ended.
 
@@ -150,10 +150,10 @@ class RemotePlayer:
         assert self._relay is not None
         if not isinstance(item, Observation):
             raise ProtocolError("the server ended an episode before its first observation")
-        item = self._checked(item)
+        item = self._check_observation(item)
         self._episode_id, self._actions, self._in_episode = item.episode_id, [], True
         self._labels, self._seen = self._relay.labels, item
-        return _into(item, into) if draws else self.facts()
+        return _into(item, into) if with_images else self.latest_without_images()
 
     def step(self, action: int) -> Step:
         """Send an action, wait for what follows, and return it with its observation.
@@ -177,27 +177,27 @@ class RemotePlayer:
         item = self._next()
         here = (self._seen.turn, self._seen.phase)
         if isinstance(item, Observation):
-            item = self._checked(item)
+            item = self._check_observation(item)
             self._seen = item
             over = (here,) if (item.turn, item.phase) != here else ()
             return Step(None, item.steps_left, phases_ended=over)
         self._in_episode = False
         scores = self._scores() if self._relay.is_last else None
-        return Step(None, 0, phases_ended=(here,), ending=Ending(item, scores))
+        return Step(None, 0, phases_ended=(here,), ending=EpisodeEnd(item, scores))
 
-    def again(self, into: Images | None = None) -> Observation:
+    def latest(self, into: Images | None = None) -> Observation:
         """Return the latest observation again."""
         if self._seen is None:
             raise UsageError("no episode has begun")
         return _into(self._seen, into)
 
-    def facts(self) -> Observation:
+    def latest_without_images(self) -> Observation:
         """Return the latest observation without its images."""
-        return replace(self.again(), rgb=None, depth=None, segmentation=None)
+        return replace(self.latest(), rgb=None, depth=None, segmentation=None)
 
     def draw(self, into: Images) -> None:
         """Write the images of the latest observation to arrays."""
-        self.again(into)
+        self.latest(into)
 
     def expert_action(self) -> int:
         """Raise UsageError: a host does not tell."""
@@ -268,7 +268,7 @@ class RemotePlayer:
             self._relay.wait()
             self._relay = None
 
-    def _checked(self, seen: Observation) -> Observation:
+    def _check_observation(self, seen: Observation) -> Observation:
         """Return an observation with what was requested alone, after checking that it has that."""
         side = self._settings.image_size
         for name in self._settings.sensors:
@@ -337,8 +337,8 @@ class _Relay:
 
     def __init__(self, run: evaluation_pb2.Run) -> None:
         self.labels: tuple[Label, ...] = ()
-        self._told: SimpleQueue[Observation | str | _LoopEnded] = SimpleQueue()
-        self._answers: SimpleQueue[int | None] = SimpleQueue()
+        self._inbox: SimpleQueue[Observation | str | _LoopEnded] = SimpleQueue()
+        self._outbox: SimpleQueue[int | None] = SimpleQueue()
         self._left = run.episodes
 
     @property
@@ -347,7 +347,7 @@ class _Relay:
 
     def get(self) -> Observation | str:
         """Return the next observation, or the cause of the episode's end. Raises the error that ended the loop."""
-        item = self._told.get()
+        item = self._inbox.get()
         if isinstance(item, _LoopEnded):
             item.check()
             raise UsageError("the run was ended by its host or by another client; reset() begins a new one")
@@ -355,19 +355,19 @@ class _Relay:
 
     def answer(self, action: int | None) -> None:
         """Answer the latest observation; None gives the episode up."""
-        self._answers.put(action)
+        self._outbox.put(action)
 
     def wait(self) -> None:
         """Wait until the play loop has ended. Raises its error."""
         while True:
-            item = self._told.get()
+            item = self._inbox.get()
             if isinstance(item, _LoopEnded):
                 item.check()
                 return
 
     def finish(self, end: "_LoopEnded") -> None:
         """Tell the environment that the play loop has ended."""
-        self._told.put(end)
+        self._inbox.put(end)
 
     def begin(self, episode: Episode) -> None:
         """Begin an episode."""
@@ -376,8 +376,8 @@ class _Relay:
     def act(self, observations: Sequence[Observation]) -> list[int]:
         """Hand on the one observation, and return the environment's action."""
         (observation,) = observations
-        self._told.put(observation)
-        action = self._answers.get()
+        self._inbox.put(observation)
+        action = self._outbox.get()
         if action is None:
             raise RuntimeError("the environment was reset or closed before the episode's end")
         return [action]
@@ -385,7 +385,7 @@ class _Relay:
     def finish_episode(self, cause: str) -> None:
         """Tell the environment why the episode has ended."""
         self._left -= 1
-        self._told.put(cause)
+        self._inbox.put(cause)
 
 
 class _RelayRecorder:
@@ -405,7 +405,7 @@ class _RelayRecorder:
         self._relay.finish_episode(types_pb2.Cause.Name(cause).removeprefix("CAUSE_"))
 
 
-def _split_info(server: Server, settings: Settings) -> SplitInfo:
+def _split_info(server: Server, settings: PlayerSettings) -> SplitInfo:
     info = server.info
     split = choose_split(info, settings.language, settings.split)
     limit = info.limits.steps_per_phase
@@ -421,7 +421,9 @@ def _split_info(server: Server, settings: Settings) -> SplitInfo:
         sensors=tuple(name for name in split.sensors if name != "oracle"),
         steps_per_phase=limit,
         data_hash=split.data_hash,
-        texts={code: Texts(texts.alphabet, texts.longest, texts.longest_utf8) for code, texts in split.texts.items()},
+        texts={
+            code: TextBounds(texts.alphabet, texts.longest, texts.longest_utf8) for code, texts in split.texts.items()
+        },
     )
 
 

@@ -14,8 +14,8 @@ from typing import Any
 
 import gymnasium
 
-from arramon_client.environments.batches import Batch, Layout
-from arramon_client.environments.group import Call, Group, News
+from arramon_client.environments.batches import BatchLayout, VectorBatch
+from arramon_client.environments.group import Call, EpisodeGroup, EpisodeUpdates
 from arramon_client.errors import ArramonClientError
 
 SLOT = struct.Struct("=i")
@@ -24,12 +24,12 @@ SLOT = struct.Struct("=i")
 REPORT = struct.Struct("=iii")
 """The number of an episode, its row, and what follows in the pipe of its process."""
 
-NOTHING, NEWS, ERROR = 0, 1, 2
-"""What follows a report: nothing, `News`, or an error that ends all rows."""
+NOTHING, UPDATES, ERROR = 0, 1, 2
+"""What follows a report: nothing, `EpisodeUpdates`, or an error that ends all rows."""
 
 
 @dataclass(eq=False)
-class Rows:
+class RowWriter:
     """What a process needs to fill rows.
 
     Attributes:
@@ -40,23 +40,23 @@ class Rows:
         filled: to which reports are written.
     """
 
-    layout: Layout
+    layout: BatchLayout
     blocks: Sequence[Any]
     count: int
     free: "Connection[Any, Any]"
     filled: "Connection[Any, Any]"
-    _batches: Sequence[Batch] = ()
+    _batches: Sequence[VectorBatch] = ()
 
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "_batches": ()}
 
-    def draw(self, group: Group, number: int) -> tuple[int, News | None]:
+    def draw(self, group: EpisodeGroup, number: int) -> tuple[int, EpisodeUpdates | None]:
         """Draw an episode to the next row, and return the row and what is new."""
         self._batches = self._batches or [self.layout.over(block) for block in self.blocks]
         (slot,) = SLOT.unpack(os.read(self.free.fileno(), SLOT.size))
         return slot, group.draw(number, self._batches[slot // self.count], slot % self.count)
 
-    def fill(self, group: Group, calls: Sequence[tuple[int, Call]], pipe: "Connection[Any, Any]") -> None:
+    def fill(self, group: EpisodeGroup, calls: Sequence[tuple[int, Call]], pipe: "Connection[Any, Any]") -> None:
         """Play calls, each with the number of its episode, and report each row.
 
         Args:
@@ -66,10 +66,10 @@ class Rows:
         """
         try:
             for number in group.apply(calls):
-                slot, news = self.draw(group, number)
-                self._report(number, slot, NOTHING if news is None else NEWS)
-                if news is not None:
-                    pipe.send(news)
+                slot, updates = self.draw(group, number)
+                self._report(number, slot, NOTHING if updates is None else UPDATES)
+                if updates is not None:
+                    pipe.send(updates)
         except (gymnasium.error.Error, ArramonClientError) as error:
             self._report(calls[0][0], 0, ERROR)
             pipe.send(error)

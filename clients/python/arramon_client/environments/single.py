@@ -9,8 +9,8 @@ import numpy.typing as npt
 from gymnasium import spaces
 
 from arramon_client.agent import Label
-from arramon_client.environments.arguments import check_names, seed_of
-from arramon_client.environments.conversion import let_texts_pass
+from arramon_client.environments.arguments import check_names, check_seed
+from arramon_client.environments.conversion import keep_texts_in_wrappers
 from arramon_client.environments.episodes import Episodes
 from arramon_client.environments.errors import BadArgument
 from arramon_client.environments.labels import FactoredLabels, factored
@@ -24,11 +24,11 @@ from arramon_client.world import ASSEMBLY
 
 RENDER_MODES = ("human", "rgb_array")
 
-ROOMS, DRAWN = "rooms", "drawn_rooms"
+ROOM_SPLIT, DRAWN_ROOM_SPLIT = "rooms", "drawn_rooms"
 """Splits of tasks in the room alone: in a data folder, and drawn as they are played."""
 
 
-OWN = ("render_mode",)
+OWN_ARGUMENTS = ("render_mode",)
 """Arguments besides those of `Options`."""
 
 NOT_IN_ROOM = ("split", "server", "phases", "start", "access")
@@ -53,7 +53,7 @@ class ArraMonEnv(Copyable, PlainSpec, gymnasium.Env[Dict, np.int64]):
         NoBackend: if there is no host, and the server package is not installed.
     """
 
-    MADE_AGAIN = ("_episodes", "_translator", "_picture", "_window")
+    REBUILT = ("_episodes", "_translator", "_picture", "_window")
     metadata: dict[str, Any] = {  # noqa: RUF012 - as Gymnasium declares it
         "render_modes": list(RENDER_MODES),
         "render_fps": 10,
@@ -61,14 +61,14 @@ class ArraMonEnv(Copyable, PlainSpec, gymnasium.Env[Dict, np.int64]):
 
     def __init__(self, render_mode: str | None = None, **options: object) -> None:
         check_render_mode(render_mode)
-        opened = open_player(make_options(OWN, **options))
+        opened = open_player(make_options(OWN_ARGUMENTS, **options))
         self.render_mode = render_mode
         self.action_space: spaces.Discrete = action_space()
         self.observation_space = opened.observation_space()
         self._last_action: int | None = None
-        self._play_with(Episodes(opened))
+        self._set_episodes(Episodes(opened))
 
-    def _play_with(self, episodes: Episodes) -> None:
+    def _set_episodes(self, episodes: Episodes) -> None:
         """Set what is not part of a copy's state, as it is made again."""
         self._episodes = episodes
         self._translator = episodes.opened.translator()
@@ -105,8 +105,8 @@ class ArraMonEnv(Copyable, PlainSpec, gymnasium.Env[Dict, np.int64]):
         Raises:
             BadArgument: if there is no such episode.
         """
-        super().reset(seed=seed_of(seed))
-        let_texts_pass()
+        super().reset(seed=check_seed(seed))
+        keep_texts_in_wrappers()
         seen, info = self._episodes.begin(self.np_random, options)
         self._last_action = NO_ACTION
         self._show()
@@ -120,7 +120,7 @@ class ArraMonEnv(Copyable, PlainSpec, gymnasium.Env[Dict, np.int64]):
             gymnasium.error.InvalidAction: if the action is none of the four.
         """
         step, info = self._episodes.step(action)
-        seen = self.player.again() if step.observation is None else step.observation
+        seen = self.player.latest() if step.observation is None else step.observation
         self._last_action = int(action)
         self._show()
         return self._translator.observation(seen, int(action)), step.reward, step.ending is not None, False, info
@@ -150,7 +150,9 @@ class ArraMonEnv(Copyable, PlainSpec, gymnasium.Env[Dict, np.int64]):
     def _drawn(self) -> npt.NDArray[np.uint8]:
         if self._last_action is None:
             raise gymnasium.error.ResetNeeded("no episode has begun; call reset() before render()")
-        return self._picture.draw(self._translator.whole(self.player.again(), self._last_action), self.player)
+        return self._picture.draw(
+            self._translator.full_observation(self.player.latest(), self._last_action), self.player
+        )
 
 
 def make_room(render_mode: str | None = None, **options: object) -> ArraMonEnv:
@@ -164,7 +166,7 @@ def make_room(render_mode: str | None = None, **options: object) -> ArraMonEnv:
     return ArraMonEnv(render_mode, **room_options(options))
 
 
-def room_options(options: dict[str, object], own: Sequence[str] = OWN) -> dict[str, object]:
+def room_options(options: dict[str, object], own: Sequence[str] = OWN_ARGUMENTS) -> dict[str, object]:
     """Return the options of an environment in the room alone.
 
     Args:
@@ -179,7 +181,7 @@ def room_options(options: dict[str, object], own: Sequence[str] = OWN) -> dict[s
             raise BadArgument(f"{name} is {options[name]!r}, but tasks in the room alone have no such argument")
     there = (name for name in Options.__dataclass_fields__ if name not in NOT_IN_ROOM)
     check_names((name for name in options if name not in NOT_IN_ROOM), (*there, *own))
-    return {**options, "split": DRAWN if options.get("data") is None else ROOMS, "phases": (ASSEMBLY,)}
+    return {**options, "split": DRAWN_ROOM_SPLIT if options.get("data") is None else ROOM_SPLIT, "phases": (ASSEMBLY,)}
 
 
 def check_render_mode(render_mode: str | None) -> None:

@@ -46,23 +46,23 @@ class Copyable(ABC):
     """Base of environments that are pickled and copied as a snapshot of their episodes.
 
     Attributes:
-        MADE_AGAIN: names of the attributes that `_play_with` sets, which a copy makes for itself.
+        REBUILT: names of the attributes that `_set_episodes` sets, which a copy makes for itself.
     """
 
-    MADE_AGAIN: ClassVar[tuple[str, ...]]
+    REBUILT: ClassVar[tuple[str, ...]]
     _episodes: Episodes
 
     @abstractmethod
-    def _play_with(self, episodes: Episodes) -> None:
+    def _set_episodes(self, episodes: Episodes) -> None:
         """Set what is not part of a copy's state, as it is made again."""
 
     def __getstate__(self) -> dict[str, Any]:
-        kept = {name: value for name, value in self.__dict__.items() if name not in self.MADE_AGAIN}
-        return {**kept, "snapshot": take(self._episodes)}
+        kept = {name: value for name, value in self.__dict__.items() if name not in self.REBUILT}
+        return {**kept, "snapshot": take_snapshot(self._episodes)}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update({name: value for name, value in state.items() if name != "snapshot"})
-        self._play_with(restore(state["snapshot"]))
+        self._set_episodes(restore_snapshot(state["snapshot"]))
 
     def __copy__(self) -> Self:
         """Return a deep copy: the random numbers of the spaces and of the episodes, above all, are not shared."""
@@ -79,7 +79,7 @@ class Copyable(ABC):
         return self._episodes.player
 
 
-def take(episodes: Episodes) -> Snapshot:
+def take_snapshot(episodes: Episodes) -> Snapshot:
     """Return a snapshot of the episodes of an environment.
 
     Raises:
@@ -102,7 +102,7 @@ def take(episodes: Episodes) -> Snapshot:
     )
 
 
-def restore(snapshot: Snapshot) -> Episodes:
+def restore_snapshot(snapshot: Snapshot) -> Episodes:
     """Return the episodes of a snapshot, with the present one where it was.
 
     Raises:

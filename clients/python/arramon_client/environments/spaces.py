@@ -10,7 +10,7 @@ import numpy.typing as npt
 from gymnasium import spaces
 
 from arramon_client.agent import Action, Observation
-from arramon_client.environments.backend import Settings, Texts
+from arramon_client.environments.backend import PlayerSettings, TextBounds
 from arramon_client.environments.tokens import Tokenizer
 from arramon_client.world import PHASES
 
@@ -27,14 +27,14 @@ TURN_NUMBERS = 3
 """Size of the space of turns, which are 1 and 2 as everywhere else: 0 never occurs. `Discrete(2, start=1)` would say
 the same, but libraries that one-hot it ignore its start, and fail at turn 2."""
 
-MOST_LABELS = 32767
+MAX_LABEL = 32767
 """Greatest index of a label. The space of segmentations is int16, and not uint16 as an agent's: TorchRL has none, and
 labels are a few hundred."""
 
-FARTHEST_DEPTH = 65.535
+MAX_DEPTH = 65.535
 """Greatest depth, in units."""
 
-WIDEST = 10_000.0
+MAX_POSITION = 10_000.0
 """Bound of positions, in units: far beyond every section."""
 
 Dict = dict[str, Any]
@@ -46,10 +46,10 @@ def action_space() -> "spaces.Discrete":
     return spaces.Discrete(len(Action))
 
 
-def united(texts: Iterable[Texts]) -> Texts:
+def merge_bounds(texts: Iterable[TextBounds]) -> TextBounds:
     """Return the alphabet and the lengths of texts in several languages."""
     all_texts = list(texts)
-    return Texts(
+    return TextBounds(
         alphabet="".join(sorted(set().union(*(each.alphabet for each in all_texts)))),
         longest=max(each.longest for each in all_texts),
         longest_utf8=max(each.longest_utf8 for each in all_texts),
@@ -57,7 +57,11 @@ def united(texts: Iterable[Texts]) -> Texts:
 
 
 def observation_space(
-    settings: Settings, texts: Texts, steps_per_phase: int, tokenizer: Tokenizer, keys: Sequence[str] | None = None
+    settings: PlayerSettings,
+    texts: TextBounds,
+    steps_per_phase: int,
+    tokenizer: Tokenizer,
+    keys: Sequence[str] | None = None,
 ) -> "spaces.Dict":
     """Return a new space of observations, as `docs/environments.md` describes it.
 
@@ -71,10 +75,12 @@ def observation_space(
     size = settings.image_size
     made: dict[str, Callable[[], spaces.Space[Any]]] = {
         "rgb": lambda: spaces.Box(0, 255, (size, size, 3), np.uint8),
-        "depth": lambda: spaces.Box(0.0, FARTHEST_DEPTH, (size, size), np.float32),
-        "segmentation": lambda: spaces.Box(0, MOST_LABELS, (size, size), np.int16),
+        "depth": lambda: spaces.Box(0.0, MAX_DEPTH, (size, size), np.float32),
+        "segmentation": lambda: spaces.Box(0, MAX_LABEL, (size, size), np.int16),
         "pose": lambda: spaces.Box(
-            np.array((-WIDEST, -WIDEST, 0.0)), np.array((WIDEST, WIDEST, 360.0)), dtype=np.float64
+            np.array((-MAX_POSITION, -MAX_POSITION, 0.0)),
+            np.array((MAX_POSITION, MAX_POSITION, 360.0)),
+            dtype=np.float64,
         ),
         "instruction": lambda: spaces.Text(texts.longest, min_length=1, charset=texts.alphabet),
         "instruction_tokens": lambda: spaces.Box(0, tokenizer.size - 1, (tokenizer.length,), np.int32),
@@ -88,7 +94,7 @@ def observation_space(
 
 
 @dataclass
-class Translator:
+class ObservationConverter:
     """Turns the client's observations into those of the space.
 
     Args:
@@ -109,13 +115,13 @@ class Translator:
 
     def observation(self, seen: Observation, last_action: int) -> Dict:
         """Return the observation, with the chosen keys; its images are those of `seen`."""
-        return self.chosen(self.whole(seen, last_action))
+        return self.select_keys(self.full_observation(seen, last_action))
 
-    def chosen(self, whole: Dict) -> Dict:
+    def select_keys(self, whole: Dict) -> Dict:
         """Return the part of an observation that has the chosen keys."""
         return whole if self.keys is None else {key: value for key, value in whole.items() if key in self.keys}
 
-    def whole(self, seen: Observation, last_action: int) -> Dict:
+    def full_observation(self, seen: Observation, last_action: int) -> Dict:
         """Return the observation with all keys, for pictures too; its images are those of `seen`."""
         values: Dict = {}
         if seen.rgb is not None:

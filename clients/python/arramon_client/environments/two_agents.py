@@ -22,7 +22,7 @@ from arramon_client.environments.tokens import Tokenizer
 METADATA = {"name": "arramon_v0", "render_modes": list(RENDER_MODES), "render_fps": 10, "is_parallelizable": True}
 
 
-class _Shown:
+class _EpisodeDisplay:
     """Pictures of an episode, returned or shown in a window."""
 
     def __init__(self, render_mode: str | None) -> None:
@@ -53,7 +53,7 @@ class _TwoAgentsBase:
 
     def __init__(self, render_mode: str | None = None, message_length: int = 0, **options: object) -> None:
         super().__init__()
-        self._shown = _Shown(render_mode)
+        self._shown = _EpisodeDisplay(render_mode)
         self._episode = TwoAgents(message_length, **options)
         self.render_mode = render_mode
         self.possible_agents = list(AGENTS)
@@ -66,7 +66,7 @@ class _TwoAgentsBase:
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
-        self._shown = _Shown(self.render_mode)
+        self._shown = _EpisodeDisplay(self.render_mode)
 
     def __copy__(self) -> Self:
         """Return a deep copy, as the episode is not shared."""

@@ -9,12 +9,12 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium.vector import AutoresetMode, VectorEnv
 
-from arramon_client.environments.arguments import is_whole, whole
-from arramon_client.environments.calls import actions_of, beginnings, episodes_of
-from arramon_client.environments.conversion import let_texts_pass
+from arramon_client.environments.arguments import is_whole_number, whole_number
+from arramon_client.environments.calls import check_actions, episode_numbers, episode_starts
+from arramon_client.environments.conversion import keep_texts_in_wrappers
 from arramon_client.environments.errors import BadArgument
-from arramon_client.environments.lockstep import OWN, LockstepVectorEnv, VectorStep
-from arramon_client.environments.ready import MOST_ROWS, ReadyBatches
+from arramon_client.environments.lockstep import OWN_ARGUMENTS, LockstepVectorEnv, VectorStep
+from arramon_client.environments.ready import MAX_ROWS, ReadyQueue
 from arramon_client.environments.single import room_options
 
 
@@ -58,7 +58,7 @@ class ArraMonVectorEnv(LockstepVectorEnv):
         max_episode_steps: int | None = None,
         **options: object,
     ) -> None:
-        count = whole("num_envs", num_envs, "at least 1", 1)
+        count = whole_number("num_envs", num_envs, "at least 1", 1)
         rows = None if batch_size is None else _rows(batch_size, count)
         super().__init__(count, processes, autoreset_mode, context, render_mode, max_episode_steps, rows, options)
         self._infos_of_rows = _RowInfos(rows or 1)
@@ -74,11 +74,11 @@ class ArraMonVectorEnv(LockstepVectorEnv):
             gymnasium.error.ResetNeeded: if some are left out that have not begun.
         """
         ready = self._queue("async_reset")
-        let_texts_pass()
-        calls = beginnings(self.num_envs, seed, options)
+        keep_texts_in_wrappers()
+        calls = episode_starts(self.num_envs, seed, options)
         mask = np.array([call is not None for call in calls])
         if mask.all():
-            ready.drop()
+            ready.reset()
         elif not self._has_begun:
             raise gymnasium.error.ResetNeeded("the first reset must begin all episodes, without a mask")
         else:
@@ -101,8 +101,8 @@ class ArraMonVectorEnv(LockstepVectorEnv):
             gymnasium.error.ResetNeeded, gymnasium.error.ClosedEnvironmentError: as for `step`.
         """
         ready = self._queue("send")
-        numbers = episodes_of(env_id, self.num_envs)
-        each = actions_of(actions, len(numbers))
+        numbers = episode_numbers(env_id, self.num_envs)
+        each = check_actions(actions, len(numbers))
         self._check_begun(numbers)
         _check_received(ready, numbers)
         ready.send(list(zip(numbers, each, strict=True)))
@@ -132,17 +132,17 @@ class ArraMonVectorEnv(LockstepVectorEnv):
         infos["env_id"] = found.episodes
         return self._outcome(found.batch, found.texts, found.episodes, infos)
 
-    def _queue(self, method: str) -> ReadyBatches:
+    def _queue(self, method: str) -> ReadyQueue:
         """Return what plays the calls of `send`."""
         self._check_open(method)
         if self._pool.ready is None:
             raise BadArgument(
                 f"{method}() needs batch_size: make_vec(..., batch_size=N) waits for the first N episodes"
             )
-        self._heed_loss(self._pool.ready)
+        self._check_lost(self._pool.ready)
         return self._pool.ready
 
-    def _heed_loss(self, ready: ReadyBatches) -> None:
+    def _check_lost(self, ready: ReadyQueue) -> None:
         """Let no episode go on after a call that failed or was interrupted: some rows may be lost."""
         if ready.is_lost:
             self._has_begun = False
@@ -151,7 +151,7 @@ class ArraMonVectorEnv(LockstepVectorEnv):
         ready = self._pool.ready
         if ready is None:
             return
-        self._heed_loss(ready)
+        self._check_lost(ready)
         if ready.is_lost:
             raise gymnasium.error.ResetNeeded(
                 "a call failed or was interrupted before its results were received; call reset() or async_reset() for"
@@ -184,12 +184,12 @@ def make_vector(num_envs: int = 1, **arguments: Any) -> ArraMonVectorEnv:
 
 def make_room_vector(num_envs: int = 1, **arguments: Any) -> ArraMonVectorEnv:
     """Return the vector environment of tasks in the room alone, for `gymnasium.make_vec`."""
-    own: dict[str, Any] = {name: arguments.pop(name) for name in OWN if name in arguments}
-    options: dict[str, Any] = room_options(arguments, OWN)
+    own: dict[str, Any] = {name: arguments.pop(name) for name in OWN_ARGUMENTS if name in arguments}
+    options: dict[str, Any] = room_options(arguments, OWN_ARGUMENTS)
     return ArraMonVectorEnv(num_envs, **own, **options)
 
 
-def _check_received(ready: ReadyBatches, episodes: Sequence[int]) -> None:
+def _check_received(ready: ReadyQueue, episodes: Sequence[int]) -> None:
     """Raise AlreadyPendingCallError if the latest call of one of some episodes has not been received."""
     pending = ready.pending.intersection(episodes)
     if pending:
@@ -204,10 +204,10 @@ def _rows(batch_size: int, count: int) -> int:
     Raises:
         BadArgument: if it is not from 1 to the number of episodes, or the system has no pipes for it.
     """
-    if not is_whole(batch_size) or not 1 <= batch_size <= count:
+    if not is_whole_number(batch_size) or not 1 <= batch_size <= count:
         raise BadArgument(f"batch_size is {batch_size!r}, expected None or 1 to num_envs, which is {count}")
-    if batch_size + count > MOST_ROWS:
-        raise BadArgument(f"num_envs and batch_size are {batch_size + count} together, expected at most {MOST_ROWS}")
+    if batch_size + count > MAX_ROWS:
+        raise BadArgument(f"num_envs and batch_size are {batch_size + count} together, expected at most {MAX_ROWS}")
     if os.name != "posix":
         raise BadArgument("batch_size needs a Unix system: leave it out, and use step()")
     return int(batch_size)

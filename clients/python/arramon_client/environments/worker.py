@@ -13,12 +13,12 @@ from typing import Any
 
 import gymnasium
 
-from arramon_client.environments.batches import Layout
+from arramon_client.environments.batches import BatchLayout
 from arramon_client.environments.errors import BadArgument
-from arramon_client.environments.group import Call, Group, Rules
+from arramon_client.environments.group import Call, EpisodeGroup, VectorSettings
 from arramon_client.environments.options import Options
-from arramon_client.environments.rows import Rows
-from arramon_client.environments.waiting import Waiter
+from arramon_client.environments.rows import RowWriter
+from arramon_client.environments.waiter import Waiter
 from arramon_client.errors import ArramonClientError
 from arramon_client.local.lifeline import end_with_parent
 
@@ -34,13 +34,13 @@ class WorkerDied(gymnasium.error.Error):
 
 
 @dataclass(frozen=True)
-class Share:
+class WorkerTask:
     """What a process plays.
 
     Attributes:
         options: of all episodes.
         numbers: of those of the process.
-        rules: of all episodes.
+        settings: of all episodes.
         layout: of a batch.
         blocks: shared memory, for one batch each.
         rows: of batches of the first that are ready; None if there are none.
@@ -48,10 +48,10 @@ class Share:
 
     options: Options
     numbers: range
-    rules: Rules
-    layout: Layout
+    settings: VectorSettings
+    layout: BatchLayout
     blocks: Sequence[Any]
-    rows: Rows | None
+    rows: RowWriter | None
 
 
 class Worker:
@@ -59,15 +59,15 @@ class Worker:
 
     Args:
         context: starts the process.
-        share: what it plays.
+        task: what it plays.
     """
 
-    def __init__(self, context: BaseContext, share: Share) -> None:
+    def __init__(self, context: BaseContext, task: WorkerTask) -> None:
         self._pipe, other = context.Pipe()
         self._waiter = Waiter([self._pipe.fileno()])
         self._syncs = 0
         self._process = context.Process(  # type: ignore[attr-defined]  # every context has it
-            target=_play, args=(other, share), name="arramon-episodes", daemon=True
+            target=_play, args=(other, task), name="arramon-episodes", daemon=True
         )
         self._process.start()
         other.close()
@@ -82,7 +82,7 @@ class Worker:
         """A file that can be read once the process has ended."""
         return int(self._process.sentinel)
 
-    def ask(self, method: str, *arguments: object, **named: object) -> None:
+    def send_call(self, method: str, *arguments: object, **named: object) -> None:
         """Call a method of the group, whose answer `answer` returns; `begin` and `step` with the number of a block.
 
         Raises:
@@ -92,7 +92,7 @@ class Worker:
         try:
             self._pipe.send_bytes(pickle.dumps((method, arguments, named)))
         except OSError as error:
-            raise self.death() from error
+            raise self.died_error() from error
         except (pickle.PicklingError, AttributeError, TypeError) as error:
             raise BadArgument(f"{arguments!r} cannot be sent to a process: {error}") from error
 
@@ -102,7 +102,7 @@ class Worker:
         Raises:
             WorkerDied: if the process has ended.
         """
-        self.ask("play", calls)
+        self.send_call("play", calls)
 
     def answer(self) -> Any:
         """Wait for the answer to the latest call, or for what is told of a row.
@@ -112,20 +112,20 @@ class Worker:
             gymnasium.error.Error, ArramonClientError: as the method raised it there.
             Exception: as a method of `Member` raised it, for `call` and `set_attr`.
         """
-        answer = self._received()
+        answer = self._receive()
         if isinstance(answer, Exception):
             raise answer
         return answer
 
-    def forget(self) -> None:
+    def discard_answers(self) -> None:
         """Wait until the process has nothing more to do, and forget all that it has answered.
 
         Raises:
             WorkerDied: if the process has ended.
         """
         self._syncs += 1
-        self.ask(SYNC, self._syncs)
-        while self._received() != (SYNC, self._syncs):  # An earlier one is left if the wait for it was interrupted.
+        self.send_call(SYNC, self._syncs)
+        while self._receive() != (SYNC, self._syncs):  # An earlier one is left if the wait for it was interrupted.
             pass
 
     def close(self) -> None:
@@ -139,7 +139,7 @@ class Worker:
             self._process.join()
         self._pipe.close()
 
-    def death(self) -> WorkerDied:
+    def died_error(self) -> WorkerDied:
         """Return the error that says that the process has ended."""
         self._process.join(JOIN_SECONDS)
         return WorkerDied(
@@ -157,34 +157,34 @@ class Worker:
             except (EOFError, OSError):
                 return
 
-    def _received(self) -> Any:
+    def _receive(self) -> Any:
         self._waiter.wait()
         try:
             return self._pipe.recv()
         except (EOFError, OSError) as error:
-            raise self.death() from error
+            raise self.died_error() from error
 
 
-def _play(pipe: "Connection[Any, Any]", share: Share) -> None:
+def _play(pipe: "Connection[Any, Any]", task: WorkerTask) -> None:
     """Answer calls until told to end; end at once with the other process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # An interrupt from the keyboard is the other process's to handle.
     end_with_parent()
-    batches = [share.layout.over(block) for block in share.blocks]
-    group = Group(share.options, share.numbers, share.rules)
+    batches = [task.layout.over(block) for block in task.blocks]
+    group = EpisodeGroup(task.options, task.numbers, task.settings)
     waiter = Waiter([pipe.fileno()])
     try:
         while True:
             waiter.wait()
-            asked = pickle.loads(pipe.recv_bytes())  # noqa: S301 - from the process that started this one
-            if asked is None:
+            message = pickle.loads(pipe.recv_bytes())  # noqa: S301 - from the process that started this one
+            if message is None:
                 return
-            method, arguments, named = asked
+            method, arguments, named = message
             if method == SYNC:
                 pipe.send((SYNC, *arguments))
                 continue
             if method == "play":
-                assert share.rows is not None
-                share.rows.fill(group, arguments[0], pipe)
+                assert task.rows is not None
+                task.rows.fill(group, arguments[0], pipe)
                 continue
             if method in ("begin", "step"):
                 arguments = (batches[arguments[0]], *arguments[1:])
@@ -195,7 +195,7 @@ def _play(pipe: "Connection[Any, Any]", share: Share) -> None:
         group.close()
 
 
-def _answer(group: Group, method: str, arguments: tuple[Any, ...], named: dict[str, Any]) -> Any:
+def _answer(group: EpisodeGroup, method: str, arguments: tuple[Any, ...], named: dict[str, Any]) -> Any:
     """Return what a method of the group returns, or the error that it raises, to be raised in the other process."""
     try:
         answer = getattr(group, method)(*arguments, **named)

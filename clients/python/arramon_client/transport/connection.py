@@ -87,7 +87,7 @@ class Server(NamedTuple):
     access: Access
 
 
-def give_up(error: ServerUnreachableError) -> None:
+def raise_unreachable(error: ServerUnreachableError) -> None:
     """Raise the error."""
     raise error
 
@@ -98,7 +98,7 @@ def connect(
     access: Access = NO_TOKEN,
     *,
     timeout: float = 15.0,
-    unreachable: Callable[[ServerUnreachableError], None] = give_up,
+    unreachable: Callable[[ServerUnreachableError], None] = raise_unreachable,
 ) -> Iterator[Server]:
     """Open a channel and get the server's information; close the channel at the end of the context.
 

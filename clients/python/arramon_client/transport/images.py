@@ -28,7 +28,7 @@ _BARE = frozenset((0x01, *range(0xD0, 0xD8)))
 _WITH_LENGTH = frozenset((0xC4, 0xCC, 0xDB, 0xDD, *range(0xE0, 0xF0), 0xFE))
 """Of tables, comments and applications' data, which begin with their length."""
 
-_SCAN, _MOST_SCANS = b"\xff\xda", 4
+_SCAN, _MAX_SCANS = b"\xff\xda", 4
 """Start of a pass; a JPEG has up to four components. Compressed data never contain it."""
 
 PixelReader = Callable[[types_pb2.Image, int], bytes | memoryview]
@@ -126,7 +126,7 @@ def _decompressed(image: types_pb2.Image, expected: int) -> bytes:
         if stated != expected:  # Checked before decompression, which allocates that much memory.
             size = "an unstated number of" if stated < 0 else stated
             raise ProtocolError(f"a compressed image has {size} bytes, expected {expected}")
-        return _threads.decompressor.decompress(data, allow_extra_data=False)
+        return _thread_locals.decompressor.decompress(data, allow_extra_data=False)
     except zstandard.ZstdError as error:
         raise ProtocolError(f"a Zstandard image cannot be decoded: {error}") from error
 
@@ -160,8 +160,8 @@ def _check_sequential(data: bytes) -> None:
         length = int.from_bytes(data[place + 2 : place + 4], "big")
         if marker in _SEQUENTIAL:
             scans = data.count(_SCAN)
-            if scans > _MOST_SCANS:
-                raise ProtocolError(f"a JPEG image has {scans} passes, expected at most {_MOST_SCANS}")
+            if scans > _MAX_SCANS:
+                raise ProtocolError(f"a JPEG image has {scans} passes, expected at most {_MAX_SCANS}")
             return
         if marker in _OTHER_FRAMES:
             raise ProtocolError("a JPEG image is progressive, expected a sequential one")
@@ -176,11 +176,11 @@ def _check_sequential(data: bytes) -> None:
     raise ProtocolError("a JPEG image cannot be decoded: it has no header of a sequential frame")
 
 
-class _Threads(threading.local):
+class _ThreadLocals(threading.local):
     """One decompressor per thread: threads must not share one, and creating one takes 15 microseconds."""
 
     def __init__(self) -> None:
         self.decompressor = zstandard.ZstdDecompressor()
 
 
-_threads = _Threads()
+_thread_locals = _ThreadLocals()

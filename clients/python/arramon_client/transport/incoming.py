@@ -30,10 +30,10 @@ MAX_VALUES = 8_000_000
 SCORES = (-10.0, 10.0)
 """Range of scores and their differences, with intervals."""
 
-LONGEST_ID = 200
+MAX_ID = 200
 """Characters in an episode's id."""
 
-LONGEST_INSTRUCTION = 20_000
+MAX_INSTRUCTION = 20_000
 """Characters in an instruction."""
 
 RUN_ID = re.compile(r"[0-9a-f]{32}")
@@ -71,7 +71,7 @@ def check_message(message: AnyMessage) -> AnyMessage:
     Raises:
         ProtocolError: if it has a malformed id, a number out of range, or too many values.
     """
-    _Walk().message(message)
+    _MessageChecker().message(message)
     return message
 
 
@@ -81,7 +81,7 @@ def check_observation(message: evaluation_pb2.Observation) -> None:
     Raises:
         ProtocolError: as for `check_message`.
     """
-    _check_length(message.instruction, "an instruction that the server sent", LONGEST_INSTRUCTION)
+    _check_length(message.instruction, "an instruction that the server sent", MAX_INSTRUCTION)
     if message.turn not in (1, 2):
         raise ProtocolError(f"an observation has the turn {message.turn}, expected 1 or 2")
     if message.HasField("taken") and not 0 <= message.taken <= 3:
@@ -99,8 +99,8 @@ def _check_length(text: str, where: str, most: int) -> None:
 
 
 def _id(text: str, where: str) -> str:
-    if len(text) > LONGEST_ID or one_line(text) != text:
-        raise ProtocolError(f"{where} is {_quoted(text)}, expected at most {LONGEST_ID} visible characters")
+    if len(text) > MAX_ID or one_line(text) != text:
+        raise ProtocolError(f"{where} is {_quoted(text)}, expected at most {MAX_ID} visible characters")
     return text
 
 
@@ -140,7 +140,7 @@ TEXTS: Mapping[str, Callable[[str, str], str]] = {
     "episode_ids": _id,
     "episodes": _id,
     "next_page_token": _page_token,
-    "instruction": _data(LONGEST_INSTRUCTION),
+    "instruction": _data(MAX_INSTRUCTION),
     "content": _lines(64 * 1024 * 1024),
     "alphabet": _data(100_000),
     "signature": _line(10_000),
@@ -157,8 +157,8 @@ RANGES: Mapping[str, tuple[float, float]] = {
     "ServerInfo.image_sizes": (1, MAX_SIDE),
     "Comparison.shown": (-1, 1),
     "Observation.turn": (1, 2),
-    "Texts.longest": (0, LONGEST_INSTRUCTION),
-    "Texts.longest_utf8": (0, 4 * LONGEST_INSTRUCTION),
+    "Texts.longest": (0, MAX_INSTRUCTION),
+    "Texts.longest_utf8": (0, 4 * MAX_INSTRUCTION),
     "Limits.steps_per_phase": (0, 1_000_000),
 }
 """Message, or message and field -> smallest and largest number; otherwise 0 to 2 to the power of 53."""
@@ -172,7 +172,7 @@ BYTES: Mapping[str, int] = {
 """Message and field -> largest number of bytes; otherwise 1000."""
 
 
-class _Walk:
+class _MessageChecker:
     """One pass over a message and all that it contains."""
 
     def __init__(self) -> None:

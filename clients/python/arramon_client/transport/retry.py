@@ -17,7 +17,7 @@ PATIENCE = 300.0
 """Seconds without anything new from the server after which the client gives up."""
 
 
-def ask(
+def call_until_answered(
     method: Callable[..., Answer],
     request: object,
     address: str,
@@ -52,14 +52,14 @@ class Retry:
     def __init__(self, run_id: str, patience: float, notify: Callable[[str], None]) -> None:
         self._run_id, self._patience, self._notify = run_id, patience, notify
         self._lost_at: float | None = None
-        self._told = False
+        self._notified = False
         self._delay = FIRST_DELAY
 
     def succeeded(self) -> None:
         """Reset the delays after the server sent something new."""
-        if self._lost_at is not None and self._told:
+        if self._lost_at is not None and self._notified:
             self._notify(f"reconnected after {time.monotonic() - self._lost_at:.1f} s")
-        self._lost_at, self._told, self._delay = None, False, FIRST_DELAY
+        self._lost_at, self._notified, self._delay = None, False, FIRST_DELAY
 
     def wait_for(self, error: ServerUnreachableError) -> None:
         """Wait like `wait`, for a server that could not be reached at the first call."""
@@ -82,8 +82,8 @@ class Retry:
         now = time.monotonic()
         if self._lost_at is None:
             self._lost_at = now
-        if not (self._told or (quiet and self._lost_at == now)):
-            self._told = True
+        if not (self._notified or (quiet and self._lost_at == now)):
+            self._notified = True
             self._notify(f"{notice}; retrying")
         if now - self._lost_at >= self._patience:
             raise ServerUnreachableError(

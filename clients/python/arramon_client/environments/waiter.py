@@ -9,7 +9,7 @@ import select
 import time
 from collections.abc import Iterable
 
-AWAKE_SECONDS = 0.0005
+SPIN_SECONDS = 0.0005
 """Time for which a process looks again and again before it sleeps, if it did not have to wait for longer last time."""
 
 
@@ -24,7 +24,7 @@ class Waiter:
 
     def __init__(self, files: Iterable[int]) -> None:
         self._poll = select.poll() if hasattr(select, "poll") else None
-        self._is_soon = True
+        self._spins = True
         for file in files:
             if self._poll is not None:
                 self._poll.register(file, select.POLLIN)
@@ -40,9 +40,9 @@ class Waiter:
         found = self._poll.poll(0)
         if not found:
             started = time.perf_counter()
-            while self._is_soon and not found and time.perf_counter() - started < AWAKE_SECONDS:
+            while self._spins and not found and time.perf_counter() - started < SPIN_SECONDS:
                 os.sched_yield()
                 found = self._poll.poll(0)
             found = found or self._poll.poll()
-            self._is_soon = time.perf_counter() - started < AWAKE_SECONDS
+            self._spins = time.perf_counter() - started < SPIN_SECONDS
         return [file for file, _ in found]
