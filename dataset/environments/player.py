@@ -103,7 +103,7 @@ class LocalPlayer:
             episode_id: the episode; None for a drawn one.
             seed: of a drawn one.
             into: arrays to write the images to.
-            draws: whether the observation has its images; `draw` draws them later.
+            with_images: whether the observation has its images; `draw` draws them later.
 
         Raises:
             UsageError: if there is no such episode.

@@ -1,4 +1,4 @@
-"""What is called with a vector environment: which episodes begin, and how; actions, and of which episodes."""
+"""Validation of a vector environment's calls: seeds, reset options, actions and episode numbers."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -13,35 +13,35 @@ from arramon_client.environments.errors import BadArgument
 from arramon_client.environments.group import EpisodeStart
 
 PER_EPISODE = ("episode", "lang")
-"""Options of a reset that may have a value for each episode."""
+"""Reset options that accept one value for all episodes, or one for each."""
 
 
 def episode_starts(
     count: int, seed: int | Sequence[int | None] | None, options: Mapping[str, Any] | None
 ) -> list[EpisodeStart | None]:
-    """Return the beginning of each of `count` episodes; None for those that the mask leaves as they are.
+    """Return how each of `count` episodes begins; None for those that the reset mask leaves out.
 
     Args:
-        count: number of the episodes.
-        seed: of the first, and the next number for each further; or one for each.
-        options: of the reset: `episode` and `lang`, one for all or one for each, and `reset_mask`.
+        count: number of episodes.
+        seed: seed of the first episode, incremented for each further one; or one seed for each.
+        options: options of the reset: `episode` and `lang`, one for all or one for each, and `reset_mask`.
 
     Raises:
-        BadArgument: if seeds, options or mask are not as many as the episodes.
+        BadArgument: if the number of seeds, options or mask values is not the number of episodes.
     """
     seeds, mask = _seeds(count, seed), _mask(count, options)
     each: list[dict[str, Any]] = [{} for _ in range(count)]
     for name in PER_EPISODE:
-        for index, value in zip(each, _values(count, name, options), strict=True):
-            index.update({} if value is None else {name: value})
+        for own, value in zip(each, _values(count, name, options), strict=True):
+            own.update({} if value is None else {name: value})
     return [EpisodeStart(seeds[index], each[index]) if mask[index] else None for index in range(count)]
 
 
 def check_actions(actions: npt.NDArray[np.int64] | Sequence[int], count: int) -> list[int]:
-    """Return `count` actions as numbers.
+    """Return the actions as ints, after checking that there are `count` valid ones.
 
     Raises:
-        gymnasium.error.InvalidAction: if one is none of the four, or there are not so many.
+        gymnasium.error.InvalidAction: if their number is different, or one is not 0 to 3.
     """
     if np.ndim(actions) == 0:
         raise gymnasium.error.InvalidAction(f"the actions are {actions!r}, expected {count} in an array")
@@ -52,10 +52,10 @@ def check_actions(actions: npt.NDArray[np.int64] | Sequence[int], count: int) ->
 
 
 def episode_numbers(env_id: npt.NDArray[np.int64] | Sequence[int] | None, count: int) -> list[int]:
-    """Return the numbers of episodes, of `count` that there are; all of them for None.
+    """Return the episode numbers in `env_id`, each below `count`; all of them for None.
 
     Raises:
-        BadArgument: if there is no such episode, or one is named twice.
+        BadArgument: if there is no such episode, or one is repeated.
     """
     if env_id is None:
         return list(range(count))

@@ -1,4 +1,4 @@
-"""Several episodes in one process, which write their rows of a batch: a vector environment, or a share of one."""
+"""A group of a vector environment's episodes, played in one process and written to their rows of a batch."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -24,11 +24,11 @@ IMAGES = ("rgb", "depth", "segmentation")
 
 @dataclass(frozen=True)
 class VectorSettings:
-    """What a vector environment asks of each of its episodes.
+    """Settings of a vector environment that apply to each of its episodes.
 
     Attributes:
-        autoreset: what happens at the end of an episode.
-        max_episode_steps: actions after which an episode is truncated; None for no such limit.
+        autoreset: Gymnasium's autoreset mode.
+        max_episode_steps: number of actions after which an episode is truncated; None for no limit.
         render_mode: "rgb_array" or None.
     """
 
@@ -39,18 +39,18 @@ class VectorSettings:
 
 @dataclass
 class EpisodeUpdates:
-    """What a step or a reset tells of episodes besides the arrays of a batch.
+    """Results of a step or reset that are not in the arrays of a batch.
 
     Attributes:
-        texts: instructions that changed, by number of the episode.
-        infos: those that are not empty, by number of the episode.
+        texts: instructions that changed, by episode number.
+        infos: infos that are not empty, by episode number.
     """
 
     texts: dict[int, str] = field(default_factory=dict)
     infos: dict[int, dict[str, Any]] = field(default_factory=dict)
 
     def add(self, other: "EpisodeUpdates") -> "EpisodeUpdates":
-        """Take over what another one tells, and return this."""
+        """Merge another object's updates into this one, and return it."""
         self.texts.update(other.texts)
         self.infos.update(other.infos)
         return self
@@ -58,11 +58,11 @@ class EpisodeUpdates:
 
 @dataclass(frozen=True)
 class EpisodeStart:
-    """A call that begins an episode.
+    """A request to begin an episode.
 
     Attributes:
-        seed: of the random numbers that draw episodes from now on; None to go on with the present ones.
-        options: as for `ArraMonEnv.reset`.
+        seed: seed of the generator that draws the episodes from now on; None to keep the current generator.
+        options: reset options, as for `ArraMonEnv.reset`.
     """
 
     seed: int | None = None
@@ -70,19 +70,19 @@ class EpisodeStart:
 
 
 Call = int | EpisodeStart
-"""An action, or the beginning of an episode."""
+"""An action, or a request to begin an episode."""
 
 
 class EpisodeGroup:
-    """Episodes with the numbers `numbers` of a vector environment.
+    """Consecutive episodes of a vector environment, played in one process.
 
-    What is called by `apply` is drawn by `draw`, in any order: neither the settings of all nor the frames of all leave
-    much of the other in the processor's caches.
+    `apply` takes steps without rendering, and `draw` renders their frames: keeping the two apart uses the processor's
+    caches better.
 
     Args:
-        options: of all.
-        numbers: of the episodes.
-        settings: what is asked of each.
+        options: options of the environment.
+        numbers: numbers of the episodes.
+        settings: settings of the vector environment.
     """
 
     def __init__(self, options: Options, numbers: range, settings: VectorSettings) -> None:
@@ -102,22 +102,22 @@ class EpisodeGroup:
         self._images = tuple(name for name in IMAGES if name in options.sensors)
         self._has_pose = "pose" in options.sensors
         self._pairs_by_batch: dict[int, tuple[VectorBatch, list[tuple[npt.NDArray[Any], npt.NDArray[Any]]]]] = {}
-        """By the identity of a batch, with the batch itself, so that no other gets its identity."""
+        """By the id of a batch, together with the batch, so that the id cannot be reused."""
         self._sent_texts = list(self._texts)
-        """Instructions as `draw` has last told them."""
+        """The instructions last reported in updates."""
         limit, mode = settings.max_episode_steps, settings.render_mode
         self._members = [Member(episodes, limit, mode) for episodes in self._episodes]
 
     @property
     def opened(self) -> PlayerSet:
-        """What the first episode plays with."""
+        """The players of the first episode."""
         return self._opened[0]
 
     def begin(self, batch: VectorBatch, calls: Sequence[EpisodeStart | None]) -> EpisodeUpdates | None:
         """Begin the episodes whose call is not None, and write all rows.
 
         Raises:
-            BadArgument: if there is no episode of a given id.
+            BadArgument: if a call names an unknown episode or language.
             gymnasium.error.ResetNeeded: if an episode without a call has not begun.
         """
         for index, call in enumerate(calls):
@@ -127,23 +127,23 @@ class EpisodeGroup:
         return self._write(batch)
 
     def step(self, batch: VectorBatch, actions: Sequence[int]) -> EpisodeUpdates | None:
-        """Apply the actions of all episodes of the group, in order, and write all rows.
+        """Apply one action to each episode of the group, in order, and write all rows.
 
         Raises:
-            gymnasium.error.ResetNeeded: if an episode has ended and is not begun anew by itself.
+            gymnasium.error.ResetNeeded: if an episode has ended, and the autoreset mode does not begin the next one.
         """
         self.apply(zip(self._numbers, actions, strict=True))
         return self._write(batch)
 
     def apply(self, calls: Iterable[tuple[int, Call]]) -> list[int]:
-        """Apply calls, each with the number of its episode, by the settings alone.
+        """Apply calls, each with the number of its episode, without rendering.
 
         Returns:
-            The numbers of the episodes in the order in which they are drawn fastest: those in one place together.
+            The numbers of the episodes in the order in which they are rendered fastest: grouped by scene.
 
         Raises:
-            gymnasium.error.ResetNeeded: if an episode has terminated and is not begun anew by itself.
-            BadArgument: if there is no episode of a given id.
+            gymnasium.error.ResetNeeded: if an episode has ended, and the autoreset mode does not begin the next one.
+            BadArgument: if a call names an unknown episode or language.
         """
         applied = []
         for number, call in calls:
@@ -160,10 +160,10 @@ class EpisodeGroup:
         return sorted(applied, key=lambda number: self._episodes[number - self._numbers.start].player.place)
 
     def draw(self, number: int, batch: VectorBatch, row: int) -> EpisodeUpdates | None:
-        """Write the observation of an episode to a row of any batch, with its rewards and ends.
+        """Write an episode's observation, reward and end flags to a row of a batch.
 
         Returns:
-            What is new besides; None if nothing is.
+            The episode's updates; None if there are none.
         """
         index = number - self._numbers.start
         self._draw(index, batch.observation, row)
@@ -172,23 +172,23 @@ class EpisodeGroup:
         return self._take_updates(index) if self._has_updates(index) else None
 
     def heads(self, run_id: str) -> list[bytes]:
-        """Return the heads of the hash chains over the actions of the present episodes, 32 bytes each."""
+        """Return the heads of the hash chains over the current episodes' actions, 32 bytes each."""
         return [episodes.player.chain_head(run_id) for episodes in self._episodes]
 
     def pictures(self) -> list[npt.NDArray[np.uint8]]:
         """Return a picture of each episode, (height, width, 3) uint8.
 
         Raises:
-            gymnasium.error.ResetNeeded: if none has begun.
+            gymnasium.error.ResetNeeded: if no episode has begun.
         """
         pictures = [member.render() for member in self._members]
         return [picture for picture in pictures if picture is not None]
 
     def call(self, name: str, *arguments: Any, **named: Any) -> list[Any]:
-        """Return an attribute of each episode's `Member`, or what it returns if it can be called.
+        """Return an attribute of each episode's `Member`; if it is callable, the result of calling it.
 
         Raises:
-            AttributeError: if there is none.
+            AttributeError: if there is no such attribute.
         """
         found = [getattr(member, name) for member in self._members]
         return [each(*arguments, **named) if callable(each) else each for each in found]
@@ -208,7 +208,7 @@ class EpisodeGroup:
             episodes.close()
 
     def _drawing_order(self) -> list[int]:
-        """Return the episodes by place: what is drawn there is then still in the processor's caches."""
+        """Return the indices of the episodes ordered by scene, whose data then stays in the processor's caches."""
         if not self._order:
             self._order = sorted(range(len(self._numbers)), key=lambda index: self._episodes[index].player.place)
         return self._order
@@ -235,7 +235,7 @@ class EpisodeGroup:
         if step.phases_ended and not terminated:
             self._order = []
             self._store(index, episodes.player.latest_without_images())
-        elif not terminated:  # Or else the latest observation is repeated.
+        elif not terminated:  # Otherwise the latest observation is repeated.
             self._values["steps_left"][index, 0] = step.steps_left
         if (terminated or truncated) and autoreset is AutoresetMode.SAME_STEP:
             final = self._translator.observation(episodes.player.latest(), action)
@@ -244,7 +244,7 @@ class EpisodeGroup:
         return info
 
     def _write(self, batch: VectorBatch) -> EpisodeUpdates | None:
-        """Write all rows of the group, and return what is new; None if nothing is."""
+        """Write all rows of the group, and return the updates; None if there are none."""
         observation, first = batch.observation, self._numbers.start
         for index in self._drawing_order():
             self._draw(index, observation, first + index)
@@ -258,7 +258,7 @@ class EpisodeGroup:
         return updates
 
     def _array_pairs(self, batch: VectorBatch) -> list[tuple[npt.NDArray[Any], npt.NDArray[Any]]]:
-        """Return the arrays of a batch but its images, each with that of this group which is written to it."""
+        """Return pairs of a batch's array, except images, and the group's array that is copied to it."""
         found = self._pairs_by_batch.get(id(batch))
         if found is None:
             observation = batch.observation
@@ -271,7 +271,7 @@ class EpisodeGroup:
         return bool(self._infos[index]) or self._sent_texts[index] is not self._texts[index]
 
     def _draw(self, index: int, observation: Arrays, row: int) -> None:
-        """Write the images of the latest observation, and keep its pose."""
+        """Write the images of the latest observation, and store its pose."""
         player = self._episodes[index].player
         if self._has_pose:
             self._values["pose"][index] = player.latest_without_images().pose
@@ -279,7 +279,7 @@ class EpisodeGroup:
             player.draw({name: observation[name][row] for name in self._images})
 
     def _store(self, index: int, seen: Observation) -> None:
-        """Keep all of a new observation but its images and pose."""
+        """Store a new observation without its images and pose."""
         values = self._values
         values["turn"][index] = seen.turn
         values["phase"][index] = PHASES.index(seen.phase)
@@ -289,7 +289,7 @@ class EpisodeGroup:
             values["instruction_tokens"][index] = self._translator.tokens(seen.instruction)
 
     def _take_updates(self, index: int) -> EpisodeUpdates:
-        """Return what is new of an episode, once."""
+        """Return an episode's updates, and mark them as reported."""
         number, updates = self._numbers[index], EpisodeUpdates()
         if self._sent_texts[index] is not self._texts[index]:
             updates.texts[number] = self._sent_texts[index] = self._texts[index]
@@ -299,7 +299,7 @@ class EpisodeGroup:
 
 
 def _initial_values(count: int, opened: PlayerSet) -> Arrays:
-    """Return all of a batch but its images, before the first observation."""
+    """Return a batch's arrays, except images, before the first observation."""
     values: Arrays = {
         "turn": np.ones(count, np.int64),
         "phase": np.zeros(count, np.int64),

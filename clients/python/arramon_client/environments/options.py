@@ -1,4 +1,4 @@
-"""Options of the environments: from the arguments of `gymnasium.make` to checked options."""
+"""Options of the environments, parsed and checked from the arguments of `gymnasium.make`."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -22,10 +22,10 @@ from arramon_client.transport.access import Access
 from arramon_client.world import ASSEMBLY, NAVIGATION, PHASES
 
 MIN_SIZE, MAX_SIZE, SIZE_STEP = 8, 448, 8
-"""Sizes of images in this process, in pixels: multiples of SIZE_STEP, and SIZES."""
+"""Image sizes available in this process, in pixels: the multiples of SIZE_STEP in this range, and SIZES."""
 
 SIZES = (84,)
-"""Further sizes, which learners commonly use."""
+"""Further image sizes, common in reinforcement learning."""
 
 DEFAULT_SENSORS = ("rgb", "depth")
 
@@ -35,20 +35,20 @@ class Options:
     """The arguments of an environment. `docs/environments.md` explains them.
 
     Attributes:
-        lang: language of the instructions; or several, one of which is drawn for each episode.
+        lang: language of the instructions; or several, of which one is drawn for each episode.
         split: name of the split.
-        sensors: names of `SENSORS`, in any order.
+        sensors: some of `SENSORS`, in any order.
         image_size: side length of images, in pixels.
         server: address of a host, HOST:PORT or unix:/PATH; None to play in this process.
         data: the data folder in this process; None for $ARRAMON_DATA or ./arramon-data.
-        reward: one of `REWARDS`; None for "sparse" where there can be rewards.
-        tokenizer: "bytes", "words", which takes the words of the split (in this process), or a `Tokenizer`.
-        expert: one of `EXPERTS`, for `info["expert_action"]`.
-        phases: that the agent plays.
-        turn, start: where the agent begins.
-        steps_per_phase: the step limit of a phase; None for the benchmark's, or the host's.
-        access: token and encryption, on a host.
-        observe: keys of the observation, in any order; None for all. Sensors that are not observed are not drawn.
+        reward: one of `REWARDS`; None for "sparse" if rewards are available, otherwise "none".
+        tokenizer: "bytes"; "words", with the vocabulary of the split (only in this process); or a `Tokenizer`.
+        expert: one of `EXPERTS`, for `info["expert_action"]`; None for no expert.
+        phases: phases that the agent plays.
+        turn, start: turn and phase in which the agent begins.
+        steps_per_phase: step limit of a phase; None for the default of the benchmark or the host.
+        access: token and encryption, for a host.
+        observe: keys of the observation, in any order; None for all. Sensors that are left out are not rendered.
     """
 
     lang: str | tuple[str, ...] = "en"
@@ -69,7 +69,7 @@ class Options:
 
     @property
     def languages(self) -> tuple[str, ...]:
-        """The languages, as a tuple also where there is one."""
+        """The languages, as a tuple even if there is only one."""
         return (self.lang,) if isinstance(self.lang, str) else self.lang
 
 
@@ -77,13 +77,13 @@ def make_options(own: Sequence[str] = (), keys: Sequence[str] = (), /, **given: 
     """Return checked options from the arguments of `gymnasium.make`.
 
     Args:
-        own: names of further arguments, which the caller has taken out: errors list them too.
+        own: names of further arguments that the caller handles itself, for error messages.
         keys: further keys of the caller's observations, which `observe` may name.
-        given: by name.
+        given: the arguments, by name.
 
     Raises:
-        UnknownArgument: if there is no argument of a name.
-        BadArgument: if one is wrong in itself.
+        UnknownArgument: if an argument is unknown.
+        BadArgument: if an argument is invalid.
     """
     check_names(given, (*Options.__dataclass_fields__, *own))
     plain: dict[str, Any] = {}
@@ -120,10 +120,10 @@ CONVERTERS: Mapping[str, Callable[[object], object]] = {
     "steps_per_phase": lambda value: whole_number("steps_per_phase", value, "a number from 1", 1),
     "observe": lambda value: name_tuple("observe", value, '("rgb", "instruction_tokens")'),
 }
-"""Return what was given for an argument in the type that `Options` has, or raise BadArgument."""
+"""Functions that convert an argument to its type in `Options`, or raise BadArgument."""
 
 NONE_MEANS_DEFAULT = ("sensors", "phases", "access")
-"""Arguments of which None means the default."""
+"""Arguments for which None selects the default."""
 
 OPTIONAL = ("server", "data", "steps_per_phase", "observe")
 """Arguments that may be None."""
@@ -132,7 +132,7 @@ OPTIONAL = ("server", "data", "steps_per_phase", "observe")
 def _observed(
     chosen: tuple[str, ...], sensors: tuple[str, ...] | None, keys: Sequence[str]
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the keys of the observation, and the sensors among them."""
+    """Return the observed keys, and the sensors among them, after checking them."""
     there = (*KEYS, *keys)
     for key in chosen:
         if key not in there:
@@ -162,7 +162,7 @@ def _check(options: Options) -> None:
         check_choice("phases", phase, PHASES)
     if (options.turn, options.start) == (2, ASSEMBLY) and ASSEMBLY not in options.phases:
         raise BadArgument(
-            f"phases is {options.phases}, expected {ASSEMBLY!r} among them, as the episode begins with its last one"
+            f"phases is {options.phases}, expected {ASSEMBLY!r} among them, as the episode begins with its last phase"
         )
     _check_objects(options)
     _check_size(options)
@@ -178,7 +178,7 @@ def _check(options: Options) -> None:
         for name, value in local.items():
             if value is not None:
                 raise BadArgument(
-                    f"{name} is {value!r}, but on a host there is none: play in this process (server=None)"
+                    f"{name} is {value!r}, which a host does not support: play in this process (server=None)"
                 )
 
 

@@ -1,4 +1,4 @@
-"""The processes of a vector environment as one: this one, which plays a share itself, and the workers."""
+"""The episodes of a vector environment, divided among this process and worker processes."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -18,17 +18,17 @@ class Pool:
     """The episodes of a vector environment, in one process or several.
 
     Args:
-        options: of all episodes.
-        settings: of all episodes.
-        episodes: their number.
-        processes: in which they are played, this one included.
-        context: starts the others.
-        rows: of batches of the first that are ready; None if there are none.
+        options: options of the environment.
+        settings: settings of the vector environment.
+        episodes: number of episodes.
+        processes: number of processes, including this one.
+        context: multiprocessing context that starts the workers.
+        rows: size of the batches that `send` and `recv` use; None without these.
 
     Attributes:
-        group: the episodes of this process.
-        texts: the present instruction of each episode.
-        ready: batches of the first episodes that are ready; None if there are none.
+        group: the episodes played in this process.
+        texts: the current instruction of each episode.
+        ready: queue behind `send` and `recv`; None without these.
     """
 
     def __init__(
@@ -60,10 +60,10 @@ class Pool:
         if self.ready is not None:
             self.ready.start(self.group, self._shares, self.workers)
         self._has_unread_answers = False
-        """Whether workers may have answers that were not read, as the wait for them was interrupted."""
+        """Whether workers may have sent answers that were not read because the wait for them was interrupted."""
 
     def begin(self, calls: Sequence[EpisodeStart | None]) -> tuple[VectorBatch, EpisodeUpdates]:
-        """Begin the episodes whose call is not None, and return all.
+        """Begin the episodes whose call is not None, and return the batch of all episodes and the updates.
 
         Raises:
             BadArgument, ResetNeeded: as for `EpisodeGroup.begin`.
@@ -73,15 +73,15 @@ class Pool:
         return self._call_all("begin", calls)
 
     def step(self, actions: Sequence[int]) -> tuple[VectorBatch, EpisodeUpdates]:
-        """Apply an action to each episode, and return all.
+        """Apply an action to each episode, and return the batch of all episodes and the updates.
 
         Raises:
-            gymnasium.error.ResetNeeded: if an episode has terminated and is not begun anew by itself.
+            gymnasium.error.ResetNeeded: if an episode has ended, and the autoreset mode does not begin the next one.
         """
         return self._call_all("step", actions)
 
     def each(self, method: str, *arguments: object, **named: object) -> list[Any]:
-        """Return what a method of `EpisodeGroup` returns for each episode."""
+        """Call a method of every `EpisodeGroup`, and return its result for each episode."""
         if self.ready is not None:
             self.ready.wait_until_idle()
         self._discard_answers()
@@ -106,7 +106,7 @@ class Pool:
         self._answers(partial(self.group.set_attr, name, values[: self._shares[0].stop]))
 
     def close(self) -> None:
-        """End the processes, and close all players."""
+        """End the worker processes, and close all players."""
         for worker in self.workers:
             worker.close()
         self.workers = []
@@ -115,9 +115,9 @@ class Pool:
         self.group.close()
 
     def _call_all(self, method: str, calls: Sequence[Any]) -> tuple[VectorBatch, EpisodeUpdates]:
-        """Call a method of all groups, each with its calls; return the batch and what is new."""
+        """Call a method of all groups, each with its part of the calls; return the batch and the updates."""
         self._discard_answers()
-        # The spare block is for a learner that holds all others: it is copied, and never handed out.
+        # The spare block is used while a learner holds all others: it is copied, and never leased.
         number = self._block_pool.take() if self._block_pool.free_count else self._spare
         self._has_unread_answers = True
         for worker, share in zip(self.workers, self._shares[1:], strict=True):
@@ -139,13 +139,13 @@ class Pool:
         return batch, updates
 
     def _answers(self, own: Callable[[], Any]) -> list[Any]:
-        """Return what this process and the workers answer; all have to, before an error is raised."""
+        """Return the answers of this process and the workers; an error is raised only after all have answered."""
         answers: list[Any] = []
         errors: list[Exception] = []
         for answer in (own, *(worker.answer for worker in self.workers)):
             try:
                 answers.append(answer())
-            except Exception as error:  # noqa: BLE001 - it is raised below
+            except Exception as error:  # noqa: BLE001 - raised below
                 errors.append(error)
         self._has_unread_answers = False
         if errors:
@@ -160,6 +160,6 @@ class Pool:
 
 
 def _divide(count: int, processes: int) -> list[range]:
-    """Return which episodes each process plays, as equally as can be."""
+    """Return the range of episodes for each process, divided as evenly as possible."""
     ends = [count * number // processes for number in range(processes + 1)]
     return [range(start, end) for start, end in pairwise(ends)]

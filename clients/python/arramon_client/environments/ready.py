@@ -1,7 +1,7 @@
-"""Batches of the first episodes that are ready, as EnvPool has them: nobody waits for the slowest.
+"""Asynchronous batches of the first episodes that are ready, as in EnvPool: no batch waits for the slowest episode.
 
-This process and the workers fill the rows of open blocks in whatever order they come to them. The oldest block that is
-full is the next batch.
+This process and the workers fill the rows of open blocks in any order. The oldest block is the next batch once it is
+full.
 """
 
 import os
@@ -24,13 +24,13 @@ from arramon_client.environments.waiter import Waiter
 from arramon_client.environments.worker import Worker
 
 MAX_ROWS = 8192
-"""Rows that may be free at once: what a pipe holds everywhere, a row of 4 bytes."""
+"""Maximum number of free rows: their numbers, 4 bytes each, must fit the buffer of a pipe on every system."""
 
 READ_BYTES = 1024 * REPORT.size
 
 MIN_OWN_SHARE = 0.5
-"""Of the episodes that this process plays, the share of a batch that it plays at least, so that none is left behind
-however fast other processes are."""
+"""Minimum number of rows that this process fills itself, as a fraction of its proportional share of a batch, so that
+its episodes are not starved by faster processes."""
 
 
 @dataclass
@@ -38,11 +38,11 @@ class _Block:
     """A block that is being filled.
 
     Attributes:
-        number: of the block.
-        left: rows that are not filled.
-        episodes: their numbers, by row.
+        number: number of the block.
+        left: number of rows that are not filled yet.
+        episodes: episode numbers, by row.
         texts: instructions, by row.
-        infos: by row.
+        infos: infos that are not empty, by row.
     """
 
     number: int
@@ -57,10 +57,10 @@ class ReadyBatch:
     """A batch of episodes that are ready.
 
     Attributes:
-        batch: what their latest calls led to, by row.
-        episodes: their numbers, (rows,) int64.
+        batch: results of the episodes' latest calls, by row.
+        episodes: episode numbers, (rows,) int64.
         texts: instructions, by row.
-        infos: those that are not empty, by row.
+        infos: infos that are not empty, by row.
     """
 
     batch: VectorBatch
@@ -73,16 +73,16 @@ class ReadyQueue:
     """Plays calls in several processes, and returns batches of the first episodes that are ready.
 
     Args:
-        space: of a single observation.
-        episodes: number of all.
-        rows: of a batch.
-        context: of the processes; None if there is but this one.
-        texts: the present instruction of each episode, which is kept up to date.
+        space: space of a single observation.
+        episodes: total number of episodes.
+        rows: number of rows of a batch.
+        context: multiprocessing context of the workers; None without workers.
+        texts: the current instruction of each episode, updated in place.
 
     Attributes:
-        rows: what each process needs.
-        pending: numbers of the episodes whose latest call has not been received.
-        is_lost: whether a call failed or was interrupted, so that all episodes have to begin anew: rows are missing.
+        rows: the row writer that each process uses.
+        pending: numbers of the episodes whose latest call has no received result yet.
+        is_lost: whether a call failed or was interrupted; some rows are then missing, and all episodes must be reset.
     """
 
     def __init__(
@@ -108,12 +108,12 @@ class ReadyQueue:
         self._own_rows_due = 0.0
 
     def start(self, group: EpisodeGroup, shares: Sequence[range], workers: Sequence[Worker]) -> None:
-        """Begin to play.
+        """Set the group and the workers that play the calls.
 
         Args:
-            group: of this process.
-            shares: numbers of the episodes of each process, this one first.
-            workers: the other processes.
+            group: the episodes played in this process.
+            shares: episode numbers of each process, this one first.
+            workers: the worker processes.
         """
         self._group, self._own, self._workers = group, shares[0], list(workers)
         self._worker_of = {
@@ -126,7 +126,7 @@ class ReadyQueue:
         """Play calls, each with the number of an episode that is not pending.
 
         Raises:
-            WorkerDied: if a process has ended.
+            WorkerDied: if a worker has ended.
         """
         shares: dict[Worker, list[tuple[int, Call]]] = {}
         with self._lost_on_error():
@@ -148,8 +148,8 @@ class ReadyQueue:
         At least as many episodes must be pending as a batch has rows.
 
         Raises:
-            WorkerDied: if a process has ended.
-            gymnasium.error.Error, ArramonClientError: if a call failed; all others have to begin anew then.
+            WorkerDied: if a worker has ended.
+            gymnasium.error.Error, ArramonClientError: if a call failed; all episodes must then be reset.
         """
         self._own_rows_due = min(
             self._own_rows_due + MIN_OWN_SHARE * self._count * len(self._own) / self._episodes, self._count
@@ -162,23 +162,23 @@ class ReadyQueue:
             return self._lease_block()
 
     def wait_until_idle(self) -> None:
-        """Wait until all pending episodes are ready, though not received, and no process plays.
+        """Wait until all pending episodes are ready, without receiving them, and no process is playing.
 
         Raises:
             WorkerDied, gymnasium.error.Error, ArramonClientError: as for `recv`.
         """
         if self.is_lost:
             self.reset()
-            self.is_lost = True  # All still have to begin anew.
+            self.is_lost = True  # All episodes still have to be reset.
         with self._lost_on_error():
             while sum(self._count - block.left for block in self._open) < len(self.pending):
                 self._make_progress()
 
     def reset(self) -> None:
-        """Wait until no process plays, and forget all that is pending.
+        """Wait until no process is playing, and discard all pending calls and results.
 
         Raises:
-            WorkerDied: if a process has ended.
+            WorkerDied: if a worker has ended.
         """
         self._mark_lost()
         for worker in self._workers:
@@ -202,7 +202,7 @@ class ReadyQueue:
 
     @contextmanager
     def _lost_on_error(self) -> Iterator[None]:
-        """Lose all that is pending if the calls within do not come to their end."""
+        """Mark the pending calls as lost if the body raises."""
         try:
             yield
         except BaseException:
@@ -210,7 +210,7 @@ class ReadyQueue:
             raise
 
     def _mark_lost(self) -> None:
-        """Let nobody wait for what is pending; processes may still play it, until `drop`."""
+        """Stop waiting for the pending calls; processes may still play them, until `reset`."""
         self.is_lost = True
         self.pending.clear()
 
@@ -224,7 +224,7 @@ class ReadyQueue:
         os.write(self._free.fileno(), b"".join(map(SLOT.pack, range(first, first + self._count))))
 
     def _make_progress(self) -> None:
-        """Take note of rows that are filled, or fill one, or wait."""
+        """Read reports of filled rows, or else fill one row, or else wait for a report."""
         files = self._waiter.ready()
         if files:
             self._read_reports(files)
@@ -232,7 +232,7 @@ class ReadyQueue:
             self._read_reports(self._waiter.wait())
 
     def _play_one(self) -> bool:
-        """Fill a row from this process; return whether there was anything to play."""
+        """Fill a row in this process; return False if it has no call to play."""
         if not self._to_draw:
             if not self._calls:
                 return False
@@ -267,7 +267,7 @@ class ReadyQueue:
         del self._by_number[block.number]
         self._requested_rows -= self._count
         self._opened_rows -= self._count
-        # What is still to be opened must find blocks, even if the learner keeps all that it has.
+        # Keep enough blocks for the ones still to be opened, even if the learner keeps all that it holds.
         if self._block_pool.free_count >= self._most_open - len(self._open):
             batch = self._block_pool.lease(block.number)
         else:

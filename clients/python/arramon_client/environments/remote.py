@@ -135,7 +135,7 @@ class RemotePlayer:
             episode_id: the episode; None for the next.
             seed: not used: nothing is drawn.
             into: arrays to write the images to.
-            draws: whether the observation has its images.
+            with_images: whether the observation has its images.
 
         Raises:
             ArramonClientError: if the host refuses, or is away for too long.
