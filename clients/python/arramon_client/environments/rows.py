@@ -1,8 +1,8 @@
-"""Rows of batches that several processes fill: whoever has an episode ready takes the next row.
+"""Filling of a batch's rows by several processes: each takes the next free row when it has an episode ready.
 
-Rows are handed out through a pipe, from which each process reads the number of one row at a time, and filled ones are
-reported through another. So no process holds a lock that would remain locked after its death, and the pipes order what
-is written to shared memory on every processor.
+The numbers of free rows are distributed through a pipe, from which each process reads one at a time, and filled rows are
+reported through another pipe. Thus no process holds a lock that would stay locked if it died, and the pipes also order
+the writes to shared memory on every processor.
 """
 
 import os
@@ -19,25 +19,25 @@ from arramon_client.environments.group import Call, EpisodeGroup, EpisodeUpdates
 from arramon_client.errors import ArramonClientError
 
 SLOT = struct.Struct("=i")
-"""A row: number of its block times the rows of a block, and its number there."""
+"""Encoding of a row: its block's number times the rows per block, plus its number in the block."""
 
 REPORT = struct.Struct("=iii")
-"""The number of an episode, its row, and what follows in the pipe of its process."""
+"""Encoding of a report: episode number, row, and what the process sends next through its own pipe."""
 
 NOTHING, UPDATES, ERROR = 0, 1, 2
-"""What follows a report: nothing, `EpisodeUpdates`, or an error that ends all rows."""
+"""What follows a report: nothing, `EpisodeUpdates`, or an error that ends the batch."""
 
 
 @dataclass(eq=False)
 class RowWriter:
-    """What a process needs to fill rows.
+    """Writer of rows, used by each process.
 
     Attributes:
-        layout: of a block.
-        blocks: shared memory.
-        count: rows of a block.
-        free: from which the numbers of rows are read.
-        filled: to which reports are written.
+        layout: layout of a block.
+        blocks: blocks of shared memory, by number.
+        count: number of rows of a block.
+        free: pipe from which the numbers of free rows are read.
+        filled: pipe to which reports are written.
     """
 
     layout: BatchLayout
@@ -51,7 +51,7 @@ class RowWriter:
         return {**self.__dict__, "_batches": ()}
 
     def draw(self, group: EpisodeGroup, number: int) -> tuple[int, EpisodeUpdates | None]:
-        """Draw an episode to the next row, and return the row and what is new."""
+        """Write an episode to the next free row; return the row, and the episode's updates or None."""
         self._batches = self._batches or [self.layout.over(block) for block in self.blocks]
         (slot,) = SLOT.unpack(os.read(self.free.fileno(), SLOT.size))
         return slot, group.draw(number, self._batches[slot // self.count], slot % self.count)
@@ -60,9 +60,9 @@ class RowWriter:
         """Play calls, each with the number of its episode, and report each row.
 
         Args:
-            group: that plays them.
-            calls: actions and beginnings.
-            pipe: of this process, for what follows a report.
+            group: the group that plays the calls.
+            calls: actions and requests to begin an episode.
+            pipe: this process's own pipe, for what follows a report.
         """
         try:
             for number in group.apply(calls):
@@ -79,5 +79,5 @@ class RowWriter:
 
 
 def reports(data: bytes) -> Iterable[tuple[int, int, int]]:
-    """Return the reports in what was read from the pipe: episode, row, and what follows."""
+    """Return the decoded reports in data read from the pipe: episode, row, and what follows."""
     return REPORT.iter_unpack(data)

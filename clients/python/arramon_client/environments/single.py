@@ -25,32 +25,32 @@ from arramon_client.world import ASSEMBLY
 RENDER_MODES = ("human", "rgb_array")
 
 ROOM_SPLIT, DRAWN_ROOM_SPLIT = "rooms", "drawn_rooms"
-"""Splits of tasks in the room alone: in a data folder, and drawn as they are played."""
+"""Splits of tasks in the assembly room alone: stored in a data folder, and drawn at random while playing."""
 
 
 OWN_ARGUMENTS = ("render_mode",)
-"""Arguments besides those of `Options`."""
+"""Arguments that are not in `Options`."""
 
 NOT_IN_ROOM = ("split", "server", "phases", "start", "access")
-"""Options that an environment in the room alone does not have."""
+"""Options that an environment of the assembly room alone does not have."""
 
 
 class ArraMonEnv(Copyable, PlainSpec, gymnasium.Env[Dict, np.int64]):
     """The benchmark as a Gymnasium environment; `gymnasium.make("arramon/ArraMon-v0")` makes one.
 
-    An episode has two turns of two phases each. `terminated` is its end; the step limit of a phase is a transition to
-    the next phase, so nothing is ever truncated. The observation that comes with `terminated` repeats the last one.
+    An episode has two turns of two phases each. `terminated` is set at its end. Reaching the step limit of a phase
+    starts the next phase, so `truncated` is never set. The final observation repeats the one before.
 
-    In this process it can be pickled and copied at any time: the copy is made from the arguments and the actions so
-    far, and gives the same observations, rewards and scores for the same further actions.
+    An environment in this process can be pickled and copied at any time: the copy is rebuilt from the arguments and the
+    actions so far, and returns the same observations, rewards and scores for the same further actions.
 
     Args:
         render_mode: None, "rgb_array" or "human".
         options: the fields of `arramon_client.environments.options.Options`.
 
     Raises:
-        BadArgument: if an argument is wrong; the message says what would be right.
-        NoBackend: if there is no host, and the server package is not installed.
+        BadArgument: if an argument is wrong; the message states what was expected.
+        NoBackend: if no host is named, and the server package is not installed.
     """
 
     REBUILT = ("_episodes", "_translator", "_picture", "_window")
@@ -69,7 +69,7 @@ class ArraMonEnv(Copyable, PlainSpec, gymnasium.Env[Dict, np.int64]):
         self._set_episodes(Episodes(opened))
 
     def _set_episodes(self, episodes: Episodes) -> None:
-        """Set what is not part of a copy's state, as it is made again."""
+        """Set the attributes that a copy rebuilds instead of copying."""
         self._episodes = episodes
         self._translator = episodes.opened.translator()
         self._picture = Picture()
@@ -77,30 +77,30 @@ class ArraMonEnv(Copyable, PlainSpec, gymnasium.Env[Dict, np.int64]):
 
     @property
     def labels(self) -> tuple[Label, ...]:
-        """Meaning of a segmentation's values, by index; empty without that sensor."""
+        """Label of each segmentation value, by index; empty without that sensor."""
         return self.player.labels
 
     @property
     def factored_labels(self) -> FactoredLabels:
-        """The same as arrays: kind, colour and look of each label, as numbers."""
+        """The labels as arrays: kind, colour and look of each label, as numbers."""
         return factored(self.labels)
 
     @property
     def task(self) -> str:
-        """What the agent does now: "navigation" or "assembly"; empty before the first episode."""
+        """The current phase, "navigation" or "assembly"; empty before the first episode."""
         return self._episodes.task
 
     @property
     def task_description(self) -> str:
-        """The present instruction; empty before the first episode."""
+        """The current instruction; empty before the first episode."""
         return self._episodes.task_description
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Dict, dict[str, Any]]:
         """Begin an episode.
 
         Args:
-            seed: of the random numbers that draw episodes; on a host the run's order counts instead.
-            options: `{"episode": ID}` names the episode; `{"lang": LANGUAGE}` its language, where there are several.
+            seed: seed of the generator that draws the episodes; on a host episodes come in the run's order instead.
+            options: `{"episode": ID}` selects the episode; `{"lang": LANGUAGE}` its language, if there are several.
 
         Raises:
             BadArgument: if there is no such episode.
@@ -117,7 +117,7 @@ class ArraMonEnv(Copyable, PlainSpec, gymnasium.Env[Dict, np.int64]):
 
         Raises:
             gymnasium.error.ResetNeeded: if the episode has ended, or none has begun.
-            gymnasium.error.InvalidAction: if the action is none of the four.
+            gymnasium.error.InvalidAction: if the action is not 0 to 3.
         """
         step, info = self._episodes.step(action)
         seen = self.player.latest() if step.observation is None else step.observation
@@ -126,7 +126,7 @@ class ArraMonEnv(Copyable, PlainSpec, gymnasium.Env[Dict, np.int64]):
         return self._translator.observation(seen, int(action)), step.reward, step.ending is not None, False, info
 
     def render(self) -> npt.NDArray[np.uint8] | None:
-        """Return what the agent sees beside map and instruction, (height, width, 3) uint8; None unless "rgb_array".
+        """Return a picture of view, map and instruction, (height, width, 3) uint8; None unless the mode is "rgb_array".
 
         Raises:
             gymnasium.error.ResetNeeded: if no episode has begun.
@@ -136,7 +136,7 @@ class ArraMonEnv(Copyable, PlainSpec, gymnasium.Env[Dict, np.int64]):
         return self._drawn()
 
     def close(self) -> None:
-        """Free what is held. On a host, end the run."""
+        """Release all resources. On a host, end the run."""
         if self._window is not None:
             self._window.close()
             self._window = None
@@ -156,9 +156,9 @@ class ArraMonEnv(Copyable, PlainSpec, gymnasium.Env[Dict, np.int64]):
 
 
 def make_room(render_mode: str | None = None, **options: object) -> ArraMonEnv:
-    """Return the environment of tasks in the room alone; see `docs/environments.md`.
+    """Return the environment of tasks in the assembly room alone; see `docs/environments.md`.
 
-    They are drawn without end or, with `data`, those of the split `rooms` in that data folder.
+    The tasks are drawn at random without end or, with `data`, taken from the split `rooms` in that data folder.
 
     Raises:
         BadArgument, NoBackend: as for `ArraMonEnv`.
@@ -167,11 +167,11 @@ def make_room(render_mode: str | None = None, **options: object) -> ArraMonEnv:
 
 
 def room_options(options: dict[str, object], own: Sequence[str] = OWN_ARGUMENTS) -> dict[str, object]:
-    """Return the options of an environment in the room alone.
+    """Return the options of an environment of the assembly room alone.
 
     Args:
-        options: as they were given.
-        own: names of the environment's further arguments, for the error.
+        options: the options as given.
+        own: names of the environment's further arguments, for error messages.
 
     Raises:
         BadArgument: for an option that such an environment does not have.
@@ -185,6 +185,6 @@ def room_options(options: dict[str, object], own: Sequence[str] = OWN_ARGUMENTS)
 
 
 def check_render_mode(render_mode: str | None) -> None:
-    """Raise BadArgument unless there is such a mode."""
+    """Raise BadArgument if the render mode is unknown."""
     if render_mode not in (None, *RENDER_MODES):
         raise BadArgument(f"render_mode is {render_mode!r}, expected None, {' or '.join(map(repr, RENDER_MODES))}")

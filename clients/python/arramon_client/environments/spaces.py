@@ -1,4 +1,4 @@
-"""Spaces of observations and actions, and observations as Gymnasium has them."""
+"""Observation and action spaces, and the conversion of observations to those spaces."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
@@ -15,39 +15,39 @@ from arramon_client.environments.tokens import Tokenizer
 from arramon_client.world import PHASES
 
 NO_ACTION = len(Action)
-"""`last_action` before the first step."""
+"""Value of `last_action` before the first step."""
 
 SENSORS = ("rgb", "depth", "segmentation", "pose")
-"""Sensors of the environments, in the order of the observation."""
+"""Sensors of the environments, in the order of the observation's keys."""
 
 KEYS = (*SENSORS, "instruction", "instruction_tokens", "turn", "phase", "steps_left", "last_action")
-"""Keys of an observation, in its order."""
+"""Keys of an observation, in order."""
 
 TURN_NUMBERS = 3
-"""Size of the space of turns, which are 1 and 2 as everywhere else: 0 never occurs. `Discrete(2, start=1)` would say
-the same, but libraries that one-hot it ignore its start, and fail at turn 2."""
+"""Size of the space of turns, which are numbered 1 and 2; 0 never occurs. `Discrete(2, start=1)` would be equivalent,
+but libraries that one-hot encode it ignore its start, and fail at turn 2."""
 
 MAX_LABEL = 32767
-"""Greatest index of a label. The space of segmentations is int16, and not uint16 as an agent's: TorchRL has none, and
-labels are a few hundred."""
+"""Largest label index. The space of segmentations is int16, unlike an agent's uint16, which TorchRL does not support;
+there are only a few hundred labels."""
 
 MAX_DEPTH = 65.535
-"""Greatest depth, in units."""
+"""Largest depth, in units."""
 
 MAX_POSITION = 10_000.0
-"""Bound of positions, in units: far beyond every section."""
+"""Bound of coordinates, in units, far larger than any section."""
 
 Dict = dict[str, Any]
 """An observation."""
 
 
 def action_space() -> "spaces.Discrete":
-    """Return a new space of actions, numbered as in the release."""
+    """Return a new action space, with actions numbered as in the official release."""
     return spaces.Discrete(len(Action))
 
 
 def merge_bounds(texts: Iterable[TextBounds]) -> TextBounds:
-    """Return the alphabet and the lengths of texts in several languages."""
+    """Return the union of alphabets and the maximum lengths of texts in several languages."""
     all_texts = list(texts)
     return TextBounds(
         alphabet="".join(sorted(set().union(*(each.alphabet for each in all_texts)))),
@@ -63,14 +63,14 @@ def observation_space(
     tokenizer: Tokenizer,
     keys: Sequence[str] | None = None,
 ) -> "spaces.Dict":
-    """Return a new space of observations, as `docs/environments.md` describes it.
+    """Return a new observation space, as described in `docs/environments.md`.
 
     Args:
-        settings: what is played.
+        settings: settings of the player.
         texts: alphabet and lengths of the instructions.
-        steps_per_phase: the step limit of a phase.
-        tokenizer: of the instructions.
-        keys: of the observation; None for all.
+        steps_per_phase: step limit of a phase.
+        tokenizer: tokenizer of the instructions.
+        keys: keys of the observation; None for all.
     """
     size = settings.image_size
     made: dict[str, Callable[[], spaces.Space[Any]]] = {
@@ -95,11 +95,11 @@ def observation_space(
 
 @dataclass
 class ObservationConverter:
-    """Turns the client's observations into those of the space.
+    """Converts the client's observations to observations of the Gymnasium space.
 
     Args:
-        tokenizer: of the instructions.
-        keys: of the observation; None for all.
+        tokenizer: tokenizer of the instructions.
+        keys: keys of the observation; None for all.
     """
 
     tokenizer: Tokenizer
@@ -110,19 +110,19 @@ class ObservationConverter:
         self._encode = lru_cache(64)(self.tokenizer.encode)
 
     def tokens(self, text: str) -> npt.NDArray[np.int32]:
-        """Return the numbers of a text, not to be changed: the same array is returned again."""
+        """Return the tokens of a text; the array is cached and must not be modified."""
         return self._encode(text)
 
     def observation(self, seen: Observation, last_action: int) -> Dict:
-        """Return the observation, with the chosen keys; its images are those of `seen`."""
+        """Return the observation with the chosen keys; its images are not copied."""
         return self.select_keys(self.full_observation(seen, last_action))
 
-    def select_keys(self, whole: Dict) -> Dict:
-        """Return the part of an observation that has the chosen keys."""
-        return whole if self.keys is None else {key: value for key, value in whole.items() if key in self.keys}
+    def select_keys(self, full: Dict) -> Dict:
+        """Return the chosen keys of an observation."""
+        return full if self.keys is None else {key: value for key, value in full.items() if key in self.keys}
 
     def full_observation(self, seen: Observation, last_action: int) -> Dict:
-        """Return the observation with all keys, for pictures too; its images are those of `seen`."""
+        """Return the observation with all keys, as for rendering; its images are not copied."""
         values: Dict = {}
         if seen.rgb is not None:
             values["rgb"] = seen.rgb

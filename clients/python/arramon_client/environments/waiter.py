@@ -1,7 +1,7 @@
-"""Waiting for another process: awake for a moment, then asleep.
+"""Waiting for another process: busy-wait for a moment, then sleep.
 
-To wake a process takes up to a tenth of a millisecond, as long as a small frame. Where answers come soon, as between
-processes that draw the same batch, it is better to look again and again; where a learner thinks for long, it is not.
+Waking up a process takes up to a tenth of a millisecond, as long as rendering a small frame. Polling is faster if the
+answer comes soon, as between processes that render the same batch, but wastes time while a learner computes for long.
 """
 
 import os
@@ -10,16 +10,16 @@ import time
 from collections.abc import Iterable
 
 SPIN_SECONDS = 0.0005
-"""Time for which a process looks again and again before it sleeps, if it did not have to wait for longer last time."""
+"""Time for which a process polls before it sleeps, unless the previous wait was longer."""
 
 
 class Waiter:
-    """Waits until one of some files can be read, or its other end is closed.
+    """Waits until one of several files can be read, or its other end is closed.
 
-    Without `select.poll`, which is to say on Windows, it does not wait: reading does.
+    Without `select.poll`, as on Windows, it does not wait, and the caller's read blocks instead.
 
     Args:
-        files: numbers of open files.
+        files: file descriptors.
     """
 
     def __init__(self, files: Iterable[int]) -> None:
@@ -34,7 +34,7 @@ class Waiter:
         return [] if self._poll is None else [file for file, _ in self._poll.poll(0)]
 
     def wait(self) -> list[int]:
-        """Return the files that can be read, as soon as there is one."""
+        """Wait for a file that can be read, and return all such files."""
         if self._poll is None:
             return []
         found = self._poll.poll(0)

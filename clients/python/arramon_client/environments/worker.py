@@ -1,4 +1,4 @@
-"""Processes that play shares of a vector environment and write their rows into shared memory."""
+"""Worker processes of a vector environment, which play some episodes and write their rows to shared memory."""
 
 import multiprocessing
 import pickle
@@ -23,27 +23,27 @@ from arramon_client.errors import ArramonClientError
 from arramon_client.local.lifeline import end_with_parent
 
 JOIN_SECONDS = 10.0
-"""Time for which a process is waited for that was told to end."""
+"""Time to wait for a process to exit after it was told to."""
 
 SYNC = "sync"
-"""A call whose answer is itself, with its number."""
+"""Name of a call that a worker answers with the call itself, to synchronise."""
 
 
 class WorkerDied(gymnasium.error.Error):
-    """A process that plays a share of the episodes ended unexpectedly; its own error is on standard error."""
+    """A worker process ended unexpectedly; its own error is on standard error."""
 
 
 @dataclass(frozen=True)
 class WorkerTask:
-    """What a process plays.
+    """The task of one worker process.
 
     Attributes:
-        options: of all episodes.
-        numbers: of those of the process.
-        settings: of all episodes.
-        layout: of a batch.
-        blocks: shared memory, for one batch each.
-        rows: of batches of the first that are ready; None if there are none.
+        options: options of the environment.
+        numbers: numbers of the worker's episodes.
+        settings: settings of the vector environment.
+        layout: layout of a batch.
+        blocks: blocks of shared memory, each for one batch.
+        rows: row writer for asynchronous batches; None without these.
     """
 
     options: Options
@@ -55,11 +55,11 @@ class WorkerTask:
 
 
 class Worker:
-    """A process that plays a share of the episodes.
+    """A worker process, seen from the process that started it.
 
     Args:
-        context: starts the process.
-        task: what it plays.
+        context: multiprocessing context that starts the process.
+        task: what the process plays.
     """
 
     def __init__(self, context: BaseContext, task: WorkerTask) -> None:
@@ -79,15 +79,15 @@ class Worker:
 
     @property
     def sentinel(self) -> int:
-        """A file that can be read once the process has ended."""
+        """File descriptor that can be read once the process has ended."""
         return int(self._process.sentinel)
 
     def send_call(self, method: str, *arguments: object, **named: object) -> None:
-        """Call a method of the group, whose answer `answer` returns; `begin` and `step` with the number of a block.
+        """Call a method of the worker's group; `answer` returns the result. `begin` and `step` take a block's number.
 
         Raises:
             WorkerDied: if the process has ended.
-            BadArgument: if an argument cannot be sent to a process.
+            BadArgument: if an argument cannot be pickled.
         """
         try:
             self._pipe.send_bytes(pickle.dumps((method, arguments, named)))
@@ -97,7 +97,7 @@ class Worker:
             raise BadArgument(f"{arguments!r} cannot be sent to a process: {error}") from error
 
     def play(self, calls: Sequence[tuple[int, Call]]) -> None:
-        """Let the process play calls, each with the number of its episode; it fills rows, and answers nothing.
+        """Send calls, each with the number of its episode; the worker fills rows with the results, without an answer.
 
         Raises:
             WorkerDied: if the process has ended.
@@ -105,12 +105,12 @@ class Worker:
         self.send_call("play", calls)
 
     def answer(self) -> Any:
-        """Wait for the answer to the latest call, or for what is told of a row.
+        """Wait for the answer to the latest call, or for what follows the report of a row.
 
         Raises:
             WorkerDied: if the process has ended.
-            gymnasium.error.Error, ArramonClientError: as the method raised it there.
-            Exception: as a method of `Member` raised it, for `call` and `set_attr`.
+            gymnasium.error.Error, ArramonClientError: if the method raised it in the worker.
+            Exception: if `call` or `set_attr` raised it in the worker.
         """
         answer = self._receive()
         if isinstance(answer, Exception):
@@ -118,19 +118,19 @@ class Worker:
         return answer
 
     def discard_answers(self) -> None:
-        """Wait until the process has nothing more to do, and forget all that it has answered.
+        """Wait until the process is idle, and discard its answers.
 
         Raises:
             WorkerDied: if the process has ended.
         """
         self._syncs += 1
         self.send_call(SYNC, self._syncs)
-        while self._receive() != (SYNC, self._syncs):  # An earlier one is left if the wait for it was interrupted.
+        while self._receive() != (SYNC, self._syncs):  # Earlier ones remain if a wait for them was interrupted.
             pass
 
     def close(self) -> None:
         """End the process."""
-        with suppress(OSError):  # It has ended before.
+        with suppress(OSError):  # The process has already ended.
             self._pipe.send_bytes(pickle.dumps(None))
         self._drain()
         self._process.join(JOIN_SECONDS)
@@ -140,18 +140,18 @@ class Worker:
         self._pipe.close()
 
     def died_error(self) -> WorkerDied:
-        """Return the error that says that the process has ended."""
+        """Return the error that reports the end of the process."""
         self._process.join(JOIN_SECONDS)
         return WorkerDied(
             f"a process that plays episodes ended with status {self._process.exitcode}; close the environment"
         )
 
     def _drain(self) -> None:
-        """Read what the process still tells, until it ends: it cannot, while it waits for a reader."""
+        """Read the pipe until the process ends: it cannot exit while a write blocks."""
         left = time.monotonic() + JOIN_SECONDS
         while (seconds := left - time.monotonic()) > 0:
             if self._pipe not in wait([self._pipe, self._process.sentinel], seconds):
-                return  # It has ended, though others hold its end of the pipe, or goes on for too long.
+                return  # The process has ended, although others hold its end of the pipe, or takes too long.
             try:
                 self._pipe.recv_bytes()
             except (EOFError, OSError):
@@ -166,8 +166,8 @@ class Worker:
 
 
 def _play(pipe: "Connection[Any, Any]", task: WorkerTask) -> None:
-    """Answer calls until told to end; end at once with the other process."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # An interrupt from the keyboard is the other process's to handle.
+    """Answer calls until told to stop; exit at once when the parent process ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # The parent process handles keyboard interrupts.
     end_with_parent()
     batches = [task.layout.over(block) for block in task.blocks]
     group = EpisodeGroup(task.options, task.numbers, task.settings)
@@ -196,13 +196,13 @@ def _play(pipe: "Connection[Any, Any]", task: WorkerTask) -> None:
 
 
 def _answer(group: EpisodeGroup, method: str, arguments: tuple[Any, ...], named: dict[str, Any]) -> Any:
-    """Return what a method of the group returns, or the error that it raises, to be raised in the other process."""
+    """Return the result of a method of the group, or the exception that it raised, for the parent process."""
     try:
         answer = getattr(group, method)(*arguments, **named)
     except (gymnasium.error.Error, ArramonClientError) as error:
         return error
     except Exception as error:
-        if method in ("call", "set_attr"):  # A program's own attributes may raise anything.
+        if method in ("call", "set_attr"):  # Attributes that a program has set may raise anything.
             return error
         raise
     if method == "call":
@@ -210,16 +210,16 @@ def _answer(group: EpisodeGroup, method: str, arguments: tuple[Any, ...], named:
             pickle.dumps(answer)
         except (pickle.PicklingError, AttributeError, TypeError) as error:
             return BadArgument(
-                f"{arguments[0]!r} cannot be passed between processes ({error}); with processes=1 it can be had"
+                f"{arguments[0]!r} cannot be passed between processes ({error}); use processes=1"
             )
     return answer
 
 
 def context_of(name: str | None) -> BaseContext:
-    """Return the context that starts processes: "fork", "spawn", "forkserver", or None for the system's default.
+    """Return the multiprocessing context with this start method; None for the system's default.
 
     Raises:
-        BadArgument: if there is no such context.
+        BadArgument: if the start method is not available.
     """
     there = multiprocessing.get_all_start_methods()
     if name is not None and name not in there:
