@@ -34,7 +34,7 @@ ROOM = (100.0, -50.0, -20.0)
 """Position of the start tile in the file's coordinates; arbitrary, as in the release."""
 
 Walk = tuple[list[Spot], list[int], Place]
-"""Spots after each action, the actions, and the target's place."""
+"""The poses after each action, the actions, and the target's position."""
 
 
 def main() -> None:

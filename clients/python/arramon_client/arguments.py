@@ -171,7 +171,7 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
 
 
 def _check_server(made: argparse.ArgumentParser, arguments: argparse.Namespace) -> None:
-    """Check the options that go with an embedded server or with another one alone."""
+    """Check that options for an embedded server are not combined with --server, and the other way round."""
     for option, value in (("--data", arguments.data), ("--workers", arguments.workers)):
         if arguments.server is not None and value is not None:
             made.error(f"{option} applies to the embedded server, and cannot be used together with --server")
@@ -181,10 +181,10 @@ def _check_server(made: argparse.ArgumentParser, arguments: argparse.Namespace) 
 
 
 def resume_command(argv: Sequence[str], run_id: str) -> str:
-    """Return the command that resumes a run started with these arguments, without the token, as it is printed.
+    """Return the command line that resumes a run, without the token, to be printed.
 
     Args:
-        argv: the arguments as typed.
+        argv: the arguments that started the run, as typed.
         run_id: the run's id, or several, separated by commas.
     """
     kept = []

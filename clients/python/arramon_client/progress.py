@@ -1,4 +1,4 @@
-"""Display of a run's progress: a bar on a terminal, a line from time to time elsewhere."""
+"""Display of a run's progress: a progress bar on a terminal, otherwise a line every few seconds."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -11,7 +11,7 @@ from rich.progress import Progress as Bar
 from arramon_client.play import Progress
 
 LINE_EVERY = 10.0
-"""Minimum seconds between two lines, without a terminal."""
+"""Minimum number of seconds between two lines, without a terminal."""
 
 Show = Callable[[Progress], None]
 

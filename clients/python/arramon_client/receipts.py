@@ -1,4 +1,4 @@
-"""Receipt files: write, read and verify a receipt, and check it against the host's key and the actions sent."""
+"""Receipt files: writing, reading and verification, against the host's key and the actions sent."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -20,10 +20,10 @@ from arramon_client.transport.incoming import check_run_id
 
 FILE_FORMAT, FILE_VERSION = "arramon-receipt-file", 1
 FORMAT, VERSION, MASKED_VERSION = "arramon-receipt", 1, 2
-"""Header of the payload; receipts of hidden splits have MASKED_VERSION, those of earlier releases VERSION."""
+"""Header of the payload; MASKED_VERSION is for hidden splits, for which earlier releases used VERSION, too."""
 
 SUFFIX = ".receipt.json"
-"""Suffix of a receipt's file, which is beside the results file of its run."""
+"""Suffix of a receipt's file, which is in the same folder as the run's results file."""
 
 KEY_BYTES, SIGNATURE_BYTES = 32, 64
 
@@ -31,7 +31,7 @@ KEY_BYTES, SIGNATURE_BYTES = 32, 64
 NUMBER, ANY_KEY = (int, float), "*"
 
 MAX_NUMBER = 2**53
-"""Largest number in a receipt: JSON holds larger ones inexactly."""
+"""Largest number in a receipt: JSON readers may round larger ones."""
 
 REQUIRED_FIELDS = {
     "run": {
@@ -49,20 +49,20 @@ REQUIRED_FIELDS = {
     "digest": str,
     "epoch": (str, type(None)),
 }
-"""Fields and types that a receipt must have at least; a valid signature does not guarantee them."""
+"""Fields that every receipt must have, with their types; a valid signature does not guarantee them."""
 
 VERSION_FIELDS = {
     VERSION: {"steps": int, "episodes": [{"cause": str, "steps": int}]},
     MASKED_VERSION: {"episodes": [{"ending": str}]},
 }
-"""Fields and types besides, by version."""
+"""Further required fields, by version."""
 
 OPTIONAL_FIELDS = {
     "corrections": [{"kind": str, "made_at": str, "reason": str, "episodes": [str]}],
     "revision": {"number": int, "made_at": str, "supersedes": str},
     "voided": [str],
 }
-"""Fields and types that it may have."""
+"""Optional fields, with their types."""
 
 
 @dataclass(frozen=True)
@@ -233,7 +233,7 @@ def _difference(receipt: Receipt, episode: Mapping[str, Any], sent: Sequence[int
     """Describe the difference in one episode; empty if there is none."""
     names = receipt.run["run_id"], episode["episode_id"], receipt.content["data_hash"]
     steps = episode.get("steps")
-    if steps is None:  # a hidden split's receipt does not tell it
+    if steps is None:  # A hidden split's receipt does not reveal it.
         steps = steps_to(bytes.fromhex(episode["head"]), *names, sent)
         return "" if steps is not None else _OTHER_ACTIONS
     if len(sent) < steps:

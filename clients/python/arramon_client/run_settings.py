@@ -1,4 +1,4 @@
-"""Choice of a run's settings, from the participant's options and what the server offers."""
+"""Choice of a run's settings from the participant's options and the server's offers."""
 
 from collections.abc import Iterable, Sequence
 
@@ -27,7 +27,7 @@ def choose_split(
         info: the server's information.
         language: requested language.
         split: requested split; None for the only one that has the language.
-        languages: all requested languages; None for that one. The split has all of them if it is chosen here.
+        languages: all requested languages, all of which a split chosen by default must have; None for only `language`.
 
     Raises:
         UsageError: if there is no such language or split, or if `split` is None and several have the language.

@@ -1,9 +1,8 @@
 """State of a player's open episodes, and handling of the server's events, independent of the connection.
 
 Guarantee: between two `begin` calls for an episode, the agent gets each of its steps once and in order, however often
-the stream breaks. Actions are remembered, and sent again when the server repeats an observation. Once this player has
-no more to do with an episode, which it ended or lost to another player, nothing but its actions is kept of it here, and
-the agent is told by `end`.
+the stream breaks. Actions are kept, and sent again when the server repeats an observation. When an episode ends or
+another player takes it over, the agent's `end` is called, and only the actions are kept.
 """
 
 from collections.abc import Callable, Iterable
@@ -25,10 +24,10 @@ from arramon_client.transport.shared_memory import decoder_of
 Problem = evaluation_pb2.Problem
 
 MAX_EPISODES = 1024
-"""Episodes that may be open on a stream, if no other number was requested."""
+"""Maximum number of open episodes on a stream, unless another number was requested."""
 
 MAX_PROBLEMS = 1000
-"""Problems that a server may report in a run: each is shown to the participant."""
+"""Maximum number of problems that a server may report in a run; each is shown to the participant."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +35,7 @@ class AgentFailure:
     """One failure of the agent.
 
     Attributes:
-        episode_ids: the episodes that were given up because of it; none if `end` failed, after an episode.
+        episode_ids: the episodes that were given up because of it; empty if the agent's `end` failed.
         message: description of the failure.
         details: the tail of the agent's traceback; empty if it raised no exception.
     """
@@ -47,7 +46,7 @@ class AgentFailure:
 
 
 class Session:
-    """State of one player, kept over all of its streams.
+    """State of one player across all of its streams.
 
     Args:
         run: the run as created.
@@ -60,7 +59,7 @@ class Session:
         run: the run as last described by the server.
         ended: whether every episode of the run has ended.
         steps: actions taken by the agent, not counting replayed history.
-        advances: number of new observations and episode ends received; if it does not grow, a stream made no progress.
+        advances: number of new observations and episode ends received, to detect streams that make no progress.
         failures: the agent's failures.
         problems: descriptions of the problems that the server reported.
         actions: actions sent in episodes that ended here, by episode id, from the first step on. The last one may not
@@ -95,7 +94,7 @@ class Session:
         self._shared = False  # Whether the current stream may pass images through shared memory.
         self._labels: tuple[Label, ...] = ()  # Labels of the current stream's segmentations.
         self._decoder = ImageDecoder()  # Of the current stream's images.
-        self._outdated = False  # Whether the current stream may be unaware of an episode that this player dropped.
+        self._outdated = False  # Whether the server may not know that this player dropped an episode.
         self._warned = False
 
     @property
@@ -112,8 +111,8 @@ class Session:
     def must_reopen(self) -> bool:
         """Whether a new stream is needed.
 
-        It is if an episode arrived in mid-play on a stream that does not replay history, or if this player dropped an
-        episode that the server may regard as its own.
+        This is the case if an episode that had already begun arrived on a stream that does not replay history, or if
+        this player dropped an episode that the server may still assign to it.
         """
         return self._outdated or (self.needs_history and not self._history)
 
@@ -121,9 +120,9 @@ class Session:
         """Prepare for a new stream, on which the server repeats the observations that were not answered.
 
         Args:
-            history: whether it replays the history of its episodes.
-            most: number of episodes that were requested.
-            shared: whether shared memory was requested for its images.
+            history: whether the stream replays the history of its episodes.
+            max_episodes: requested maximum number of open episodes.
+            shared: whether shared memory was requested for images.
         """
         self._history, self._max_episodes, self._shared = history, max_episodes, shared
         self._outdated = False
@@ -135,7 +134,7 @@ class Session:
         """Handle one event from the server.
 
         Raises:
-            AgentStoppedError: if the agent fails and the run must stop; no episode is given up for that failure.
+            AgentStoppedError: if the agent failed and the run must stop; no episode is given up for that failure.
             ProtocolError: if the event reports a protocol violation by this client, or is malformed.
             ImagesUnreadableError: if this client cannot read images in the stream's encoding.
         """
@@ -280,7 +279,7 @@ class Session:
             self._fail([episode], error)
 
     def _is_outdated(self, known: OpenEpisode, started: evaluation_pb2.EpisodeStarted, *, rebuilding: bool) -> bool:
-        """Return whether another player has continued an episode since, or has begun it for the same agent."""
+        """Return whether another player has continued the episode, or another stream has begun it with this agent."""
         if known.begun and isinstance(self._agent, StreamAgent) and not self._agent.plays(started.episode_id):
             return True
         return not rebuilding and started.step > max(known.answers, default=-1) + 1

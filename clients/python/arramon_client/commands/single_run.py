@@ -1,4 +1,4 @@
-"""One run of the command that plays: created or resumed, played, reported, and kept in files."""
+"""One run of the main command: create or resume it, play it, show its scores, and write its files."""
 
 import argparse
 import shlex
@@ -29,7 +29,7 @@ AGENT_FAILED = 3
 """Exit status: the agent failed in some episodes."""
 
 WARNINGS = 5
-"""Number of episodes that differ from the receipt for which a warning each is printed."""
+"""Maximum number of warnings about episodes that differ from the receipt."""
 
 
 @dataclass(frozen=True)
@@ -38,9 +38,9 @@ class FinishedRun:
 
     Attributes:
         report: its scores.
-        outcome: what this client played of it; None if it had ended before.
-        status: the exit status that it calls for.
-        files: names of its files by kind: "results", and if there are such "receipt" and "recording".
+        outcome: the part played by this client; None if the run had ended before.
+        status: the exit status for this run.
+        files: paths of its files by kind: "results", and "receipt" and "recording" if they exist.
     """
 
     report: evaluation_pb2.Report
@@ -64,7 +64,7 @@ class SingleRun:
         server: the connected server.
         agent: the agent.
         output: the folder for results.
-        say: writes a line for the participant.
+        say: prints a line for the participant.
         revive: called before each attempt to reconnect.
     """
 
@@ -215,7 +215,7 @@ class SingleRun:
             return None
 
     def _keep(self, receipt: evaluation_pb2.Receipt, run_id: str, outcome: Outcome | None) -> Path | None:
-        """Write the receipt to its file, and check it against the server's key and the actions that were sent."""
+        """Write the receipt, check it against the server's key and the actions sent, and return the file's path."""
         try:
             path = receipts.write_receipt(receipt, run_id, self.output)
         except ReceiptError as error:
@@ -270,7 +270,7 @@ class SingleRun:
 
 
 def _code(options: argparse.Namespace) -> evaluation_pb2.Code | None:
-    """Return where the agent's code is, as the server keeps it; None if no option names it."""
+    """Return the location of the agent's code, as the server records it; None if no option names it."""
     code = evaluation_pb2.Code(url=options.code_url, commit=options.code_commit.lower(), image=options.code_image)
     return code if code != evaluation_pb2.Code() else None
 

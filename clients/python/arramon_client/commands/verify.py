@@ -26,7 +26,7 @@ KEY_NOT_CHECKED = 3
 """Exit status: the receipt is intact, but its key was not compared with the host's."""
 
 SUPERSEDED = 4
-"""Exit status: the receipt is valid, but the host has signed another one since."""
+"""Exit status: the receipt is valid, but the host has since signed another one."""
 
 
 def main(argv: Sequence[str]) -> int:
@@ -57,14 +57,14 @@ def main(argv: Sequence[str]) -> int:
 
 @dataclass(frozen=True)
 class _ReceiptCheck:
-    """What was checked of a receipt: it is valid unless there is an error.
+    """Result of checking one receipt, which is valid unless there is an error.
 
     Attributes:
-        path: its file.
+        path: path of its file.
         error: why it is not valid; empty if it is.
         receipt: its content; None if it cannot be read.
-        results: what the comparison with the results file found; empty if there was none.
-        superseded: that the host has signed another receipt since; empty if it has not, or was not asked.
+        results: result of the comparison with the results file; empty if there was none.
+        superseded: message that the host has since signed another receipt; empty if it has not, or no server was given.
     """
 
     path: Path
@@ -151,9 +151,9 @@ def _show_one(one: _ReceiptCheck, key: bytes | None, whose: str, *, named: bool)
 
 
 def _superseded(options: argparse.Namespace, receipt: Receipt) -> str:
-    """Ask the server, if one is given, whether the host has superseded a receipt; empty if it has not.
+    """Ask the server, if one is given, whether the host has superseded a receipt; empty if not.
 
-    Of runs that are not published, the server tells nobody but their participants.
+    For runs that are not published, the server answers only their participants.
     """
     if options.server is None:
         return ""
@@ -161,7 +161,7 @@ def _superseded(options: argparse.Namespace, receipt: Receipt) -> str:
     with connect(options.server, access_of(options)) as server:
         try:
             entry = call(leaderboard_pb2_grpc.LeaderboardStub(server.channel).GetEntry, request, server.address)
-        except NotArramonError:  # it has no leaderboard
+        except NotArramonError:  # The server has no leaderboard.
             return ""
         except RefusedError as error:
             if error.code is not grpc.StatusCode.NOT_FOUND:
@@ -171,7 +171,7 @@ def _superseded(options: argparse.Namespace, receipt: Receipt) -> str:
 
 
 def _host_key(options: argparse.Namespace) -> tuple[bytes | None, str]:
-    """Return the host's key, or None if none was given, and a description of it."""
+    """Return the host's key and a description of it; None and "" if no key was given."""
     if options.key is not None:
         return receipts.read_key(options.key), "the key given"
     if options.server is None:
@@ -251,7 +251,7 @@ def _show(receipt: Receipt, shown: Console, say: Callable[[str], None]) -> None:
         if limits["step_seconds"]
         else "no clocks"
     )
-    steps = f"{content['steps']} steps; " if "steps" in content else ""  # a hidden split's receipt does not tell it
+    steps = f"{content['steps']} steps; " if "steps" in content else ""  # A hidden split's receipt does not reveal it.
     lines = [
         content["score_signature"],
         f"run {run['run_id']} of {run['participant']}, {run['state'].lower()}",

@@ -13,7 +13,7 @@ class Violation(Exception):
 
 
 class Skipped(Exception):
-    """The check does not apply to this server; the message says why, and under which condition it would run."""
+    """The check does not apply to this server; the message says why, and what would make it run."""
 
 
 def expect(condition: object, message: str) -> None:

@@ -1,4 +1,4 @@
-"""A raw Play stream: sends any messages, and returns events one by one, each within a time limit."""
+"""A raw Play stream, which can send any message, and returns events one by one, each within a time limit."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from arramon.v1.evaluation_pb2_grpc import EvaluationStub
 from arramon_client.conformance.outcomes import Violation, expect
 
 MAX_QUEUED = 4096
-"""Events that may wait to be looked at; with more, nothing is read from the stream."""
+"""Maximum number of events that wait to be returned; reading from the stream pauses at this limit."""
 
 Metadata = tuple[tuple[str, str | bytes], ...]
 
@@ -46,7 +46,7 @@ class RawStream:
     def __exit__(self, *_: object) -> None:
         self._call.cancel()
         self._outbox.put(None)
-        while self._reader.is_alive():  # It may wait for room in the queue.
+        while self._reader.is_alive():  # The thread may be waiting for a free slot in the queue.
             with suppress(queue.Empty):
                 self._inbox.get(timeout=0.01)
 

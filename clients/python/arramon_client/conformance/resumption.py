@@ -56,8 +56,8 @@ def adopted(target: Target) -> None:
     run = target.create(sensors=target.pose_sensors())
     left = _play_and_break(target, run)
     until = time.monotonic() + target.timeout
-    # The server may notice the broken stream only after the next one begins: each attempt is another player, with room
-    # for the episodes that earlier attempts left open.
+    # The server may notice the broken stream only after the next one begins: each attempt is a new player, and requests
+    # one episode more than the last, as earlier attempts have left episodes open.
     for attempt in itertools.count(1):
         with target.play(run, attempt, player=f"conformance-heir-{attempt}", adopt=True) as stream:
             if left[0].episode_id in stream.next("opened").episode_ids:

@@ -63,8 +63,8 @@ class Episodes:
 
         Args:
             random: generator that draws the episode, and its language if there are several.
-            options: `{"episode": ID}` selects the episode, `{"lang": LANGUAGE}` the language. Other keys are ignored, as
-                Gymnasium passes its own.
+            options: `{"episode": ID}` selects the episode, `{"lang": LANGUAGE}` the language. Other keys are ignored,
+                as Gymnasium passes its own.
             with_images: whether to render the images of the observation.
 
         Raises:

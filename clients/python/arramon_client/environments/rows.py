@@ -1,8 +1,8 @@
 """Filling of a batch's rows by several processes: each takes the next free row when it has an episode ready.
 
-The numbers of free rows are distributed through a pipe, from which each process reads one at a time, and filled rows are
-reported through another pipe. Thus no process holds a lock that would stay locked if it died, and the pipes also order
-the writes to shared memory on every processor.
+The numbers of free rows are distributed through a pipe, from which each process reads one at a time, and filled rows
+are reported through another pipe. Thus no process holds a lock that would stay locked if it died, and the pipes also
+order the writes to shared memory on every processor.
 """
 
 import os

@@ -209,9 +209,7 @@ def _answer(group: EpisodeGroup, method: str, arguments: tuple[Any, ...], named:
         try:
             pickle.dumps(answer)
         except (pickle.PicklingError, AttributeError, TypeError) as error:
-            return BadArgument(
-                f"{arguments[0]!r} cannot be passed between processes ({error}); use processes=1"
-            )
+            return BadArgument(f"{arguments[0]!r} cannot be passed between processes ({error}); use processes=1")
     return answer
 
 

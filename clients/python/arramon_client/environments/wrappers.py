@@ -17,7 +17,7 @@ from arramon_client.environments.spaces import Dict
 
 
 class StartFrame(gymnasium.ObservationWrapper[Dict, np.int64, Dict]):
-    """Replaces the pose by the pose relative to the start of the phase: units to the right and ahead, degrees clockwise.
+    """Makes the pose relative to the start of the phase: units to the right and ahead, degrees clockwise.
 
     Each phase starts at (0, 0, 0), so that an agent does not learn where in the city it is.
 

@@ -1,4 +1,4 @@
-"""Recorder of a run: queues the agent's observations and actions, and writes them in a thread of its own."""
+"""Recording of a run: observations and actions are queued, and a separate thread writes them to files."""
 
 import threading
 from collections.abc import Callable, Mapping
@@ -15,7 +15,7 @@ from arramon_client.recording import page
 from arramon_client.recording.files import EpisodeFiles, folder_name
 
 MAX_QUEUED_BYTES = 256 * 1024 * 1024
-"""Bytes of images that may wait to be written; further images are left out, so that the run never waits for a disk."""
+"""Maximum size of images waiting to be written; further images are dropped, so that the run never waits for a disk."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ _Entry = _BeginEntry | _StepEntry | _EndEntry | None
 
 
 class EpisodeRecorder(Protocol):
-    """What a session tells of its episodes: `Recording` writes it to files."""
+    """Interface through which a session reports its episodes; `Recording` writes them to files."""
 
     def begin(self, episode: Episode) -> None:
         """Begin an episode, replacing an earlier recording of it."""
