@@ -4,9 +4,9 @@
     python -m examples.sb3_vector DATA SPLIT [STEPS] [SEED]
 
 `VectorForSB3` makes a `VecEnv` of Stable-Baselines3 from `gymnasium.make_vec`: episodes in several processes, images in
-shared memory. `Reader` is a features extractor: a small CNN for the view, an embedding and a GRU for the words of the
-instruction, one-hot vectors for turn, phase and last action. It shows how the parts fit together; to learn a street
-takes millions of steps. So it is a start for policies of your own.
+shared memory. `ObservationEncoder` is a features extractor: a small CNN for the view, an embedding and a GRU for the
+words of the instruction, one-hot vectors for turn, phase and last action. It shows how the parts fit together, as a
+starting point for your own policies; learning to navigate takes millions of steps.
 """
 
 import sys

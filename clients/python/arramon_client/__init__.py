@@ -1,7 +1,7 @@
 """ArraMon client: connect an agent to an evaluation server, local or remote.
 
-Authors of agents need `arramon_client.agent` and the command `arramon-client`. The other public names make the command's
-functions available to programs.
+Authors of agents need `arramon_client.agent` and the command `arramon-client`. The other public names let programs use
+the functions of the command.
 """
 
 import sys
