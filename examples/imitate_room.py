@@ -6,10 +6,10 @@
     arramon-server generate --data DATA --rooms 3000        # the tasks to learn from
     arramon-server export-demos --data DATA --split rooms --format plain --output DEMONSTRATIONS
 
-First the policy learns the actions of the demonstrations. Where it goes wrong, it comes to places that none of them
-shows; so it plays the same tasks itself, and learns what the expert, whose action is in the environment's `info`, would
-have done there (DAgger: Ross, Gordon and Bagnell 2011). The PTC, the share of objects placed where the instruction
-says, is printed before, after the demonstrations alone, and after both, on tasks that it does not learn from.
+First the policy learns the actions of the demonstrations. Its mistakes lead to states that no demonstration shows, so
+it then plays the same tasks itself, and learns the expert's actions there, which are in the environment's `info`
+(DAgger: Ross, Gordon and Bagnell 2011). The PTC, the share of objects placed in the right cell, is printed before
+training, after the demonstrations, and after the corrections, on held-out tasks.
 
 With 600 tasks the PTC rises from 0.025 to 0.275, and with corrections to 0.350 (seed 0; 100 tasks of two turns), in a
 minute of processor time.

@@ -60,7 +60,9 @@ def make_episodes(town: Town) -> list[tuple[dict[str, Any], dict[str, Any]]]:
         walks = draw_walks(town, covered, random)
         orders = draw_orders((targets[0], targets[1]), stacked=number % 6 == 3, random=random)
         record = write_record(town, map_id, targets, walks, orders)
-        pairs.append(tuple({**record, "instructions": texts} for texts in tell(town, targets, walks, orders, random)))
+        pairs.append(
+            tuple({**record, "instructions": texts} for texts in write_texts(town, targets, walks, orders, random))
+        )
     return [(english_record, hindi_record) for english_record, hindi_record in pairs]
 
 
@@ -102,19 +104,19 @@ def apart(place: Place, others: Sequence[Place]) -> float:
     return min(((place.across - o.across) ** 2 + (place.along - o.along) ** 2 for o in others), default=0.0)
 
 
-def tell(
+def write_texts(
     town: Town, targets: Sequence[ObjectType], walks: Sequence[Walk], orders: Sequence[Order], random: Random
 ) -> list[dict[str, list[str]]]:
     """Return the `instructions` of an episode in English and in Hindi."""
-    told = []
+    written = []
     for language in (english, hindi):
         navigation = []
         for target, (spots, _, place) in zip(targets, walks, strict=True):
             legs: list[Leg] = legs_of(town, spots, place) or []
             navigation.append(language.navigate(legs, target, side_of(town, place, spots), random))
         assembly = [language.assemble(order, target, random) for order, target in zip(orders, targets, strict=True)]
-        told.append({"navi_inst_gt": navigation, "assem_inst_gt": assembly})
-    return told
+        written.append({"navi_inst_gt": navigation, "assem_inst_gt": assembly})
+    return written
 
 
 def write_record(

@@ -3,10 +3,10 @@
     pip install '.[learners]'
     python -m examples.torchrl_ppo DATA SPLIT [STEPS] [SEED]
 
-A single environment is `torchrl.envs.GymEnv("arramon/ArraMon-v0", ...)`; TorchRL gives its texts as they are. A vector
-needs `autoreset_mode="Disabled"`, and for texts `VectorWithTexts`, as TorchRL 0.14 takes the texts of a batch for one
-value (with Gymnasium's own vectors too). The policy here is small, and sees neither image nor text: it shows how the
-parts fit together.
+A single environment is `torchrl.envs.GymEnv("arramon/ArraMon-v0", ...)`, which returns texts unchanged. A vector needs
+`autoreset_mode="Disabled"`, and for texts `VectorWithTexts`, as TorchRL 0.14 treats the texts of a batch as one value
+(also with Gymnasium's own vectors). The policy here is small, and sees neither image nor text: the example only shows
+how the parts fit together.
 """
 
 import sys

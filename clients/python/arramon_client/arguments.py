@@ -121,7 +121,7 @@ def parser() -> argparse.ArgumentParser:
         default=(),
         metavar="RUN",
         help="resume a run, with the language, split, sensors and episodes it was created with; with several languages "
-        "RUN,RUN, of which those that were not created yet may be missing",
+        "RUN,RUN; runs that were not created yet are left out",
     )
     add("--dry-run", action="store_true", help="test the setup: play two episodes of an open split instead")
     add("--keep-going", action="store_true", help="do not stop when the agent fails: give up the episode and go on")

@@ -55,7 +55,7 @@ def gap_table(reports: Sequence[evaluation_pb2.Report]) -> Table:
     run = reports[0].run
     table = table_of_metrics(
         f"{run.agent} on {run.split}: gap between languages, both turns",
-        "below a difference: its 95% interval, paired by episode, if the server tells their scores",
+        "below a difference: its 95% interval, paired by episode, if the server reports scores of single episodes",
     )
     for other in reports[1:]:
         by_metric = {gap.metric: gap for gap in gaps(reports[0], other)}

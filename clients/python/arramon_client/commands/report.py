@@ -169,7 +169,7 @@ def remarks(found: Sequence[pb.Breakdown]) -> list[str]:
     if any(one.rounded for one in found):
         lines.append("hidden split: scores are rounded, and no combination of groups is about fewer than 20 episodes")
     if withheld:
-        lines.append(f"{withheld} groups are left out, as they would tell of single episodes")
+        lines.append(f"{withheld} groups are left out, as they would reveal scores of single episodes")
     if not all(one.reads for one in found):
         lines.append("groups by what the instructions ask for are missing; a host can run `arramon-server demands`")
     return lines

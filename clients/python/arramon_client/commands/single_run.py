@@ -60,7 +60,7 @@ class SingleRun:
 
     Attributes:
         options: the command's options.
-        language: of the instructions.
+        language: language of the instructions.
         server: the connected server.
         agent: the agent.
         output: the folder for results.

@@ -50,8 +50,8 @@ def hidden(target: Target) -> None:
     found = [split for split in target.info.splits if split.hidden]
     need(found, "the server has no hidden split; one would make it run")
     for split in found:
-        told = sorted(set(split.sensors) & set(PRIVILEGED))
-        expect(not told, f"the hidden split {split.name!r} offers {', '.join(told)}, expected none of these")
+        revealing = sorted(set(split.sensors) & set(PRIVILEGED))
+        expect(not revealing, f"the hidden split {split.name!r} offers {', '.join(revealing)}, expected none of these")
 
 
 @check("information.encodings")

@@ -81,13 +81,13 @@ def _play_and_break(target: Target, run: pb.Run) -> list[pb.Observation]:
 def _expect_history(stream: RawStream, seen: list[pb.Observation]) -> None:
     """Check that an episode's next observations are the earlier ones, with the actions taken."""
     for number, (live, taken) in enumerate(zip(seen, (*ACTIONS, None), strict=True)):
-        while (told := stream.observation()).episode_id != live.episode_id:
+        while (repeated := stream.observation()).episode_id != live.episode_id:
             pass
         what = f"observation {number} of the history"
-        found = told.taken if told.HasField("taken") else None
+        found = repeated.taken if repeated.HasField("taken") else None
         expect_equal(f"the action taken in {what}", found, taken)
         expect(
-            without_clocks(told, "taken") == without_clocks(live),
+            without_clocks(repeated, "taken") == without_clocks(live),
             f"{what} is not the one that was seen when it was played",
         )
 
