@@ -37,7 +37,7 @@ Examples = tuple[torch.Tensor, torch.Tensor]
 """Features, (n, features) float32, and the expert's actions, (n,) int64."""
 
 
-class Policy(nn.Module):
+class RoomPolicy(nn.Module):
     """A small network from features to the logits of the four actions."""
 
     def __init__(self, features: int) -> None:
@@ -70,7 +70,7 @@ def demonstrated(demonstrations: Demonstrations, data: Path, tasks: int) -> Exam
     return examples([vector for vector, _ in shown], [action for _, action in shown])
 
 
-def corrected(data: Path, policy: Policy, episode_ids: Sequence[str]) -> Examples:
+def corrected(data: Path, policy: RoomPolicy, episode_ids: Sequence[str]) -> Examples:
     """Play tasks with the policy; return the features of the visited states, and the expert's actions there."""
     env = make(str(data), expert="reference", lang=LANGUAGE)()
     seen, advised = [], []
@@ -90,7 +90,7 @@ def examples(seen: Sequence[Vector], actions: Sequence[int]) -> Examples:
     return torch.from_numpy(np.stack(seen)), torch.tensor(actions)
 
 
-def learn(policy: Policy, features: torch.Tensor, actions: torch.Tensor) -> float:
+def learn(policy: RoomPolicy, features: torch.Tensor, actions: torch.Tensor) -> float:
     """Fit the policy to the expert's actions; return the loss of the last epoch."""
     optimiser = torch.optim.Adam(policy.parameters(), lr=1e-3, weight_decay=1e-4)
     for _ in range(PASSES):
@@ -110,7 +110,7 @@ def main(folder: str, data: str, tasks: int = 1000, seed: int = 0, evaluated: in
     begun = time.process_time()
     demonstrations = Demonstrations(Path(folder))
     shown = demonstrated(demonstrations, Path(data), tasks)
-    policy = Policy(shown[0].shape[1])
+    policy = RoomPolicy(shown[0].shape[1])
     before = placed(policy.act, evaluated)
     learn(policy, *shown)
     cloned = placed(policy.act, evaluated)

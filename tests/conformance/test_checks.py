@@ -8,7 +8,7 @@ import pytest
 
 from arramon.v1 import evaluation_pb2 as pb
 from arramon_client.conformance.checks import CHECKS
-from arramon_client.conformance.suite import Check, CheckOutcome, Result, run_checks
+from arramon_client.conformance.suite import Check, CheckOutcome, CheckResult, run_checks
 from arramon_client.conformance.target import Target, choose_target
 from arramon_client.transport.access import Access
 from arramon_client.transport.connection import METADATA, connect
@@ -18,7 +18,7 @@ from tests.conformance.forwarder import Fault, Forwarder, Refusal, Unary
 BY_NAME = {check.name: check for check in CHECKS}
 
 
-def results(forwarder: Forwarder, access: Access, fault: Fault, *checks: Check) -> list[Result]:
+def results(forwarder: Forwarder, access: Access, fault: Fault, *checks: Check) -> list[CheckResult]:
     """The results of checks on a server with this fault; none of its runs goes on afterwards."""
     forwarder.install(fault)
     with connect(forwarder.address, access) as server:

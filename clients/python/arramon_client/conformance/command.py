@@ -11,7 +11,7 @@ from rich.console import Console
 from arramon.v1 import evaluation_pb2 as pb
 from arramon_client.commands.base import ERROR, SUCCESS, run
 from arramon_client.conformance.checks import CHECKS
-from arramon_client.conformance.suite import Check, CheckOutcome, Result, run_checks, select
+from arramon_client.conformance.suite import Check, CheckOutcome, CheckResult, run_checks, select
 from arramon_client.conformance.target import Target, choose_target
 from arramon_client.errors import UsageError
 from arramon_client.files import write_whole
@@ -103,7 +103,7 @@ def _runs(checks: Sequence[Check]) -> tuple[int, int]:
     return sum(check.runs for check in checks), max((check.runs for check in checks), default=0)
 
 
-def _content(target: Target, results: Sequence[Result]) -> dict[str, object]:
+def _content(target: Target, results: Sequence[CheckResult]) -> dict[str, object]:
     """Return the results as plain data."""
     return {
         "server": target.server.address,

@@ -49,7 +49,7 @@ class CheckOutcome(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Result:
+class CheckResult:
     """Result of one check; `reason` says why it failed or was skipped, and is empty if it passed."""
 
     check: Check
@@ -58,7 +58,7 @@ class Result:
     seconds: float
 
 
-def run_checks(target: Target, checks: Sequence[Check]) -> Iterator[Result]:
+def run_checks(target: Target, checks: Sequence[Check]) -> Iterator[CheckResult]:
     """Run checks in order, and yield each result once the check's runs are cancelled."""
     for each in checks:
         started = time.monotonic()
@@ -68,7 +68,7 @@ def run_checks(target: Target, checks: Sequence[Check]) -> Iterator[Result]:
             problems = target.clean_up()
         if problems and outcome is not CheckOutcome.FAILED:
             outcome, reason = CheckOutcome.FAILED, "; ".join(problems)
-        yield Result(each, outcome, reason, time.monotonic() - started)
+        yield CheckResult(each, outcome, reason, time.monotonic() - started)
 
 
 def select(checks: Sequence[Check], names: Sequence[str]) -> list[Check]:
