@@ -130,7 +130,7 @@ class TwoAgents(Copyable):
             values[MESSAGE] = self._messages[agent].copy()
         return values
 
-    def shown(self) -> Dict:
+    def active_observation(self) -> Dict:
         """Return the active agent's observation with all keys, for rendering."""
         return self._full_observation(self.active)
 

@@ -108,11 +108,11 @@ class Episodes:
             if len(players) > 1:
                 has = {name: player.split.episode_ids for name, player in players.items()}
                 languages = [name for name, ids in has.items() if ids is None or named in ids] or languages
-            return _drawn(random, languages), named, 0
+            return _draw_language(random, languages), named, 0
         ids = {name: player.split.episode_ids for name, player in players.items()}
         counts = [len(some) for some in ids.values() if some is not None]
         if not counts:  # Randomly drawn tasks, or the next episode of a host's run.
-            return _drawn(random, list(players)), None, int(random.integers(DRAWN_SEEDS))
+            return _draw_language(random, list(players)), None, int(random.integers(DRAWN_SEEDS))
         number = int(random.integers(sum(counts)))
         for name, some in ids.items():
             if some is not None and number < len(some):
@@ -183,7 +183,7 @@ class Episodes:
         return info
 
 
-def _drawn(random: np.random.Generator, languages: Sequence[str]) -> str:
+def _draw_language(random: np.random.Generator, languages: Sequence[str]) -> str:
     """Draw one of the languages; without using a random number if there is only one, as releases with one did."""
     return languages[0] if len(languages) == 1 else languages[int(random.integers(len(languages)))]
 

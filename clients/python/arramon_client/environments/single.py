@@ -133,7 +133,7 @@ class ArraMonEnv(Copyable, PlainSpec, gymnasium.Env[Dict, np.int64]):
         """
         if self.render_mode != "rgb_array":
             return None
-        return self._drawn()
+        return self._render_picture()
 
     def close(self) -> None:
         """Release all resources. On a host, end the run."""
@@ -145,9 +145,9 @@ class ArraMonEnv(Copyable, PlainSpec, gymnasium.Env[Dict, np.int64]):
     def _show(self) -> None:
         if self.render_mode == "human":
             self._window = self._window or Window("ArraMon", self.metadata["render_fps"])
-            self._window.show(self._drawn())
+            self._window.show(self._render_picture())
 
-    def _drawn(self) -> npt.NDArray[np.uint8]:
+    def _render_picture(self) -> npt.NDArray[np.uint8]:
         if self._last_action is None:
             raise gymnasium.error.ResetNeeded("no episode has begun; call reset() before render()")
         return self._picture.draw(

@@ -33,7 +33,7 @@ class _EpisodeDisplay:
     def show(self, episode: TwoAgents) -> npt.NDArray[np.uint8] | None:
         if self._mode is None:
             return None
-        picture = self._picture.draw(episode.shown(), episode.player)
+        picture = self._picture.draw(episode.active_observation(), episode.player)
         if self._mode == "rgb_array":
             return picture
         self._window = self._window or Window("ArraMon", int(str(METADATA["render_fps"])))
@@ -53,7 +53,7 @@ class _TwoAgentsBase:
 
     def __init__(self, render_mode: str | None = None, message_length: int = 0, **options: object) -> None:
         super().__init__()
-        self._shown = _EpisodeDisplay(render_mode)
+        self._display = _EpisodeDisplay(render_mode)
         self._episode = TwoAgents(message_length, **options)
         self.render_mode = render_mode
         self.possible_agents = list(AGENTS)
@@ -62,11 +62,11 @@ class _TwoAgentsBase:
         self.action_spaces = dict(self._episode.action_spaces)
 
     def __getstate__(self) -> dict[str, Any]:
-        return {name: value for name, value in self.__dict__.items() if name != "_shown"}
+        return {name: value for name, value in self.__dict__.items() if name != "_display"}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
-        self._shown = _EpisodeDisplay(self.render_mode)
+        self._display = _EpisodeDisplay(self.render_mode)
 
     def __copy__(self) -> Self:
         """Return a deep copy, with an episode of its own."""
@@ -92,16 +92,16 @@ class _TwoAgentsBase:
 
     def render(self) -> npt.NDArray[np.uint8] | None:
         """Return a picture with the active agent's view; None unless the mode is "rgb_array"."""
-        return self._shown.show(self._episode) if self.render_mode == "rgb_array" else None
+        return self._display.show(self._episode) if self.render_mode == "rgb_array" else None
 
     def close(self) -> None:
         """Release all resources. On a host, end the run."""
-        self._shown.close()
+        self._display.close()
         self._episode.close()
 
     def _show(self) -> None:
         if self.render_mode == "human":
-            self._shown.show(self._episode)
+            self._display.show(self._episode)
 
 
 class ArraMonAEC(_TwoAgentsBase, AECEnv[str, Dict, Any]):  # type: ignore[misc]  # PettingZoo is not typed
