@@ -9,7 +9,7 @@ import simplejpeg
 
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
-from arramon_client.conformance.outcomes import Skipped, expect, expect_equal, need
+from arramon_client.conformance.assertions import Skipped, expect, expect_equal, need
 from arramon_client.conformance.suite import check
 from arramon_client.conformance.target import Target
 from arramon_client.transport.images import ImageDecoder, ImagesUnreadableError

@@ -6,7 +6,7 @@ from arramon.v1 import PROTOCOL, PROTOCOL_METADATA, types_pb2
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
 from arramon_client.arguments import SENSORS
-from arramon_client.conformance.outcomes import expect, expect_equal, expect_refusal, need
+from arramon_client.conformance.assertions import expect, expect_equal, expect_refusal, need
 from arramon_client.conformance.suite import check
 from arramon_client.conformance.target import Target
 from arramon_client.transport.access import Access, host_of

@@ -13,7 +13,7 @@ import grpc
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
-from arramon_client.conformance.outcomes import Violation, expect
+from arramon_client.conformance.assertions import Violation, expect
 
 MAX_QUEUED = 4096
 """Maximum number of events that wait to be returned; reading from the stream pauses at this limit."""

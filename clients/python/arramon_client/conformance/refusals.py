@@ -10,8 +10,8 @@ import grpc
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
+from arramon_client.conformance.assertions import expect_refusal, need
 from arramon_client.conformance.information import PRIVILEGED
-from arramon_client.conformance.outcomes import expect_refusal, need
 from arramon_client.conformance.suite import check
 from arramon_client.conformance.target import AGENT, Target
 from arramon_client.transport.access import Access, is_local

@@ -3,7 +3,7 @@
 from datetime import datetime, timedelta
 
 from arramon.v1 import evaluation_pb2 as pb
-from arramon_client.conformance.outcomes import expect, expect_equal, need
+from arramon_client.conformance.assertions import expect, expect_equal, need
 from arramon_client.conformance.raw_stream import forfeit
 from arramon_client.conformance.suite import check
 from arramon_client.conformance.target import AGENT, Target

@@ -2,7 +2,7 @@
 
 import math
 
-from arramon_client.conformance.outcomes import expect, expect_equal, need
+from arramon_client.conformance.assertions import expect, expect_equal, need
 from arramon_client.conformance.suite import check
 from arramon_client.conformance.target import Target
 from arramon_client.transport.images import ImageDecoder

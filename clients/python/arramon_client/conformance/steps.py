@@ -4,7 +4,7 @@ import math
 
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
-from arramon_client.conformance.outcomes import expect, expect_equal, need
+from arramon_client.conformance.assertions import expect, expect_equal, need
 from arramon_client.conformance.raw_stream import RawStream, forfeit, without_clocks
 from arramon_client.conformance.suite import check
 from arramon_client.conformance.target import FORWARD, LEFT, RIGHT, Target

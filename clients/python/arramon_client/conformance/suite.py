@@ -7,7 +7,7 @@ from enum import Enum
 
 import grpc
 
-from arramon_client.conformance.outcomes import Skipped, Violation
+from arramon_client.conformance.assertions import Skipped, Violation
 from arramon_client.conformance.target import Target
 from arramon_client.errors import ArramonClientError, UsageError
 from arramon_client.transport.incoming import details_of

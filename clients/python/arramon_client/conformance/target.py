@@ -8,7 +8,7 @@ import grpc
 
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
-from arramon_client.conformance.outcomes import Skipped, need
+from arramon_client.conformance.assertions import Skipped, need
 from arramon_client.conformance.raw_stream import Metadata, RawStream
 from arramon_client.errors import UsageError
 from arramon_client.transport.connection import METADATA, Server

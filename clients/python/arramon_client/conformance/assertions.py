@@ -1,4 +1,4 @@
-"""Assertions of checks, and the exceptions for a failed and a skipped check."""
+"""Assertions for checks, and the exceptions for a failed and a skipped check."""
 
 from collections.abc import Callable
 from typing import Any
