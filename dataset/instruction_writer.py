@@ -75,7 +75,9 @@ class InstructionWriter:
         self.make_follower = make_follower
         self._turns: dict[int, TurnPlanner] = {}
 
-    def can_describe(self, start: Pose, turn: Turn, number: int, site: GenerationSite, names: tuple[object, ...]) -> bool:
+    def can_describe(
+        self, start: Pose, turn: Turn, number: int, site: GenerationSite, names: tuple[object, ...]
+    ) -> bool:
         """Return whether a plan describes the path of a turn; see `arramon_dataset.generation.DraftWriter`."""
         return self._planner(start, turn, number, site).navigation((*names, 0, number)) is not None
 
@@ -196,7 +198,7 @@ def generate_splits(
         seed=seed,
         jobs=jobs,
         make_writer=make_instruction_writer if trial else make_writer_without_trial,
-        on_progress=throttled(on_progress),
+        on_progress=throttled(tell),
         tried=trial,
         secret=secret,
     )

@@ -1,4 +1,4 @@
-"""Vectorised collection of rollouts, in two processes: python examples/collect_rollouts.py [DATA] [SPLIT]"""
+"""Collection of rollouts with a vector environment in two processes: examples/collect_rollouts.py [DATA] [SPLIT]"""
 
 import sys
 from collections.abc import Iterator
@@ -10,7 +10,7 @@ import numpy as np
 import arramon_client.environments  # noqa: F401 - registers the environments
 
 EPISODES, STEPS = 8, 32
-"""Episodes at once, and steps of a rollout."""
+"""Number of parallel episodes, and number of steps of a rollout."""
 
 
 def rollouts(env: Any, policy: np.random.Generator) -> Iterator[dict[str, Any]]:

@@ -1,4 +1,4 @@
-"""Imitation of exported demonstrations in the assembly room alone, and of the expert after them.
+"""Imitation learning in the assembly room: from exported demonstrations, then from expert corrections (DAgger).
 
     python -m examples.imitate_room DEMONSTRATIONS DATA [TASKS] [SEED] [EVALUATED]
 
@@ -6,10 +6,10 @@
     arramon-server generate --data DATA --rooms 3000        # the tasks to learn from
     arramon-server export-demos --data DATA --split rooms --format plain --output DEMONSTRATIONS
 
-First the policy learns the actions of the demonstrations. Where it goes wrong, it comes to places that none of them
-shows; so it plays the same tasks itself, and learns what the expert, whose action is in the environment's `info`, would
-have done there (DAgger: Ross, Gordon and Bagnell 2011). The PTC, the share of objects placed where the instruction
-says, is printed before, after the demonstrations alone, and after both, on tasks that it does not learn from.
+First the policy learns the actions of the demonstrations. Its mistakes lead to states that no demonstration shows, so
+it then plays the same tasks itself, and learns the expert's actions there, which are in the environment's `info`
+(DAgger: Ross, Gordon and Bagnell 2011). The PTC, the share of objects placed in the right cell, is printed before
+training, after the demonstrations, and after the corrections, on held-out tasks.
 
 With 600 tasks the PTC rises from 0.025 to 0.275, and with corrections to 0.350 (seed 0; 100 tasks of two turns), in a
 minute of processor time.
@@ -31,14 +31,14 @@ from examples.room_features import EVALUATED, SENSORS, SIZE, Vector, make, place
 LANGUAGE = "en"
 
 PASSES, BATCH = 15, 256
-"""Passes over the examples, and examples in a batch."""
+"""Number of epochs, and batch size."""
 
 Examples = tuple[torch.Tensor, torch.Tensor]
-"""Features (n, features) float32, and the right actions (n,) int64."""
+"""Features, (n, features) float32, and the expert's actions, (n,) int64."""
 
 
-class Policy(nn.Module):
-    """A small network from features to the scores of the four actions."""
+class RoomPolicy(nn.Module):
+    """A small network from features to the logits of the four actions."""
 
     def __init__(self, features: int) -> None:
         super().__init__()
@@ -47,18 +47,18 @@ class Policy(nn.Module):
         )
 
     def forward(self, features: torch.Tensor) -> torch.Tensor:
-        """Return (batch, 4) from (batch, features)."""
+        """Return the logits, (batch, 4), for features of shape (batch, features)."""
         scores: torch.Tensor = self.layers(features)
         return scores
 
     def act(self, features: Vector) -> int:
-        """Return a random action, the better ones likelier."""
+        """Sample an action from the policy."""
         with torch.no_grad():
             return int(torch.distributions.Categorical(logits=self(torch.from_numpy(features))).sample())  # type: ignore[no-untyped-call]
 
 
 def demonstrated(demonstrations: Demonstrations, data: Path, tasks: int) -> Examples:
-    """Return what the first demonstrations show in the room, drawn again, and the actions."""
+    """Return the features and actions of the first demonstrations, whose frames are rendered again."""
     features = make(str(data))()
     shown = [
         (features.demonstrated(seen), action)
@@ -70,8 +70,8 @@ def demonstrated(demonstrations: Demonstrations, data: Path, tasks: int) -> Exam
     return examples([vector for vector, _ in shown], [action for _, action in shown])
 
 
-def corrected(data: Path, policy: Policy, episode_ids: Sequence[str]) -> Examples:
-    """Return what the policy comes to see in some tasks, and the expert's actions there."""
+def corrected(data: Path, policy: RoomPolicy, episode_ids: Sequence[str]) -> Examples:
+    """Play tasks with the policy; return the features of the visited states, and the expert's actions there."""
     env = make(str(data), expert="reference", lang=LANGUAGE)()
     seen, advised = [], []
     for episode_id in episode_ids:
@@ -86,12 +86,12 @@ def corrected(data: Path, policy: Policy, episode_ids: Sequence[str]) -> Example
 
 
 def examples(seen: Sequence[Vector], actions: Sequence[int]) -> Examples:
-    """Return examples as tensors."""
+    """Return lists of features and actions as tensors."""
     return torch.from_numpy(np.stack(seen)), torch.tensor(actions)
 
 
-def learn(policy: Policy, features: torch.Tensor, actions: torch.Tensor) -> float:
-    """Fit the policy to the right actions; return the loss of the last pass."""
+def learn(policy: RoomPolicy, features: torch.Tensor, actions: torch.Tensor) -> float:
+    """Fit the policy to the expert's actions; return the loss of the last epoch."""
     optimiser = torch.optim.Adam(policy.parameters(), lr=1e-3, weight_decay=1e-4)
     for _ in range(PASSES):
         losses = []
@@ -105,12 +105,12 @@ def learn(policy: Policy, features: torch.Tensor, actions: torch.Tensor) -> floa
 
 
 def main(folder: str, data: str, tasks: int = 1000, seed: int = 0, evaluated: int = EVALUATED) -> None:
-    """Learn, and print the PTC before, after the demonstrations, and after the corrections."""
+    """Train the policy; print the PTC before, after the demonstrations, and after the corrections."""
     torch.manual_seed(seed)
     begun = time.process_time()
     demonstrations = Demonstrations(Path(folder))
     shown = demonstrated(demonstrations, Path(data), tasks)
-    policy = Policy(shown[0].shape[1])
+    policy = RoomPolicy(shown[0].shape[1])
     before = placed(policy.act, evaluated)
     learn(policy, *shown)
     cloned = placed(policy.act, evaluated)

@@ -17,8 +17,8 @@ from arramon_dataset.randomness import seeded
 from arramon_server.sim.catalogue import ALL_TYPES, ObjectType
 from examples.sampling import english, hindi
 from examples.sampling.rooms import Order, draw_orders
-from examples.sampling.routes import Leg, legs_of, side_of
-from examples.sampling.town import TOWNS, Place, Spot, Town, find_way
+from examples.sampling.routes import RouteLeg, legs_of, side_of
+from examples.sampling.town import TOWNS, Spot, Town, TownPoint, find_way
 
 EPISODES = 12
 """Number of episodes in each town."""
@@ -33,8 +33,8 @@ OBJECT_HEIGHT = 0.06
 ROOM = (100.0, -50.0, -20.0)
 """Position of the start tile in the file's coordinates; arbitrary, as in the release."""
 
-Walk = tuple[list[Spot], list[int], Place]
-"""Spots after each action, the actions, and the target's place."""
+Walk = tuple[list[Spot], list[int], TownPoint]
+"""The poses after each action, the actions, and the target's position."""
 
 
 def main() -> None:
@@ -51,7 +51,7 @@ def main() -> None:
 
 def make_episodes(town: Town) -> list[tuple[dict[str, Any], dict[str, Any]]]:
     """Return the town's episodes, each in English and in Hindi, spread over all its streets."""
-    covered: list[Place] = []
+    covered: list[TownPoint] = []
     pairs = []
     for number in range(EPISODES):
         map_id = town.first_map_id + 37 * number
@@ -60,11 +60,13 @@ def make_episodes(town: Town) -> list[tuple[dict[str, Any], dict[str, Any]]]:
         walks = draw_walks(town, covered, random)
         orders = draw_orders((targets[0], targets[1]), stacked=number % 6 == 3, random=random)
         record = write_record(town, map_id, targets, walks, orders)
-        pairs.append(tuple({**record, "instructions": texts} for texts in tell(town, targets, walks, orders, random)))
+        pairs.append(
+            tuple({**record, "instructions": texts} for texts in write_texts(town, targets, walks, orders, random))
+        )
     return [(english_record, hindi_record) for english_record, hindi_record in pairs]
 
 
-def draw_walks(town: Town, covered: list[Place], random: Random) -> list[Walk]:
+def draw_walks(town: Town, covered: list[TownPoint], random: Random) -> list[Walk]:
     """Draw two walks, the second from the end of the first, away from `covered` places; add theirs to `covered`."""
     while True:
         start = max(random.sample(town.spots, 10), key=lambda place: apart(place, covered))
@@ -82,7 +84,7 @@ def draw_walks(town: Town, covered: list[Place], random: Random) -> list[Walk]:
             return walks
 
 
-def draw_walk(town: Town, start: Spot, covered: Sequence[Place], random: Random) -> Walk | None:
+def draw_walk(town: Town, start: Spot, covered: Sequence[TownPoint], random: Random) -> Walk | None:
     """Draw a describable walk of suitable length to a target far from `covered` places; None if there is none."""
     far = town.distances(start.place)
     targets = [spot for spot in town.spots if 17 <= far.get((int(spot.across), int(spot.along)), 0) <= 40]
@@ -97,24 +99,24 @@ def draw_walk(town: Town, start: Spot, covered: Sequence[Place], random: Random)
     return None
 
 
-def apart(place: Place, others: Sequence[Place]) -> float:
+def apart(place: TownPoint, others: Sequence[TownPoint]) -> float:
     """Return the squared distance from a place to the nearest of the others; 0 if there are none."""
     return min(((place.across - o.across) ** 2 + (place.along - o.along) ** 2 for o in others), default=0.0)
 
 
-def tell(
+def write_texts(
     town: Town, targets: Sequence[ObjectType], walks: Sequence[Walk], orders: Sequence[Order], random: Random
 ) -> list[dict[str, list[str]]]:
     """Return the `instructions` of an episode in English and in Hindi."""
-    told = []
+    written = []
     for language in (english, hindi):
         navigation = []
         for target, (spots, _, place) in zip(targets, walks, strict=True):
-            legs: list[Leg] = legs_of(town, spots, place) or []
+            legs: list[RouteLeg] = legs_of(town, spots, place) or []
             navigation.append(language.navigate(legs, target, side_of(town, place, spots), random))
         assembly = [language.assemble(order, target, random) for order, target in zip(orders, targets, strict=True)]
-        told.append({"navi_inst_gt": navigation, "assem_inst_gt": assembly})
-    return told
+        written.append({"navi_inst_gt": navigation, "assem_inst_gt": assembly})
+    return written
 
 
 def write_record(
@@ -153,7 +155,7 @@ def write_record(
     }
 
 
-def at_height(town: Town, place: Place, height: float) -> list[float]:
+def at_height(town: Town, place: TownPoint, height: float) -> list[float]:
     """Return a place of the town as [x, y, z]."""
     x, z = town.world(place)
     return [x, height, z]

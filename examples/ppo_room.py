@@ -20,11 +20,11 @@ from stable_baselines3.common.vec_env import DummyVecEnv
 from examples.room_features import EVALUATED, Vector, make, placed
 
 ENVIRONMENTS = 8
-"""Episodes at once."""
+"""Number of parallel episodes."""
 
 
 def score(model: PPO, tasks: int) -> float:
-    """Return the mean PTC of a policy with its own random choices, which are the same at each call."""
+    """Return the mean PTC of the policy's sampled actions, which are the same at each call."""
     torch.manual_seed(0)
 
     def choose(features: Vector) -> int:
@@ -35,7 +35,7 @@ def score(model: PPO, tasks: int) -> float:
 
 
 def main(data: str, steps: int = 300_000, seed: int = 0, evaluated: int = EVALUATED) -> None:
-    """Learn, and print the PTC before and after."""
+    """Train, and print the PTC before and after."""
     env = DummyVecEnv([make(data)] * ENVIRONMENTS)
     model = PPO(
         "MlpPolicy", env, n_steps=256, batch_size=256, n_epochs=6, learning_rate=6e-4, gamma=0.95, ent_coef=0.005,

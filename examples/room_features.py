@@ -1,4 +1,4 @@
-"""Features of the room alone for small policies, and how well a policy places; for `ppo_room` and `imitate_room`."""
+"""Features for small policies in the assembly room, and evaluation of a policy; for `ppo_room` and `imitate_room`."""
 
 from collections.abc import Callable
 from typing import Any
@@ -15,24 +15,24 @@ from arramon_client.words import words
 Vector = npt.NDArray[np.float32]
 
 EVALUATED = 100
-"""Tasks of an evaluation; each has two turns."""
+"""Number of tasks of an evaluation; each has two turns."""
 
 VOCABULARY = words(
     "in on front behind left right top between next beside near to of the wall and it one far corner middle back "
     "wooden wood brick spotted striped dotted second first other above under end side opposite"
 )
-"""Words whose presence in the instruction the policy is given, besides what it says of the things in view."""
+"""Words whose presence in the instruction is a feature, in addition to the objects that it names."""
 
 COLUMNS, ROWS, HEADINGS = 5, 4, 12
 GRID = 8
-"""The view is given as GRID x GRID fields."""
+"""The view is divided into GRID x GRID fields."""
 
 SENSORS, SIZE = ("segmentation", "pose"), 32
-"""What the features are made of, and the side length of the view in pixels."""
+"""The observed keys, and the side length of the view in pixels."""
 
 
 class Features(gymnasium.ObservationWrapper[Vector, np.int64, dict[str, Any]]):
-    """Numbers for a small policy: cell, heading, turn, words, and where in view there is what the instruction names.
+    """Feature vector for a small policy: cell, heading, turn, words, and where the named objects are in view.
 
     For each field of the view: the share of it that shows things of a kind, of a colour and of a pattern that the
     instruction names, and of all three at once.
@@ -50,7 +50,7 @@ class Features(gymnasium.ObservationWrapper[Vector, np.int64, dict[str, Any]]):
         self.observation_space = gymnasium.spaces.Box(0.0, 1.0, (size,), np.float32)
 
     def observation(self, observation: dict[str, Any]) -> Vector:
-        """Return (features,) float32 from 0 to 1; `demonstrated` does so for an observation of a demonstration."""
+        """Return the features, (features,) float32 from 0 to 1."""
         if observation["instruction"] != self._text:
             self._text = observation["instruction"]
             said = set(words(self._text))
@@ -67,11 +67,11 @@ class Features(gymnasium.ObservationWrapper[Vector, np.int64, dict[str, Any]]):
         return np.concatenate([cells, facing, second, self._known, fields.ravel()])
 
     def demonstrated(self, seen: Observation) -> Vector:
-        """Return the same for what an agent saw in a demonstration."""
+        """Return the features of an observation from a demonstration."""
         return self.observation({name: getattr(seen, name) for name in ("instruction", "pose", "segmentation", "turn")})
 
     def _by_label(self, said: set[str]) -> Vector:
-        """Return by label whether its kind, its colour, its pattern and all three are named, (4, labels)."""
+        """Return whether each label's kind, colour, pattern, and all three are named, (4, labels)."""
         labels = self._labels
         parts = ((labels.kinds, labels.kind), (labels.colours, labels.colour), (labels.looks, labels.look))
         named = np.stack([np.array([name in said for name in names])[numbers] for names, numbers in parts])
@@ -81,7 +81,7 @@ class Features(gymnasium.ObservationWrapper[Vector, np.int64, dict[str, Any]]):
 
 
 def make(data: str | None, **options: object) -> Callable[[], Features]:
-    """Return a function that makes an environment with the tasks of a data folder, or with drawn ones."""
+    """Return a function that makes an environment with a data folder's tasks, or with randomly drawn ones."""
     given: dict[str, Any] = {
         "sensors": SENSORS,
         "image_size": SIZE,
@@ -93,7 +93,7 @@ def make(data: str | None, **options: object) -> Callable[[], Features]:
 
 
 def placed(choose: Callable[[Vector], int], tasks: int = EVALUATED) -> float:
-    """Return the mean PTC of a policy over the first drawn tasks.
+    """Return the mean PTC of a policy over the first randomly drawn tasks.
 
     Args:
         choose: returns the policy's action for the features of an observation.

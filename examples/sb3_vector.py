@@ -1,12 +1,12 @@
-"""PPO of Stable-Baselines3 on the vector environment, with the instruction read by a GRU.
+"""PPO of Stable-Baselines3 on the vector environment, with a GRU as the text encoder.
 
     pip install '.[learners]'
     python -m examples.sb3_vector DATA SPLIT [STEPS] [SEED]
 
 `VectorForSB3` makes a `VecEnv` of Stable-Baselines3 from `gymnasium.make_vec`: episodes in several processes, images in
-shared memory. `Reader` is a features extractor: a small CNN for the view, an embedding and a GRU for the words of the
-instruction, one-hot vectors for turn, phase and last action. It shows how the parts fit together; to learn a street
-takes millions of steps. So it is a start for policies of your own.
+shared memory. `ObservationEncoder` is a features extractor: a small CNN for the view, an embedding and a GRU for the
+words of the instruction, one-hot vectors for turn, phase and last action. It shows how the parts fit together, as a
+starting point for your own policies; learning to navigate takes millions of steps.
 """
 
 import sys
@@ -24,20 +24,20 @@ from torch import nn
 import arramon_client.environments  # noqa: F401 - registers the environments
 
 KEYS = ("rgb", "instruction_tokens", "turn", "phase", "last_action")
-"""What the policy observes. Stable-Baselines3 takes no texts, so `instruction` is left out."""
+"""Observation keys. `instruction` is left out, as Stable-Baselines3 does not support texts."""
 
 ENVIRONMENTS, PROCESSES, SIZE = 8, 2, 64
-"""Episodes at once, processes that play them, side length of the view in pixels."""
+"""Number of parallel episodes, number of processes, and side length of the view in pixels."""
 
 LIMIT = 30
-"""Step limit of a phase: a fifth of the benchmark's, so that even an agent that has learned nothing sees turn 2."""
+"""Step limit of a phase: a fifth of the benchmark's, so that even an untrained agent reaches turn 2."""
 
 EMBEDDING, HIDDEN = 32, 64
-"""Sizes of a word's embedding, and of the GRU's state."""
+"""Word embedding size, and hidden size of the GRU."""
 
 
 class VectorForSB3(VecEnv):
-    """A vector environment of Gymnasium, in the mode SAME_STEP, as Stable-Baselines3 knows vectors.
+    """Adapter from a Gymnasium vector environment in the mode SAME_STEP to Stable-Baselines3's `VecEnv`.
 
     Args:
         env: from `gymnasium.make_vec(..., autoreset_mode="SameStep")`.
@@ -56,11 +56,11 @@ class VectorForSB3(VecEnv):
         return dict(observation)
 
     def step_async(self, actions: Any) -> None:
-        """Take the actions of the next step, (num_envs,)."""
+        """Store the actions of the next step, (num_envs,)."""
         self._actions = actions
 
     def step_wait(self) -> tuple[dict[str, Any], Any, Any, list[dict[str, Any]]]:
-        """Apply the actions; the infos of episodes that ended have `terminal_observation`."""
+        """Apply the stored actions; the infos of episodes that ended have `terminal_observation`."""
         observation, rewards, terminated, truncated, infos = self._env.step(self._actions)
         each = self._each({name: value for name, value in infos.items() if "final" not in name})
         for number in np.flatnonzero(terminated | truncated):
@@ -69,7 +69,7 @@ class VectorForSB3(VecEnv):
         return dict(observation), rewards.astype(np.float32), terminated | truncated, each
 
     def close(self) -> None:
-        """End the processes."""
+        """End the worker processes."""
         self._env.close()
 
     def get_attr(self, attr_name: str, indices: int | Iterable[int] | None = None) -> list[Any]:
@@ -91,7 +91,7 @@ class VectorForSB3(VecEnv):
         return [False for _ in self._get_indices(indices)]
 
     def _each(self, infos: dict[str, Any]) -> list[dict[str, Any]]:
-        """Return the infos of each episode; Gymnasium gives arrays, and masks of where they count."""
+        """Return each episode's infos, from Gymnasium's arrays and their masks."""
         return [
             {
                 name: value[number]
@@ -102,8 +102,8 @@ class VectorForSB3(VecEnv):
         ]
 
 
-class Reader(BaseFeaturesExtractor):
-    """Features of an observation: the view by a CNN, the instruction by an embedding and a GRU, the rest as it is.
+class ObservationEncoder(BaseFeaturesExtractor):
+    """Encoder of observations: a CNN for the view, an embedding and a GRU for the instruction, the rest unchanged.
 
     Args:
         observation_space: with the keys `KEYS`.
@@ -123,7 +123,10 @@ class Reader(BaseFeaturesExtractor):
         self.gru = nn.GRU(EMBEDDING, HIDDEN, batch_first=True)
 
     def forward(self, observation: dict[str, torch.Tensor]) -> torch.Tensor:
-        """Return (batch, features); Stable-Baselines3 gives images as (batch, 3, size, size), one-hot turns, floats."""
+        """Return the features, (batch, features).
+
+        Stable-Baselines3 passes images as (batch, 3, size, size), turns as one-hot vectors, and numbers as floats.
+        """
         tokens = observation["instruction_tokens"].long()
         lengths = (tokens != 0).sum(dim=1).clamp(min=1).cpu()
         packed = nn.utils.rnn.pack_padded_sequence(
@@ -135,7 +138,7 @@ class Reader(BaseFeaturesExtractor):
 
 
 def make(data: str, split: str, **options: Any) -> Any:
-    """Return the vector environment, with instructions in both languages as numbers of words."""
+    """Return the vector environment, with instructions in both languages as word ids."""
     given: dict[str, Any] = {
         "processes": PROCESSES, "autoreset_mode": "SameStep", "lang": ("en", "hi"), "observe": KEYS,
         "tokenizer": "words", "image_size": SIZE, "reward": "progress", "steps_per_phase": LIMIT, **options,
@@ -144,7 +147,7 @@ def make(data: str, split: str, **options: Any) -> Any:
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Learn, and print the mean return of the latest episodes."""
+    """Train, and print the mean return of the latest episodes."""
     data, split, *numbers = arguments
     steps, seed = map(int, [*numbers, *("100000", "0")[len(numbers) :]])
     inner = make(data, split)
@@ -152,7 +155,7 @@ def main(arguments: Sequence[str]) -> None:
     model = PPO(
         "MultiInputPolicy", env, n_steps=128, batch_size=256, n_epochs=4, learning_rate=3e-4, seed=seed, device="cpu",
         policy_kwargs={
-            "features_extractor_class": Reader,
+            "features_extractor_class": ObservationEncoder,
             "features_extractor_kwargs": {"words": inner.tokenizer.size},
             "net_arch": [128],
         },

@@ -3,10 +3,10 @@
     pip install '.[learners]'
     python -m examples.torchrl_ppo DATA SPLIT [STEPS] [SEED]
 
-A single environment is `torchrl.envs.GymEnv("arramon/ArraMon-v0", ...)`; TorchRL gives its texts as they are. A vector
-needs `autoreset_mode="Disabled"`, and for texts `VectorWithTexts`, as TorchRL 0.14 takes the texts of a batch for one
-value (with Gymnasium's own vectors too). The policy here is small, and sees neither image nor text: it shows how the
-parts fit together.
+A single environment is `torchrl.envs.GymEnv("arramon/ArraMon-v0", ...)`, which returns texts unchanged. A vector needs
+`autoreset_mode="Disabled"`, and for texts `VectorWithTexts`, as TorchRL 0.14 treats the texts of a batch as one value
+(also with Gymnasium's own vectors). The policy here is small, and sees neither image nor text: the example only shows
+how the parts fit together.
 """
 
 import sys
@@ -33,7 +33,7 @@ KEYS = ("turn", "phase", "last_action", "steps_left", "pose")
 """What the policy observes."""
 
 ENVIRONMENTS, FRAMES, EPOCHS = 4, 256, 4
-"""Episodes at once; steps of all of them between two updates; passes over these."""
+"""Number of parallel episodes; total number of steps between two updates; epochs over these."""
 
 
 class VectorWithTexts(GymWrapper):  # type: ignore[misc]  # TorchRL has no types
@@ -55,14 +55,14 @@ def make_vector(data: str, split: str, **options: Any) -> VectorWithTexts:
 
 
 def instructions(data: str, split: str) -> list[str]:
-    """Return the instructions of an episode that is played at random, as they come."""
+    """Play an episode with random actions, and return its instructions in order."""
     env = GymEnv("arramon/ArraMon-v0", data=data, split=split, observe=(TEXT, "turn"), steps_per_phase=3)
     rollout = env.rollout(100)
     return list(dict.fromkeys(rollout[TEXT]))
 
 
 def networks(env: Any) -> tuple[Any, Any]:
-    """Return policy and value, which are given the concatenated observation."""
+    """Return the policy and the value network, whose input is the concatenated observation."""
     size = env.observation_spec["state"].shape[-1]
     policy = TensorDictModule(
         nn.Sequential(nn.Linear(size, 64), nn.Tanh(), nn.Linear(64, 4)), in_keys=["state"], out_keys=["logits"]
@@ -76,7 +76,7 @@ def networks(env: Any) -> tuple[Any, Any]:
 
 
 def learn(env: Any, steps: int, seed: int) -> tuple[int, float]:
-    """Learn by PPO; return the number of steps in turn 2, and the mean reward of the last batch."""
+    """Train with PPO; return the number of steps in turn 2, and the mean reward of the last batch."""
     torch.manual_seed(seed)
     env.set_seed(seed)
     actor, value = networks(env)
@@ -100,7 +100,7 @@ def learn(env: Any, steps: int, seed: int) -> tuple[int, float]:
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Print the instructions of an episode, learn, and print the mean reward."""
+    """Print the instructions of an episode, train, and print the mean reward."""
     data, split, *numbers = arguments
     steps, seed = map(int, [*numbers, *("20480", "0")[len(numbers) :]])
     print("instructions:", *instructions(data, split), sep="\n  ")

@@ -21,7 +21,7 @@ import zstandard
 from arramon_agents.perception.encoder import GRID, VisualEncoder, quantise
 from arramon_agents.perception.registry import open_encoder
 from arramon_client.agent import Observation
-from arramon_client.environments.backend import Backend, Player, Settings
+from arramon_client.environments.backend import Backend, Player, PlayerSettings
 from arramon_client.environments.options import Options
 from arramon_client.environments.players import open_backend
 from arramon_client.world import ASSEMBLY, NAVIGATION, PHASES
@@ -190,11 +190,11 @@ def backend_of(source: DemonstrationSource) -> Backend:
 
 def settings_of(
     source: DemonstrationSource, language: str, size: int = 0, phases: tuple[str, ...] = PHASES
-) -> Settings:
+) -> PlayerSettings:
     """Return the player's settings for a source; `size` is the side length of images, 0 for no images."""
     if source.split == ROOMS:
         phases = (ASSEMBLY,)
-    return Settings(
+    return PlayerSettings(
         language=language,
         split=source.split,
         sensors=("rgb", "depth") if size else (),

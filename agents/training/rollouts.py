@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from arramon_client.agent import Agent, Episode, Observation, end_episode
-from arramon_client.environments.backend import Player, Settings
+from arramon_client.environments.backend import Player, PlayerSettings
 from arramon_client.environments.options import Options
 from arramon_client.environments.players import open_backend
 from arramon_client.world import PHASES
@@ -47,7 +47,7 @@ def play(agent: Agent, plan: RolloutPlan) -> dict[str, Mapping[str, float]]:
     sensors = getattr(agent, "sensors", ("rgb", "depth"))
 
     def open_player(language: str) -> Player:
-        return backend.player(Settings(language, plan.split, sensors, plan.image_size, phases=plan.phases))
+        return backend.player(PlayerSettings(language, plan.split, sensors, plan.image_size, phases=plan.phases))
 
     known = [open_player(language).split.episode_ids or () for language in plan.languages]
     ids = [each for each in plan.chosen or known[0] if all(each in others for others in known)][: plan.episodes or None]

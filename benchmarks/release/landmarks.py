@@ -150,7 +150,9 @@ def scattered(episode_id: str, props: Sequence[Prop], ground: FurnitureGrid) -> 
     return [replace(prop, x=float(x), z=float(z)) for prop, (x, z) in zip(props, places, strict=True)]
 
 
-def _count(counts: Counter[str], told: Sequence[TurnText], props: Sequence[Prop], drawn: Section | None = None) -> None:
+def _count(
+    counts: Counter[str], texts: Sequence[TurnText], props: Sequence[Prop], drawn: Section | None = None
+) -> None:
     """Count the turns and mentions that fit a world, and, if it is rendered, those that the camera shows."""
     things = placed_things(props)
     known = LandmarkMap.of(by_kind(things, KNOWN))

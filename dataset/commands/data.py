@@ -98,7 +98,7 @@ def _generate(arguments: argparse.Namespace) -> None:
         if arguments.split or arguments.sections is not None or arguments.secret is not None:
             raise BadInput("--rooms generates the split rooms only; leave out --split, --sections and --secret")
         tasks = generate_rooms(
-            arguments.data, arguments.rooms, seed=arguments.seed, jobs=arguments.jobs, on_progress=seldom(tell)
+            arguments.data, arguments.rooms, seed=arguments.seed, jobs=arguments.jobs, on_progress=throttled(tell)
         )
         print(describe(tasks))
         return

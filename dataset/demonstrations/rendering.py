@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from arramon_client.agent import Observation
-from arramon_client.environments.backend import Settings
+from arramon_client.environments.backend import PlayerSettings
 from arramon_dataset.demonstrations.request import Export
 from arramon_dataset.demonstrations.sources import EpisodeActions
 from arramon_dataset.demonstrations.trajectory import Scores, misfit, scores_of
@@ -75,7 +75,7 @@ def render(export: Export, source: EpisodeActions) -> RenderedDemonstration:
     try:
         for action in source.actions:
             step = player.step(action)
-            observations.append(step.observation or player.again())
+            observations.append(step.observation or player.latest())
             rewards.append(step.reward)
             ended.append(bool(step.phases_ended))
     except ValueError as error:
@@ -92,10 +92,10 @@ def player_of(export: Export, language: str) -> LocalPlayer:
     return LocalBackend(export.request.data).player(settings_of(export, language))
 
 
-def settings_of(export: Export, language: str) -> Settings:
+def settings_of(export: Export, language: str) -> PlayerSettings:
     """Return the settings of the environment whose observations are exported."""
     request = export.request
-    return Settings(
+    return PlayerSettings(
         language=language,
         split=request.split,
         sensors=request.sensors,

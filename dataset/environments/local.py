@@ -4,8 +4,7 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from arramon_client.environments.backend import Settings, SplitInfo
-from arramon_client.environments.backend import Texts as ClientTexts
+from arramon_client.environments.backend import PlayerSettings, SplitInfo, TextBounds
 from arramon_client.errors import UsageError
 from arramon_client.world import STEPS_PER_PHASE
 from arramon_dataset.environments.playable_split import DRAWN, PlayableSplit, open_playable_split
@@ -39,7 +38,7 @@ class LocalBackend:
         if problem:
             raise UsageError(f"{CAMERA} is {self._camera!r}, {problem}")
 
-    def player(self, settings: Settings) -> LocalPlayer:
+    def player(self, settings: PlayerSettings) -> LocalPlayer:
         """Return a player.
 
         Raises:
@@ -92,7 +91,7 @@ def _info(split: Split, language: str, steps_per_phase: int | None) -> SplitInfo
         steps_per_phase=steps_per_phase or STEPS_PER_PHASE,
         data_hash=split.data_hash,
         texts={
-            code: ClientTexts(texts.alphabet, texts.longest, texts.longest_utf8) for code, texts in split.texts.items()
+            code: TextBounds(texts.alphabet, texts.longest, texts.longest_utf8) for code, texts in split.texts.items()
         },
         episode_ids=_ids(split, language),
     )

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from arramon.v1.chain import episode_head
 from arramon_client.agent import Label, Observation
-from arramon_client.environments.backend import Ending, Images, Scores, Settings, SplitInfo, Step
+from arramon_client.environments.backend import EpisodeEnd, Images, PlayerSettings, Scores, SplitInfo, Step
 from arramon_client.errors import UsageError
 from arramon_client.world import NAVIGATION, Action
 from arramon_dataset.environments.playable_split import PlayableSplit
@@ -50,7 +50,7 @@ class LocalPlayer:
         find: returns episodes.
     """
 
-    def __init__(self, playable: PlayableSplit, info: SplitInfo, settings: Settings, find: FindEpisode) -> None:
+    def __init__(self, playable: PlayableSplit, info: SplitInfo, settings: PlayerSettings, find: FindEpisode) -> None:
         self._worlds, self._name = playable.worlds, playable.split.name
         self._sections = playable.split.sections
         self._info, self._settings, self._find = info, settings, find
@@ -95,7 +95,7 @@ class LocalPlayer:
         return self._played
 
     def begin(
-        self, episode_id: str | None, seed: int, into: Images | None = None, *, draws: bool = True
+        self, episode_id: str | None, seed: int, into: Images | None = None, *, with_images: bool = True
     ) -> Observation:
         """Begin an episode. The ground truth plays the phases before the agent's first one.
 
@@ -103,7 +103,7 @@ class LocalPlayer:
             episode_id: id of the episode; None to generate one.
             seed: of the generated episode.
             into: arrays to write the images to.
-            draws: whether to render the images now; otherwise `draw` renders them later.
+            with_images: whether to render the images now; otherwise `draw` renders them later.
 
         Raises:
             UsageError: if there is no such episode.
@@ -120,10 +120,10 @@ class LocalPlayer:
             # Imported only here: it takes a tenth of a second, and few learners use an expert.
             from arramon_dataset.environments.experts import expert_of
 
-            self._expert = expert_of(self._settings.expert, episode, scene, ground)
+            self._expert = expert_of(self._settings.expert, episode, scene, collision_check)
         self._skip(self._session, (self._settings.turn, self._settings.start))
         self._seen = self._session.state
-        return self.again(into) if draws else self.facts()
+        return self.latest(into) if with_images else self.latest_without_images()
 
     def step(self, action: int) -> Step:
         """Apply an action from 0 to 3, and return its result, with an observation.
@@ -134,7 +134,7 @@ class LocalPlayer:
         step = self.advance(action)
         if step.ending is not None:
             return step
-        return Step(self.again(), step.steps_left, step.reward, step.phases_ended)
+        return Step(self.latest(), step.steps_left, step.reward, step.phases_ended)
 
     def advance(self, action: int) -> Step:
         """Apply an action from 0 to 3, and return its result, without an observation.
@@ -151,11 +151,11 @@ class LocalPlayer:
             self._skip(session)
         if session.state.finished:
             scores = None if self._info.hidden else scores_of(session.scores())
-            return Step(None, 0, reward, over, Ending(session.cause, scores))
+            return Step(None, 0, reward, over, EpisodeEnd(session.cause, scores))
         self._seen = session.state
         return Step(None, session.steps_left(self._seen), reward, over)
 
-    def again(self, into: Images | None = None) -> Observation:
+    def latest(self, into: Images | None = None) -> Observation:
         """Return the latest observation again, also after the end of the episode.
 
         Args:
@@ -167,7 +167,7 @@ class LocalPlayer:
         images = self._drawn(self._played, into or {}) if self._images else {}
         return self._observation(self._played, self._seen, images)
 
-    def facts(self) -> Observation:
+    def latest_without_images(self) -> Observation:
         """Return the latest observation without its images.
 
         Raises:

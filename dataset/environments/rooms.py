@@ -4,8 +4,7 @@ from functools import cache, lru_cache
 from pathlib import Path
 
 import arramon_lang as lang
-from arramon_client.environments.backend import Settings, SplitInfo
-from arramon_client.environments.backend import Texts as ClientTexts
+from arramon_client.environments.backend import PlayerSettings, SplitInfo, TextBounds
 from arramon_client.errors import UsageError
 from arramon_client.world import STEPS_PER_PHASE
 from arramon_dataset.environments.playable_split import DRAWN, PlayableSplit, playable_split
@@ -26,7 +25,7 @@ def playable_rooms(camera: str) -> PlayableSplit:
     return playable_split(split, camera)
 
 
-def room_split(settings: Settings) -> SplitInfo:
+def room_split(settings: PlayerSettings) -> SplitInfo:
     """Return the description of the generated tasks for environments.
 
     Raises:
@@ -82,14 +81,14 @@ def _draw(seed: int, language: str, longest: int, longest_utf8: int) -> Episode 
 
 
 @cache
-def _texts(language: str) -> ClientTexts:
+def _texts(language: str) -> TextBounds:
     """Return the alphabet and the maximum lengths of a language's tasks: twice the longest of the sample tasks."""
     folder = Path(next(iter(lang.__path__))) / language
     written = "".join(path.read_text(encoding="utf-8") for path in sorted(folder.glob("*.toml")))
     drawn = [_draw(seed, language, 1_000_000, 1_000_000) for seed in range(SURVEYED)]
     texts = instructions_in([episode for episode in drawn if episode is not None], language)
     alphabet = {character for character in written + "".join(texts) if character.isprintable()}
-    return ClientTexts(
+    return TextBounds(
         alphabet="".join(sorted(alphabet | {character.upper()[0] for character in alphabet})),
         longest=2 * max(map(len, texts)),
         longest_utf8=2 * max(len(text.encode()) for text in texts),

@@ -5,7 +5,7 @@ from random import Random
 
 from arramon_server.sim.catalogue import ObjectType
 from examples.sampling.rooms import Order
-from examples.sampling.routes import Leg
+from examples.sampling.routes import RouteLeg
 
 TURNS = {0: "", 1: "turn right", -1: "turn left", 2: "turn around"}
 WALKS = ("walk forward", "go straight", "walk straight ahead")
@@ -37,7 +37,7 @@ PLAIN = {
 }
 
 
-def navigate(legs: Sequence[Leg], target: ObjectType, side: str, random: Random) -> str:
+def navigate(legs: Sequence[RouteLeg], target: ObjectType, side: str, random: Random) -> str:
     """Return the navigation instruction."""
     walk = random.choice(WALKS)
     sentences = []

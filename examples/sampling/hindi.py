@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from arramon_server.sim.catalogue import ObjectType
 from examples.sampling.rooms import Order
-from examples.sampling.routes import Leg
+from examples.sampling.routes import RouteLeg
 
 
 class Noun(NamedTuple):
@@ -73,7 +73,7 @@ PLAIN = {
 }
 
 
-def navigate(legs: Sequence[Leg], target: ObjectType, side: str, random: Random) -> str:
+def navigate(legs: Sequence[RouteLeg], target: ObjectType, side: str, random: Random) -> str:
     """Return the navigation instruction."""
     register = random.choice((NEUTRAL, POLITE))
     walk = random.choice(register.walks)

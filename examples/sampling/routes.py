@@ -5,14 +5,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
-from examples.sampling.town import CELL, Place, Spot, Town
+from examples.sampling.town import CELL, Spot, Town, TownPoint
 
 SHORTEST_LEG = 4
 """Least number of steps of a leg."""
 
 
 @dataclass(frozen=True)
-class Leg:
+class RouteLeg:
     """A straight part of a way.
 
     Attributes:
@@ -28,7 +28,7 @@ class Leg:
     end: str
 
 
-def legs_of(town: Town, spots: Sequence[Spot], target: Place) -> list[Leg] | None:
+def legs_of(town: Town, spots: Sequence[Spot], target: TownPoint) -> list[RouteLeg] | None:
     """Return the legs of a way to `target`; None if it turns at a place without a junction."""
     places = [spot.place for i, spot in enumerate(spots) if i == 0 or spot.place != spots[i - 1].place]
     runs = _runs(_quarters(places))
@@ -46,20 +46,20 @@ def legs_of(town: Town, spots: Sequence[Spot], target: Place) -> list[Leg] | Non
         passed = {zone for zone in visited if zone and zone[0] == "+"} - {left, end}
         marks = [town.at(place) for place in places[first : last + 1]]
         alley = "a" in marks and marks[0] != "a"
-        legs.append(Leg(turn, alley, len(passed), "" if is_last or end is None else end[0]))
+        legs.append(RouteLeg(turn, alley, len(passed), "" if is_last or end is None else end[0]))
         facing, left = 3 * quarter, end
     return legs
 
 
 def _turn(heading: int, wanted: int) -> int:
-    """Return the turn, as in `Leg`, between two headings, given in steps of 30 degrees."""
+    """Return the turn, as in `RouteLeg`, between two headings, given in steps of 30 degrees."""
     steps = (wanted - heading + 6) % 12 - 6
     if abs(steps) <= 1:
         return 0
     return 2 if abs(steps) >= 5 else int(math.copysign(1, steps))
 
 
-def _quarters(places: Sequence[Place]) -> list[int]:
+def _quarters(places: Sequence[TownPoint]) -> list[int]:
     """Return for each place the walking direction: 0 along, 1 across, 2 and 3 their opposites."""
     found: list[int] = []
     for i in range(len(places)):
@@ -88,11 +88,11 @@ def _runs(quarters: Sequence[int]) -> list[tuple[int, int, int]]:
     return runs
 
 
-def _zone(town: Town, place: Place) -> tuple[str, int] | None:
+def _zone(town: Town, place: TownPoint) -> tuple[str, int] | None:
     return town.zones.get((math.floor(place.along / CELL), math.floor(place.across / CELL)))
 
 
-def _nearest_zone(town: Town, places: Sequence[Place], index: int) -> tuple[str, int] | None:
+def _nearest_zone(town: Town, places: Sequence[TownPoint], index: int) -> tuple[str, int] | None:
     """Return the junction at or near a place of the way."""
     for offset in (0, 1, -1, 2, -2, 3, -3):
         if 0 <= index + offset < len(places) and (zone := _zone(town, places[index + offset])):
@@ -100,7 +100,7 @@ def _nearest_zone(town: Town, places: Sequence[Place], index: int) -> tuple[str,
     return None
 
 
-def side_of(town: Town, target: Place, spots: Sequence[Spot]) -> str:
+def side_of(town: Town, target: TownPoint, spots: Sequence[Spot]) -> str:
     """Return the target's location relative to the way: "+", "L", "a" (the alley), "right", "left" or "middle"."""
     mark = town.at(target)
     if mark in "+La":
@@ -113,8 +113,9 @@ def side_of(town: Town, target: Place, spots: Sequence[Spot]) -> str:
     return "right" if right < left else "left"
 
 
-def _to_wall(town: Town, place: Place, across: int, along: int) -> float:
-    distance = 0.0
-    while distance < 5.0 and town.at(Place(place.across + distance * across, place.along + distance * along)) != "#":
+def _to_wall(town: Town, place: TownPoint, across: int, along: int) -> float:
+    distance, point = 0.0, place
+    while distance < 5.0 and town.at(point) != "#":
         distance += 0.25
+        point = TownPoint(place.across + distance * across, place.along + distance * along)
     return distance

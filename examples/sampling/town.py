@@ -65,7 +65,7 @@ _SIN = ((0, 0), (1, 0), (0, 1), (2, 0), (0, 1), (1, 0), (0, 0), (-1, 0), (0, -1)
 """The sine of 30k degrees as (halves, half square roots of 3): places reached are sums of these, and so exact."""
 
 
-class Place(NamedTuple):
+class TownPoint(NamedTuple):
     """A place in a town."""
 
     across: float
@@ -80,9 +80,9 @@ class Spot(NamedTuple):
     heading: int
 
     @property
-    def place(self) -> Place:
+    def place(self) -> TownPoint:
         """The position in units."""
-        return Place(
+        return TownPoint(
             self.across[0] / 2 + self.across[1] * _HALF_ROOT,
             self.along[0] / 2 + self.along[1] * _HALF_ROOT,
         )
@@ -98,13 +98,13 @@ class Spot(NamedTuple):
         along = (self.along[0] + cos[0], self.along[1] + cos[1])
         return Spot(across, along, self.heading)
 
-    def local(self, place: Place) -> Place:
+    def local(self, place: TownPoint) -> TownPoint:
         """Return `place` relative to this pose: (units to the right, units ahead)."""
         here = self.place
         dx, dz = place.across - here.across, place.along - here.along
         (s, t), (c, d) = _SIN[self.heading], _SIN[(self.heading + 3) % 12]
         sin, cos = s / 2 + t * _HALF_ROOT, c / 2 + d * _HALF_ROOT
-        return Place(dx * cos - dz * sin, dx * sin + dz * cos)
+        return TownPoint(dx * cos - dz * sin, dx * sin + dz * cos)
 
 
 @dataclass(frozen=True)
@@ -120,43 +120,43 @@ class Town:
     plan: str
     origin: tuple[float, float]
     first_map_id: int
-    _clearances: dict[Place, float] = field(default_factory=dict, compare=False, repr=False)
+    _clearances: dict[TownPoint, float] = field(default_factory=dict, compare=False, repr=False)
 
     @cached_property
     def rows(self) -> tuple[str, ...]:
         """The plan's rows, the nearest first."""
         return tuple(reversed(self.plan.split()))
 
-    def at(self, place: Place) -> str:
+    def at(self, place: TownPoint) -> str:
         """Return the plan's character at a place."""
         row, column = math.floor(place.along / CELL), math.floor(place.across / CELL)
         return self.rows[row][column] if 0 <= row < len(self.rows) and 0 <= column < len(self.rows[row]) else "#"
 
-    def clearance(self, place: Place) -> float:
+    def clearance(self, place: TownPoint) -> float:
         """Return the distance to the nearest building, in units, at most CELL."""
         if place not in self._clearances:
             row, column = math.floor(place.along / CELL), math.floor(place.across / CELL)
             nearest = CELL
             for near_row in (row - 1, row, row + 1):
                 for near_column in (column - 1, column, column + 1):
-                    if self.at(Place((near_column + 0.5) * CELL, (near_row + 0.5) * CELL)) == "#":
+                    if self.at(TownPoint((near_column + 0.5) * CELL, (near_row + 0.5) * CELL)) == "#":
                         dx = max(near_column * CELL - place.across, place.across - (near_column + 1) * CELL, 0.0)
                         dz = max(near_row * CELL - place.along, place.along - (near_row + 1) * CELL, 0.0)
                         nearest = min(nearest, math.sqrt(dx * dx + dz * dz))
             self._clearances[place] = nearest
         return self._clearances[place]
 
-    def world(self, place: Place) -> tuple[float, float]:
+    def world(self, place: TownPoint) -> tuple[float, float]:
         """Return a place's (x, z) in the world frame."""
         sin, cos = math.sin(math.radians(HEADING)), math.cos(math.radians(HEADING))
         x, z = place.across * cos + place.along * sin, place.along * cos - place.across * sin
         return round(self.origin[0] + x, 5), round(self.origin[1] + z, 5)
 
     @cached_property
-    def spots(self) -> tuple[Place, ...]:
+    def spots(self) -> tuple[TownPoint, ...]:
         """Places for objects and starts: whole units, at least one unit from every wall."""
         height, width = len(self.rows) * int(CELL), len(self.rows[0]) * int(CELL)
-        places = (Place(float(across), float(along)) for across in range(width) for along in range(height))
+        places = (TownPoint(float(across), float(along)) for across in range(width) for along in range(height))
         return tuple(place for place in places if self.clearance(place) >= 1.0)
 
     @cached_property
@@ -174,14 +174,14 @@ class Town:
                             waiting += [(r + 1, c), (r - 1, c), (r, c + 1), (r, c - 1)]
         return found
 
-    def distances(self, goal: Place) -> dict[tuple[int, int], int]:
+    def distances(self, goal: TownPoint) -> dict[tuple[int, int], int]:
         """Return approximate distances from `goal` to the points of a one-unit raster, in right-angled moves."""
         start = (round(goal.across), round(goal.along))
         found, waiting = {start: 0}, deque([start])
         while waiting:
             across, along = waiting.popleft()
             for near in ((across + 1, along), (across - 1, along), (across, along + 1), (across, along - 1)):
-                if near not in found and self.clearance(Place(float(near[0]), float(near[1]))) >= 0.9:
+                if near not in found and self.clearance(TownPoint(float(near[0]), float(near[1]))) >= 0.9:
                     found[near] = found[across, along] + 1
                     waiting.append(near)
         return found
@@ -190,7 +190,7 @@ class Town:
 TOWNS = (Town(FIRST_PLAN, (-30.0, 5.0), 101), Town(SECOND_PLAN, (20.0, -80.0), 15101))
 
 
-def find_way(town: Town, start: Spot, target: Place) -> tuple[list[Spot], list[int]] | None:
+def find_way(town: Town, start: Spot, target: TownPoint) -> tuple[list[Spot], list[int]] | None:
     """Find, by A*, a way to a pose with `target` one to two units straight ahead; None if there is none.
 
     Returns:
@@ -230,7 +230,7 @@ def find_way(town: Town, start: Spot, target: Place) -> tuple[list[Spot], list[i
 def _price(town: Town, spot: Spot, after: Spot) -> float | None:
     """Return the cost of a step: higher along walls; None if it is blocked."""
     here, there = spot.place, after.place
-    middle = Place((here.across + there.across) / 2, (here.along + there.along) / 2)
+    middle = TownPoint((here.across + there.across) / 2, (here.along + there.along) / 2)
     room = min(town.clearance(there), town.clearance(middle))
     return None if room < 0.7 else 1.0 if room >= 1.0 else 1.3
 

@@ -1,4 +1,4 @@
-"""JSON from strangers: reading that fails with one kind of error, whatever the text contains."""
+"""Reading of untrusted JSON, which raises one kind of error for any invalid text."""
 
 import json
 import math
@@ -6,19 +6,19 @@ from collections.abc import Iterable
 from typing import Any, NoReturn
 
 DEEPEST = 64
-"""Levels of lists and objects within each other that are read; this project's own files have fewer than ten."""
+"""Default maximum nesting depth of lists and objects; this project's own files have fewer than ten levels."""
 
 
 class NotJsonError(ValueError):
-    """A text is not JSON, or is JSON that no program here writes; the message continues a sentence: "is not JSON"."""
+    """A text is not JSON, or is JSON that this project does not accept; the message is a predicate: "is not JSON"."""
 
 
 def read_json(data: bytes | str, deepest: int = DEEPEST) -> Any:
     """Return the content of a JSON text.
 
     Args:
-        data: the text; bytes may be UTF-8, also with a byte order mark, UTF-16 or UTF-32.
-        deepest: levels of lists and objects within each other that are accepted.
+        data: the text; bytes may be UTF-8 (with or without a byte order mark), UTF-16 or UTF-32.
+        deepest: maximum nesting depth of lists and objects.
 
     Raises:
         NotJsonError: if it is not JSON, is nested more deeply, or has a number that JSON does not have (NaN, Infinity)

@@ -67,7 +67,7 @@ def test_hidden_run_in_play_reveals_only_its_progress(stub: EvaluationStub) -> N
 
 def test_messages_reveal_nothing_of_a_generated_hidden_split(tmp_path: Path) -> None:
     (split,) = generate(
-        tmp_path, [SPLITS["test_unseen"]], scale=2 / 1205, jobs=1, make_writer=make_plain, tell=lambda _: None
+        tmp_path, [SPLITS["test_unseen"]], scale=2 / 1205, jobs=1, make_writer=make_plain, on_progress=lambda _: None
     )
     server = Server(tmp_path, "127.0.0.1:0", "--steps", "8")
     with grpc.insecure_channel(server.address) as channel:

@@ -11,7 +11,7 @@ from arramon_client import Observation, ProtocolError
 from arramon_client.play import Settings, play
 from arramon_client.recording.recorder import Recording
 from arramon_client.transport.connection import Server
-from arramon_client.transport.incoming import LONGEST_INSTRUCTION, check_message, check_observation
+from arramon_client.transport.incoming import MAX_INSTRUCTION, check_message, check_observation
 from tests.client.fake import RUN, Recorder, World
 
 ODD = "\ufeffgo\u200b to\u00ad the \u200eमेरा क्\u200dष\u200f\x1b[31m\u3164 e" + "\u0301" * 20
@@ -68,9 +68,9 @@ def test_recordings_hold_them_whole_and_show_them_safely(server: Server, run: pb
 
 def test_too_long_ones_are_refused() -> None:
     said = "an instruction that the server sent has 20001 characters, expected at most 20000"
-    check_observation(pb.Observation(instruction="\u200b" * LONGEST_INSTRUCTION, turn=1))
+    check_observation(pb.Observation(instruction="\u200b" * MAX_INSTRUCTION, turn=1))
     with pytest.raises(ProtocolError, match=said):
-        check_observation(pb.Observation(instruction="\u200b" * (LONGEST_INSTRUCTION + 1), turn=1))
+        check_observation(pb.Observation(instruction="\u200b" * (MAX_INSTRUCTION + 1), turn=1))
 
 
 def test_their_alphabet_is_not_changed_either() -> None:

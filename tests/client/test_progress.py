@@ -6,7 +6,7 @@ import pytest
 from rich.console import Console
 
 from arramon_client.play import Progress
-from arramon_client.progress import Pace, progress_display, progress_lines
+from arramon_client.progress import PaceEstimator, progress_display, progress_lines
 
 
 class Clock:
@@ -28,7 +28,7 @@ class Clock:
 ])  # fmt: skip
 def test_pace_is_measured_from_its_start(seconds: float, state: Progress, text: str) -> None:
     clock = Clock()
-    pace = Pace(clock)
+    pace = PaceEstimator(clock)
     pace.describe(Progress(state.episodes, 10, 0))
     clock.now += seconds
     assert pace.describe(state) == text

@@ -8,7 +8,7 @@ import pytest
 
 from arramon.v1 import evaluation_pb2 as pb
 from arramon_client.conformance.checks import CHECKS
-from arramon_client.conformance.suite import Check, Outcome, Result, run_checks
+from arramon_client.conformance.suite import Check, CheckOutcome, CheckResult, run_checks
 from arramon_client.conformance.target import Target, choose_target
 from arramon_client.transport.access import Access
 from arramon_client.transport.connection import METADATA, connect
@@ -18,7 +18,7 @@ from tests.conformance.forwarder import Fault, Forwarder, Refusal, Unary
 BY_NAME = {check.name: check for check in CHECKS}
 
 
-def results(forwarder: Forwarder, access: Access, fault: Fault, *checks: Check) -> list[Result]:
+def results(forwarder: Forwarder, access: Access, fault: Fault, *checks: Check) -> list[CheckResult]:
     """The results of checks on a server with this fault; none of its runs goes on afterwards."""
     forwarder.install(fault)
     with connect(forwarder.address, access) as server:
@@ -33,7 +33,7 @@ def test_a_correct_server_passes_every_check(forwarder: Forwarder, access: Acces
     assert [
         (result.check.name, result.reason)
         for result in results(forwarder, access, Fault(), *CHECKS)
-        if result.outcome is not Outcome.PASSED
+        if result.outcome is not CheckOutcome.PASSED
     ] == []
 
 
@@ -65,7 +65,7 @@ def test_a_run_that_cannot_be_cancelled_fails_its_check(forwarder: Forwarder, ac
         forwarder.install(Fault())
         for run in server.stub.ListRuns(pb.ListRunsRequest(page_size=1), metadata=METADATA).runs:
             target.cancel(run)
-    assert result.outcome is Outcome.FAILED
+    assert result.outcome is CheckOutcome.FAILED
     assert re.fullmatch(r"run \w+ could not be cancelled: INTERNAL: not today", result.reason)
 
 
@@ -86,5 +86,5 @@ def test_names_and_promises_are_unique_lines() -> None:
 def test_a_broken_promise_is_detected(forwarder: Forwarder, access: Access, token: str, number: int) -> None:
     breaker: Breaker = breakers(token)[number]
     (result,) = results(forwarder, access, breaker.fault, BY_NAME[breaker.check])
-    assert result.outcome is Outcome.FAILED
+    assert result.outcome is CheckOutcome.FAILED
     assert re.search(breaker.pattern, result.reason), result.reason

@@ -50,7 +50,7 @@ def test_rollouts(data: Path) -> None:
 def rooms(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Holds twelve tasks in the room alone."""
     folder = tmp_path_factory.mktemp("rooms")
-    generate_rooms(folder, 12, seed=1, jobs=1, tell=lambda _: None)
+    generate_rooms(folder, 12, seed=1, jobs=1, on_progress=lambda _: None)
     return folder
 
 

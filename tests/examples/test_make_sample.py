@@ -21,7 +21,7 @@ from arramon_server.sim.rules import moved
 from benchmarks.release.drawn_furniture import reconstruct
 from examples.sampling import english, hindi
 from examples.sampling.rooms import OFFSETS
-from examples.sampling.routes import Leg
+from examples.sampling.routes import RouteLeg
 from tests import ROOT
 
 SAMPLE = ROOT / "examples" / "sample"
@@ -144,26 +144,28 @@ def test_hindi_object_names_agree_in_gender_and_case(thing: ObjectType, oblique:
     ("legs", "side", "in_english", "in_hindi"),
     [
         (
-            [Leg(2, False, 1, "+"), Leg(-1, True, 0, "")],
+            [RouteLeg(2, False, 1, "+"), RouteLeg(-1, True, 0, "")],
             "a",
             "to the second intersection. Turn left into the alley and ",
             "दूसरे चौराहे तक ",
         ),
         (
-            [Leg(0, False, 2, "L"), Leg(1, False, 0, "")],
+            [RouteLeg(0, False, 2, "L"), RouteLeg(1, False, 0, "")],
             "right",
             "past two intersections to the corner.",
             "दो चौराहों से आगे निकलकर नुक्कड़ तक ",
         ),
         (
-            [Leg(1, False, 1, "")],
+            [RouteLeg(1, False, 1, "")],
             "L",
             "past the intersection to the striped red mug at the corner.",
             "नुक्कड़ पर रखा धारीदार लाल मग ",
         ),
     ],
 )
-def test_navigation_instructions_describe_the_legs(legs: list[Leg], side: str, in_english: str, in_hindi: str) -> None:
+def test_navigation_instructions_describe_the_legs(
+    legs: list[RouteLeg], side: str, in_english: str, in_hindi: str
+) -> None:
     assert in_english in english.navigate(legs, MUG, side, seeded(1))
     assert unicodedata.normalize("NFC", in_hindi) in hindi.navigate(legs, MUG, side, seeded(1))
 

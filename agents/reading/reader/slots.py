@@ -9,10 +9,10 @@ from dataclasses import replace
 from arramon_agents.perception.eyes.vocabulary import COLOURS, LOOK_GROUPS
 from arramon_client.world import COLLECTIBLES, FURNITURE
 from arramon_lang.meaning import (
-    ATS,
     NUMBERS,
     PLACES,
     RELATIONS,
+    TURN_POSITIONS,
     TURNS,
     WAYS,
     WHICHES,
@@ -39,7 +39,7 @@ _LOOKS = ("", *dict.fromkeys(look for group in LOOK_GROUPS for look in group.loo
 SLOTS: dict[str, tuple[str, ...]] = {
     "type": TYPES,
     "direction": ("", *TURNS),
-    "at": ("", *ATS),
+    "at": ("", *TURN_POSITIONS),
     "way": ("", *WAYS),
     "side": ("", "left", "right"),
     "count": tuple(map(str, range(MOST_STEPS + 1))),

@@ -1,7 +1,7 @@
 """ArraMon client: connect an agent to an evaluation server, local or remote.
 
-An agent's author needs `arramon_client.agent` and the command `arramon-client`. The other public names let a program do
-what the command does.
+Authors of agents need `arramon_client.agent` and the command `arramon-client`. The other public names let programs use
+the functions of the command.
 """
 
 import sys
@@ -75,20 +75,20 @@ _HOMES = {
     "Access": "transport.access",
     **dict.fromkeys(("Server", "connect"), "transport.connection"),
 }
-"""Modules of this package that define the public names; the errors are in `errors`."""
+"""Module that defines each public name; names that are not listed are in `errors`."""
 
 
 class _Package(ModuleType):
-    """This package, whose public names are imported when they are first used: environments in process need no gRPC."""
+    """This package, which imports public names on first use, so that environments in this process need no gRPC."""
 
     @property
     def play(self) -> Any:
-        """The function; the module of that name is `arramon_client.play` to the import system alone."""
+        """The function `play`; only the import system uses this name for the module `arramon_client.play`."""
         return import_module(f"{__name__}.play").play
 
     @play.setter
     def play(self, module: ModuleType) -> None:
-        """Ignore the module, which the import system puts here."""
+        """Ignore the module that the import system assigns to this attribute."""
 
 
 sys.modules[__name__].__class__ = _Package

@@ -1,4 +1,4 @@
-"""The agent contract: everything that a participant's agent receives and must provide."""
+"""The agent interface: everything that a participant's agent receives and must provide."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Label:
-    """What a pixel of a segmentation shows, limited to what is visible.
+    """The visible properties of what a segmentation's pixel shows.
 
     Attributes:
         kind: "nothing" (the sky), "road", "pavement", "building", "roof", "cone", "phone_booth", ... "mug", "wall",
@@ -52,7 +52,7 @@ class Episode:
 
 @dataclass(frozen=True)
 class Observation:
-    """What an agent perceives before a step.
+    """An agent's observation before a step.
 
     Attributes:
         episode_id: the episode that the observation belongs to.
@@ -108,12 +108,12 @@ class EndingAgent(Agent, Protocol):
     """An agent that discards its state of an episode when the episode has ended."""
 
     def end(self, episode_id: str) -> None:
-        """Discard the state of an episode: no further observation of it follows, unless `begin` comes first.
+        """Discard the state of an episode; it gets no further observation unless `begin` is called again.
 
-        It is called once after `begin`, when the episode has ended for whatever cause (finished, step limit, time
-        limit, forfeited, server fault), or when another player has taken it over. It is not called if `begin` raised,
-        nor for episodes that are open when the client stops. An episode that another player gives back, or that another
-        stream of the same client takes over, begins again, with its history.
+        The client calls it once after `begin`, when the episode has ended for any cause (finished, step limit, time
+        limit, forfeited, server fault), or another player has taken it over. It is not called if `begin` raised, nor
+        for episodes that are open when the client stops. An episode that another player returns, or that another stream
+        of the same client takes over, begins again, with its history.
         """
         ...
 

@@ -121,7 +121,7 @@ def parser() -> argparse.ArgumentParser:
         default=(),
         metavar="RUN",
         help="resume a run, with the language, split, sensors and episodes it was created with; with several languages "
-        "RUN,RUN, of which those that were not created yet may be missing",
+        "RUN,RUN; runs that were not created yet are left out",
     )
     add("--dry-run", action="store_true", help="test the setup: play two episodes of an open split instead")
     add("--keep-going", action="store_true", help="do not stop when the agent fails: give up the episode and go on")
@@ -171,7 +171,7 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
 
 
 def _check_server(made: argparse.ArgumentParser, arguments: argparse.Namespace) -> None:
-    """Check the options that go with an embedded server or with another one alone."""
+    """Check that options for an embedded server are not combined with --server, and the other way round."""
     for option, value in (("--data", arguments.data), ("--workers", arguments.workers)):
         if arguments.server is not None and value is not None:
             made.error(f"{option} applies to the embedded server, and cannot be used together with --server")
@@ -181,10 +181,10 @@ def _check_server(made: argparse.ArgumentParser, arguments: argparse.Namespace) 
 
 
 def resume_command(argv: Sequence[str], run_id: str) -> str:
-    """Return the command that resumes a run started with these arguments, without the token, as it is printed.
+    """Return the command line that resumes a run, without the token, to be printed.
 
     Args:
-        argv: the arguments as typed.
+        argv: the arguments that started the run, as typed.
         run_id: the run's id, or several, separated by commas.
     """
     kept = []

@@ -32,14 +32,15 @@ COMMANDS = {
     "verify": verify.main,
     "withdraw": leaderboard.withdraw,
 }
-"""Subcommands by name; each is called with the arguments that follow its name."""
+"""Functions of the subcommands, by name; each takes the arguments after the name."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command and return its exit status.
 
     Returns:
-        0 success, 1 error, 2 usage, 3 the agent failed; after a signal 128 and its number, such as 143 for SIGTERM.
+        0 success, 1 error, 2 usage, 3 the agent failed; 128 plus the signal's number after a signal, such as 143 for
+        SIGTERM.
     """
     argv = sys.argv[1:] if argv is None else argv
     os.environ.setdefault("GRPC_VERBOSITY", "NONE")  # The client explains connection errors itself.
@@ -52,7 +53,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _report_unknown(word: str) -> int:
-    """Print that there is no such command."""
+    """Print an error for an unknown command."""
     hint = nearest(word, COMMANDS) or f"; expected {', '.join(COMMANDS)}, or options such as --agent (see --help)"
     print(f"arramon-client: unknown command {word!r}{hint}", file=sys.stderr)
     return USAGE

@@ -1,4 +1,4 @@
-"""Demonstrations in the plain format of `arramon-server export-demos`: actions, poses and texts; frames on demand.
+"""Reader of demonstrations in the plain format of `arramon-server export-demos`; frames are rendered on demand.
 
 demonstrations = Demonstrations(Path("demonstrations/train-plain"))
 for demonstration in demonstrations:
@@ -28,26 +28,27 @@ KINDS = {
     **dict.fromkeys(("actions", "turns", "phases", "poses"), list),
     "finished": bool,
 }
-"""Types of a demonstration's fields."""
+"""Type of each field of a demonstration."""
 
 """Names of the phases, by number."""
 
 
 @dataclass(frozen=True, eq=False)
 class Demonstration:
-    """What was done in one episode.
+    """The recorded actions of one episode, with poses, instructions and scores.
 
     Attributes:
-        episode_id: the episode.
-        section: of the city.
-        instructions: by language and turn, those of navigation and assembly.
-        actions: (steps,) uint8, numbered as `agent.Action`.
-        turns: (steps,) uint8, 1 or 2, before each action.
-        phases: (steps,) uint8, index in `PHASES`, before each action.
-        poses: (steps, 3) float64, (x, z, heading) before each action: units and degrees; in the room column and row.
-        cause: why the episode ended, such as "AGENT_FINISHED".
-        finished: whether the actions end the episode.
-        scores: value by metric, for "turn 1" and "turn 2".
+        episode_id: id of the episode.
+        section: section of the city.
+        instructions: for each language and turn, the instructions for navigation and assembly.
+        actions: (steps,) uint8, numbered as in `agent.Action`.
+        turns: (steps,) uint8, the turn before each action, 1 or 2.
+        phases: (steps,) uint8, the phase before each action, as an index into `PHASES`.
+        poses: (steps, 3) float64, (x, z, heading) before each action, in units and degrees; in the room x and z are
+            column and row.
+        cause: cause of the episode's end, for example "AGENT_FINISHED".
+        finished: whether the actions reach the end of the episode.
+        scores: scores by row ("turn 1", "turn 2") and metric.
     """
 
     episode_id: str
@@ -66,10 +67,10 @@ class Demonstration:
         return len(self.actions)
 
     def instruction(self, language: str, step: int) -> str:
-        """Return the instruction that holds at a step.
+        """Return the instruction at a step.
 
         Raises:
-            UsageError: if there is none in the language.
+            UsageError: if the episode has no instructions in the language.
         """
         if language not in self.instructions:
             there = ", ".join(self.instructions)
@@ -79,13 +80,13 @@ class Demonstration:
 
 
 class Demonstrations(Sequence[Demonstration]):
-    """The demonstrations of a folder, in memory: a few kilobytes each.
+    """All demonstrations of a folder, kept in memory at a few kilobytes each.
 
     Args:
-        folder: that `arramon-server export-demos --format plain` wrote.
+        folder: folder written by `arramon-server export-demos --format plain`.
 
     Attributes:
-        settings: of the export, such as "split", "languages", "data_hash" and "steps_per_phase".
+        settings: settings of the export, for example "split", "languages", "data_hash" and "steps_per_phase".
 
     Raises:
         UsageError: if the folder holds no complete export in the plain format.
@@ -107,7 +108,7 @@ class Demonstrations(Sequence[Demonstration]):
     @overload
     def __getitem__(self, index: slice) -> Sequence[Demonstration]: ...
     def __getitem__(self, index: int | slice) -> Demonstration | Sequence[Demonstration]:
-        """Return one, or some."""
+        """Return one demonstration, or a slice of them."""
         return self._all[index]
 
     def draw(
@@ -119,12 +120,12 @@ class Demonstrations(Sequence[Demonstration]):
         image_size: int = 224,
         data: Path | None = None,
     ) -> Iterator[tuple[Observation, int]]:
-        """Yield what an agent saw before each action, and the action. It needs the environments, in this process.
+        """Yield the observation before each action, rendered again, and the action. Requires the server package.
 
         Args:
-            demonstration: one of these.
-            language: of the instructions.
-            sensors: that the observations have.
+            demonstration: a demonstration of this folder.
+            language: language of the instructions.
+            sensors: sensors of the observations.
             image_size: side length of images, in pixels.
             data: the data folder; None for $ARRAMON_DATA or ./arramon-data.
 
@@ -188,7 +189,7 @@ def _demonstrations(path: Path) -> Iterator[Demonstration]:
 
 
 class _ShapeError(Exception):
-    """A demonstration lacks a field, or has one of another type; the message says which."""
+    """A demonstration lacks a field, or a field has the wrong type or value; the message names it."""
 
 
 def _demonstration(line: Any) -> Demonstration:

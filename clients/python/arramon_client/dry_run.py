@@ -14,18 +14,18 @@ EPISODES = 2
 """Episodes of a dry run: enough to play in parallel, and few enough to take about a minute."""
 
 FOLDER = "dry-run"
-"""Name of the dry run's folder, inside the folder for results."""
+"""Name of the subfolder for a dry run's results."""
 
-MARK = " (dry run)"
-"""End of the agent's name in a dry run: it is listed among the participant's runs, on any server."""
+NAME_SUFFIX = " (dry run)"
+"""Suffix of the agent's name in a dry run, which marks it in lists of runs on any server."""
 
 STOP_TIMEOUT = 3.0
 """Seconds that an interrupted dry run may take to be cancelled; usually it takes some milliseconds."""
 
 
-def marked(agent: str) -> str:
-    """Return the name of an agent in a dry run."""
-    return agent[: LONGEST_NAME - len(MARK)] + MARK
+def dry_run_name(agent: str) -> str:
+    """Return the agent's name with the suffix that marks a dry run."""
+    return agent[: LONGEST_NAME - len(NAME_SUFFIX)] + NAME_SUFFIX
 
 
 def choose_split(
@@ -35,7 +35,7 @@ def choose_split(
 
     Args:
         info: the server's information.
-        real: split of the real run.
+        real: split of the run that the dry run tests.
         language: language of the instructions.
         sensors: sensors of the real run.
 

@@ -1,4 +1,4 @@
-"""Error tree of the client; every message can be shown to a participant as it is.
+"""Exceptions of the client; every message can be shown to a participant as it is.
 
 ArramonClientError
 ├── UsageError            an argument names something that does not exist, or contradicts another argument

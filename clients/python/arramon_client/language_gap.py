@@ -1,4 +1,4 @@
-"""The gap between two languages: differences between the scores of one agent's runs on the same episodes."""
+"""Language gaps: differences between the scores of one agent's runs in two languages on the same episodes."""
 
 import math
 from collections.abc import Sequence
@@ -11,8 +11,8 @@ from arramon_client.results import COLUMNS, table_of_metrics
 
 TOTAL, TURNS = "total", ("turn 1", "turn 2")
 
-FEWEST = 10
-"""Episodes from which on a difference has an interval."""
+MIN_EPISODES = 10
+"""Minimum number of episodes for which an interval is computed."""
 
 _Z = 1.959964
 """Quantile of the normal distribution for 95% intervals."""
@@ -20,14 +20,14 @@ _Z = 1.959964
 
 @dataclass(frozen=True)
 class Gap:
-    """The difference between two languages in one metric.
+    """The difference between the scores in two languages in one metric.
 
     Attributes:
-        metric: the metric, of both turns.
+        metric: the metric, over both turns.
         first, second: codes of the languages.
-        difference: mean of the first minus mean of the second.
-        low, high: ends of its 95% interval, paired by episode; None if the server does not tell scores of episodes, or
-            there are few.
+        difference: mean in the first language minus mean in the second.
+        low, high: ends of its 95% interval, paired by episode; None if the server does not report scores of single
+            episodes, or there are fewer than `MIN_EPISODES`.
     """
 
     metric: str
@@ -39,7 +39,7 @@ class Gap:
 
 
 def gaps(first: evaluation_pb2.Report, second: evaluation_pb2.Report) -> list[Gap]:
-    """Return the differences in all metrics of the score table that both reports have."""
+    """Return the differences in those metrics of the score table that both reports have."""
     found = []
     before, after = _totals(first), _totals(second)
     for _, metric in COLUMNS:
@@ -55,7 +55,7 @@ def gap_table(reports: Sequence[evaluation_pb2.Report]) -> Table:
     run = reports[0].run
     table = table_of_metrics(
         f"{run.agent} on {run.split}: gap between languages, both turns",
-        "below a difference: its 95% interval, paired by episode, if the server tells their scores",
+        "below a difference: its 95% interval, paired by episode, if the server reports scores of single episodes",
     )
     for other in reports[1:]:
         by_metric = {gap.metric: gap for gap in gaps(reports[0], other)}
@@ -81,7 +81,7 @@ def _interval(
     before, after = _by_episode(first, metric), _by_episode(second, metric)
     differences = [value - after[episode_id] for episode_id, value in before.items() if episode_id in after]
     number = len(differences)
-    if number < FEWEST or before.keys() != after.keys():
+    if number < MIN_EPISODES or before.keys() != after.keys():
         return None, None
     mean = math.fsum(differences) / number
     deviation = math.sqrt(math.fsum((each - mean) ** 2 for each in differences) / (number - 1))
@@ -90,7 +90,7 @@ def _interval(
 
 
 def _by_episode(report: evaluation_pb2.Report, metric: str) -> dict[str, float]:
-    """Return each episode's mean over its two turns; without those that lack the metric."""
+    """Return each episode's mean over its two turns, without episodes that lack the metric."""
     found = {}
     for episode in report.episodes:
         values = [s.mean for row in episode.turns if row.name in TURNS for s in row.scores if s.metric == metric]
@@ -100,6 +100,6 @@ def _by_episode(report: evaluation_pb2.Report, metric: str) -> dict[str, float]:
 
 
 def _student(freedom: int) -> float:
-    """Return Student's quantile for 95% intervals, by its expansion (Abramowitz and Stegun 26.7.5)."""
+    """Return the quantile of Student's t-distribution for 95% intervals (Abramowitz and Stegun 26.7.5)."""
     z = _Z
     return z + (z**3 + z) / (4 * freedom) + (5 * z**5 + 16 * z**3 + 3 * z) / (96 * freedom**2)

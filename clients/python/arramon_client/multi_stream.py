@@ -1,4 +1,4 @@
-"""Multi-stream play: one stream to each of the server's processes, all served by the same agent."""
+"""Play over several streams: one to each of the server's processes, all served by the same agent."""
 
 import threading
 from collections.abc import Callable
@@ -37,7 +37,7 @@ def play_streams(
     """Play a run to its end, over one stream to each server process that has an address of its own.
 
     The parallel episodes are divided among the streams. The agent is called for one stream at a time, with a batch of
-    that stream's observations. A stream whose process is gone reconnects at the common address.
+    that stream's observations. If a server process dies, its stream reconnects at the common address.
 
     Args:
         server: the connected server.
@@ -65,12 +65,12 @@ def play_streams(
     access = replace(server.access, name=host_of(server.address))
     over = threading.Event()
 
-    def tell(text: str) -> None:
-        if not over.is_set():  # The participant need not know how the remaining streams end.
+    def notify_until_over(text: str) -> None:
+        if not over.is_set():  # How the remaining streams end does not concern the participant.
             notify(text)
 
     with ExitStack() as stack:
-        threads = stack.enter_context(_Threads())
+        threads = stack.enter_context(_StreamThreads())
 
         def start(number: int, address: str) -> Future[Outcome]:
             # Closed before the threads are joined, so that no stream goes on after an error.
@@ -78,7 +78,7 @@ def play_streams(
             fallback = _FallbackStub(channel, server)
             stack.callback(fallback.close)
             stub = cast(evaluation_pb2_grpc.EvaluationStub, fallback)
-            own, told = _share(settings, number, len(addresses)), progress_sum.callback(number)
+            own, report_progress = _share(settings, number, len(addresses)), progress_sum.callback(number)
             return threads.start(
                 partial(
                     play,
@@ -87,8 +87,8 @@ def play_streams(
                     StreamAgent(shared),
                     own,
                     address=address,
-                    notify=tell,
-                    progress=told,
+                    notify=notify_until_over,
+                    progress=report_progress,
                     revive=revive,
                     recording=recording,
                     failure_counter=failure_counter,
@@ -108,16 +108,16 @@ def play_streams(
     )
 
 
-class _Threads:
-    """Threads of streams, joined at the end of the context unless the client is interrupted: the agent may be slow.
+class _StreamThreads:
+    """Threads of the streams, joined at the end of the context unless the client is interrupted.
 
-    They are daemons, so that a client that was asked to stop does not wait for the agent either.
+    They are daemon threads, so that an interrupted client exits without waiting for a slow agent.
     """
 
     def __init__(self) -> None:
         self._threads: list[threading.Thread] = []
 
-    def __enter__(self) -> "_Threads":
+    def __enter__(self) -> "_StreamThreads":
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
@@ -127,13 +127,13 @@ class _Threads:
             thread.join()
 
     def start(self, work: Callable[[], Outcome]) -> Future[Outcome]:
-        """Start a thread; the future has what its work returns or raises."""
+        """Start a thread, and return a future with the result or exception of its work."""
         future: Future[Outcome] = Future()
 
         def run() -> None:
             try:
                 future.set_result(work())
-            except BaseException as error:  # noqa: BLE001 - raised again where the result is asked for
+            except BaseException as error:  # noqa: BLE001 - raised again by `Future.result`
                 future.set_exception(error)
 
         self._threads.append(threading.Thread(target=run, name=f"stream-{len(self._threads)}", daemon=True))
@@ -142,7 +142,7 @@ class _Threads:
 
 
 def own_addresses(server: Server) -> list[str]:
-    """Return the addresses of the server's processes, if it is on this machine; a server elsewhere cannot name any."""
+    """Return the addresses of the server's processes on this machine; those that a remote server names are ignored."""
     addresses = dict.fromkeys(server.info.addresses)
     return [each for each in addresses if is_local(each)] if is_local(server.address) else []
 
@@ -153,7 +153,7 @@ def _share(settings: Settings, number: int, streams: int) -> Settings:
 
 
 class _FallbackStub:
-    """Stub that opens streams alternately at one server process and at the common address, starting at the process."""
+    """Stub that opens streams alternately at a server process's own address and at the common address."""
 
     def __init__(self, channel: grpc.Channel, server: Server) -> None:
         self._stubs = cycle((evaluation_pb2_grpc.EvaluationStub(channel), server.stub))
@@ -177,7 +177,7 @@ class _FallbackStub:
 
 
 class _ProgressSum:
-    """Sum of the steps taken over all streams."""
+    """Progress summed over all streams."""
 
     def __init__(self, progress: Callable[[Progress], None]) -> None:
         self._progress = progress
@@ -187,9 +187,9 @@ class _ProgressSum:
     def callback(self, number: int) -> Callable[[Progress], None]:
         """Return the progress callback of one stream."""
 
-        def tell(state: Progress) -> None:
+        def report(state: Progress) -> None:
             with self._lock:
                 self._steps[number] = state.steps
                 self._progress(replace(state, steps=sum(self._steps.values())))
 
-        return tell
+        return report

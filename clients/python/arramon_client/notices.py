@@ -1,4 +1,4 @@
-"""What a server's host says, in lines: who it is, when its leaderboards close, and what it corrected."""
+"""Notices of a server's host as lines of text: who hosts it, when leaderboards close, and corrections."""
 
 import hashlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -7,10 +7,10 @@ from typing import Any
 from arramon.v1 import evaluation_pb2
 from arramon.v1 import leaderboard_pb2 as pb
 
-NAMED = 5
-"""Episodes of a correction that are named."""
+MAX_NAMED = 5
+"""Maximum number of a correction's episodes that are named."""
 
-_SAID = {
+_CORRECTION_TEXTS = {
     "void": "void: {episodes}",
     "restore": "counted again: {episodes}",
     "rescore": "data corrected in {episodes}, from {before} to {after}, and all runs scored again",
@@ -18,14 +18,14 @@ _SAID = {
 
 
 def host_lines(info: evaluation_pb2.ServerInfo) -> Iterator[str]:
-    """Yield who hosts a server, how to reach it, and its rules, as far as it says."""
+    """Yield the host's name, contact and rules, those that are given."""
     host = info.host
     said = {"host": host.name, "contact": host.contact, "rules": host.rules}
     yield from (f"{name}: {text}" for name, text in said.items() if text)
 
 
 def closing_line(closes_at: str, *, frozen: bool) -> str:
-    """Return when a leaderboard closes or closed; empty if it stays open."""
+    """Return a line with the time at which a leaderboard closes or closed; empty if it stays open."""
     if not closes_at:
         return ""
     if frozen:
@@ -34,14 +34,14 @@ def closing_line(closes_at: str, *, frozen: bool) -> str:
 
 
 def correction_lines(corrections: Iterable[pb.Correction]) -> Iterator[str]:
-    """Yield what a host corrected, when and why."""
+    """Yield a line for each of a host's corrections: when, what and why."""
     for one in corrections:
         kind = pb.CorrectionKind.Name(one.kind).removeprefix("CORRECTION_KIND_").lower()
         yield _correction(kind, one.made_at, one.reason, one.episodes, one.data_before, one.data_after)
 
 
 def signed_corrections(receipt: Mapping[str, Any]) -> Iterator[str]:
-    """Yield the corrections that a receipt's scores follow, and what it supersedes."""
+    """Yield a line for each correction applied to a receipt's scores, and one for the receipt that it supersedes."""
     for one in receipt.get("corrections", ()):
         data = [str(one.get(name, "")) for name in ("data_before", "data_after")]
         yield _correction(one["kind"], one["made_at"], one["reason"], one["episodes"], *data)
@@ -51,7 +51,7 @@ def signed_corrections(receipt: Mapping[str, Any]) -> Iterator[str]:
 
 
 def superseded_line(payload_digest: bytes, entry: pb.Entry) -> str:
-    """Return that the host has superseded a receipt of a published run, and why; empty if it is the present one.
+    """Return a line that a published run's receipt is superseded, and why; empty if it is the current receipt.
 
     Args:
         payload_digest: SHA-256 of the receipt's payload.
@@ -74,8 +74,8 @@ def digest_of(payload: str) -> bytes:
 def _correction(
     kind: str, made_at: str, reason: str, episodes: Sequence[str], before: str = "", after: str = ""
 ) -> str:
-    named = ", ".join(map(str, episodes[:NAMED])) + (", ..." if len(episodes) > NAMED else "")
-    said = _SAID.get(kind, "{episodes}").format(
+    named = ", ".join(map(str, episodes[:MAX_NAMED])) + (", ..." if len(episodes) > MAX_NAMED else "")
+    said = _CORRECTION_TEXTS.get(kind, "{episodes}").format(
         episodes=f"{len(episodes)} episodes ({named})", before=before[:12], after=after[:12]
     )
     return f"corrected at {made_at}: {said}: {reason}"

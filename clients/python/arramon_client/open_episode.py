@@ -1,4 +1,4 @@
-"""What a player keeps of an open episode: the acts that it sent, and the observations that wait for the agent."""
+"""State of one open episode: the acts that were sent, and the observations that wait for the agent."""
 
 from collections import deque
 from dataclasses import dataclass, field
@@ -9,14 +9,14 @@ from arramon_client.agent import Episode
 
 @dataclass
 class OpenEpisode:
-    """An episode that a player has open.
+    """An open episode of a player.
 
     Attributes:
         episode: the episode.
-        begun: whether the agent has begun it; it has not if its `begin` raised.
+        begun: whether the agent's `begin` succeeded.
         answers: the acts sent, by step.
-        inbox: pending observations.
-        failure: why it is given up; empty if it is not.
+        inbox: observations that wait for the agent.
+        failure: the agent's failure for which the episode is forfeited; empty if there is none.
     """
 
     episode: Episode

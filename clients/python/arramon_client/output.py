@@ -1,4 +1,4 @@
-"""What commands write to the terminal: texts from servers and files are printed as they are, without markup."""
+"""Terminal output of commands, without markup in texts from servers and files."""
 
 import sys
 from typing import Any
@@ -9,10 +9,10 @@ from arramon_client.printable import to_json
 
 
 def console(least: int = 0, *, stderr: bool = False) -> Console:
-    """Return a console that takes no text for markup.
+    """Return a console that does not interpret markup.
 
     Args:
-        least: its minimum width in characters: on a narrower terminal lines wrap instead of being cut off.
+        least: minimum width in characters: on a narrower terminal lines wrap instead of being cut off.
         stderr: whether it writes to standard error.
     """
     made = Console(stderr=stderr, markup=False, highlight=False, emoji=False)

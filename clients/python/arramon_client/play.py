@@ -11,7 +11,7 @@ from arramon_client.agent import Agent
 from arramon_client.errors import AgentError, ProtocolError
 from arramon_client.plugin import agent_calls
 from arramon_client.plugin.failures import FailureCounter
-from arramon_client.recording.recorder import Recorder
+from arramon_client.recording.recorder import EpisodeRecorder
 from arramon_client.session import AgentFailure, Session
 from arramon_client.transport.connection import CONNECTION_LOST, explain
 from arramon_client.transport.images import ImagesUnreadableError
@@ -20,7 +20,7 @@ from arramon_client.transport.retry import PATIENCE, Retry
 from arramon_client.transport.stream import PlayStream, StreamEnded
 
 BACKLOG = 256
-"""Observations that may wait for the agent; with more, nothing is read from the stream."""
+"""Maximum number of observations that wait for the agent; reading from the stream pauses at this limit."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Settings:
         encoding: encoding of images.
         jpeg_quality: 1 to 100, with JPEG only; 0 for the server's default.
         image_size: side length of images in pixels; 0 for the server's first size.
-        resume: take over the run's open episodes, and replay each one's history to the agent, which is new to the run.
+        resume: take over the run's open episodes, and replay their histories to the agent.
         patience: seconds to keep reconnecting without receiving anything new from the server.
         keep_going: give up every episode in which the agent fails, however many. Otherwise the run stops if the agent
             fails before its first valid action, or in `failures.FAILURES_IN_A_ROW` episodes in a row.
@@ -93,7 +93,7 @@ def play(
     notify: Callable[[str], None] = lambda _: None,
     progress: Callable[[Progress], None] = lambda _: None,
     revive: Callable[[], None] = lambda: None,
-    recording: Recorder | None = None,
+    recording: EpisodeRecorder | None = None,
     failure_counter: FailureCounter | None = None,
 ) -> Outcome:
     """Play a run to its end.
@@ -141,7 +141,7 @@ def play(
         stream = PlayStream(stub, opening)
         try:
             is_shared = settings.encoding == types_pb2.ENCODING_SHARED
-            session.start_stream(history=history, most=settings.parallel, shared=is_shared)
+            session.start_stream(history=history, max_episodes=settings.parallel, shared=is_shared)
             _play_stream(stream, session, progress, retry)
         except ImagesUnreadableError as error:
             if settings.encoding == types_pb2.ENCODING_RAW:

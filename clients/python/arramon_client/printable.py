@@ -1,4 +1,4 @@
-"""Texts from strangers, such as a server's or a file's, made safe to print and to store."""
+"""Sanitising of untrusted texts, such as a server's or a file's, before they are printed or stored."""
 
 import json
 import re
@@ -10,16 +10,16 @@ _UNSAFE = re.compile(
     "\U0001bca0-\U0001bca3\U0001d173-\U0001d17a\U000e0000-\U000e007f"
     "\u034f\u115f\u1160\u17b4\u17b5\u180b-\u180f\u2800\u3164\ufe00-\ufe0d\uffa0\U000e0100-\U000e01ef]"
 )
-"""Characters that move the cursor, change colours or the text direction, or are invisible, and halves of characters.
+"""Characters that move the cursor, change colours or the text direction, or are invisible, and lone surrogates.
 
-The last line are fillers and variation selectors. Not the joiners U+200C and U+200D, which Devanagari needs, nor the
-selectors of an emoji's style, U+FE0E and U+FE0F."""
+The last line has fillers and variation selectors. The joiners U+200C and U+200D, which Devanagari needs, and the emoji
+style selectors U+FE0E and U+FE0F are allowed."""
 
 _UNSAFE_IN_LINES = re.compile("\r(?!\n)|" + _UNSAFE.pattern.replace("\x00-\x1f", "\x00-\x08\x0b\x0c\x0e-\x1f"))
-"""The same without the tab and ends of lines."""
+"""Unsafe characters in a text of several lines, which may have tabs and newlines."""
 
-_MOST_MARKS = 8
-"""Combining marks in a row that are shown: no script stacks as many, and a hundred cover the lines above."""
+_MAX_MARKS = 8
+"""Maximum number of consecutive combining marks: no script needs as many, and a hundred cover the lines above."""
 
 REPLACEMENT = "\ufffd"
 
@@ -37,20 +37,20 @@ def one_line(text: str, most: int = 500) -> str:
 
 
 def many_lines(text: str, most: int = 20_000) -> str:
-    """Return a text that is safe to print, with its tabs and ends of lines; the arguments are as for `one_line`."""
+    """Return a text that is safe to print, with its tabs and newlines; the arguments are as for `one_line`."""
     if not (text.isascii() and text.isprintable()):
         text = _without_stacks(_UNSAFE_IN_LINES.sub(REPLACEMENT, text[: most + 1]))
     return text if len(text) <= most else text[: most - 1] + "…"
 
 
 def to_json(content: Any) -> str:
-    """Return plain data as indented JSON and the end of a line, with escapes for all that is not safe to print."""
+    """Return plain data as indented JSON with a final newline; unsafe characters are escaped."""
     text = json.dumps(content, indent=2, ensure_ascii=False)
-    return _UNSAFE_IN_LINES.sub(_escape, text) + "\n"  # Such characters are in strings alone.
+    return _UNSAFE_IN_LINES.sub(_escape, text) + "\n"  # Unsafe characters occur only inside JSON strings.
 
 
 def to_json_line(content: Any) -> str:
-    """Return plain data as JSON on one line and its end, with the same escapes."""
+    """Return plain data as one line of JSON with a final newline; unsafe characters are escaped."""
     return _UNSAFE.sub(_escape, json.dumps(content, ensure_ascii=False)) + "\n"
 
 
@@ -64,8 +64,8 @@ def _without_stacks(text: str) -> str:
         category = unicodedata.category(letter)
         if category in ("Mn", "Me"):
             marks += 1
-        elif category != "Cf":  # Marks after a joiner stand on the same letter.
+        elif category != "Cf":  # Marks after a joiner belong to the same letter.
             marks = 0
-        if marks <= _MOST_MARKS:
+        if marks <= _MAX_MARKS:
             kept.append(letter)
     return "".join(kept) if len(kept) < len(text) else text

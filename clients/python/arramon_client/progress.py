@@ -1,4 +1,4 @@
-"""Display of a run's progress: a bar on a terminal, a line from time to time elsewhere."""
+"""Display of a run's progress: a progress bar on a terminal, otherwise a line every few seconds."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -11,12 +11,12 @@ from rich.progress import Progress as Bar
 from arramon_client.play import Progress
 
 LINE_EVERY = 10.0
-"""Minimum seconds between two lines, without a terminal."""
+"""Minimum number of seconds between two lines, without a terminal."""
 
 Show = Callable[[Progress], None]
 
 
-class Pace:
+class PaceEstimator:
     """Estimator of steps per second and remaining time, measured from its creation."""
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
@@ -50,7 +50,7 @@ def progress_display(console: Console, *, quiet: bool = False) -> Iterator[Show]
 
 @contextmanager
 def _bar(console: Console) -> Iterator[Show]:
-    pace = Pace()
+    pace = PaceEstimator()
     columns = (TextColumn("episodes"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[pace]}"))
     with Bar(*columns, console=console, transient=True) as bar:
         task = bar.add_task("play", total=None, pace="")
@@ -63,7 +63,7 @@ def _bar(console: Console) -> Iterator[Show]:
 
 def progress_lines(console: Console, clock: Callable[[], float] = time.monotonic) -> Show:
     """Return a callback that prints a progress line at most every ten seconds."""
-    pace, last = Pace(clock), clock()
+    pace, last = PaceEstimator(clock), clock()
 
     def show(state: Progress) -> None:
         nonlocal last

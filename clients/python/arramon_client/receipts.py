@@ -1,4 +1,4 @@
-"""Receipt files: write, read and verify a receipt, and check it against the host's key and the actions sent."""
+"""Receipt files: writing, reading and verification, against the host's key and the actions sent."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -20,20 +20,20 @@ from arramon_client.transport.incoming import check_run_id
 
 FILE_FORMAT, FILE_VERSION = "arramon-receipt-file", 1
 FORMAT, VERSION, MASKED_VERSION = "arramon-receipt", 1, 2
-"""Header of the payload; receipts of hidden splits have MASKED_VERSION, those of earlier releases VERSION."""
+"""Header of the payload; MASKED_VERSION is for hidden splits, for which earlier releases used VERSION, too."""
 
 SUFFIX = ".receipt.json"
-"""Suffix of a receipt's file, which is beside the results file of its run."""
+"""Suffix of a receipt's file, which is in the same folder as the run's results file."""
 
 KEY_BYTES, SIGNATURE_BYTES = 32, 64
 
 
-NUMBER, EVERY = (int, float), "*"
+NUMBER, ANY_KEY = (int, float), "*"
 
-LARGEST = 2**53
-"""Largest number in a receipt: JSON holds larger ones inexactly."""
+MAX_NUMBER = 2**53
+"""Largest number in a receipt: JSON readers may round larger ones."""
 
-SHAPE = {
+REQUIRED_FIELDS = {
     "run": {
         **dict.fromkeys(("run_id", "participant", "agent", "split", "language", "state", "created_at"), str),
         "ended_at": (str, type(None)),
@@ -42,27 +42,27 @@ SHAPE = {
     "limits": dict.fromkeys(("steps_per_phase", "step_seconds", "bank_seconds"), NUMBER),
     "data_hash": str,
     "score_signature": str,
-    "causes": {EVERY: int},
+    "causes": {ANY_KEY: int},
     "reoffers": int,
-    "scores": {EVERY: {EVERY: dict.fromkeys(("mean", "low", "high"), NUMBER)}},
+    "scores": {ANY_KEY: {ANY_KEY: dict.fromkeys(("mean", "low", "high"), NUMBER)}},
     "episodes": [{"episode_id": str, "head": str}],
     "digest": str,
     "epoch": (str, type(None)),
 }
-"""Fields and types that a receipt must have at least; a valid signature does not guarantee them."""
+"""Fields that every receipt must have, with their types; a valid signature does not guarantee them."""
 
-MORE = {
+VERSION_FIELDS = {
     VERSION: {"steps": int, "episodes": [{"cause": str, "steps": int}]},
     MASKED_VERSION: {"episodes": [{"ending": str}]},
 }
-"""Fields and types besides, by version."""
+"""Further required fields, by version."""
 
-FURTHER = {
+OPTIONAL_FIELDS = {
     "corrections": [{"kind": str, "made_at": str, "reason": str, "episodes": [str]}],
     "revision": {"number": int, "made_at": str, "supersedes": str},
     "voided": [str],
 }
-"""Fields and types that it may have."""
+"""Optional fields, with their types."""
 
 
 @dataclass(frozen=True)
@@ -233,7 +233,7 @@ def _difference(receipt: Receipt, episode: Mapping[str, Any], sent: Sequence[int
     """Describe the difference in one episode; empty if there is none."""
     names = receipt.run["run_id"], episode["episode_id"], receipt.content["data_hash"]
     steps = episode.get("steps")
-    if steps is None:  # a hidden split's receipt does not tell it
+    if steps is None:  # A hidden split's receipt does not reveal it.
         steps = steps_to(bytes.fromhex(episode["head"]), *names, sent)
         return "" if steps is not None else _OTHER_ACTIONS
     if len(sent) < steps:
@@ -253,9 +253,9 @@ def _checked(path: Path, payload: str, signature: bytes, key: bytes) -> Receipt:
         content = read_json(payload)
     except NotJsonError:
         content = None
-    _check_format(path, content, FORMAT, *MORE)
-    further = {name: shape for name, shape in FURTHER.items() if name in content}
-    if not (_fits({**SHAPE, **further}, content) and _fits(MORE[content["version"]], content)):
+    _check_format(path, content, FORMAT, *VERSION_FIELDS)
+    further = {name: shape for name, shape in OPTIONAL_FIELDS.items() if name in content}
+    if not (_fits({**REQUIRED_FIELDS, **further}, content) and _fits(VERSION_FIELDS[content["version"]], content)):
         raise ReceiptError(f"{path} is signed, but its content does not have the fields of a receipt")
     receipt = Receipt(key, content, digest_of(payload))
     heads = [(episode["episode_id"], _bytes(path, episode, "head", 32)) for episode in receipt.episodes]
@@ -278,12 +278,12 @@ def _fits(shape: Any, value: Any) -> bool:
         return isinstance(value, list) and all(_fits(shape[0], each) for each in value)
     if not isinstance(shape, dict):
         if isinstance(value, float | int) and not isinstance(value, bool):
-            return isinstance(value, shape) and abs(value) <= LARGEST
+            return isinstance(value, shape) and abs(value) <= MAX_NUMBER
         return isinstance(value, shape) and not isinstance(value, bool)
     if not isinstance(value, dict):
         return False
-    if EVERY in shape:
-        return all(_fits(shape[EVERY], each) for each in value.values())
+    if ANY_KEY in shape:
+        return all(_fits(shape[ANY_KEY], each) for each in value.values())
     return all(_fits(each, value.get(name)) for name, each in shape.items())
 
 

@@ -1,4 +1,4 @@
-"""Results of a run: the score table, in the layout of the paper's, and the results file."""
+"""Results of a run: the score table, laid out like the paper's, and the results file."""
 
 import tempfile
 from collections.abc import Mapping, Sequence
@@ -50,7 +50,7 @@ def score_table(report: evaluation_pb2.Report) -> Table:
 
 
 def table_of_metrics(title: str, caption: str) -> Table:
-    """Return an empty table with a column for the rows' names and one for each of COLUMNS."""
+    """Return an empty table with a column for row names, and one for each of COLUMNS."""
     table = Table(title=title, caption=caption, box=box.SIMPLE_HEAD, padding=0, show_edge=False, pad_edge=False)
     table.add_column("", no_wrap=True)
     for heading, _ in COLUMNS:
@@ -59,7 +59,7 @@ def table_of_metrics(title: str, caption: str) -> Table:
 
 
 def check_output(folder: Path, what: str = "results") -> None:
-    """Check that files can be written to a folder, before anything is played; create the folder if necessary.
+    """Check that files can be written to a folder, creating it if necessary.
 
     Args:
         folder: the folder.

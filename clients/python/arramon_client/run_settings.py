@@ -1,4 +1,4 @@
-"""Choice of a run's settings, from the participant's options and what the server offers."""
+"""Choice of a run's settings from the participant's options and the server's offers."""
 
 from collections.abc import Iterable, Sequence
 
@@ -27,7 +27,7 @@ def choose_split(
         info: the server's information.
         language: requested language.
         split: requested split; None for the only one that has the language.
-        languages: all requested languages; None for that one. The split has all of them if it is chosen here.
+        languages: all requested languages, all of which a split chosen by default must have; None for only `language`.
 
     Raises:
         UsageError: if there is no such language or split, or if `split` is None and several have the language.
@@ -39,9 +39,11 @@ def choose_split(
         if code not in known:
             raise UsageError(f"the server has no language {code!r}; it has {_listed(known)}")
     if split is None:
-        asked = languages or (language,)
-        fitting = [each for each in info.splits if all(code in each.episodes for code in asked)]
-        listed = f"the language {language!r}" if len(asked) == 1 else f"the languages {', '.join(map(repr, asked))}"
+        requested = languages or (language,)
+        fitting = [each for each in info.splits if all(code in each.episodes for code in requested)]
+        listed = (
+            f"the language {language!r}" if len(requested) == 1 else f"the languages {', '.join(map(repr, requested))}"
+        )
         if not fitting:
             raise UsageError(f"no split of the server has {listed}")
         if len(fitting) > 1:
@@ -56,13 +58,13 @@ def choose_split(
     raise UsageError(f"the server has no split {split!r}; it has {_listed(each.name for each in info.splits)}")
 
 
-def choose_sensors(agent: Agent, asked: Sequence[str] | None, split: evaluation_pb2.Split) -> tuple[str, ...]:
+def choose_sensors(agent: Agent, requested: Sequence[str] | None, split: evaluation_pb2.Split) -> tuple[str, ...]:
     """Return the sensors to play with: those requested, or else the agent's.
 
     Raises:
         UsageError: if the split does not offer one of them, or the agent's `sensors` is not a sequence of names.
     """
-    sensors = tuple(asked) if asked is not None else _own_sensors(agent)
+    sensors = tuple(requested) if requested is not None else _own_sensors(agent)
     missing = [name for name in sensors if name not in split.sensors]
     if missing:
         raise UsageError(
@@ -81,17 +83,19 @@ def _own_sensors(agent: Agent) -> tuple[str, ...]:
     )
 
 
-def choose_encoding(info: evaluation_pb2.ServerInfo, asked: str | None, address: str) -> types_pb2.Encoding.ValueType:
+def choose_encoding(
+    info: evaluation_pb2.ServerInfo, requested: str | None, address: str
+) -> types_pb2.Encoding.ValueType:
     """Return the encoding of images: the one requested, else shared memory or raw if local, else Zstandard or raw.
 
     Raises:
         UsageError: if the server does not offer the requested encoding, or no lossless one.
     """
-    if asked is not None:
-        if ENCODINGS[asked] not in info.encodings:
+    if requested is not None:
+        if ENCODINGS[requested] not in info.encodings:
             offered = _listed(name for name, encoding in ENCODINGS.items() if encoding in info.encodings)
-            raise UsageError(f"the server does not offer the encoding {asked!r}; it offers {offered}")
-        return ENCODINGS[asked]
+            raise UsageError(f"the server does not offer the encoding {requested!r}; it offers {offered}")
+        return ENCODINGS[requested]
     # JPEG only on request: an agent's score must not depend on its network connection.
     for name in ("shared", "raw", "zstd") if is_local(address) else ("zstd", "raw"):
         if ENCODINGS[name] in info.encodings:
@@ -99,38 +103,40 @@ def choose_encoding(info: evaluation_pb2.ServerInfo, asked: str | None, address:
     raise UsageError("the server offers no lossless encoding that this client knows; choose another with --encoding")
 
 
-def choose_jpeg_quality(encoding: types_pb2.Encoding.ValueType, asked: int | None) -> int:
+def choose_jpeg_quality(encoding: types_pb2.Encoding.ValueType, requested: int | None) -> int:
     """Return the quality of JPEG images, 1 to 100; 0 for the server's default.
 
     Raises:
         UsageError: if a quality was requested, but the encoding is not JPEG.
     """
-    if asked is not None and encoding != types_pb2.ENCODING_JPEG:
+    if requested is not None and encoding != types_pb2.ENCODING_JPEG:
         raise UsageError("--quality requires --encoding jpeg: the other encodings are lossless")
-    return asked or 0
+    return requested or 0
 
 
-def choose_image_size(info: evaluation_pb2.ServerInfo, asked: int | None) -> int:
+def choose_image_size(info: evaluation_pb2.ServerInfo, requested: int | None) -> int:
     """Return the side length of images in pixels; 0 for the server's default.
 
     Raises:
         UsageError: if the server does not offer the requested size.
     """
-    if asked is not None and asked not in info.image_sizes:
-        raise UsageError(f"the server does not offer images of {asked} pixels; it offers {_listed(info.image_sizes)}")
-    return asked or 0
+    if requested is not None and requested not in info.image_sizes:
+        raise UsageError(
+            f"the server does not offer images of {requested} pixels; it offers {_listed(info.image_sizes)}"
+        )
+    return requested or 0
 
 
-def choose_parallel(info: evaluation_pb2.ServerInfo, asked: int | None) -> int:
+def choose_parallel(info: evaluation_pb2.ServerInfo, requested: int | None) -> int:
     """Return the number of episodes to play in parallel.
 
     Raises:
         UsageError: if the requested number exceeds the server's limit.
     """
-    limit = info.max_episodes_per_stream or (asked or DEFAULT_PARALLEL)
-    if asked is not None and asked > limit:
-        raise UsageError(f"--parallel is {asked}, but the server allows at most {limit} parallel episodes")
-    return asked or min(DEFAULT_PARALLEL, limit)
+    limit = info.max_episodes_per_stream or (requested or DEFAULT_PARALLEL)
+    if requested is not None and requested > limit:
+        raise UsageError(f"--parallel is {requested}, but the server allows at most {limit} parallel episodes")
+    return requested or min(DEFAULT_PARALLEL, limit)
 
 
 def _listed(names: Iterable[object]) -> str:

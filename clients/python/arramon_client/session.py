@@ -1,9 +1,8 @@
 """State of a player's open episodes, and handling of the server's events, independent of the connection.
 
 Guarantee: between two `begin` calls for an episode, the agent gets each of its steps once and in order, however often
-the stream breaks. Actions are remembered, and sent again when the server repeats an observation. Once this player has
-no more to do with an episode, which it ended or lost to another player, nothing but its actions is kept of it here, and
-the agent is told by `end`.
+the stream breaks. Actions are kept, and sent again when the server repeats an observation. When an episode ends or
+another player takes it over, the agent's `end` is called, and only the actions are kept.
 """
 
 from collections.abc import Callable, Iterable
@@ -17,18 +16,18 @@ from arramon_client.open_episode import OpenEpisode
 from arramon_client.plugin import agent_calls
 from arramon_client.plugin.failures import FailureCounter
 from arramon_client.plugin.shared_agent import EpisodesTakenOver, StreamAgent
-from arramon_client.recording.recorder import Recorder
+from arramon_client.recording.recorder import EpisodeRecorder
 from arramon_client.transport.images import ImageDecoder
 from arramon_client.transport.incoming import check_message, check_observation, check_same_run
 from arramon_client.transport.shared_memory import decoder_of
 
 Problem = evaluation_pb2.Problem
 
-MOST_EPISODES = 1024
-"""Episodes that may be open on a stream, if no other number was requested."""
+MAX_EPISODES = 1024
+"""Maximum number of open episodes on a stream, unless another number was requested."""
 
-MOST_PROBLEMS = 1000
-"""Problems that a server may report in a run: each is shown to the participant."""
+MAX_PROBLEMS = 1000
+"""Maximum number of problems that a server may report in a run; each is shown to the participant."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +35,7 @@ class AgentFailure:
     """One failure of the agent.
 
     Attributes:
-        episode_ids: the episodes that were given up because of it; none if `end` failed, after an episode.
+        episode_ids: the episodes that were given up because of it; empty if the agent's `end` failed.
         message: description of the failure.
         details: the tail of the agent's traceback; empty if it raised no exception.
     """
@@ -47,7 +46,7 @@ class AgentFailure:
 
 
 class Session:
-    """State of one player, kept over all of its streams.
+    """State of one player across all of its streams.
 
     Args:
         run: the run as created.
@@ -60,7 +59,7 @@ class Session:
         run: the run as last described by the server.
         ended: whether every episode of the run has ended.
         steps: actions taken by the agent, not counting replayed history.
-        advances: number of new observations and episode ends received; if it does not grow, a stream made no progress.
+        advances: number of new observations and episode ends received, to detect streams that make no progress.
         failures: the agent's failures.
         problems: descriptions of the problems that the server reported.
         actions: actions sent in episodes that ended here, by episode id, from the first step on. The last one may not
@@ -73,7 +72,7 @@ class Session:
         agent: Agent,
         notify: Callable[[str], None],
         failure_counter: FailureCounter,
-        recording: Recorder | None = None,
+        recording: EpisodeRecorder | None = None,
     ) -> None:
         self.run = run
         self._recording = recording
@@ -91,11 +90,11 @@ class Session:
         self._resend: list[evaluation_pb2.Act] = []
         self._rebuilding: set[str] = set()  # Episodes whose history is being replayed to the agent.
         self._history = False  # Whether the current stream replays the history of its episodes.
-        self._most = MOST_EPISODES  # Episodes that may be open on the current stream.
+        self._max_episodes = MAX_EPISODES  # Episodes that may be open on the current stream.
         self._shared = False  # Whether the current stream may pass images through shared memory.
         self._labels: tuple[Label, ...] = ()  # Labels of the current stream's segmentations.
         self._decoder = ImageDecoder()  # Of the current stream's images.
-        self._outdated = False  # Whether the current stream may be unaware of an episode that this player dropped.
+        self._outdated = False  # Whether the server may not know that this player dropped an episode.
         self._warned = False
 
     @property
@@ -112,20 +111,20 @@ class Session:
     def must_reopen(self) -> bool:
         """Whether a new stream is needed.
 
-        It is if an episode arrived in mid-play on a stream that does not replay history, or if this player dropped an
-        episode that the server may regard as its own.
+        This is the case if an episode that had already begun arrived on a stream that does not replay history, or if
+        this player dropped an episode that the server may still assign to it.
         """
         return self._outdated or (self.needs_history and not self._history)
 
-    def start_stream(self, *, history: bool, most: int = MOST_EPISODES, shared: bool = False) -> None:
+    def start_stream(self, *, history: bool, max_episodes: int = MAX_EPISODES, shared: bool = False) -> None:
         """Prepare for a new stream, on which the server repeats the observations that were not answered.
 
         Args:
-            history: whether it replays the history of its episodes.
-            most: number of episodes that were requested.
-            shared: whether shared memory was requested for its images.
+            history: whether the stream replays the history of its episodes.
+            max_episodes: requested maximum number of open episodes.
+            shared: whether shared memory was requested for images.
         """
-        self._history, self._most, self._shared = history, most, shared
+        self._history, self._max_episodes, self._shared = history, max_episodes, shared
         self._outdated = False
         self._resend.clear()
         for episode in self._open.values():
@@ -135,7 +134,7 @@ class Session:
         """Handle one event from the server.
 
         Raises:
-            AgentStoppedError: if the agent fails and the run must stop; no episode is given up for that failure.
+            AgentStoppedError: if the agent failed and the run must stop; no episode is given up for that failure.
             ProtocolError: if the event reports a protocol violation by this client, or is malformed.
             ImagesUnreadableError: if this client cannot read images in the stream's encoding.
         """
@@ -265,8 +264,10 @@ class Session:
             self._rebuilding.add(started.episode_id)
             if not self._history:
                 return
-        if len(self._open) >= self._most:
-            raise ProtocolError(f"the server started more than the {self._most} episodes that were requested at once")
+        if len(self._open) >= self._max_episodes:
+            raise ProtocolError(
+                f"the server started more than the {self._max_episodes} episodes that were requested at once"
+            )
         episode = OpenEpisode(episode_of(started, self._labels))
         self._open[started.episode_id] = episode
         if self._recording is not None:
@@ -278,7 +279,7 @@ class Session:
             self._fail([episode], error)
 
     def _is_outdated(self, known: OpenEpisode, started: evaluation_pb2.EpisodeStarted, *, rebuilding: bool) -> bool:
-        """Return whether another player has continued an episode since, or has begun it for the same agent."""
+        """Return whether another player has continued the episode, or another stream has begun it with this agent."""
         if known.begun and isinstance(self._agent, StreamAgent) and not self._agent.plays(started.episode_id):
             return True
         return not rebuilding and started.step > max(known.answers, default=-1) + 1
@@ -299,8 +300,8 @@ class Session:
         where = f" (episode {problem.episode_id}, step {problem.step})" if problem.episode_id else ""
         text = f"{Problem.Code.Name(problem.code)}: {problem.message}{where}"
         self.problems.append(text)
-        if len(self.problems) > MOST_PROBLEMS:
-            raise ProtocolError(f"the server reported more than {MOST_PROBLEMS} problems")
+        if len(self.problems) > MAX_PROBLEMS:
+            raise ProtocolError(f"the server reported more than {MAX_PROBLEMS} problems")
         self._notify(f"the server reports {text}")
         if problem.code != Problem.CODE_NOT_YOUR_EPISODE:
             raise ProtocolError(f"the server reports {text}: this is a defect of this client or of the server")

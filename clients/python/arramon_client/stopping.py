@@ -1,4 +1,4 @@
-"""Signals that stop the client: SIGTERM (`timeout`, Slurm, `docker stop`) and SIGHUP do what Ctrl-C does."""
+"""Signal handling: SIGTERM (`timeout`, Slurm, `docker stop`) and SIGHUP stop the client like Ctrl-C."""
 
 import os
 import signal
@@ -8,11 +8,11 @@ from contextlib import contextmanager
 from types import FrameType
 
 SIGNALS = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
-"""Signals that stop the client in order, besides SIGINT; Windows has no SIGHUP."""
+"""Signals other than SIGINT that stop the client; Windows has no SIGHUP."""
 
 
 class Stopped(KeyboardInterrupt):
-    """A signal asked the client to stop. It passes all handlers of exceptions, as Ctrl-C does.
+    """Raised when a signal stops the client; like Ctrl-C, it is not caught by `except Exception`.
 
     Attributes:
         signal: the signal.
@@ -25,10 +25,10 @@ class Stopped(KeyboardInterrupt):
 
 @contextmanager
 def stopped_by_signals() -> Iterator[None]:
-    """Raise Stopped in the main thread when a signal asks the client to stop, until the end of the context.
+    """Raise Stopped in the main thread when a signal arrives, until the end of the context.
 
-    Signals that are ignored (`nohup`) or handled by the program that uses this client are left alone. Only the first is
-    acted upon: `timeout` sends two at once.
+    Signals that are ignored (`nohup`) or handled by the program that uses this client are not changed. Only the first
+    signal has an effect: `timeout` sends two at once.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -39,7 +39,7 @@ def stopped_by_signals() -> Iterator[None]:
     owner = os.getpid()
 
     def stop(number: int, _: FrameType | None) -> None:
-        if os.getpid() != owner:  # A process that the agent forked, for which the signal has its usual meaning.
+        if os.getpid() != owner:  # In a process that the agent forked, the signal has its default effect.
             signal.signal(number, signal.SIG_DFL)
             os.kill(os.getpid(), number)
             return
@@ -57,10 +57,10 @@ def stopped_by_signals() -> Iterator[None]:
 
 
 def describe(stop: KeyboardInterrupt) -> str:
-    """Return what stopped the client, for the participant."""
+    """Describe what stopped the client, for the participant."""
     return f"stopped by {stop.signal.name}" if isinstance(stop, Stopped) else "interrupted"
 
 
 def status_of(stop: KeyboardInterrupt) -> int:
-    """Return the exit status after a signal: 128 and its number, such as 143 for SIGTERM."""
+    """Return the exit status after a signal: 128 plus its number, such as 143 for SIGTERM."""
     return 128 + (stop.signal if isinstance(stop, Stopped) else signal.SIGINT)

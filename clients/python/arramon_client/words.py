@@ -1,4 +1,4 @@
-"""Words of a text in any script."""
+"""Splitting of a text in any script into words."""
 
 import unicodedata
 from itertools import groupby
@@ -20,5 +20,5 @@ def words(text: str) -> list[str]:
 def _kind(character: str) -> str:
     if character.isspace():
         return "space"
-    # Letters, the signs that combine with them (Devanagari's vowels are such), digits, and zero-width joiners.
+    # Letters, combining marks (such as Devanagari's vowel signs), digits, and zero-width joiners.
     return "word" if unicodedata.category(character) in _WORD_CATEGORIES else "mark"

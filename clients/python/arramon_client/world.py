@@ -1,7 +1,7 @@
 """Constants of the world: its objects, how the agent moves and sees, and the assembly room (paper, section 3.1).
 
-Server, data set, languages and agents all take them from here. Lengths are in units of the original, in which a step
-forward is 1; headings are in degrees clockwise from +z, seen from above.
+Server, data set, languages and agents import them from here. Lengths are in units of the original simulator, in which a
+step forward is 1; headings are in degrees clockwise from +z, seen from above.
 """
 
 import math
@@ -16,7 +16,7 @@ TURNS = 2
 """Turns of an episode."""
 
 STEPS_PER_PHASE = 150
-"""Step limit of a phase in the original."""
+"""Step limit of a phase in the original simulator."""
 
 # Motion
 
@@ -31,13 +31,13 @@ class Action(IntEnum):
 
 
 STEP = 1.0
-"""Distance of one FORWARD in the street; in the room it is a cell."""
+"""Distance of one FORWARD in the street; in the room FORWARD moves by one cell."""
 
 TURN = 30.0
-"""Degrees of one LEFT or RIGHT."""
+"""Angle of one LEFT or RIGHT, in degrees."""
 
 HEADINGS = 12
-"""Number of headings that the agent can have, TURN apart."""
+"""Number of possible headings of the agent, TURN apart."""
 
 AGENT_RADIUS = 0.25
 """Radius of the agent's body, a disc."""
@@ -46,19 +46,19 @@ REACH_SIDE, REACH_AHEAD = 0.5, 3.0
 """Extent of the pick-up box to each side and ahead."""
 
 REACH_MARGIN = 0.05
-"""Tolerance for an object's own extent: its centre may be that far outside the box. The ends of the release's
-ground-truth paths need 0.035."""
+"""Tolerance for an object's own extent: its centre may be this far outside the box. The ground-truth paths of the
+official release require 0.035."""
 
 # Camera
 
 EYE_HEIGHT = 0.525
-"""Height of the camera above the ground, and its y in every path."""
+"""Height of the camera above the ground, and the y coordinate in every path."""
 
 FIELD_OF_VIEW = 60.0
-"""Degrees, vertical and horizontal: frames are square."""
+"""Vertical and horizontal field of view, in degrees; frames are square."""
 
 DEPTH_UNIT = 0.001
-"""Length that a depth of 1 stands for in 16-bit depth images."""
+"""Resolution of 16-bit depth images: the length that corresponds to the value 1."""
 
 # Objects
 
@@ -90,7 +90,7 @@ FACADES = ("brick", "brown", "concrete", "glass", "white", "arched", "red", "gre
 COLUMNS, ROWS = 5, 4
 
 CELL_SIZE = 1.5
-"""Side of a cell of the room's floor."""
+"""Side length of a cell of the room's floor."""
 
 ROOM_START = (2, 0)
 """Column and row of the checkered tile on which every assembly phase begins, facing +row."""

@@ -17,9 +17,15 @@ import pyarrow as pa
 from minari.data_collector.episode_buffer import EpisodeBuffer
 from minari.dataset.minari_storage import METADATA_FILE_NAME, MinariStorage
 
-from arramon_client.environments.backend import Texts
+from arramon_client.environments.backend import TextBounds
 from arramon_client.environments.registration import NAMESPACE, register
-from arramon_client.environments.spaces import NO_ACTION, Translator, action_space, observation_space, united
+from arramon_client.environments.spaces import (
+    NO_ACTION,
+    ObservationConverter,
+    action_space,
+    merge_bounds,
+    observation_space,
+)
 from arramon_client.environments.tokens import ByteTokenizer
 from arramon_dataset.demonstrations.croissant import CroissantFiles, write_croissant
 from arramon_dataset.demonstrations.description import describe
@@ -131,7 +137,7 @@ def _write_episode(
 
 def _observations(tokenizer: ByteTokenizer, rendered: RenderedDemonstration, language: str) -> dict[str, Any]:
     """Return the environment's observations by key; there is one more than there are actions."""
-    translator = Translator(tokenizer)
+    translator = ObservationConverter(tokenizer)
     last = [NO_ACTION, *rendered.source.actions]
     values = [translator.observation(each, action) for each, action in zip(rendered.observations, last, strict=True)]
     texts = rendered.instructions(language, rendered.observations)
@@ -168,12 +174,12 @@ def _new_storage(export: Export, languages: Sequence[str], folder: Path) -> Any:
     )
 
 
-def _texts(export: Export, languages: Sequence[str]) -> Texts:
+def _texts(export: Export, languages: Sequence[str]) -> TextBounds:
     """Return alphabet and maximum lengths of the instructions in all languages of a dataset."""
-    return united(player_of(export, language).split.texts[language] for language in languages)
+    return merge_bounds(player_of(export, language).split.texts[language] for language in languages)
 
 
-def _tokenizer(texts: Texts) -> ByteTokenizer:
+def _tokenizer(texts: TextBounds) -> ByteTokenizer:
     return ByteTokenizer(texts.longest_utf8)
 
 

@@ -20,7 +20,7 @@ from arramon_agents.vl_grounded.sight import true_features  # noqa: E402
 from arramon_agents.weights import BadWeights, find_weights, write_tensors  # noqa: E402
 from arramon_client import load_agent  # noqa: E402
 from arramon_client.agent import Episode, Label, Observation  # noqa: E402
-from arramon_client.environments.backend import Settings  # noqa: E402
+from arramon_client.environments.backend import PlayerSettings  # noqa: E402
 from arramon_client.environments.options import Options  # noqa: E402
 from arramon_client.environments.players import open_backend  # noqa: E402
 from arramon_client.errors import AgentLoadError  # noqa: E402
@@ -107,7 +107,9 @@ def test_an_episode(sensor: str, language: str, weights: Path, tmp_path: Path) -
     agent = load_agent("agents.vl_grounded", {"weights": str(weights), "sensor": sensor})
     sensors = ("rgb", "depth") if sensor == "rgb" else ("depth", "segmentation")
     assert getattr(agent, "sensors", None) == sensors
-    player = open_backend(Options(data=tmp_path)).player(Settings(language, "trial", sensors, 224, steps_per_phase=30))
+    player = open_backend(Options(data=tmp_path)).player(
+        PlayerSettings(language, "trial", sensors, 224, steps_per_phase=30)
+    )
     observation: Observation | None = player.begin("1", 0)
     agent.begin(Episode("1", language, "trial", labels=player.labels))
     placed = set()

@@ -48,7 +48,7 @@ def test_the_values_are_those_of_a_whole_observation(data: Path) -> None:
 def test_what_is_not_observed_is_not_drawn(data: Path) -> None:
     made = make(data, observe=("turn",), sensors=("rgb", "segmentation"))
     made.reset(seed=1)
-    assert made.unwrapped.player.again().rgb is None  # type: ignore[attr-defined]
+    assert made.unwrapped.player.latest().rgb is None  # type: ignore[attr-defined]
     assert made.unwrapped.labels == ()  # type: ignore[attr-defined]
 
 

@@ -115,7 +115,7 @@ def test_an_interrupt_while_the_losses_are_dropped(opened: Any, monkeypatch: pyt
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr(WORKER + "_received", interrupt)
+        patch.setattr(WORKER + "_receive", interrupt)
         with pytest.raises(KeyboardInterrupt):
             env.async_reset(seed=0)
     check_begins_anew(env)

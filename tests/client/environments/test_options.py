@@ -40,7 +40,7 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"access": "token"}, "access is 'token', expected an Access"),
     ({"render_mode": "ascii"}, "render_mode is 'ascii'"),
     ({"language": "en"}, "there is no argument 'language'; there are lang, split"),
-    ({"server": "localhost:1", "data": None, "reward": "sparse"}, "reward is 'sparse', but on a host there is none"),
+    ({"server": "localhost:1", "data": None, "reward": "sparse"}, "reward is 'sparse', which a host does not support"),
 ]  # fmt: skip
 
 

@@ -146,8 +146,8 @@ def test_many_at_once(server: Server) -> None:
         ({"split": "secret", "sensors": ("pose",)}, "'secret' does not offer the sensor 'pose'"),
         ({"steps_per_phase": 9}, "steps_per_phase is 9, but this host's step limit is 8"),
         ({"tokenizer": "words"}, "the words of the split 'tiny' in 'en' are not known"),
-        ({"expert": "reference"}, "expert is 'reference', but on a host there is none"),
-        ({"turn": 2}, "turn is 2, but on a host there is none"),
+        ({"expert": "reference"}, "expert is 'reference', which a host does not support"),
+        ({"turn": 2}, "turn is 2, which a host does not support"),
     ],
 )
 def test_bad_input(server: Server, given: dict[str, Any], message: str) -> None:

@@ -100,7 +100,7 @@ def test_a_message_reaches_the_other(arguments: dict[str, Any]) -> None:
 def test_bad_input(arguments: dict[str, Any]) -> None:
     with pytest.raises(BadArgument, match="message_length is -1, expected a number from 0"):
         raw_env(**arguments, message_length=-1)
-    with pytest.raises(BadArgument, match="phases is given"):
+    with pytest.raises(BadArgument, match="phases cannot be given"):
         parallel_env(**arguments, phases=("assembly",))
     made = parallel_env(**arguments | {"steps_per_phase": 1})
     with pytest.raises(gymnasium.error.ResetNeeded):

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from arramon_client.environments.backend import Settings
+from arramon_client.environments.backend import PlayerSettings
 from arramon_client.errors import UsageError
 from arramon_dataset.environments import LocalBackend
 from arramon_dataset.environments.playable_split import open_playable_split
@@ -32,7 +32,7 @@ def test_frames_are_those_of_the_worlds(data: Path, size: int, camera: str, monk
     seen = made.begin("1", 0)
     for action in tiny.ACTIONS[:6]:
         frame = worlds.render("tiny", made.session.episode, made.session.state, size, segmentation=True)
-        for each in (seen, made.again(into), made.again()):
+        for each in (seen, made.latest(into), made.latest()):
             assert each.rgb is not None
             assert each.depth is not None
             assert each.segmentation is not None
@@ -81,7 +81,7 @@ def test_what_it_refuses(data: Path) -> None:
     with pytest.raises(UsageError, match="no episode has begun"):
         made.step(0)
     with pytest.raises(UsageError, match="no episode has begun"):
-        made.again()
+        made.latest()
     made.begin("1", 0)
     with pytest.raises(UsageError, match="there is no expert: the settings name none"):
         made.expert_action()
@@ -124,4 +124,4 @@ def test_a_camera_that_is_not_installed(data: Path, monkeypatch: pytest.MonkeyPa
 def test_instructions(data: Path) -> None:
     assert set(LocalBackend(data).instructions("tiny", "hi")) == {"धारीदार लाल मग तक चलें।", "उसे दो क़दम आगे रखें।"}
     with pytest.raises(UsageError, match="the split 'sample' has no language 'hi'; it has en"):
-        LocalBackend(data).player(Settings("hi", "sample", (), 32))
+        LocalBackend(data).player(PlayerSettings("hi", "sample", (), 32))

@@ -3,7 +3,7 @@
 import pytest
 
 import arramon_lang as lang
-from arramon_client.environments.backend import Settings
+from arramon_client.environments.backend import PlayerSettings
 from arramon_client.errors import UsageError
 from arramon_dataset.environments.rooms import draw_room, room_split
 from arramon_server.episodes.texts import instructions_in
@@ -14,7 +14,7 @@ SEEDS = range(20)
 
 @pytest.mark.parametrize("language", ["en", "hi"])
 def test_texts_are_within_what_was_announced_and_lead_to_the_cell(language: str) -> None:
-    info = room_split(Settings(language, "drawn_rooms", (), 32))
+    info = room_split(PlayerSettings(language, "drawn_rooms", (), 32))
     texts = info.texts[language]
     speech = lang.load(language)
     for seed in SEEDS:

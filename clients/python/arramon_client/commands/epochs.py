@@ -1,4 +1,4 @@
-"""The command `arramon-client epochs`: epochs of hidden splits, and how agents stand on one against another."""
+"""The command `arramon-client epochs`: list the epochs of hidden splits, and compare agents between two epochs."""
 
 import argparse
 from collections.abc import Iterable, Sequence
@@ -17,7 +17,7 @@ from arramon_client.output import console, print_json
 from arramon_client.transport.connection import call
 
 FORMAT, VERSION = "arramon-epochs", 1
-"""Header of the list as JSON, which `arramon-server epoch verify` reads."""
+"""Header of the JSON file, which `arramon-server epoch verify` reads."""
 
 
 def main(argv: Sequence[str]) -> int:
@@ -63,7 +63,7 @@ def _show(options: argparse.Namespace) -> None:
 
 
 def as_file(epochs: Iterable[pb.Epoch]) -> dict[str, object]:
-    """Return the epochs as the content of a file, the same as on the leaderboard's pages."""
+    """Return the content of the epochs' JSON file, the same as on the leaderboard's pages."""
     return {"format": FORMAT, "version": VERSION, "epochs": [_as_data(epoch) for epoch in epochs]}
 
 

@@ -21,32 +21,32 @@ from arramon_client.results import COLUMNS, score_cell
 from arramon_client.transport.connection import Server, call
 
 BOTH = "both"
-"""Value of `--lang` for all languages of a split together."""
+"""Value of `--lang` for the combined list of all languages of a split."""
 
 TOTAL = "total"
 
 SHOWN = {1: "better", 0: "no difference", -1: "worse"}
-"""Outcome of a comparison in words."""
+"""Words for the outcome of a comparison."""
 
 SORTS = {metric.removesuffix("@CTC-3"): metric for _, metric in COLUMNS}
 """Values of `--sort`, and the metric that each one selects."""
 
 MAX_STANDINGS = 100_000
-"""Standings that are read at most."""
+"""Maximum number of standings that are read."""
 
 WIDTH, WIDE = 110, 130
-"""Minimum width of a table in characters: of most, and of reproductions."""
+"""Minimum width in characters of most tables, and of the table of reproductions."""
 
 
 @dataclass
-class Listing:
+class LeaderboardListing:
     """All pages of a split's leaderboard.
 
     Attributes:
         sort: the metric by which the runs are sorted and ranked.
         standings: the published runs.
         references: the paper's results.
-        notices: when it closes, and what the host corrected.
+        notices: lines about its closing time and the host's corrections.
     """
 
     sort: str = ""
@@ -56,11 +56,11 @@ class Listing:
 
 
 def number(name: str, most: float) -> Callable[[str], float]:
-    """Return a type of arguments that are numbers from 0 to `most`, such as `7e9`.
+    """Return an argparse type for numbers from 0 to `most`, such as `7e9`.
 
     Args:
-        name: what the number is, for the error.
-        most: the largest one allowed.
+        name: name of the number, for the error message.
+        most: largest allowed number.
     """
 
     def read(text: str) -> float:
@@ -171,8 +171,8 @@ def _show(options: argparse.Namespace) -> None:
         shown.print(f"no published runs yet{hint}", soft_wrap=True)
 
 
-def by_gap(listing: Listing, least: float) -> list[pb.Standing]:
-    """Return the standings with a score of at least `least` by the gap between their languages, the smallest first."""
+def by_gap(listing: LeaderboardListing, least: float) -> list[pb.Standing]:
+    """Return the standings with a score of at least `least`, sorted by the gap between languages, smallest first."""
     means = (
         (standing, found.mean)
         for standing in listing.standings
@@ -269,7 +269,7 @@ def _publish(options: argparse.Namespace) -> None:
 
 
 def _cost(options: argparse.Namespace) -> pb.Cost | None:
-    """Return the cost that was declared; None if nothing was."""
+    """Return the declared cost; None if no option declares any."""
     if options.parameters is None and options.tokens is None and options.price is None:
         return None
     whole = {name: getattr(options, name) for name in ("parameters", "tokens")}
@@ -296,9 +296,9 @@ def _choose_split(server: Server, asked: str | None) -> str:
     return names[0]
 
 
-def _collect(stub: leaderboard_pb2_grpc.LeaderboardStub, request: pb.ListRequest, address: str) -> Listing:
+def _collect(stub: leaderboard_pb2_grpc.LeaderboardStub, request: pb.ListRequest, address: str) -> LeaderboardListing:
     """Request all pages of a list."""
-    listing = Listing()
+    listing = LeaderboardListing()
     while True:
         page = call(stub.List, request, address)
         listing.sort = page.sort
@@ -315,8 +315,8 @@ def _collect(stub: leaderboard_pb2_grpc.LeaderboardStub, request: pb.ListRequest
         request.page_token = page.next_page_token
 
 
-def table(listing: Listing, split: str, language: str) -> Table:
-    """Return the table of published runs, and below a line the paper's results: totals with 95% intervals."""
+def table(listing: LeaderboardListing, split: str, language: str) -> Table:
+    """Return the table of published runs and, below a line, the paper's results: totals with 95% intervals."""
     languages = "all languages together" if language == BOTH else language
     made = _ranked_table(
         title=f"{split}, {languages}",
@@ -357,7 +357,7 @@ def _system(standing: pb.Standing) -> Text:
 
 
 def _costs(entries: Sequence[pb.Entry]) -> list[str]:
-    """Return lines with the time for an answer, as measured, and with what was declared for the first run."""
+    """Return lines with the measured time per answer, and the cost declared for the first run."""
     steps = sum(entry.run.timed_steps for entry in entries)
     lines = [f"{sum(entry.run.thinking_seconds for entry in entries) / steps:.3g} s an answer"] if steps else []
     cost = entries[0].cost if entries else pb.Cost()

@@ -1,4 +1,4 @@
-"""The command that plays: one run for each language, on a remote or an embedded server, and their scores."""
+"""The main command: play one run for each language, on a remote or an embedded server, and show the scores."""
 
 import argparse
 import contextlib
@@ -14,7 +14,7 @@ from arramon.v1 import evaluation_pb2
 from arramon_client import arguments, dry_run, results, run_settings
 from arramon_client.agent import Agent
 from arramon_client.commands.base import SUCCESS
-from arramon_client.commands.single_run import AGENT_FAILED, Finished, SingleRun
+from arramon_client.commands.single_run import AGENT_FAILED, FinishedRun, SingleRun
 from arramon_client.errors import ProtocolError, UsageError
 from arramon_client.language_gap import gap_table, gaps
 from arramon_client.local.embedded import SERVER, EmbeddedServer, check_installed, default_data, embedded_server
@@ -24,28 +24,28 @@ from arramon_client.plugin.arguments import parse_value
 from arramon_client.plugin.loader import load_agent
 from arramon_client.printable import many_lines
 from arramon_client.transport.access import Access, access_of
-from arramon_client.transport.connection import Server, connect, give_up
-from arramon_client.transport.retry import PATIENCE, Retry, ask
+from arramon_client.transport.connection import Server, connect, raise_unreachable
+from arramon_client.transport.retry import PATIENCE, Retry, call_until_answered
 
 
 @dataclass
 class PlayCommand:
-    """One invocation of the command.
+    """One invocation of the main command.
 
     Attributes:
         options: the parsed options.
         argv: the arguments as typed.
-        begun: ids of the runs to resume, and of those that were created since.
-        expected: number of runs: one for each language.
-        finished: those that were played to their end.
-        playing: whether the runs to resume fit the options, and playing has begun.
+        begun: ids of the resumed and created runs.
+        expected: expected number of runs, one for each language.
+        finished: the runs that were played to their end.
+        playing: whether playing has begun, after the resumed runs were checked against the options.
     """
 
     options: argparse.Namespace
     argv: Sequence[str]
     begun: list[str] = field(default_factory=list)
     expected: int = 1
-    finished: list[Finished] = field(default_factory=list)
+    finished: list[FinishedRun] = field(default_factory=list)
     playing: bool = False
 
     def __post_init__(self) -> None:
@@ -54,8 +54,8 @@ class PlayCommand:
         self._console = console(stderr=True)
 
     def say(self, text: str) -> None:
-        """Write a line for the participant without wrapping, so that commands and paths can be copied."""
-        with contextlib.suppress(BrokenPipeError):  # Nobody reads any more; the run goes on.
+        """Print a line for the participant without wrapping, so that commands and paths can be copied."""
+        with contextlib.suppress(BrokenPipeError):  # The reader of standard error is gone; the run goes on.
             self._console.print(many_lines(text), soft_wrap=True)
 
     @property
@@ -65,7 +65,7 @@ class PlayCommand:
         return folder / dry_run.FOLDER if self.options.dry_run else folder
 
     def hint(self) -> None:
-        """Print the command that resumes what is not finished."""
+        """Print the command that resumes the unfinished runs, if there are any."""
         if self.begun and len(self.finished) < self.expected and not self.options.dry_run:
             kept = "the run is saved" if self.expected == 1 else "the runs are saved"
             command = arguments.resume_command(self.argv, ",".join(self.begun))
@@ -91,7 +91,7 @@ class PlayCommand:
             results.check_output(options.record, "the recording")
         with ExitStack() as stack:
             revive: Callable[[], None] = lambda: None  # noqa: E731 - replaced if a server is embedded
-            address, access, unreachable = options.server, Access(), give_up
+            address, access, unreachable = options.server, Access(), raise_unreachable
             if address is None:
                 embedded = stack.enter_context(self._embedded())
                 address, revive = embedded.address, embedded.revive
@@ -118,7 +118,7 @@ class PlayCommand:
             SingleRun(self.options, language, server, agent, self.output, self.say, revive) for language in languages
         ]
         before = {run.language: run for run in resumed}
-        for single in singles:  # All of them, before any is played.
+        for single in singles:  # Check all runs before playing the first.
             if single.language in before:
                 single.check_resumed(before[single.language])
         self.playing = True
@@ -133,7 +133,7 @@ class PlayCommand:
     def _resumed(self, server: Server, run_id: str) -> evaluation_pb2.Run:
         request = evaluation_pb2.GetRunRequest(run_id=run_id)
         retry = Retry(run_id, PATIENCE, self.say)  # The server may become unreachable between two calls.
-        run = ask(server.stub.GetRun, request, server.address, retry)
+        run = call_until_answered(server.stub.GetRun, request, server.address, retry)
         if run.run_id != run_id:
             raise ProtocolError(f"the server sent the run {run.run_id!r}, expected {run_id}")
         return run
@@ -156,7 +156,7 @@ class PlayCommand:
         return (*(each for each in asked if each in begun), *(each for each in asked if each not in begun))
 
     def _embedded(self) -> AbstractContextManager[EmbeddedServer]:
-        # Only this client uses the server: a step must survive the end of the process, but not a loss of power.
+        # Only this client uses the server: a step must survive the end of the process, but not a power failure.
         # Clocks are off, so that an agent in a debugger does not time out.
         options = ("--no-fsync", "--workers", str(self.options.workers or 1), "--step-seconds", "0")
         data = self.options.data or default_data()
@@ -167,7 +167,7 @@ class PlayCommand:
         return embedded_server(data, options=options, notify=self.say)
 
     def _as_json(self) -> dict[str, Any]:
-        """Return what `--json` prints: the one run, or all of them with the gaps between their languages."""
+        """Return the content of `--json`: the only run, or all runs and the gaps between their languages."""
         runs = [each.as_json() for each in self.finished]
         if len(runs) == 1:
             return runs[0]
@@ -177,7 +177,7 @@ class PlayCommand:
 
 @contextlib.contextmanager
 def _stdout_for_json() -> Iterator[None]:
-    """Send to standard error what the agent and its libraries print, until the end of the context."""
+    """Redirect what the agent and its libraries print to standard error, until the end of the context."""
     out = sys.stdout
     out.flush()
     kept = os.dup(1)
@@ -186,7 +186,7 @@ def _stdout_for_json() -> Iterator[None]:
         with contextlib.redirect_stdout(sys.stderr):
             yield
     finally:
-        for each in (out, sys.__stdout__):  # What was written to them directly, and is still in their buffers.
+        for each in (out, sys.__stdout__):  # Text written to them directly may still be in their buffers.
             if each is not None and not each.closed:
                 each.flush()
         os.dup2(kept, 1)

@@ -22,7 +22,7 @@ METRICS = {
     "PTC": ("PTC", "assembly"),
     "both": ("PTC@CTC-3", "both phases"),
 }
-"""Value of `--metric` -> the metric, and the phase that it is about."""
+"""Metric and its phase, by value of `--metric`."""
 
 ASPECTS = {
     "turn": "turn",
@@ -36,7 +36,7 @@ ASPECTS = {
     "relation": "it states a relation",
     "placement": "the assembly instruction states",
 }
-"""Aspect -> heading of its groups."""
+"""Heading of a table's section, by aspect."""
 
 NAMES = {
     "turn": {"first": "first", "second": "second"},
@@ -56,13 +56,13 @@ NAMES = {
         "along": "walk along a thing",
     },
 }
-"""Aspect -> name of a group -> its words, where the name alone says too little."""
+"""Description of a group, by aspect and name, for names that are not clear alone."""
 
 PLOT = 24
 """Width of the plot in characters."""
 
 WIDTH, LABEL, CELL = 100, 48, 44
-"""Minimum width of a table in characters, and with plots of its first columns and of those of each run."""
+"""Widths in characters: minimum width of a table; with plots, of the first columns and of each run's columns."""
 
 
 def main(argv: Sequence[str]) -> int:
@@ -103,7 +103,7 @@ def _main(options: argparse.Namespace) -> None:
 
 
 def all_scores(found: pb.Breakdown) -> Table:
-    """Return the table of a run's scores by groups: every score with its interval."""
+    """Return the table of all of a run's scores, with intervals, by groups of turns."""
     made = _table(Text(f"{found.run.agent} on {found.run.split}, {found.run.language}"))
     for name, (_, phase) in METRICS.items():
         heading = "PTC" if name == "both" else name
@@ -121,7 +121,7 @@ def all_scores(found: pb.Breakdown) -> Table:
 
 
 def one_score(runs: Sequence[pb.Breakdown], metric: str) -> Table:
-    """Return the table of one score by groups: a column for each run, and for each a plot on a line from 0 to 1."""
+    """Return the table of one score by groups of turns, with a column and a plot from 0 to 1 for each run."""
     wanted, phase = METRICS[metric]
     heading = "PTC" if metric == "both" else metric
     made = _table(Text(f"{heading}, {phase}: {runs[0].run.split}; | from 0 to 1 |, o the mean, - its 95% interval"))
@@ -145,7 +145,7 @@ def one_score(runs: Sequence[pb.Breakdown], metric: str) -> Table:
 
 
 def plot(score: pb.Score) -> str:
-    """Return a line from 0 to 1 with the interval and the mean of a score."""
+    """Return a text plot of a score's interval and mean on a line from 0 to 1."""
     last = PLOT - 1
     low, mean, high = (round(min(max(value, 0), 1) * last) for value in (score.low, score.mean, score.high))
     line = ["-" if low <= place <= high else " " for place in range(PLOT)]
@@ -154,7 +154,7 @@ def plot(score: pb.Score) -> str:
 
 
 def words(group: pb.TurnGroup) -> str:
-    """Return what the turns of a group have in common."""
+    """Return the description of a group: what its turns have in common."""
     if group.name:
         return NAMES.get(group.aspect, {}).get(group.name, group.name.replace("_", " "))
     if not group.HasField("high"):
@@ -163,13 +163,13 @@ def words(group: pb.TurnGroup) -> str:
 
 
 def remarks(found: Sequence[pb.Breakdown]) -> list[str]:
-    """Return what a reader of the tables must know besides."""
+    """Return lines that explain rounding and missing groups."""
     lines = []
     withheld = max(one.withheld for one in found)
     if any(one.rounded for one in found):
         lines.append("hidden split: scores are rounded, and no combination of groups is about fewer than 20 episodes")
     if withheld:
-        lines.append(f"{withheld} groups are left out, as they would tell of single episodes")
+        lines.append(f"{withheld} groups are left out, as they would reveal scores of single episodes")
     if not all(one.reads for one in found):
         lines.append("groups by what the instructions ask for are missing; a host can run `arramon-server demands`")
     return lines

@@ -1,4 +1,4 @@
-"""The commands `arramon-client runs` and `cancel`: list one's runs, and cancel them."""
+"""The commands `arramon-client runs` and `cancel`: list the caller's runs, and cancel them."""
 
 import argparse
 import sys
@@ -17,7 +17,7 @@ from arramon_client.transport.connection import Server, call
 STATES = ("running", "complete", "cancelled")
 
 PAGE, MAX_PAGES = 100, 10_000
-"""Number of runs requested per page, and of pages that are read at most."""
+"""Number of runs per page, and maximum number of pages that are read."""
 
 HEADER = ("run", "state", "agent", "split", "language", "episodes", "created", "ended", "")
 
@@ -105,7 +105,7 @@ def _state(each: pb.Run) -> str:
 
 def _agent(each: pb.Run) -> tuple[str, bool]:
     """Return the agent's name, and whether the run is a dry run."""
-    return each.agent.removesuffix(dry_run.MARK), each.agent.endswith(dry_run.MARK)
+    return each.agent.removesuffix(dry_run.NAME_SUFFIX), each.agent.endswith(dry_run.NAME_SUFFIX)
 
 
 def _row(each: pb.Run) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""Choice of a command's server: the one named by `--server`, or an embedded one on this machine's data."""
+"""Options that choose a command's server: a remote one, or an embedded one with a data folder of this machine."""
 
 import argparse
 import sys

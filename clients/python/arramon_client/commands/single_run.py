@@ -1,4 +1,4 @@
-"""One run of the command that plays: created or resumed, played, reported, and kept in files."""
+"""One run of the main command: create or resume it, play it, show its scores, and write its files."""
 
 import argparse
 import shlex
@@ -23,24 +23,24 @@ from arramon_client.progress import progress_display
 from arramon_client.recording.recorder import Recording
 from arramon_client.transport.connection import Server, call
 from arramon_client.transport.incoming import check_same_run
-from arramon_client.transport.retry import PATIENCE, Retry, ask
+from arramon_client.transport.retry import PATIENCE, Retry, call_until_answered
 
 AGENT_FAILED = 3
 """Exit status: the agent failed in some episodes."""
 
 WARNINGS = 5
-"""Number of episodes that differ from the receipt for which a warning each is printed."""
+"""Maximum number of warnings about episodes that differ from the receipt."""
 
 
 @dataclass(frozen=True)
-class Finished:
+class FinishedRun:
     """A run that was played to its end.
 
     Attributes:
         report: its scores.
-        outcome: what this client played of it; None if it had ended before.
-        status: the exit status that it calls for.
-        files: names of its files by kind: "results", and if there are such "receipt" and "recording".
+        outcome: the part played by this client; None if the run had ended before.
+        status: the exit status for this run.
+        files: paths of its files by kind: "results", and "receipt" and "recording" if they exist.
     """
 
     report: evaluation_pb2.Report
@@ -60,11 +60,11 @@ class SingleRun:
 
     Attributes:
         options: the command's options.
-        language: of the instructions.
+        language: language of the instructions.
         server: the connected server.
         agent: the agent.
         output: the folder for results.
-        say: writes a line for the participant.
+        say: prints a line for the participant.
         revive: called before each attempt to reconnect.
     """
 
@@ -93,7 +93,7 @@ class SingleRun:
         name = agent_name(self.agent, options.agent)
         episodes, named = options.episodes or 0, options.episode
         if options.dry_run:
-            name = dry_run.marked(name)
+            name = dry_run.dry_run_name(name)
             split = dry_run.choose_split(info, split, self.language, sensors)
             few = min(dry_run.EPISODES, split.episodes[self.language], options.episodes or dry_run.EPISODES)
             episodes, named = (0 if named else few), named[: dry_run.EPISODES]
@@ -135,7 +135,7 @@ class SingleRun:
             begun, asked = (_typed(each) or "no --agent-arg" for each in (kept_arguments, options.agent_arguments))
             raise UsageError(f"run {run.run_id} was started with {begun}, not with {asked}")
 
-    def finish(self, run: evaluation_pb2.Run) -> Finished:
+    def finish(self, run: evaluation_pb2.Run) -> FinishedRun:
         """Play a run to its end, show its scores and write its files.
 
         Raises:
@@ -151,7 +151,7 @@ class SingleRun:
                     outcome = self._play(run, recording)
             request = evaluation_pb2.GetReportRequest(run_id=run.run_id)
             retry = Retry(run.run_id, PATIENCE, self.say)
-            report = ask(self.server.stub.GetReport, request, self.server.address, retry, self.revive)
+            report = call_until_answered(self.server.stub.GetReport, request, self.server.address, retry, self.revive)
             check_same_run(report.run, run.run_id)
             receipt = self._receipt(run.run_id, retry)
         failures = outcome.failures if outcome is not None else ()
@@ -164,7 +164,7 @@ class SingleRun:
         kept = self._keep(receipt, run.run_id, outcome) if receipt is not None else None
         if kept is not None:
             files["receipt"] = self._print("receipt", kept)
-        return Finished(report, outcome, status, files)
+        return FinishedRun(report, outcome, status, files)
 
     def _settings(self) -> Settings:
         options, info = self.options, self.server.info
@@ -182,7 +182,7 @@ class SingleRun:
         settings = self._settings()
         kind = "run" if not self.options.dry_run else "dry run"
         self.say(
-            f"{kind} {run.run_id}: {run.agent.removesuffix(dry_run.MARK)} plays {run.episodes} episodes of "
+            f"{kind} {run.run_id}: {run.agent.removesuffix(dry_run.NAME_SUFFIX)} plays {run.episodes} episodes of "
             f"{run.split}, {run.language}, {settings.parallel} in parallel"
         )
         started = time.monotonic()
@@ -209,13 +209,13 @@ class SingleRun:
     def _receipt(self, run_id: str, retry: Retry) -> evaluation_pb2.Receipt | None:
         request = evaluation_pb2.GetReceiptRequest(run_id=run_id)
         try:
-            return ask(self.server.stub.GetReceipt, request, self.server.address, retry, self.revive)
+            return call_until_answered(self.server.stub.GetReceipt, request, self.server.address, retry, self.revive)
         except ArramonClientError as error:  # The scores are still shown.
             self.say(f"no receipt: {error}")
             return None
 
     def _keep(self, receipt: evaluation_pb2.Receipt, run_id: str, outcome: Outcome | None) -> Path | None:
-        """Write the receipt to its file, and check it against the server's key and the actions that were sent."""
+        """Write the receipt, check it against the server's key and the actions sent, and return the file's path."""
         try:
             path = receipts.write_receipt(receipt, run_id, self.output)
         except ReceiptError as error:
@@ -270,7 +270,7 @@ class SingleRun:
 
 
 def _code(options: argparse.Namespace) -> evaluation_pb2.Code | None:
-    """Return where the agent's code is, as the server keeps it; None if no option names it."""
+    """Return the location of the agent's code, as the server records it; None if no option names it."""
     code = evaluation_pb2.Code(url=options.code_url, commit=options.code_commit.lower(), image=options.code_image)
     return code if code != evaluation_pb2.Code() else None
 

@@ -26,7 +26,7 @@ KEY_NOT_CHECKED = 3
 """Exit status: the receipt is intact, but its key was not compared with the host's."""
 
 SUPERSEDED = 4
-"""Exit status: the receipt is valid, but the host has signed another one since."""
+"""Exit status: the receipt is valid, but the host has since signed another one."""
 
 
 def main(argv: Sequence[str]) -> int:
@@ -56,15 +56,15 @@ def main(argv: Sequence[str]) -> int:
 
 
 @dataclass(frozen=True)
-class _Checked:
-    """What was checked of a receipt: it is valid unless there is an error.
+class _ReceiptCheck:
+    """Result of checking one receipt, which is valid unless there is an error.
 
     Attributes:
-        path: its file.
+        path: path of its file.
         error: why it is not valid; empty if it is.
         receipt: its content; None if it cannot be read.
-        results: what the comparison with the results file found; empty if there was none.
-        superseded: that the host has signed another receipt since; empty if it has not, or was not asked.
+        results: result of the comparison with the results file; empty if there was none.
+        superseded: message that the host has since signed another receipt; empty if it has not, or no server was given.
     """
 
     path: Path
@@ -111,18 +111,20 @@ def _verify(options: argparse.Namespace) -> int:
     return SUCCESS if key is not None else KEY_NOT_CHECKED
 
 
-def _check(path: Path, results_path: Path | None, key: bytes | None, whose: str) -> _Checked:
+def _check(path: Path, results_path: Path | None, key: bytes | None, whose: str) -> _ReceiptCheck:
     try:
         receipt = receipts.read_receipt(path)
         if key is not None:
             receipts.check_key(receipt, key, whose)
         results = _results(path, results_path)
-        return _Checked(path, receipt=receipt, results=_check_results(receipt, results) if results is not None else "")
+        return _ReceiptCheck(
+            path, receipt=receipt, results=_check_results(receipt, results) if results is not None else ""
+        )
     except ReceiptError as error:
-        return _Checked(path, error=str(error))
+        return _ReceiptCheck(path, error=str(error))
 
 
-def _show_one(one: _Checked, key: bytes | None, whose: str, *, named: bool) -> None:
+def _show_one(one: _ReceiptCheck, key: bytes | None, whose: str, *, named: bool) -> None:
     shown = console(TABLE_WIDTH)
 
     def say(text: str) -> None:
@@ -149,9 +151,9 @@ def _show_one(one: _Checked, key: bytes | None, whose: str, *, named: bool) -> N
 
 
 def _superseded(options: argparse.Namespace, receipt: Receipt) -> str:
-    """Ask the server, if one is given, whether the host has superseded a receipt; empty if it has not.
+    """Ask the server, if one is given, whether the host has superseded a receipt; empty if not.
 
-    Of runs that are not published, the server tells nobody but their participants.
+    For runs that are not published, the server answers only their participants.
     """
     if options.server is None:
         return ""
@@ -159,7 +161,7 @@ def _superseded(options: argparse.Namespace, receipt: Receipt) -> str:
     with connect(options.server, access_of(options)) as server:
         try:
             entry = call(leaderboard_pb2_grpc.LeaderboardStub(server.channel).GetEntry, request, server.address)
-        except NotArramonError:  # it has no leaderboard
+        except NotArramonError:  # The server has no leaderboard.
             return ""
         except RefusedError as error:
             if error.code is not grpc.StatusCode.NOT_FOUND:
@@ -169,7 +171,7 @@ def _superseded(options: argparse.Namespace, receipt: Receipt) -> str:
 
 
 def _host_key(options: argparse.Namespace) -> tuple[bytes | None, str]:
-    """Return the host's key, or None if none was given, and a description of it."""
+    """Return the host's key and a description of it; None and "" if no key was given."""
     if options.key is not None:
         return receipts.read_key(options.key), "the key given"
     if options.server is None:
@@ -249,7 +251,7 @@ def _show(receipt: Receipt, shown: Console, say: Callable[[str], None]) -> None:
         if limits["step_seconds"]
         else "no clocks"
     )
-    steps = f"{content['steps']} steps; " if "steps" in content else ""  # a hidden split's receipt does not tell it
+    steps = f"{content['steps']} steps; " if "steps" in content else ""  # A hidden split's receipt does not reveal it.
     lines = [
         content["score_signature"],
         f"run {run['run_id']} of {run['participant']}, {run['state'].lower()}",

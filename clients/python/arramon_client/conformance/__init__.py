@@ -1,5 +1,5 @@
 """Conformance suite: checks that any server of the protocol, given by its address, keeps the protocol's contract.
 
-`command` is the command line, `suite` runs checks, `checks` lists them; `target` is the server under test, `player` a
-raw Play stream, `outcomes` a check's assertions. Every other module is one group of checks.
+`command` is the command line, `suite` runs checks, `checks` lists them; `target` is the server under test, `raw_stream`
+a Play stream, `assertions` the functions that raise violations. Every other module is one group of checks.
 """

@@ -3,8 +3,8 @@
 import grpc
 
 from arramon.v1 import evaluation_pb2 as pb
-from arramon_client.conformance.outcomes import expect, expect_equal
-from arramon_client.conformance.player import Player
+from arramon_client.conformance.assertions import expect, expect_equal
+from arramon_client.conformance.raw_stream import RawStream
 from arramon_client.conformance.suite import check
 from arramon_client.conformance.target import LEFT, RIGHT, Target
 
@@ -13,8 +13,8 @@ from arramon_client.conformance.target import LEFT, RIGHT, Target
 def opened(target: Target) -> None:
     """A stream starts with `opened`; each episode starts with its id, language and split, then an observation."""
     run = target.create()
-    with target.play(run) as player:
-        first, started, seen = player.begin()
+    with target.play(run) as stream:
+        first, started, seen = stream.begin()
         expect_equal("the run in `opened`", first.run.run_id, run.run_id)
         expect_equal("the list of episodes that a new player gets back", list(first.episode_ids), [])
         expect_equal("the episode observed first", seen.episode_id, started.episode_id)
@@ -65,7 +65,7 @@ def replaced(target: Target) -> None:
             expect_equal("the step of the new stream after its first act", new.observation().step, 1)
 
 
-def _expect_displaced(old: Player, start: pb.Observation) -> None:
+def _expect_displaced(old: RawStream, start: pb.Observation) -> None:
     """Check that a stream ends, or reports that the episode is no longer its own."""
     try:
         event = old.event()

@@ -11,7 +11,7 @@ from rich.console import Console
 from arramon.v1 import evaluation_pb2 as pb
 from arramon_client.commands.base import ERROR, SUCCESS, run
 from arramon_client.conformance.checks import CHECKS
-from arramon_client.conformance.suite import Check, Outcome, Result, run_checks, select
+from arramon_client.conformance.suite import Check, CheckOutcome, CheckResult, run_checks, select
 from arramon_client.conformance.target import Target, choose_target
 from arramon_client.errors import UsageError
 from arramon_client.files import write_whole
@@ -19,7 +19,7 @@ from arramon_client.printable import many_lines, to_json
 from arramon_client.transport.access import access_of, add_access
 from arramon_client.transport.connection import connect, explain
 
-WORDS = {Outcome.PASSED: "pass", Outcome.FAILED: "FAIL", Outcome.SKIPPED: "skip"}
+WORDS = {CheckOutcome.PASSED: "pass", CheckOutcome.FAILED: "FAIL", CheckOutcome.SKIPPED: "skip"}
 """Prefix of a result's line, by outcome."""
 
 
@@ -63,10 +63,10 @@ def _work(options: argparse.Namespace) -> int:
             if result.reason:
                 _say(console, f"      {result.reason}")
     counts = Counter(result.outcome for result in results)
-    _say(console, ", ".join(f"{counts[outcome]} {outcome.value}" for outcome in Outcome))
+    _say(console, ", ".join(f"{counts[outcome]} {outcome.value}" for outcome in CheckOutcome))
     if options.json is not None:
         write_whole(options.json, to_json(_content(target, results)))
-    return ERROR if counts[Outcome.FAILED] else SUCCESS
+    return ERROR if counts[CheckOutcome.FAILED] else SUCCESS
 
 
 def _check_quota(target: Target, checks: Sequence[Check]) -> None:
@@ -103,7 +103,7 @@ def _runs(checks: Sequence[Check]) -> tuple[int, int]:
     return sum(check.runs for check in checks), max((check.runs for check in checks), default=0)
 
 
-def _content(target: Target, results: Sequence[Result]) -> dict[str, object]:
+def _content(target: Target, results: Sequence[CheckResult]) -> dict[str, object]:
     """Return the results as plain data."""
     return {
         "server": target.server.address,

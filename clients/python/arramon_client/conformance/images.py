@@ -9,7 +9,7 @@ import simplejpeg
 
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
-from arramon_client.conformance.outcomes import Skipped, expect, expect_equal, need
+from arramon_client.conformance.assertions import Skipped, expect, expect_equal, need
 from arramon_client.conformance.suite import check
 from arramon_client.conformance.target import Target
 from arramon_client.transport.images import ImageDecoder, ImagesUnreadableError
@@ -57,8 +57,8 @@ def default(target: Target) -> None:
     """A stream that requests no encoding and no size gets the server's first ones, which `opened` names."""
     run = _run(target, types_pb2.ENCODING_UNSPECIFIED)
     expected = target.info.encodings[0], target.info.image_sizes[0]
-    with target.play(run) as player:
-        opened, _, seen = player.begin()
+    with target.play(run) as stream:
+        opened, _, seen = stream.begin()
         expect_equal("encoding and size in `opened`", (opened.encoding, opened.image_size), expected)
         expect(set(run.sensors) <= IMAGES, f"the run has the sensors {list(run.sensors)}, expected images alone")
         for name in run.sensors:
@@ -109,8 +109,8 @@ def _show(target: Target, run: pb.Run, encoding: types_pb2.Encoding.ValueType, s
     """Open a stream on a run, and return the decoded images of its first observation."""
     quality = QUALITY if encoding == types_pb2.ENCODING_JPEG else 0
     asked = {"encoding": encoding, "image_size": size, "jpeg_quality": quality}
-    with target.play(run, player="conformance", **asked) as player:
-        opened, _, seen = player.begin()
+    with target.play(run, player="conformance", **asked) as stream:
+        opened, _, seen = stream.begin()
         in_force = encoding or target.info.encodings[0]
         expect_equal("the encoding in `opened`", opened.encoding, in_force)
         expect_equal("the image size in `opened`", opened.image_size, size)

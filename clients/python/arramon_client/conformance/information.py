@@ -6,7 +6,7 @@ from arramon.v1 import PROTOCOL, PROTOCOL_METADATA, types_pb2
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
 from arramon_client.arguments import SENSORS
-from arramon_client.conformance.outcomes import expect, expect_equal, expect_refusal, need
+from arramon_client.conformance.assertions import expect, expect_equal, expect_refusal, need
 from arramon_client.conformance.suite import check
 from arramon_client.conformance.target import Target
 from arramon_client.transport.access import Access, host_of
@@ -50,8 +50,8 @@ def hidden(target: Target) -> None:
     found = [split for split in target.info.splits if split.hidden]
     need(found, "the server has no hidden split; one would make it run")
     for split in found:
-        told = sorted(set(split.sensors) & set(PRIVILEGED))
-        expect(not told, f"the hidden split {split.name!r} offers {', '.join(told)}, expected none of these")
+        revealing = sorted(set(split.sensors) & set(PRIVILEGED))
+        expect(not revealing, f"the hidden split {split.name!r} offers {', '.join(revealing)}, expected none of these")
 
 
 @check("information.encodings")
@@ -94,8 +94,8 @@ def version(target: Target) -> None:
             target.call("GetServerInfo", pb.GetServerInfoRequest(), metadata)
 
         def play(metadata: tuple[tuple[str, str], ...] = metadata) -> None:
-            with target.play_raw(pb.PlayRequest(open=pb.Open(run_id="none")), metadata) as player:
-                list(player.rest())
+            with target.play_raw(pb.PlayRequest(open=pb.Open(run_id="none")), metadata) as stream:
+                list(stream.rest())
 
         expect_refusal(f"GetServerInfo with {said}", ask, code)
         expect_refusal(f"Play with {said}", play, code)

@@ -4,8 +4,8 @@ import grpc
 
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
-from arramon_client.conformance.outcomes import expect, expect_equal, expect_refusal, need
-from arramon_client.conformance.player import Player, forfeit
+from arramon_client.conformance.assertions import expect, expect_equal, expect_refusal, need
+from arramon_client.conformance.raw_stream import RawStream, forfeit
 from arramon_client.conformance.suite import check
 from arramon_client.conformance.target import LEFT, Target
 from arramon_client.transport.connection import MAX_MESSAGE_BYTES
@@ -24,8 +24,8 @@ def open_episodes(target: Target) -> None:
     target.check_bounded(run)
     started: list[str] = []
     open_now: set[str] = set()
-    with target.play(run, 2) as player:
-        for event in player.rest():
+    with target.play(run, 2) as stream:
+        for event in stream.rest():
             kind = event.WhichOneof("event")
             if kind == "episode_started":
                 started.append(event.episode_started.episode_id)
@@ -34,7 +34,7 @@ def open_episodes(target: Target) -> None:
             elif kind == "episode_ended":
                 open_now.discard(event.episode_ended.episode_id)
             elif kind == "observation":
-                player.send(forfeit(event.observation.episode_id))
+                stream.send(forfeit(event.observation.episode_id))
     expect(len(set(started)) == len(started), "an episode was started twice on one stream, expected each once")
     expect_equal("the number of episodes that were offered", len(started), run.episodes)
 
@@ -46,8 +46,8 @@ def max_episodes(target: Target) -> None:
     for number in (0, target.info.max_episodes_per_stream + 1):
 
         def play(number: int = number) -> None:
-            with target.play(run, number) as player:
-                player.next("opened")
+            with target.play(run, number) as stream:
+                stream.next("opened")
 
         expect_refusal(f"a stream with max_episodes {number}", play, grpc.StatusCode.INVALID_ARGUMENT)
 
@@ -59,17 +59,17 @@ def steps(target: Target) -> None:
     need(limit <= MAX_STEPS, f"a phase has {limit} steps; a limit of at most {MAX_STEPS} would make it run")
     run = target.create()
     ended: list[tuple[int, int]] = []
-    with target.play(run) as player:
-        _, _, seen = player.begin()
+    with target.play(run) as stream:
+        _, _, seen = stream.begin()
         for turn, phase in PHASES:
-            seen = _exhaust(player, seen, limit)
-            over = player.next("phase_ended")
+            seen = _exhaust(stream, seen, limit)
+            over = stream.next("phase_ended")
             ended.append((over.turn, over.phase))
             expect(over.forced, f"phase {phase} of turn {turn} was not ended by force, expected so after {limit} steps")
             if (turn, phase) != PHASES[-1]:
-                seen = player.next("observation")
+                seen = stream.next("observation")
                 expect_equal("phase_step of the next phase", seen.phase_step, 0)
-        over = player.next("episode_ended")
+        over = stream.next("episode_ended")
     expect_equal("the list of phases that ended", ended, PHASES)
     name = types_pb2.Cause.Name(over.cause)
     expect(over.cause == types_pb2.CAUSE_STEP_LIMIT, f"the cause is {name}, expected CAUSE_STEP_LIMIT")
@@ -80,10 +80,10 @@ def clocks(target: Target) -> None:
     """With clocks, observations give the seconds left of step and bank, within the limits; without clocks, neither."""
     run = target.create()
     limits = run.limits
-    with target.play(run) as player:
-        _, _, first = player.begin()
-        player.act(first, LEFT)
-        second = player.observation()
+    with target.play(run) as stream:
+        _, _, first = stream.begin()
+        stream.act(first, LEFT)
+        second = stream.observation()
     for seen in (first, second):
         what = f"step_seconds_left of step {seen.step}"
         for name in ("step_seconds_left", "bank_seconds_left"):
@@ -111,13 +111,13 @@ def message(target: Target) -> None:
     expect_refusal(f"a message of {request.ByteSize()} bytes", lambda: target.call("GetRun", request), code)
 
 
-def _exhaust(player: Player, seen: pb.Observation, limit: int) -> pb.Observation:
+def _exhaust(stream: RawStream, seen: pb.Observation, limit: int) -> pb.Observation:
     """Turn left until the phase's last step is sent; return the observation answered by it."""
     for _ in range(limit - 1):
-        player.act(seen, LEFT)
-        seen = player.next("observation")
+        stream.act(seen, LEFT)
+        seen = stream.next("observation")
     expect_equal("steps_left before the last step of a phase", seen.steps_left, 1)
-    player.act(seen, LEFT)
+    stream.act(seen, LEFT)
     return seen
 
 

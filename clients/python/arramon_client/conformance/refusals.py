@@ -10,8 +10,8 @@ import grpc
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
+from arramon_client.conformance.assertions import expect_refusal, need
 from arramon_client.conformance.information import PRIVILEGED
-from arramon_client.conformance.outcomes import expect_refusal, need
 from arramon_client.conformance.suite import check
 from arramon_client.conformance.target import AGENT, Target
 from arramon_client.transport.access import Access, is_local
@@ -138,16 +138,16 @@ def first_message(target: Target) -> None:
     """A stream whose first message is not `open`, or that sends a second `open`, is refused: INVALID_ARGUMENT."""
 
     def act_first() -> None:
-        with target.play_raw(pb.PlayRequest(actions=pb.ActionBatch())) as player:
-            list(player.rest())
+        with target.play_raw(pb.PlayRequest(actions=pb.ActionBatch())) as stream:
+            list(stream.rest())
 
     run = target.create()
 
     def open_twice() -> None:
-        with target.play(run) as player:
-            player.begin()
-            player.send_raw(pb.PlayRequest(open=pb.Open(run_id=run.run_id, max_episodes=1)))
-            player.event()
+        with target.play(run) as stream:
+            stream.begin()
+            stream.send_raw(pb.PlayRequest(open=pb.Open(run_id=run.run_id, max_episodes=1)))
+            stream.event()
 
     expect_refusal("a stream that starts with actions", act_first, BAD)
     expect_refusal("a second `open` on a stream", open_twice, BAD)
@@ -240,8 +240,8 @@ def _refuse_stream(target: Target, what: str, code: grpc.StatusCode, **fields: A
         opening["run_id"] = target.create().run_id
 
     def play() -> None:
-        with target.play_raw(pb.PlayRequest(open=pb.Open(**opening))) as player:
-            player.next("opened")
+        with target.play_raw(pb.PlayRequest(open=pb.Open(**opening))) as stream:
+            stream.next("opened")
 
     expect_refusal(what, play, code)
 

@@ -7,8 +7,8 @@ import grpc
 
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
-from arramon_client.conformance.outcomes import expect, expect_equal, expect_refusal
-from arramon_client.conformance.player import Player, forfeit, without_clocks
+from arramon_client.conformance.assertions import expect, expect_equal, expect_refusal
+from arramon_client.conformance.raw_stream import RawStream, forfeit, without_clocks
 from arramon_client.conformance.runs import check_time
 from arramon_client.conformance.suite import check
 from arramon_client.conformance.target import FORWARD, INTERACT, LEFT, RIGHT, Target
@@ -28,14 +28,14 @@ def ended(target: Target) -> None:
     target.check_bounded(run)
     ends: list[pb.EpisodeEnded] = []
     over: list[pb.Run] = []
-    with target.play(run, min(OPEN_AT_ONCE, target.info.max_episodes_per_stream)) as player:
-        for event in player.rest():
+    with target.play(run, min(OPEN_AT_ONCE, target.info.max_episodes_per_stream)) as stream:
+        for event in stream.rest():
             kind = event.WhichOneof("event")
             expect(not over, f"after `run_ended` the stream sent {kind}, expected its end")
             if kind == "observation" and event.observation.step == 0:
-                player.act(event.observation, LEFT)
+                stream.act(event.observation, LEFT)
             elif kind == "observation":
-                player.send(forfeit(event.observation.episode_id))
+                stream.send(forfeit(event.observation.episode_id))
             elif kind == "episode_ended":
                 ends.append(event.episode_ended)
             elif kind == "run_ended":
@@ -58,16 +58,16 @@ def ended(target: Target) -> None:
 def one_cause(target: Target) -> None:
     """An episode that has ended keeps its cause, and is not played on, whatever is sent for it."""
     run = target.create(episodes=2)
-    with target.play(run) as player:
-        _, _, start = player.begin()
-        player.send(forfeit(start.episode_id))
-        first = player.next("episode_ended")
-        following = player.observation()
+    with target.play(run) as stream:
+        _, _, start = stream.begin()
+        stream.send(forfeit(start.episode_id))
+        first = stream.next("episode_ended")
+        following = stream.observation()
         expect(following.episode_id != start.episode_id, "an episode that has ended was offered again")
-        player.act(start, LEFT)
-        player.send(forfeit(start.episode_id))
-        player.act(following, LEFT)  # Answered after the acts for the ended episode.
-        while (event := player.event()) is not None and event.WhichOneof("event") != "observation":
+        stream.act(start, LEFT)
+        stream.send(forfeit(start.episode_id))
+        stream.act(following, LEFT)  # Answered after the acts for the ended episode.
+        while (event := stream.event()) is not None and event.WhichOneof("event") != "observation":
             kind = event.WhichOneof("event")
             is_right = kind == "problem" or (kind == "episode_ended" and event.episode_ended == first)
             expect(
@@ -98,10 +98,10 @@ def over(target: Target) -> None:
     """A stream opened on a run that has ended gets `run_ended`, and is closed."""
     run = target.create()
     target.cancel(run)
-    with target.play(run) as player:
-        found = player.next("run_ended", ("opened",)).run
+    with target.play(run) as stream:
+        found = stream.next("run_ended", ("opened",)).run
         expect_equal("the state of the run", pb.RunState.Name(found.state), "RUN_STATE_CANCELLED")
-        expect(player.event() is None, "after `run_ended` the stream went on, expected its end")
+        expect(stream.event() is None, "after `run_ended` the stream went on, expected its end")
 
 
 @check("results.report", runs=1)
@@ -155,8 +155,8 @@ def deterministic(target: Target) -> None:
     rows = []
     for _ in range(2):
         run = target.create(sensors=sensors)
-        with target.play(run, image_size=target.smallest()) as player:
-            seen.append(_observations(player))
+        with target.play(run, image_size=target.smallest()) as stream:
+            seen.append(_observations(stream))
         target.cancel(run)
         rows.append(list(target.call("GetReport", pb.GetReportRequest(run_id=run.run_id)).rows))
     first, second = seen
@@ -166,13 +166,13 @@ def deterministic(target: Target) -> None:
     expect(rows[0] == rows[1], "the same actions gave other scores, expected the same")
 
 
-def _observations(player: Player) -> dict[int, pb.Observation]:
+def _observations(stream: RawStream) -> dict[int, pb.Observation]:
     """Play the first episode; return its observations by step."""
-    _, _, start = player.begin()
+    _, _, start = stream.begin()
     seen = {0: without_clocks(start)}
     for step, action in enumerate(ACTIONS):
-        player.send(pb.Act(episode_id=start.episode_id, step=step, action=action))
-        while (event := player.event()) is not None and event.WhichOneof("event") == "phase_ended":
+        stream.send(pb.Act(episode_id=start.episode_id, step=step, action=action))
+        while (event := stream.event()) is not None and event.WhichOneof("event") == "phase_ended":
             pass
         if event is None or event.WhichOneof("event") != "observation":
             break
@@ -183,11 +183,11 @@ def _observations(player: Player) -> dict[int, pb.Observation]:
 def _played(target: Target) -> tuple[pb.Run, dict[str, list[int]]]:
     """Play a few steps of a run and cancel it; return it, and the actions sent, by episode."""
     run = target.create()
-    with target.play(run) as player:
-        _, _, seen = player.begin()
+    with target.play(run) as stream:
+        _, _, seen = stream.begin()
         for action in (LEFT, RIGHT):
-            player.act(seen, action)
-            seen = player.observation()
+            stream.act(seen, action)
+            seen = stream.observation()
     target.cancel(run)
     return run, {seen.episode_id: [int(LEFT), int(RIGHT)]}
 

@@ -3,8 +3,8 @@
 from datetime import datetime, timedelta
 
 from arramon.v1 import evaluation_pb2 as pb
-from arramon_client.conformance.outcomes import expect, expect_equal, need
-from arramon_client.conformance.player import forfeit
+from arramon_client.conformance.assertions import expect, expect_equal, need
+from arramon_client.conformance.raw_stream import forfeit
 from arramon_client.conformance.suite import check
 from arramon_client.conformance.target import AGENT, Target
 from arramon_client.transport.incoming import RUN_ID
@@ -80,9 +80,9 @@ def order(target: Target) -> None:
     _need_open(target)
     sets = []
     for number in (1, 2):
-        with target.play(target.create(episodes=number), number) as player:
-            player.next("opened")
-            sets.append({player.observation().episode_id for _ in range(number)})
+        with target.play(target.create(episodes=number), number) as stream:
+            stream.next("opened")
+            sets.append({stream.observation().episode_id for _ in range(number)})
     first, both = sets
     expect(len(both) == 2, f"a run of 2 episodes offered {sorted(both)}, expected 2")
     expect(
@@ -94,18 +94,18 @@ def order(target: Target) -> None:
 def chosen(target: Target) -> None:
     """A run of named episodes has exactly these, in the order in which they were named."""
     _need_open(target)
-    with target.play(target.create(episodes=2), 2) as player:
-        player.next("opened")
-        named = [player.observation().episode_id for _ in range(2)][::-1]
+    with target.play(target.create(episodes=2), 2) as stream:
+        stream.next("opened")
+        named = [stream.observation().episode_id for _ in range(2)][::-1]
     run = target.create(episodes=0, episode_ids=named)
     expect_equal("the number of episodes of a run of 2 named ones", run.episodes, 2)
     found = []
-    with target.play(run) as player:
-        player.next("opened")
+    with target.play(run) as stream:
+        stream.next("opened")
         for _ in named:
-            found.append(player.observation().episode_id)
-            player.send(forfeit(found[-1]))
-            player.next("episode_ended")
+            found.append(stream.observation().episode_id)
+            stream.send(forfeit(found[-1]))
+            stream.next("episode_ended")
     expect_equal("the list of episodes played", found, named)
 
 

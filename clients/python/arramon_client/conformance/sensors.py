@@ -2,7 +2,7 @@
 
 import math
 
-from arramon_client.conformance.outcomes import expect, expect_equal
+from arramon_client.conformance.assertions import expect, expect_equal
 from arramon_client.conformance.suite import check
 from arramon_client.conformance.target import Target
 from arramon_client.transport.images import ImageDecoder
@@ -14,8 +14,8 @@ def asked(target: Target) -> None:
     everything = ("rgb", "depth", "segmentation", "pose")
     offered = [name for name in everything if name in target.split.sensors]
     for names in ([], offered):
-        with target.play(target.create(sensors=names), image_size=target.smallest()) as player:
-            opened, started, seen = player.begin()
+        with target.play(target.create(sensors=names), image_size=target.smallest()) as stream:
+            opened, started, seen = stream.begin()
         found = [name for name in everything if seen.HasField(name)]  # type: ignore[arg-type]
         expect_equal("the list of sensors in the observation", found, names)
         expect(not started.HasField("oracle"), "the episode came with the oracle, which the run did not ask for")
@@ -27,8 +27,8 @@ def asked(target: Target) -> None:
 def oracle(target: Target) -> None:
     """With the sensor "oracle", an episode starts with its start pose and one target per turn."""
     target.need_sensor("oracle")
-    with target.play(target.create(sensors=["oracle", "pose"])) as player:
-        _, started, seen = player.begin()
+    with target.play(target.create(sensors=["oracle", "pose"])) as stream:
+        _, started, seen = stream.begin()
     expect(started.HasField("oracle"), "the episode came without the oracle, which the run requested")
     expect_equal("the number of targets", len(started.oracle.targets), 2)
     start, pose = started.oracle.start, seen.pose
@@ -41,8 +41,8 @@ def segmentation(target: Target) -> None:
     """Every pixel of a segmentation is an index into the stream's labels, each of which has a kind."""
     target.need_sensor("segmentation")
     run = target.create(sensors=["segmentation"])
-    with target.play(run, image_size=target.smallest()) as player:
-        opened, _, seen = player.begin()
+    with target.play(run, image_size=target.smallest()) as stream:
+        opened, _, seen = stream.begin()
     expect(all(label.kind for label in opened.labels), "a label has no kind, expected a word such as 'road'")
     most = int(ImageDecoder().segmentation(seen.segmentation).max())
     expect(

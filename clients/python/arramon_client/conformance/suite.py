@@ -7,7 +7,7 @@ from enum import Enum
 
 import grpc
 
-from arramon_client.conformance.outcomes import Skipped, Violation
+from arramon_client.conformance.assertions import Skipped, Violation
 from arramon_client.conformance.target import Target
 from arramon_client.errors import ArramonClientError, UsageError
 from arramon_client.transport.incoming import details_of
@@ -40,7 +40,7 @@ def check(name: str, *, runs: int = 0) -> Callable[[Callable[[Target], None]], C
     return make
 
 
-class Outcome(Enum):
+class CheckOutcome(Enum):
     """Outcome of a check."""
 
     PASSED = "passed"
@@ -49,16 +49,16 @@ class Outcome(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Result:
+class CheckResult:
     """Result of one check; `reason` says why it failed or was skipped, and is empty if it passed."""
 
     check: Check
-    outcome: Outcome
+    outcome: CheckOutcome
     reason: str
     seconds: float
 
 
-def run_checks(target: Target, checks: Sequence[Check]) -> Iterator[Result]:
+def run_checks(target: Target, checks: Sequence[Check]) -> Iterator[CheckResult]:
     """Run checks in order, and yield each result once the check's runs are cancelled."""
     for each in checks:
         started = time.monotonic()
@@ -66,9 +66,9 @@ def run_checks(target: Target, checks: Sequence[Check]) -> Iterator[Result]:
             outcome, reason = _outcome(each, target)
         finally:
             problems = target.clean_up()
-        if problems and outcome is not Outcome.FAILED:
-            outcome, reason = Outcome.FAILED, "; ".join(problems)
-        yield Result(each, outcome, reason, time.monotonic() - started)
+        if problems and outcome is not CheckOutcome.FAILED:
+            outcome, reason = CheckOutcome.FAILED, "; ".join(problems)
+        yield CheckResult(each, outcome, reason, time.monotonic() - started)
 
 
 def select(checks: Sequence[Check], names: Sequence[str]) -> list[Check]:
@@ -84,13 +84,13 @@ def select(checks: Sequence[Check], names: Sequence[str]) -> list[Check]:
     return [each for each in checks if not names or {each.name, each.name.partition(".")[0]} & set(names)]
 
 
-def _outcome(each: Check, target: Target) -> tuple[Outcome, str]:
+def _outcome(each: Check, target: Target) -> tuple[CheckOutcome, str]:
     try:
         each.work(target)
     except Skipped as skipped:
-        return Outcome.SKIPPED, str(skipped)
+        return CheckOutcome.SKIPPED, str(skipped)
     except (Violation, ArramonClientError) as violation:
-        return Outcome.FAILED, str(violation)
+        return CheckOutcome.FAILED, str(violation)
     except grpc.RpcError as error:
-        return Outcome.FAILED, f"the server answered {error.code().name}: {details_of(error) or 'no message'}"
-    return Outcome.PASSED, ""
+        return CheckOutcome.FAILED, f"the server answered {error.code().name}: {details_of(error) or 'no message'}"
+    return CheckOutcome.PASSED, ""

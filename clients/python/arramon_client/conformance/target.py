@@ -8,8 +8,8 @@ import grpc
 
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
-from arramon_client.conformance.outcomes import Skipped, need
-from arramon_client.conformance.player import Metadata, Player
+from arramon_client.conformance.assertions import Skipped, need
+from arramon_client.conformance.raw_stream import Metadata, RawStream
 from arramon_client.errors import UsageError
 from arramon_client.transport.connection import METADATA, Server
 from arramon_client.transport.incoming import details_of
@@ -106,14 +106,14 @@ class Target:
         found: pb.Run = self.call("GetRun", pb.GetRunRequest(run_id=run.run_id))
         return found
 
-    def play(self, run: pb.Run, max_episodes: int = 1, **fields: Any) -> Player:
+    def play(self, run: pb.Run, max_episodes: int = 1, **fields: Any) -> RawStream:
         """Open a stream on a run."""
         opening = pb.Open(run_id=run.run_id, max_episodes=max_episodes, **fields)
         return self.play_raw(pb.PlayRequest(open=opening))
 
-    def play_raw(self, first: pb.PlayRequest, metadata: Metadata = METADATA) -> Player:
+    def play_raw(self, first: pb.PlayRequest, metadata: Metadata = METADATA) -> RawStream:
         """Open a stream with this first message."""
-        return Player(self.server.stub, first, timeout=self.timeout, metadata=metadata)
+        return RawStream(self.server.stub, first, timeout=self.timeout, metadata=metadata)
 
     def pose_sensors(self) -> list[str]:
         """Return one sensor that depends on the agent's pose, as a list; empty if the split offers none."""

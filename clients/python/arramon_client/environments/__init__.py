@@ -1,4 +1,4 @@
-"""Environments: the benchmark as Gymnasium and PettingZoo know it, in this process or on a host.
+"""Gymnasium and PettingZoo environments of the benchmark, played in this process or on a host.
 
 Importing this package registers `arramon/ArraMon-v0` and `arramon/ArraMonRoom-v0` with Gymnasium. It needs the extra
 `arramon-client[environments]`, and the server package unless `server` names a host: see `docs/environments.md`.

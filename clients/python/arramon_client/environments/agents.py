@@ -1,4 +1,4 @@
-"""The two agents of an episode, `navigator` and `assembler`, each with its own phases, for PettingZoo."""
+"""One episode shared by two agents, `navigator` and `assembler`: the core of the PettingZoo environments."""
 
 from typing import Any
 
@@ -8,8 +8,8 @@ from gymnasium import spaces
 from gymnasium.utils import seeding
 
 from arramon_client.agent import Observation
-from arramon_client.environments.arguments import seed_of, whole
-from arramon_client.environments.episodes import Episodes, checked
+from arramon_client.environments.arguments import check_seed, whole_number
+from arramon_client.environments.episodes import Episodes, check_action
 from arramon_client.environments.errors import BadArgument
 from arramon_client.environments.options import make_options
 from arramon_client.environments.players import open_player
@@ -20,48 +20,48 @@ from arramon_client.world import ASSEMBLY, NAVIGATION, PHASES
 NAVIGATOR, ASSEMBLER = "navigator", "assembler"
 AGENTS = (NAVIGATOR, ASSEMBLER)
 AGENT_OF = {NAVIGATION: NAVIGATOR, ASSEMBLY: ASSEMBLER}
-"""Which agent acts in a phase."""
+"""The agent that acts in each phase."""
 
 PHASE_OF = {agent: phase for phase, agent in AGENT_OF.items()}
 
-OWN = ("render_mode", "message_length")
-"""Arguments besides those of a single environment."""
+OWN_ARGUMENTS = ("render_mode", "message_length")
+"""Arguments that a single environment does not have."""
 
 ACTIVE, MESSAGE = "active", "message"
-"""Keys of an observation besides those of a single environment; the latter only where there are messages."""
+"""Observation keys that a single environment does not have; MESSAGE only if `message_length` is above 0."""
 
 MESSAGE_SYMBOLS = 32
-"""Symbols of a message; 0 stands for nothing."""
+"""Size of the alphabet of messages; symbol 0 means "no message"."""
 
 
 class TwoAgents(Copyable):
-    """An episode that two agents play by turns: what the AEC environment and its parallel form share.
+    """An episode played alternately by two agents; shared by the AEC environment and the parallel one.
 
     Args:
-        message_length: symbols that an agent may tell the other with each action; 0 for none.
+        message_length: number of symbols that an agent sends to the other with each action; 0 for no messages.
         options: the fields of `arramon_client.environments.options.Options`.
 
     Raises:
-        BadArgument: if an argument is wrong; the message says what would be right.
-        NoBackend: if there is no host, and the server package is not installed.
+        BadArgument: if an argument is wrong; the message states what was expected.
+        NoBackend: if no host is named, and the server package is not installed.
 
     Attributes:
-        action_spaces, observation_spaces: by agent.
-        active: the agent whose phase it is; after the end, the one that acted last.
+        action_spaces, observation_spaces: the spaces of each agent, by name.
+        active: name of the agent that acts now; after the end of the episode, of the one that acted last.
         is_over: whether the episode has ended.
     """
 
-    MADE_AGAIN = ("_episodes", "_translator")
+    REBUILT = ("_episodes", "_translator")
 
     def __init__(self, message_length: int, **options: object) -> None:
-        self._length = whole("message_length", message_length, "a number from 0", 0)
+        self._length = whole_number("message_length", message_length, "a number from 0", 0)
         if options.get("phases") is not None:
-            raise BadArgument("phases is given, but here each phase has its agent; leave it out")
+            raise BadArgument("phases cannot be given here: each phase is played by its own agent")
         more = (ACTIVE, MESSAGE) if self._length else (ACTIVE,)
-        opened = open_player(make_options(OWN, more, **options))
+        opened = open_player(make_options(OWN_ARGUMENTS, more, **options))
         observe = opened.options.observe
         self._more = tuple(key for key in more if observe is None or key in observe)
-        self._play_with(Episodes(opened))
+        self._set_episodes(Episodes(opened))
         self.action_spaces = {agent: self._action_space() for agent in AGENTS}
         self.observation_spaces = {agent: self._observation_space(opened.observation_space()) for agent in AGENTS}
         self._random: np.random.Generator | None = None
@@ -71,8 +71,8 @@ class TwoAgents(Copyable):
         self.active = NAVIGATOR
         self.is_over = True
 
-    def _play_with(self, episodes: Episodes) -> None:
-        """Set what is not part of a copy's state, as it is made again."""
+    def _set_episodes(self, episodes: Episodes) -> None:
+        """Set the attributes that a copy rebuilds instead of copying."""
         self._episodes = episodes
         self._translator = episodes.opened.translator()
 
@@ -80,10 +80,10 @@ class TwoAgents(Copyable):
         """Begin an episode, and return its info.
 
         Raises:
-            BadArgument: if there is no episode of a given id.
+            BadArgument: if `options` names an unknown episode or language.
         """
         if seed is not None or self._random is None:
-            self._random, _ = seeding.np_random(seed_of(seed))
+            self._random, _ = seeding.np_random(check_seed(seed))
         seen, info = self._episodes.begin(self._random, options)
         self._seen = dict.fromkeys(AGENTS)
         self._last_actions = dict.fromkeys(AGENTS, NO_ACTION)
@@ -96,17 +96,17 @@ class TwoAgents(Copyable):
         """Apply the active agent's action, and return its reward and info.
 
         Args:
-            action: 0 to 3, or with messages `{"action": 0 to 3, "message": symbols}`.
+            action: 0 to 3; with messages `{"action": 0 to 3, "message": symbols}`.
 
         Raises:
-            gymnasium.error.InvalidAction: if it is not of that form.
+            gymnasium.error.InvalidAction: if the action does not have that form.
             gymnasium.error.ResetNeeded: if the episode has ended.
         """
         agent = self.active
         other = ASSEMBLER if agent == NAVIGATOR else NAVIGATOR
         if self.is_over:
             raise gymnasium.error.ResetNeeded("the episode has ended; call reset() before step()")
-        taken, message = self._parted(action)
+        taken, message = self._split_action(action)
         step, info = self._episodes.step(taken)
         self._last_actions[agent] = taken
         self._messages[other] = message
@@ -116,13 +116,13 @@ class TwoAgents(Copyable):
         return step.reward, info
 
     def observation(self, agent: str) -> Dict:
-        """Return an agent's observation: what it last saw in a phase of its own, and before the first, nothing.
+        """Return an agent's latest observation in a phase of its own; a blank one before its first phase.
 
         Raises:
             gymnasium.error.ResetNeeded: if no episode has begun.
         """
-        values = self._translator.chosen(self._whole(agent))
-        # The same observation is returned more than once, and never shares an array with an earlier one.
+        values = self._translator.select_keys(self._full_observation(agent))
+        # The same observation may be returned several times; each gets its own arrays.
         values = {name: value.copy() if isinstance(value, np.ndarray) else value for name, value in values.items()}
         if ACTIVE in self._more:
             values[ACTIVE] = np.int64(agent == self.active and not self.is_over)
@@ -130,9 +130,9 @@ class TwoAgents(Copyable):
             values[MESSAGE] = self._messages[agent].copy()
         return values
 
-    def shown(self) -> Dict:
-        """Return the observation of the agent that acts, with all keys, for a picture."""
-        return self._whole(self.active)
+    def active_observation(self) -> Dict:
+        """Return the active agent's observation with all keys, for rendering."""
+        return self._full_observation(self.active)
 
     def close(self) -> None:
         """Close the player."""
@@ -158,8 +158,8 @@ class TwoAgents(Copyable):
             space[MESSAGE] = spaces.MultiDiscrete([MESSAGE_SYMBOLS] * self._length)
         return space
 
-    def _whole(self, agent: str) -> Dict:
-        """Return an agent's observation with the keys of a single environment; blank before its first phase.
+    def _full_observation(self, agent: str) -> Dict:
+        """Return an agent's observation with all keys of a single environment; a blank one before its first phase.
 
         Raises:
             gymnasium.error.ResetNeeded: if no episode has begun.
@@ -168,8 +168,8 @@ class TwoAgents(Copyable):
             raise gymnasium.error.ResetNeeded("no episode has begun; call reset() first")
         seen = self._seen[agent]
         if seen is not None:
-            return self._translator.whole(seen, self._last_actions[agent])
-        # No instruction, black images, no steps left.
+            return self._translator.full_observation(seen, self._last_actions[agent])
+        # A blank observation: no instruction, black images, no steps left.
         values: Dict = {}
         for name, space in self.observation_spaces[agent].items():
             if isinstance(space, spaces.Box):
@@ -180,14 +180,14 @@ class TwoAgents(Copyable):
         values["last_action"] = np.int64(NO_ACTION)
         return values
 
-    def _parted(self, action: Any) -> tuple[int, Any]:
-        """Return action and message."""
-        nothing = np.zeros(self._length, np.int64)
+    def _split_action(self, action: Any) -> tuple[int, Any]:
+        """Return the checked action and message."""
         if not self._length:
-            return checked(action), nothing
+            return check_action(action), np.zeros(0, np.int64)
         if not isinstance(action, dict) or action.keys() != {"action", "message"}:
             raise gymnasium.error.InvalidAction(
-                f"the action is {action!r}, expected a dictionary of 'action' and 'message', as there are messages"
+                f"the action is {action!r}, expected a dictionary of 'action' and 'message', as message_length is "
+                f"{self._length}"
             )
         message = np.asarray(action["message"])
         is_right = message.shape == (self._length,) and message.dtype.kind in "iu"
@@ -195,4 +195,4 @@ class TwoAgents(Copyable):
             raise gymnasium.error.InvalidAction(
                 f"the message is {action['message']!r}, expected {self._length} symbols from 0 to {MESSAGE_SYMBOLS - 1}"
             )
-        return checked(action["action"]), message.astype(np.int64)
+        return check_action(action["action"]), message.astype(np.int64)

@@ -1,4 +1,4 @@
-"""The contract between an environment and what plays its episodes: in this process, or on a host over gRPC."""
+"""The interface between environments and the players of their episodes, in this process or on a host over gRPC."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -11,26 +11,26 @@ from arramon_client.agent import Label, Observation
 from arramon_client.world import NAVIGATION, PHASES
 
 REWARDS = ("sparse", "progress", "none")
-"""Names of the rewards."""
+"""Names of the reward functions."""
 
 EXPERTS = ("reference", "shortest")
-"""Names of the experts: along the reference path, which is what the instruction tells, or the shortest way."""
+"""Names of the experts: along the reference path that the instruction describes, or along the shortest path."""
 
 Images = Mapping[str, npt.NDArray[Any]]
-"""Arrays by sensor, into which the images of an observation are written: "rgb", "depth", "segmentation"."""
+"""Output arrays for the images of an observation, by sensor: "rgb", "depth", "segmentation"."""
 
 Scores = Mapping[str, Mapping[str, float]]
-"""Value by metric, for "turn 1", "turn 2" and "total", their mean."""
+"""Scores by row ("turn 1", "turn 2", and their mean "total") and metric."""
 
 
 @dataclass(frozen=True)
-class Texts:
-    """What the instructions of a split in one language are made of.
+class TextBounds:
+    """Alphabet and maximum length of a split's instructions in one language.
 
     Attributes:
         alphabet: every character that occurs, sorted.
-        longest: characters of the longest instruction.
-        longest_utf8: bytes of the longest instruction in UTF-8.
+        longest: length of the longest instruction in characters.
+        longest_utf8: length of the longest instruction in UTF-8 bytes.
     """
 
     alphabet: str
@@ -40,17 +40,17 @@ class Texts:
 
 @dataclass(frozen=True)
 class SplitInfo:
-    """What an environment has to know of a split.
+    """Description of a split.
 
     Attributes:
-        name: such as "val_seen".
-        hidden: whether there are neither rewards nor scores of single episodes.
-        sensors: that may be asked for.
-        steps_per_phase: the step limit of a phase.
-        data_hash: SHA-256 of the split's files, in hexadecimal; empty for tasks that are drawn.
-        texts: by language.
-        episode_ids: episodes in the language that is played, in playing order; None if the host does not tell, or the
-            episodes are drawn without end.
+        name: the split's name, for example "val_seen".
+        hidden: whether the split is hidden: it then has neither rewards nor scores of single episodes.
+        sensors: the sensors that the split offers.
+        steps_per_phase: step limit of a phase.
+        data_hash: SHA-256 of the split's files, in hexadecimal; empty for randomly drawn tasks.
+        texts: alphabet and lengths of the instructions, by language.
+        episode_ids: ids of the episodes in the language played, in playing order; None if the host does not list them,
+            or the tasks are drawn at random without end.
     """
 
     name: str
@@ -58,25 +58,25 @@ class SplitInfo:
     sensors: tuple[str, ...]
     steps_per_phase: int
     data_hash: str
-    texts: Mapping[str, Texts]
+    texts: Mapping[str, TextBounds]
     episode_ids: Sequence[str] | None = field(default=None, repr=False)
 
 
 @dataclass(frozen=True)
-class Settings:
-    """What is played, and how. A backend checks them against its data; `options.check_settings` does the rest.
+class PlayerSettings:
+    """Settings of a player. The backend checks them against its data; `options.make_options` checks the rest.
 
     Attributes:
-        language: of the instructions.
+        language: language of the instructions.
         split: name of the split.
-        sensors: in the observations.
+        sensors: sensors of the observations.
         image_size: side length of images, in pixels.
         reward: one of `REWARDS`.
-        expert: one of `EXPERTS`, if the expert's action is wanted with each observation; None if not.
-        phases: that the agent plays; in the others the ground truth is played.
-        turn: 1 or 2; what comes before is played by the ground truth.
-        start: the phase of that turn with which the agent begins.
-        steps_per_phase: the step limit of a phase; None for the benchmark's, or the host's.
+        expert: one of `EXPERTS`, to get the expert's action with each observation; None for no expert.
+        phases: phases that the agent plays; the ground truth is played in the others.
+        turn: turn in which the agent begins, 1 or 2; the ground truth is played before it.
+        start: phase of that turn in which the agent begins.
+        steps_per_phase: step limit of a phase; None for the default of the benchmark or the host.
     """
 
     language: str
@@ -92,12 +92,12 @@ class Settings:
 
 
 @dataclass(frozen=True)
-class Ending:
+class EpisodeEnd:
     """The end of an episode.
 
     Attributes:
         cause: "AGENT_FINISHED", "STEP_LIMIT", ...
-        scores: None on hidden splits, and on a host as long as the run goes on.
+        scores: the episode's scores; None on hidden splits, and on a host until the run has ended.
     """
 
     cause: str
@@ -106,109 +106,109 @@ class Ending:
 
 @dataclass(frozen=True)
 class Step:
-    """What one action led to.
+    """Result of one action.
 
     Attributes:
-        observation: None at the episode's end, as nothing is drawn after it, and where none was asked for.
+        observation: the next observation; None at the episode's end, and if none was requested.
         steps_left: steps left in the phase; 0 at the episode's end.
-        reward: as the settings have it.
-        phases_ended: phases that ended with the action, as (turn, phase).
-        ending: None unless the episode has ended.
+        reward: reward of the action, as the settings define it.
+        phases_ended: phases that the action ended, as (turn, phase).
+        ending: the end of the episode; None if it goes on.
     """
 
     observation: Observation | None
     steps_left: int
     reward: float = 0.0
     phases_ended: tuple[tuple[int, str], ...] = ()
-    ending: Ending | None = None
+    ending: EpisodeEnd | None = None
 
 
 class Player(Protocol):
-    """Plays one episode at a time."""
+    """Plays episodes one at a time."""
 
     @property
     def split(self) -> SplitInfo:
-        """The split that is played."""
+        """The split being played."""
 
     @property
     def labels(self) -> tuple[Label, ...]:
-        """Meaning of a segmentation's values, by index; empty without that sensor, and before the first episode."""
+        """Label of each segmentation value, by index; empty without that sensor, and before the first episode."""
 
     @property
     def episode_id(self) -> str:
-        """Id of the present episode."""
+        """Id of the current episode."""
 
     @property
     def place(self) -> str:
-        """Name of the place where the agent is; of players in one place, one after another is drawn fastest."""
+        """Name of the scene around the agent; players in the same scene are rendered fastest one after another."""
 
     def begin(
-        self, episode_id: str | None, seed: int, into: Images | None = None, *, draws: bool = True
+        self, episode_id: str | None, seed: int, into: Images | None = None, *, with_images: bool = True
     ) -> Observation:
-        """Begin an episode, giving up the present one if it has not ended.
+        """Begin an episode, forfeiting the current one if it has not ended.
 
         Args:
-            episode_id: the episode; None for the next of the run on a host, and for a drawn task.
-            seed: of a drawn task.
-            into: arrays to write the images to, of the shapes and types of `Observation`; new ones by default.
-            draws: whether the observation has its images; `draw` draws them later.
+            episode_id: id of the episode; None for the next episode of a host's run, or for a randomly drawn task.
+            seed: seed of a randomly drawn task.
+            into: arrays to write the images to, with the shapes and types of `Observation`; new ones by default.
+            with_images: whether to render the images; without them, `draw` renders them later.
 
         Raises:
             UsageError: if there is no such episode.
         """
 
     def step(self, action: int) -> Step:
-        """Apply an action, one of `Action`, and return what it led to, with an observation."""
+        """Apply an action, one of `Action`, and return its result with an observation."""
 
     def advance(self, action: int) -> Step:
-        """Apply an action, and return what it led to, without an observation: `again` and `draw` draw it."""
+        """Apply an action, and return its result without an observation, which `latest` and `draw` provide."""
 
-    def again(self, into: Images | None = None) -> Observation:
-        """Return the latest observation again; its images may be those of the first time.
+    def latest(self, into: Images | None = None) -> Observation:
+        """Return the latest observation; its images may be the same arrays as before.
 
         Args:
             into: as for `begin`.
         """
 
-    def facts(self) -> Observation:
+    def latest_without_images(self) -> Observation:
         """Return the latest observation without its images."""
 
     def draw(self, into: Images) -> None:
-        """Write the images of the latest observation to arrays, of the shapes and types of `Observation`."""
+        """Write the images of the latest observation to arrays with the shapes and types of `Observation`."""
 
     def expert_action(self) -> int:
-        """Return the expert's action in the present state.
+        """Return the expert's action in the current state.
 
         Raises:
             UsageError: if there is no expert: on a host, and on hidden splits.
         """
 
     def map(self, size: int) -> npt.NDArray[np.uint8] | None:
-        """Return a picture of the present phase from above, (size, size, 3); None where the map is not known."""
+        """Return a map of the current phase seen from above, (size, size, 3); None if the map is not known."""
 
     def chain_head(self, run_id: str) -> bytes:
-        """Return the head of the hash chain over the actions of the present episode (`arramon.v1.chain`), 32 bytes."""
+        """Return the head of the hash chain over the current episode's actions (`arramon.v1.chain`), 32 bytes."""
 
     def close(self) -> None:
-        """Free what is held. On a host, end the run."""
+        """Release all resources. On a host, end the run."""
 
 
 class Backend(Protocol):
-    """Something that opens players."""
+    """Factory of players."""
 
-    def player(self, settings: Settings) -> Player:
-        """Return a player.
+    def player(self, settings: PlayerSettings) -> Player:
+        """Return a new player.
 
         Raises:
-            UsageError: if the settings name something that there is not; the message says what there is.
+            UsageError: if the settings name something unknown; the message lists what is known.
         """
 
     def prepare(self) -> None:
-        """Do once what each process would otherwise do for itself, before processes are started."""
+        """Do the work that worker processes can share, before they are started."""
 
     def instructions(self, split: str, language: str) -> list[str]:
         """Return all instruction texts of a split.
 
         Raises:
-            UsageError: if there are none, or they are not known here.
+            UsageError: if there are none, or they are not known in advance.
         """

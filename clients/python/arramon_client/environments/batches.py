@@ -1,7 +1,7 @@
-"""Memory of batched observations: blocks, shared between processes if there are several, that are leased to a learner.
+"""Pool of memory blocks for batched observations, shared between processes if there are several.
 
-Memory that is used again is in the processor's caches; fresh memory costs a page fault for every 4 kB. In this process
-it lies in large pages where the system has them: writing a frame then takes 7% less, as fewer addresses are looked up.
+Reused memory is in the processor's caches, while fresh memory costs a page fault for every 4 kB. In a single process
+the blocks use large pages where the system has them: writing a frame takes 7% less time, with fewer address look-ups.
 """
 
 import ctypes
@@ -16,24 +16,24 @@ from gymnasium import spaces
 from gymnasium.vector.utils import batch_space
 
 Arrays = dict[str, npt.NDArray[Any]]
-"""Observations of a batch: by name an array of (episodes, ...). Texts are not part of it."""
+"""Observations of a batch, without texts: by key, an array of (episodes, ...)."""
 
 BLOCKS = 4
-"""Batches that may be in use at once without being copied: what is written, and what a learner still holds."""
+"""Batches that may be in use at once without being copied: the one being written, and those that a learner holds."""
 
 ALIGNMENT = 64
-"""Arrays in a block begin at multiples of this, in bytes."""
+"""Alignment of the arrays in a block, in bytes."""
 
 LARGE_PAGE = 1 << 21
-"""Bytes of a large page."""
+"""Size of a large page in bytes."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Batch:
-    """What a step leads to, in one block of memory.
+class VectorBatch:
+    """Results of a step for a batch of episodes, in one block of memory.
 
     Attributes:
-        observation: by name an array of (episodes, ...).
+        observation: by key, an array of (episodes, ...).
         rewards: (episodes,) float64.
         terminated, truncated: (episodes,) bool.
     """
@@ -43,21 +43,21 @@ class Batch:
     terminated: npt.NDArray[np.bool_]
     truncated: npt.NDArray[np.bool_]
 
-    def copy(self) -> "Batch":
-        """Return a copy in memory of its own."""
+    def copy(self) -> "VectorBatch":
+        """Return a copy in newly allocated memory."""
         values = {name: array.copy() for name, array in self.observation.items()}
-        return Batch(values, self.rewards.copy(), self.terminated.copy(), self.truncated.copy())
+        return VectorBatch(values, self.rewards.copy(), self.terminated.copy(), self.truncated.copy())
 
 
-class Layout:
-    """Shapes and types of a batch, and where each array lies in a block.
+class BatchLayout:
+    """Shapes, types and offsets of a batch's arrays in a block.
 
     Args:
-        space: of a single observation.
+        space: space of a single observation.
         count: number of episodes.
 
     Attributes:
-        size: bytes of a block.
+        size: size of a block in bytes.
     """
 
     def __init__(self, space: spaces.Dict, count: int) -> None:
@@ -73,25 +73,25 @@ class Layout:
         self.size += -(-int(np.prod(shape)) * kind.itemsize // ALIGNMENT) * ALIGNMENT
         return shape, kind, start
 
-    def over(self, block: Any) -> Batch:
-        """Return arrays over a block of memory, which lives as long as one of them does."""
+    def over(self, block: Any) -> VectorBatch:
+        """Return arrays that view a block of memory and keep it alive."""
         values = {name: np.ndarray(shape, kind, block, offset) for name, (shape, kind, offset) in self._fields.items()}
-        return Batch(values, *(np.ndarray(shape, kind, block, offset) for shape, kind, offset in self._outcome))
+        return VectorBatch(values, *(np.ndarray(shape, kind, block, offset) for shape, kind, offset in self._outcome))
 
 
-class Leases:
-    """Blocks of memory: each is handed out again when no array over it is left, the last one that became free first.
+class BlockPool:
+    """Pool of memory blocks: a leased block is free again once no array views it; the last one freed is reused first.
 
     Args:
-        layout: of a batch.
-        context: of the processes that share the blocks; None for memory of this process.
+        layout: layout of a batch.
+        context: multiprocessing context of the processes that share the blocks; None for memory of this process alone.
         count: number of blocks.
 
     Attributes:
-        blocks: all of them.
+        blocks: all blocks, by number.
     """
 
-    def __init__(self, layout: Layout, context: BaseContext | None, count: int) -> None:
+    def __init__(self, layout: BatchLayout, context: BaseContext | None, count: int) -> None:
         self._layout = layout
         if context is None:
             self.blocks: list[Any] = [_own_memory(layout.size) for _ in range(count)]
@@ -101,25 +101,25 @@ class Leases:
         self._leased: dict[int, weakref.ref[Any]] = {}
 
     @property
-    def free(self) -> int:
-        """Number of blocks that may be taken."""
+    def free_count(self) -> int:
+        """Number of free blocks."""
         return len(self._free)
 
     def take(self) -> int:
-        """Return the number of a block, which is free no more.
+        """Reserve a free block, and return its number.
 
         Raises:
-            IndexError: if none is free.
+            IndexError: if no block is free.
         """
         return self._free.pop()
 
-    def give_back(self, number: int) -> None:
-        """Make a block free that was taken and not handed out."""
+    def release(self, number: int) -> None:
+        """Free a block that was taken but not leased."""
         self._free.append(number)
 
-    def handed_out(self, number: int) -> Batch:
-        """Return arrays over a block that was taken, for a learner: it is free again when none of them is left."""
-        # An object of its own, so that the end of all arrays over it is noticed: they hold it, not the block.
+    def lease(self, number: int) -> VectorBatch:
+        """Return a learner's view of a block that was taken; the block is free again once no array views it."""
+        # The arrays hold this object instead of the block, so that its end tells when the last array is gone.
         lease = (ctypes.c_ubyte * self._layout.size).from_buffer(self.blocks[number])
         free = self._free
         self._leased[number] = weakref.ref(lease, lambda _: free.append(number))
@@ -127,8 +127,8 @@ class Leases:
 
 
 def _own_memory(size: int) -> npt.NDArray[np.uint8]:
-    """Return memory of this process, (size,) uint8, which begins with a large page if it is longer than one."""
+    """Return memory of this process, (size,) uint8, aligned to large pages if it is larger than one."""
     start = LARGE_PAGE if size > LARGE_PAGE else ALIGNMENT
-    memory = np.empty(size + start, np.uint8)  # NumPy asks for large pages by itself, from 4 MB on.
+    memory = np.empty(size + start, np.uint8)  # NumPy requests large pages itself, from 4 MB on.
     first = -memory.ctypes.data % start
     return memory[first : first + size]

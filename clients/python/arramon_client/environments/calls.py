@@ -1,4 +1,4 @@
-"""What is called with a vector environment: which episodes begin, and how; actions, and of which episodes."""
+"""Validation of a vector environment's calls: seeds, reset options, actions and episode numbers."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -7,55 +7,55 @@ import gymnasium
 import numpy as np
 import numpy.typing as npt
 
-from arramon_client.environments.arguments import is_whole, seed_of, whole
-from arramon_client.environments.episodes import checked
+from arramon_client.environments.arguments import check_seed, is_whole_number, whole_number
+from arramon_client.environments.episodes import check_action
 from arramon_client.environments.errors import BadArgument
-from arramon_client.environments.group import Beginning
+from arramon_client.environments.group import EpisodeStart
 
 PER_EPISODE = ("episode", "lang")
-"""Options of a reset that may have a value for each episode."""
+"""Reset options that accept one value for all episodes, or one for each."""
 
 
-def beginnings(
+def episode_starts(
     count: int, seed: int | Sequence[int | None] | None, options: Mapping[str, Any] | None
-) -> list[Beginning | None]:
-    """Return the beginning of each of `count` episodes; None for those that the mask leaves as they are.
+) -> list[EpisodeStart | None]:
+    """Return how each of `count` episodes begins; None for those that the reset mask leaves out.
 
     Args:
-        count: number of the episodes.
-        seed: of the first, and the next number for each further; or one for each.
-        options: of the reset: `episode` and `lang`, one for all or one for each, and `reset_mask`.
+        count: number of episodes.
+        seed: seed of the first episode, incremented for each further one; or one seed for each.
+        options: options of the reset: `episode` and `lang`, one for all or one for each, and `reset_mask`.
 
     Raises:
-        BadArgument: if seeds, options or mask are not as many as the episodes.
+        BadArgument: if the number of seeds, options or mask values is not the number of episodes.
     """
     seeds, mask = _seeds(count, seed), _mask(count, options)
     each: list[dict[str, Any]] = [{} for _ in range(count)]
     for name in PER_EPISODE:
-        for here, value in zip(each, _values(count, name, options), strict=True):
-            here.update({} if value is None else {name: value})
-    return [Beginning(seeds[here], each[here]) if mask[here] else None for here in range(count)]
+        for own, value in zip(each, _values(count, name, options), strict=True):
+            own.update({} if value is None else {name: value})
+    return [EpisodeStart(seeds[index], each[index]) if mask[index] else None for index in range(count)]
 
 
-def actions_of(actions: npt.NDArray[np.int64] | Sequence[int], count: int) -> list[int]:
-    """Return `count` actions as numbers.
+def check_actions(actions: npt.NDArray[np.int64] | Sequence[int], count: int) -> list[int]:
+    """Return the actions as ints, after checking that there are `count` valid ones.
 
     Raises:
-        gymnasium.error.InvalidAction: if one is none of the four, or there are not so many.
+        gymnasium.error.InvalidAction: if their number is different, or one is not 0 to 3.
     """
     if np.ndim(actions) == 0:
         raise gymnasium.error.InvalidAction(f"the actions are {actions!r}, expected {count} in an array")
     if len(actions) != count:
         raise gymnasium.error.InvalidAction(f"there are {len(actions)} actions, expected {count}")
     are_numbers = isinstance(actions, np.ndarray) and actions.dtype.kind in "iu"
-    return [checked(action) for action in (actions.tolist() if are_numbers else actions)]  # type: ignore[union-attr]
+    return [check_action(action) for action in (actions.tolist() if are_numbers else actions)]  # type: ignore[union-attr]
 
 
-def episodes_of(env_id: npt.NDArray[np.int64] | Sequence[int] | None, count: int) -> list[int]:
-    """Return the numbers of episodes, of `count` that there are; all of them for None.
+def episode_numbers(env_id: npt.NDArray[np.int64] | Sequence[int] | None, count: int) -> list[int]:
+    """Return the episode numbers in `env_id`, each below `count`; all of them for None.
 
     Raises:
-        BadArgument: if there is no such episode, or one is named twice.
+        BadArgument: if there is no such episode, or one is repeated.
     """
     if env_id is None:
         return list(range(count))
@@ -64,7 +64,7 @@ def episodes_of(env_id: npt.NDArray[np.int64] | Sequence[int] | None, count: int
     are_numbers = isinstance(env_id, np.ndarray) and env_id.dtype.kind in "iu"
     numbers = env_id.tolist() if are_numbers else list(env_id)  # type: ignore[union-attr]
     for number in numbers:
-        if not (type(number) is int or is_whole(number)) or not 0 <= number < count:
+        if not (type(number) is int or is_whole_number(number)) or not 0 <= number < count:
             raise BadArgument(f"there is no episode {number!r} in env_id; there are 0 to {count - 1}")
     if len(set(numbers)) < len(numbers):
         raise BadArgument(f"env_id is {env_id!r}, expected each episode once")
@@ -77,8 +77,8 @@ def _seeds(count: int, seed: int | Sequence[int | None] | None) -> list[int | No
     if isinstance(seed, Sequence | np.ndarray) and not isinstance(seed, str):
         if len(seed) != count:
             raise BadArgument(f"there are {len(seed)} seeds, expected {count}")
-        return [seed_of(each) for each in seed]
-    first = whole("seed", seed, "None, a whole number from 0, or one for each episode", 0)
+        return [check_seed(each) for each in seed]
+    first = whole_number("seed", seed, "None, a whole number from 0, or one for each episode", 0)
     return [first + number for number in range(count)]
 
 

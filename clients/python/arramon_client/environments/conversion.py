@@ -1,4 +1,4 @@
-"""Texts pass through Gymnasium's wrappers that convert arrays, such as `NumpyToTorch`, which know no texts."""
+"""Support of texts in Gymnasium's array conversion wrappers, such as `NumpyToTorch`."""
 
 import sys
 from types import ModuleType
@@ -9,22 +9,22 @@ import numpy as np
 MODULE = "gymnasium.wrappers.array_conversion"
 
 
-def let_texts_pass() -> None:
-    """Teach the wrappers, if they have been imported, to leave texts and arrays of objects as they are.
+def keep_texts_in_wrappers() -> None:
+    """Make the wrappers, if they have been imported, pass texts and object arrays through unchanged.
 
-    Without it they fail on any text in an observation or an info: they take it apart into characters without end, and
-    PyTorch has no arrays of objects.
+    By default they fail on any text in an observation or info: they recurse endlessly into its characters, and PyTorch
+    has no object arrays.
     """
     wrappers = sys.modules.get(MODULE)
     if wrappers is None or str in wrappers.array_conversion.registry:
         return
     convert = wrappers.array_conversion.dispatch(np.ndarray)
 
-    def leave(value: Any, xp: ModuleType, device: Any = None) -> Any:  # noqa: ARG001 - as the others
+    def keep(value: Any, xp: ModuleType, device: Any = None) -> Any:  # noqa: ARG001 - Gymnasium's signature
         return value
 
-    def numbers(value: Any, xp: ModuleType, device: Any = None) -> Any:
+    def convert_numbers(value: Any, xp: ModuleType, device: Any = None) -> Any:
         return value if value.dtype == object else convert(value, xp, device)
 
-    wrappers.array_conversion.register(str, leave)
-    wrappers.array_conversion.register(np.ndarray, numbers)
+    wrappers.array_conversion.register(str, keep)
+    wrappers.array_conversion.register(np.ndarray, convert_numbers)

@@ -1,4 +1,4 @@
-"""One episode after another as Gymnasium has them: what the single environment, the vector and the two agents share."""
+"""The sequence of episodes behind every kind of environment: choice of the next episode, steps and infos."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -7,36 +7,36 @@ import gymnasium
 import numpy as np
 
 from arramon_client.agent import Action, Observation
-from arramon_client.environments.arguments import is_whole, one_of
+from arramon_client.environments.arguments import check_choice, is_whole_number
 from arramon_client.environments.backend import Player, Step
 from arramon_client.environments.errors import BadArgument
-from arramon_client.environments.players import Opened
+from arramon_client.environments.players import PlayerSet
 from arramon_client.errors import UsageError
 
 ACTIONS = len(Action)
 
 DRAWN_SEEDS = 2**31 - 1
-"""Seeds of drawn tasks are less than this."""
+"""Upper bound of the seeds of randomly drawn tasks, exclusive."""
 
 
 class Episodes:
-    """Episodes of one environment: which comes next, and what is told about each.
+    """The episodes of one environment, one after another.
 
     Args:
-        opened: what is played with.
+        opened: the players and their settings.
 
     Attributes:
-        opened: what is played with.
-        player: plays the present episode, or the next one.
-        is_over: whether there is no episode that takes actions.
-        closed: whether no episode can begin any more.
-        begun: language, id (None for a drawn one or the run's next) and seed of the present episode; None before the
-            first.
-        actions: of the present episode, in order.
-        advised: the expert's action in each of its states, in order; empty without an expert.
+        opened: the players and their settings.
+        player: the player of the current episode.
+        is_over: whether the current episode has ended, or none has begun.
+        closed: whether the environment was closed.
+        begun: language, id (None for a randomly drawn task or the run's next episode) and seed of the current episode;
+            None before the first.
+        actions: actions of the current episode, in order.
+        advised: the expert's action in each state of the current episode, in order; empty without an expert.
     """
 
-    def __init__(self, opened: Opened) -> None:
+    def __init__(self, opened: PlayerSet) -> None:
         self.opened = opened
         self.player: Player = opened.player
         self.is_over = True
@@ -48,31 +48,31 @@ class Episodes:
 
     @property
     def task(self) -> str:
-        """What the agent does now: "navigation" or "assembly"; empty before the first episode."""
-        return self.player.facts().phase if self.begun else ""
+        """The current phase, "navigation" or "assembly"; empty before the first episode."""
+        return self.player.latest_without_images().phase if self.begun else ""
 
     @property
     def task_description(self) -> str:
-        """The present instruction; empty before the first episode."""
-        return self.player.facts().instruction if self.begun else ""
+        """The current instruction; empty before the first episode."""
+        return self.player.latest_without_images().instruction if self.begun else ""
 
     def begin(
-        self, random: np.random.Generator, options: Mapping[str, Any] | None, *, draws: bool = True
+        self, random: np.random.Generator, options: Mapping[str, Any] | None, *, with_images: bool = True
     ) -> tuple[Observation, dict[str, Any]]:
         """Begin an episode, and return its first observation and its info.
 
         Args:
-            random: draws the episode, and where there are several its language.
-            options: `{"episode": ID}` names the episode instead, `{"lang": LANGUAGE}` one of the languages. Other keys
-                are ignored, as Gymnasium's own are passed on.
-            draws: whether the observation has its images.
+            random: generator that draws the episode, and its language if there are several.
+            options: `{"episode": ID}` selects the episode, `{"lang": LANGUAGE}` the language. Other keys are ignored,
+                as Gymnasium passes its own.
+            with_images: whether to render the images of the observation.
 
         Raises:
             BadArgument: if there is no such episode.
         """
         language, named, seed = self._draw(random, options or {})
         try:
-            seen = self.open(language, named, seed, draws=draws)
+            seen = self.open(language, named, seed, with_images=with_images)
         except UsageError as error:
             raise BadArgument(str(error)) from error
         info = {
@@ -83,15 +83,15 @@ class Episodes:
         }
         return seen, self._advised(info)
 
-    def open(self, language: str, named: str | None, seed: int, *, draws: bool = True) -> Observation:
-        """Begin the episode of a language, an id and a seed, as in `begun`, and return its first observation.
+    def open(self, language: str, named: str | None, seed: int, *, with_images: bool = True) -> Observation:
+        """Begin the episode with a language, id and seed, as in `begun`, and return its first observation.
 
         Raises:
             UsageError: if there is no such episode.
         """
         self._check_open("reset")
         self.player = self.opened.players[language]
-        seen = self.player.begin(named, seed, draws=draws)
+        seen = self.player.begin(named, seed, with_images=with_images)
         self.is_over, self.begun, self.actions, self.advised = False, (language, named, seed), [], []
         return seen
 
@@ -99,7 +99,7 @@ class Episodes:
         """Return language, id and seed of the next episode."""
         players = self.opened.players
         if (wanted := options.get("lang")) is not None:
-            one_of("options['lang']", wanted, tuple(players))
+            check_choice("options['lang']", wanted, tuple(players))
             players = {wanted: players[wanted]}
         named = options.get("episode")
         if named is not None:
@@ -108,11 +108,11 @@ class Episodes:
             if len(players) > 1:
                 has = {name: player.split.episode_ids for name, player in players.items()}
                 languages = [name for name, ids in has.items() if ids is None or named in ids] or languages
-            return _drawn(random, languages), named, 0
+            return _draw_language(random, languages), named, 0
         ids = {name: player.split.episode_ids for name, player in players.items()}
         counts = [len(some) for some in ids.values() if some is not None]
-        if not counts:  # Tasks without end, or the next of a run on a host.
-            return _drawn(random, list(players)), None, int(random.integers(DRAWN_SEEDS))
+        if not counts:  # Randomly drawn tasks, or the next episode of a host's run.
+            return _draw_language(random, list(players)), None, int(random.integers(DRAWN_SEEDS))
         number = int(random.integers(sum(counts)))
         for name, some in ids.items():
             if some is not None and number < len(some):
@@ -121,21 +121,21 @@ class Episodes:
         raise AssertionError("the numbers add up")
 
     def step(self, action: Any) -> tuple[Step, dict[str, Any]]:
-        """Apply an action, and return what it led to, with an observation, and its info.
+        """Apply an action, and return its result with an observation, and its info.
 
         Raises:
             gymnasium.error.ClosedEnvironmentError: if the environment was closed.
             gymnasium.error.ResetNeeded: if the episode has ended, or none has begun.
-            gymnasium.error.InvalidAction: if the action is none of the four.
+            gymnasium.error.InvalidAction: if the action is not 0 to 3.
         """
         self._check_begun()
-        number = checked(action)
+        number = check_action(action)
         step = self.player.step(number)
         self.actions.append(number)
         return self._with_info(step)
 
     def advance(self, action: int) -> tuple[Step, dict[str, Any]]:
-        """Apply an action from 0 to 3, and return what it led to, without an observation, and its info.
+        """Apply an action from 0 to 3, and return its result without an observation, and its info.
 
         Raises:
             gymnasium.error.ClosedEnvironmentError: if the environment was closed.
@@ -183,22 +183,22 @@ class Episodes:
         return info
 
 
-def _drawn(random: np.random.Generator, languages: Sequence[str]) -> str:
-    """Return one of some languages; of one, without a random number, as before there were several."""
+def _draw_language(random: np.random.Generator, languages: Sequence[str]) -> str:
+    """Draw one of the languages; without using a random number if there is only one, as releases with one did."""
     return languages[0] if len(languages) == 1 else languages[int(random.integers(len(languages)))]
 
 
-def checked(action: Any) -> int:
-    """Return an action as a number.
+def check_action(action: Any) -> int:
+    """Return an action as an int.
 
     Raises:
-        gymnasium.error.InvalidAction: if it is none of the four.
+        gymnasium.error.InvalidAction: if it is not 0 to 3.
     """
     if type(action) is int and 0 <= action < ACTIONS:
         return action
     if isinstance(action, np.ndarray) and action.shape == ():
         action = action[()]
-    if is_whole(action) and 0 <= action < ACTIONS:
+    if is_whole_number(action) and 0 <= action < ACTIONS:
         return int(action)
     raise gymnasium.error.InvalidAction(
         f"the action is {action!r}, expected 0 (forward), 1 (left), 2 (right) or 3 (interact)"

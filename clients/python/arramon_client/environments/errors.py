@@ -1,18 +1,18 @@
-"""Errors of the environments, in Gymnasium's own tree."""
+"""Exceptions of the environments, derived from Gymnasium's own."""
 
 import gymnasium
 
 
 class BadArgument(gymnasium.error.Error, ValueError):
-    """An argument names something that there is not, or contradicts another; the message says what there is."""
+    """An argument names something unknown, or contradicts another one; the message states what was expected."""
 
 
 class UnknownArgument(BadArgument, TypeError):
-    """There is no argument of that name: a TypeError as well, as Python's own, which libraries look for."""
+    """There is no argument with that name. It is also a TypeError, which libraries look for."""
 
 
 class NoBackend(gymnasium.error.DependencyNotInstalled):
-    """The server package, which plays in process, is not installed, and no host was named."""
+    """The server package, required to play in this process, is not installed, and no host was named."""
 
 
 class CannotCopy(gymnasium.error.Error, TypeError):

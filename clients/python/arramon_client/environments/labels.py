@@ -1,4 +1,4 @@
-"""Labels of a segmentation as arrays: kind, colour and look of every label by number, for learners."""
+"""Segmentation labels as arrays of numbers for kind, colour and look, for example to index embeddings."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,10 +13,10 @@ Numbers = npt.NDArray[np.int16]
 
 @dataclass(frozen=True, eq=False)
 class FactoredLabels:
-    """Labels, factored: `factored.kind[segmentation]` is the kind of what each pixel shows, as a number.
+    """Segmentation labels split into factors: `factored.kind[segmentation]` is the number of each pixel's kind.
 
     Attributes:
-        kinds, colours, looks: names by number, sorted; "" is 0, for labels that have none.
+        kinds, colours, looks: names by number, sorted; number 0 is "", for labels without one.
         kind, colour, look: (labels,) int16, the number of each label's kind, colour and look.
     """
 
@@ -29,12 +29,12 @@ class FactoredLabels:
 
     @property
     def table(self) -> Numbers:
-        """All three, (labels, 3) int16: `factored.table[segmentation]` has a kind, a colour and a look a pixel."""
+        """Kind, colour and look of each label, (labels, 3) int16; index it with a segmentation."""
         return np.stack((self.kind, self.colour, self.look), axis=1)
 
 
 def factored(labels: Sequence[Label]) -> FactoredLabels:
-    """Return labels, such as `env.unwrapped.labels` or `Episode.labels`, as arrays; all are empty for no labels."""
+    """Return labels, such as `env.unwrapped.labels` or `Episode.labels`, as arrays; they are empty without labels."""
     kinds, kind = _numbered([label.kind for label in labels])
     colours, colour = _numbered([label.colour for label in labels])
     looks, look = _numbered([label.look for label in labels])
@@ -42,6 +42,6 @@ def factored(labels: Sequence[Label]) -> FactoredLabels:
 
 
 def _numbered(names: Sequence[str]) -> tuple[tuple[str, ...], Numbers]:
-    """Return the distinct names, sorted, "" among them, and the number of each given one."""
+    """Return the distinct names and "", sorted, and the index of each given name among them."""
     known = sorted({"", *names})
     return tuple(known), np.array([known.index(name) for name in names], np.int16)

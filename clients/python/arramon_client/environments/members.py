@@ -1,4 +1,4 @@
-"""One episode of a vector environment as `call`, `get_attr` and `set_attr` of Gymnasium know it."""
+"""The attributes of one episode that Gymnasium's `call`, `get_attr` and `set_attr` of a vector environment reach."""
 
 from typing import Any
 
@@ -17,15 +17,15 @@ from arramon_client.world import NAVIGATION, PHASES
 
 
 class Member:
-    """An episode of a vector environment: attributes of `ArraMonEnv`, and those that a program sets.
+    """One member of a vector environment, with the attributes of `ArraMonEnv` and those that a program sets.
 
     Args:
-        episodes: of the environment.
-        max_episode_steps: of the vector environment.
-        render_mode: of the vector environment.
+        episodes: the member's episodes.
+        max_episode_steps: the vector environment's limit of actions; None for no limit.
+        render_mode: the vector environment's render mode.
 
     Attributes:
-        tokenizer: of the instructions.
+        tokenizer: tokenizer of the instructions.
         render_mode: "rgb_array" or None.
     """
 
@@ -40,37 +40,37 @@ class Member:
 
     @property
     def player(self) -> Player:
-        """What plays the episodes."""
+        """The player of the current episode."""
         return self._episodes.player
 
     @property
     def task(self) -> str:
-        """What the agent does now: "navigation" or "assembly"; empty before the first episode."""
+        """The current phase, "navigation" or "assembly"; empty before the first episode."""
         return self._episodes.task
 
     @property
     def task_description(self) -> str:
-        """The present instruction; empty before the first episode."""
+        """The current instruction; empty before the first episode."""
         return self._episodes.task_description
 
     @property
     def episode_id(self) -> str:
-        """Id of the present episode; empty before the first."""
+        """Id of the current episode; empty before the first."""
         return self.player.episode_id if self._episodes.begun else ""
 
     @property
     def labels(self) -> tuple[Label, ...]:
-        """Meaning of a segmentation's values, by index; empty without that sensor."""
+        """Label of each segmentation value, by index; empty without that sensor."""
         return self.player.labels
 
     @property
     def factored_labels(self) -> FactoredLabels:
-        """The same as arrays."""
+        """The labels as arrays."""
         return factored(self.labels)
 
     @property
     def _max_episode_steps(self) -> int:
-        """The most actions that an episode takes, under the name of Gymnasium's wrapper, by which LeRobot reads it."""
+        """Maximum number of actions in an episode, under the name in Gymnasium's wrapper, which LeRobot reads."""
         if self._limit is not None:
             return self._limit
         settings = self._episodes.opened.settings
@@ -82,14 +82,14 @@ class Member:
         """Return a picture of the episode, (height, width, 3) uint8; None unless the mode is "rgb_array".
 
         Raises:
-            gymnasium.error.ResetNeeded: if none has begun.
+            gymnasium.error.ResetNeeded: if no episode has begun.
         """
         if self.render_mode != "rgb_array":
             return None
         if not self._episodes.begun:
             raise gymnasium.error.ResetNeeded("no episode has begun; call reset() before render()")
-        return self._picture.draw(self._translator.whole(self.player.again(), NO_ACTION), self.player)
+        return self._picture.draw(self._translator.full_observation(self.player.latest(), NO_ACTION), self.player)
 
     def get_wrapper_attr(self, name: str) -> Any:
-        """Return an attribute by its name."""
+        """Return the attribute with this name."""
         return getattr(self, name)

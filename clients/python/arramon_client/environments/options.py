@@ -1,11 +1,19 @@
-"""Options of the environments: from the arguments of `gymnasium.make` to checked options."""
+"""Options of the environments, parsed and checked from the arguments of `gymnasium.make`."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from arramon_client.environments.arguments import check_names, folder, listed, names, one_of, text, whole
+from arramon_client.environments.arguments import (
+    check_choice,
+    check_names,
+    folder_path,
+    listed,
+    name_tuple,
+    nonempty_text,
+    whole_number,
+)
 from arramon_client.environments.backend import EXPERTS, REWARDS
 from arramon_client.environments.errors import BadArgument
 from arramon_client.environments.spaces import KEYS, SENSORS
@@ -13,11 +21,11 @@ from arramon_client.environments.tokens import Tokenizer
 from arramon_client.transport.access import Access
 from arramon_client.world import ASSEMBLY, NAVIGATION, PHASES
 
-SMALLEST, LARGEST, STRIDE = 8, 448, 8
-"""Sizes of images in this process, in pixels: multiples of STRIDE, and SIZES."""
+MIN_SIZE, MAX_SIZE, SIZE_STEP = 8, 448, 8
+"""Image sizes available in this process, in pixels: the multiples of SIZE_STEP in this range, and SIZES."""
 
 SIZES = (84,)
-"""Further sizes, which learners commonly use."""
+"""Further image sizes, common in reinforcement learning."""
 
 DEFAULT_SENSORS = ("rgb", "depth")
 
@@ -27,20 +35,20 @@ class Options:
     """The arguments of an environment. `docs/environments.md` explains them.
 
     Attributes:
-        lang: language of the instructions; or several, one of which is drawn for each episode.
+        lang: language of the instructions; or several, of which one is drawn for each episode.
         split: name of the split.
-        sensors: names of `SENSORS`, in any order.
+        sensors: some of `SENSORS`, in any order.
         image_size: side length of images, in pixels.
         server: address of a host, HOST:PORT or unix:/PATH; None to play in this process.
         data: the data folder in this process; None for $ARRAMON_DATA or ./arramon-data.
-        reward: one of `REWARDS`; None for "sparse" where there can be rewards.
-        tokenizer: "bytes", "words", which takes the words of the split (in this process), or a `Tokenizer`.
-        expert: one of `EXPERTS`, for `info["expert_action"]`.
-        phases: that the agent plays.
-        turn, start: where the agent begins.
-        steps_per_phase: the step limit of a phase; None for the benchmark's, or the host's.
-        access: token and encryption, on a host.
-        observe: keys of the observation, in any order; None for all. Sensors that are not observed are not drawn.
+        reward: one of `REWARDS`; None for "sparse" if rewards are available, otherwise "none".
+        tokenizer: "bytes"; "words", with the vocabulary of the split (only in this process); or a `Tokenizer`.
+        expert: one of `EXPERTS`, for `info["expert_action"]`; None for no expert.
+        phases: phases that the agent plays.
+        turn, start: turn and phase in which the agent begins.
+        steps_per_phase: step limit of a phase; None for the default of the benchmark or the host.
+        access: token and encryption, for a host.
+        observe: keys of the observation, in any order; None for all. Sensors that are left out are not rendered.
     """
 
     lang: str | tuple[str, ...] = "en"
@@ -61,7 +69,7 @@ class Options:
 
     @property
     def languages(self) -> tuple[str, ...]:
-        """The languages, as a tuple also where there is one."""
+        """The languages, as a tuple even if there is only one."""
         return (self.lang,) if isinstance(self.lang, str) else self.lang
 
 
@@ -69,21 +77,21 @@ def make_options(own: Sequence[str] = (), keys: Sequence[str] = (), /, **given: 
     """Return checked options from the arguments of `gymnasium.make`.
 
     Args:
-        own: names of further arguments, which the caller has taken out: errors list them too.
+        own: names of further arguments that the caller handles itself, for error messages.
         keys: further keys of the caller's observations, which `observe` may name.
-        given: by name.
+        given: the arguments, by name.
 
     Raises:
-        UnknownArgument: if there is no argument of a name.
-        BadArgument: if one is wrong in itself.
+        UnknownArgument: if an argument is unknown.
+        BadArgument: if an argument is invalid.
     """
     check_names(given, (*Options.__dataclass_fields__, *own))
     plain: dict[str, Any] = {}
     for name, value in given.items():
-        if value is None and name in DEFAULT_BY_NONE:
+        if value is None and name in NONE_MEANS_DEFAULT:
             continue
         is_set = value is not None or name not in OPTIONAL
-        plain[name] = PLAIN[name](value) if is_set and name in PLAIN else value
+        plain[name] = CONVERTERS[name](value) if is_set and name in CONVERTERS else value
     if plain.get("observe") is not None:
         plain["observe"], plain["sensors"] = _observed(plain["observe"], plain.get("sensors"), keys)
     options = Options(**plain)
@@ -94,28 +102,28 @@ def make_options(own: Sequence[str] = (), keys: Sequence[str] = (), /, **given: 
 def _languages(given: object) -> str | tuple[str, ...]:
     if isinstance(given, str) and given:
         return str(given)
-    several = names("lang", given, '("en", "hi"), or one name')
+    several = name_tuple("lang", given, '("en", "hi"), or one name')
     if not several or "" in several:
         raise BadArgument(f"lang is {given!r}, expected a language, or several")
     return several[0] if len(several) == 1 else several
 
 
-PLAIN: Mapping[str, Callable[[object], object]] = {
+CONVERTERS: Mapping[str, Callable[[object], object]] = {
     "lang": _languages,
-    "split": lambda value: text("split", value, "the name of a split"),
-    "sensors": lambda value: names("sensors", value, '("rgb",)'),
-    "image_size": lambda value: whole("image_size", value, "a number of pixels"),
-    "server": lambda value: text("server", value, "an address, HOST:PORT"),
-    "data": lambda value: folder("data", value),
-    "phases": lambda value: names("phases", value, '("assembly",)'),
-    "turn": lambda value: whole("turn", value, "1, 2"),
-    "steps_per_phase": lambda value: whole("steps_per_phase", value, "a number from 1", 1),
-    "observe": lambda value: names("observe", value, '("rgb", "instruction_tokens")'),
+    "split": lambda value: nonempty_text("split", value, "the name of a split"),
+    "sensors": lambda value: name_tuple("sensors", value, '("rgb",)'),
+    "image_size": lambda value: whole_number("image_size", value, "a number of pixels"),
+    "server": lambda value: nonempty_text("server", value, "an address, HOST:PORT"),
+    "data": lambda value: folder_path("data", value),
+    "phases": lambda value: name_tuple("phases", value, '("assembly",)'),
+    "turn": lambda value: whole_number("turn", value, "1, 2"),
+    "steps_per_phase": lambda value: whole_number("steps_per_phase", value, "a number from 1", 1),
+    "observe": lambda value: name_tuple("observe", value, '("rgb", "instruction_tokens")'),
 }
-"""Return what was given for an argument in the type that `Options` has, or raise BadArgument."""
+"""Functions that convert an argument to its type in `Options`, or raise BadArgument."""
 
-DEFAULT_BY_NONE = ("sensors", "phases", "access")
-"""Arguments of which None means the default."""
+NONE_MEANS_DEFAULT = ("sensors", "phases", "access")
+"""Arguments for which None selects the default."""
 
 OPTIONAL = ("server", "data", "steps_per_phase", "observe")
 """Arguments that may be None."""
@@ -124,7 +132,7 @@ OPTIONAL = ("server", "data", "steps_per_phase", "observe")
 def _observed(
     chosen: tuple[str, ...], sensors: tuple[str, ...] | None, keys: Sequence[str]
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the keys of the observation, and the sensors among them."""
+    """Return the observed keys, and the sensors among them, after checking them."""
     there = (*KEYS, *keys)
     for key in chosen:
         if key not in there:
@@ -144,17 +152,17 @@ def _check(options: Options) -> None:
     for sensor in options.sensors:
         if sensor not in SENSORS:
             raise BadArgument(f"there is no sensor {sensor!r}; there are {listed(SENSORS)}")
-    one_of("reward", options.reward, (*REWARDS, None))
-    one_of("expert", options.expert, (*EXPERTS, None))
-    one_of("start", options.start, PHASES)
-    one_of("turn", options.turn, (1, 2))
+    check_choice("reward", options.reward, (*REWARDS, None))
+    check_choice("expert", options.expert, (*EXPERTS, None))
+    check_choice("start", options.start, PHASES)
+    check_choice("turn", options.turn, (1, 2))
     if not options.phases:
         raise BadArgument(f"phases is empty, expected some of {listed(PHASES)}")
     for phase in options.phases:
-        one_of("phases", phase, PHASES)
+        check_choice("phases", phase, PHASES)
     if (options.turn, options.start) == (2, ASSEMBLY) and ASSEMBLY not in options.phases:
         raise BadArgument(
-            f"phases is {options.phases}, expected {ASSEMBLY!r} among them, as the episode begins with its last one"
+            f"phases is {options.phases}, expected {ASSEMBLY!r} among them, as the episode begins with its last phase"
         )
     _check_objects(options)
     _check_size(options)
@@ -170,14 +178,14 @@ def _check(options: Options) -> None:
         for name, value in local.items():
             if value is not None:
                 raise BadArgument(
-                    f"{name} is {value!r}, but on a host there is none: play in this process (server=None)"
+                    f"{name} is {value!r}, which a host does not support: play in this process (server=None)"
                 )
 
 
 def _check_objects(options: Options) -> None:
     tokenizer = options.tokenizer
     if isinstance(tokenizer, str):
-        one_of("tokenizer", tokenizer, ("bytes", "words"))
+        check_choice("tokenizer", tokenizer, ("bytes", "words"))
     elif not all(hasattr(tokenizer, name) for name in ("name", "size", "length", "encode")):
         expected = "'bytes', 'words', or an object with name, size, length, encode"
         raise BadArgument(f"tokenizer is {tokenizer!r}, expected {expected}")
@@ -187,7 +195,8 @@ def _check_objects(options: Options) -> None:
 
 def _check_size(options: Options) -> None:
     size = options.image_size
-    if options.server is None and size not in SIZES and (size % STRIDE or not SMALLEST <= size <= LARGEST):
+    if options.server is None and size not in SIZES and (size % SIZE_STEP or not MIN_SIZE <= size <= MAX_SIZE):
         raise BadArgument(
-            f"image_size is {size}, expected a multiple of {STRIDE} from {SMALLEST} to {LARGEST}, or {listed(SIZES)}"
+            f"image_size is {size}, expected a multiple of {SIZE_STEP} from {MIN_SIZE} to {MAX_SIZE}, "
+            f"or {listed(SIZES)}"
         )

@@ -1,4 +1,4 @@
-"""Pictures of an episode for people: what the agent sees, with map and instruction beside it, and a window."""
+"""Rendering for people: a picture of the agent's view, the map and the instruction, and a window that shows it."""
 
 import os
 
@@ -11,11 +11,11 @@ from arramon_client.environments.spaces import Dict
 from arramon_client.printable import many_lines
 from arramon_client.world import PHASES
 
-SIZE = 336
-"""Side length of view and map, in pixels."""
+VIEW_SIZE = 336
+"""Side length of the view and the map, in pixels."""
 
 TEXT_HEIGHT, LETTER, MARGIN = 120, 15, 8
-"""Height of the text below, height of a letter, and margin, in pixels."""
+"""Height of the text area, font size and margin, in pixels."""
 
 BACKGROUND, INK = (250, 250, 248), (20, 20, 20)
 
@@ -23,37 +23,37 @@ INDIC_FONTS = (
     "NotoSansDevanagari-Regular.ttf", "NotoSerifDevanagari-Regular.ttf", "Lohit-Devanagari.ttf", "Mangal.ttf",
     "Nirmala.ttf", "FreeSans.ttf",
 )  # fmt: skip
-"""Fonts, where they are installed, for scripts that Pillow's own font does not have."""
+"""Fonts for Devanagari, which Pillow's own font lacks; the first one that is installed is used."""
 
 
 class Picture:
-    """Draws the pictures of one environment.
-
-    Raises:
-        gymnasium.error.DependencyNotInstalled: when one is drawn and Pillow is not installed.
-    """
+    """Renders pictures of one environment."""
 
     def draw(self, values: Dict, player: Player) -> npt.NDArray[np.uint8]:
-        """Return the picture of an observation, (456, 672, 3) uint8."""
+        """Return the picture of an observation, (456, 672, 3) uint8.
+
+        Raises:
+            gymnasium.error.DependencyNotInstalled: if Pillow is not installed.
+        """
         try:
             from PIL import Image, ImageDraw
         except ImportError as error:
             raise gymnasium.error.DependencyNotInstalled(
                 "rendering needs Pillow: pip install 'arramon-client[environments]'"
             ) from error
-        whole = Image.new("RGB", (2 * SIZE, SIZE + TEXT_HEIGHT), BACKGROUND)
-        view = seen_by(values)
+        whole = Image.new("RGB", (2 * VIEW_SIZE, VIEW_SIZE + TEXT_HEIGHT), BACKGROUND)
+        view = agent_view(values)
         if view is not None:
-            whole.paste(Image.fromarray(view).resize((SIZE, SIZE), Image.Resampling.NEAREST), (0, 0))
-        above = player.map(SIZE)
+            whole.paste(Image.fromarray(view).resize((VIEW_SIZE, VIEW_SIZE), Image.Resampling.NEAREST), (0, 0))
+        above = player.map(VIEW_SIZE)
         if above is not None:
-            whole.paste(Image.fromarray(above), (SIZE, 0))
+            whole.paste(Image.fromarray(above), (VIEW_SIZE, 0))
         text = many_lines(str(values["instruction"]))
         title = f"episode {player.episode_id}, turn {values['turn']}, {PHASES[int(values['phase'])]}, "
         title += f"{int(values['steps_left'][0])} steps left"
         draw, font = ImageDraw.Draw(whole), _font(text)
-        top = SIZE + MARGIN
-        for line in (title, *_lines(text, 2 * SIZE - 2 * MARGIN, draw, font)):
+        top = VIEW_SIZE + MARGIN
+        for line in (title, *_lines(text, 2 * VIEW_SIZE - 2 * MARGIN, draw, font)):
             draw.text((MARGIN, top), line, fill=INK, font=_font(line))
             top += LETTER + 5
         return np.asarray(whole)
@@ -63,15 +63,15 @@ class Window:
     """A window that shows pictures.
 
     Args:
-        title: of the window.
-        rate: pictures a second at most.
+        title: title of the window.
+        rate: maximum number of pictures per second.
 
     Raises:
         gymnasium.error.DependencyNotInstalled: if pygame is not installed.
     """
 
     def __init__(self, title: str, rate: int) -> None:
-        os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")  # Or it prints a greeting.
+        os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")  # Otherwise pygame prints a greeting.
         try:
             import pygame
         except ImportError as error:
@@ -80,7 +80,7 @@ class Window:
             ) from error
         self._pygame, self._rate = pygame, rate
         pygame.display.init()
-        self._screen = pygame.display.set_mode((2 * SIZE, SIZE + TEXT_HEIGHT))
+        self._screen = pygame.display.set_mode((2 * VIEW_SIZE, VIEW_SIZE + TEXT_HEIGHT))
         pygame.display.set_caption(title)
         self._clock = pygame.time.Clock()
 
@@ -97,8 +97,8 @@ class Window:
         self._pygame.display.quit()
 
 
-def seen_by(values: Dict) -> npt.NDArray[np.uint8] | None:
-    """Return what the agent sees as (height, width, 3) uint8: RGB, or else depth in grey; None if it sees nothing."""
+def agent_view(values: Dict) -> npt.NDArray[np.uint8] | None:
+    """Return the agent's view, (height, width, 3) uint8: RGB, else depth in grey; None without both sensors."""
     if "rgb" in values:
         rgb: npt.NDArray[np.uint8] = values["rgb"]
         return rgb

@@ -1,4 +1,4 @@
-"""Players of an environment: opened from its options, with the tokenizer and the spaces that go with them."""
+"""Opening of an environment's players from its options, with the matching tokenizer and spaces."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -10,10 +10,10 @@ from typing import cast
 from gymnasium import spaces
 
 from arramon_client.environments.arguments import listed
-from arramon_client.environments.backend import Backend, Player, Settings
+from arramon_client.environments.backend import Backend, Player, PlayerSettings
 from arramon_client.environments.errors import BadArgument, NoBackend
 from arramon_client.environments.options import Options
-from arramon_client.environments.spaces import SENSORS, Translator, observation_space, united
+from arramon_client.environments.spaces import SENSORS, ObservationConverter, merge_bounds, observation_space
 from arramon_client.environments.tokens import ByteTokenizer, Tokenizer, WordTokenizer
 from arramon_client.errors import ArramonClientError, UsageError
 from arramon_client.local.embedded import default_data
@@ -23,18 +23,18 @@ BACKENDS = "arramon.environments"
 
 
 @dataclass(frozen=True)
-class Opened:
-    """What an environment plays with.
+class PlayerSet:
+    """An environment's players, one for each language, with their settings and tokenizer.
 
     Attributes:
-        players: play the episodes, by language; the first one's split tells what all have in common.
-        settings: as the first player has them.
-        tokenizer: of the instructions.
-        options: as they were given, with the data folder spelled out.
+        players: players by language; all play the same split.
+        settings: settings of the first player.
+        tokenizer: tokenizer of the instructions.
+        options: the options as given, with an absolute data folder.
     """
 
     players: Mapping[str, Player]
-    settings: Settings
+    settings: PlayerSettings
     tokenizer: Tokenizer
     options: Options
 
@@ -44,26 +44,26 @@ class Opened:
         return next(iter(self.players.values()))
 
     def observation_space(self) -> spaces.Dict:
-        """Return a new space of the observations, which holds those in every language."""
-        texts = united(player.split.texts[language] for language, player in self.players.items())
+        """Return a new observation space that contains the observations in every language."""
+        texts = merge_bounds(player.split.texts[language] for language, player in self.players.items())
         steps = self.player.split.steps_per_phase
         return observation_space(self.settings, texts, steps, self.tokenizer, self.options.observe)
 
-    def translator(self) -> Translator:
-        """Return what makes observations of that space."""
-        return Translator(self.tokenizer, self.options.observe)
+    def translator(self) -> ObservationConverter:
+        """Return a converter to observations of that space."""
+        return ObservationConverter(self.tokenizer, self.options.observe)
 
 
-def open_player(options: Options) -> Opened:
-    """Open a player for an environment.
+def open_player(options: Options) -> PlayerSet:
+    """Open the players of an environment.
 
     Raises:
-        NoBackend: if there is no host, and the server package is not installed.
+        NoBackend: if no host is named, and the server package is not installed.
         BadArgument: if the split does not have what the options name.
         ArramonClientError: if the host does not answer, or refuses.
     """
     backend = open_backend(options)
-    settings = Settings(
+    settings = PlayerSettings(
         language=options.languages[0],
         split=options.split,
         sensors=tuple(name for name in SENSORS if name in options.sensors),
@@ -98,14 +98,14 @@ def open_player(options: Options) -> Opened:
         raise BadArgument(str(error)) from error
     if options.server is None:
         options = replace(options, data=(options.data or default_data()).absolute())
-    return Opened(players, settings, tokenizer, options)
+    return PlayerSet(players, settings, tokenizer, options)
 
 
 def open_backend(options: Options) -> Backend:
-    """Return the backend of a host, or the server package's own.
+    """Return the backend of the host that the options name, or else the server package's backend.
 
     Raises:
-        NoBackend: if there is no host, and the server package is not installed.
+        NoBackend: if no host is named, and the server package is not installed.
         ArramonClientError: if the host does not answer.
     """
     if options.server is not None:
@@ -121,7 +121,7 @@ def open_backend(options: Options) -> Backend:
 
 @cache
 def local_backend() -> Callable[[Path], Backend]:
-    """Return what makes the server package's backend from a data folder. Looked up once: it takes milliseconds.
+    """Return the server package's function from a data folder to a backend; cached, as the look-up takes milliseconds.
 
     Raises:
         NoBackend: if the server package is not installed.

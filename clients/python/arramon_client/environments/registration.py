@@ -1,6 +1,6 @@
-"""Registration with Gymnasium, under the project's namespace and without it.
+"""Registration of the environments with Gymnasium, with and without the project's namespace.
 
-Gymnasium looks for no plugins since its release 1.0: something has to import this package first.
+Since release 1.0 Gymnasium does not discover plugins: the package must be imported to be registered.
 """
 
 import dataclasses
@@ -19,7 +19,7 @@ ENTRY_POINTS = {
     "ArraMon-v0": (f"{PACKAGE}.single:ArraMonEnv", f"{PACKAGE}.vector:make_vector"),
     "ArraMonRoom-v0": (f"{PACKAGE}.single:make_room", f"{PACKAGE}.vector:make_room_vector"),
 }
-"""Names of the environments, with what makes a single one and a vector of them."""
+"""Entry points of each environment, by name: of a single one and of a vector."""
 
 
 def register() -> None:
@@ -31,18 +31,18 @@ def register() -> None:
 
 
 class PlainSpec:
-    """An environment whose `spec`, which Gymnasium sets, can be written as JSON. It must be the first base class.
+    """Mixin that keeps an environment's `spec` serialisable as JSON. It must be the first base class.
 
-    Paths are texts in it, numbers and arrays of NumPy Python's own. `access` is left out: a token does not belong in
-    files, such as the data sets and videos that a spec is written to. A tokenizer that is an object stays one, and
-    `to_json` refuses it.
+    Paths become strings, and NumPy's numbers and arrays become Python's. `access` is left out: a token must not get
+    into the files that a spec is written to, such as data sets and videos. A tokenizer object is kept, and `to_json`
+    rejects it.
     """
 
     _spec: EnvSpec | None = None
 
     @property
     def spec(self) -> EnvSpec | None:
-        """How the environment was made; None if not by `gymnasium.make`."""
+        """Gymnasium's specification of the environment; None if it was not made by `gymnasium.make`."""
         return self._spec
 
     @spec.setter
@@ -51,7 +51,7 @@ class PlainSpec:
 
 
 def plain_arguments(arguments: dict[str, Any]) -> dict[str, Any]:
-    """Return arguments without `access`, in types that JSON has."""
+    """Return the arguments without `access`, converted to types that JSON has."""
     return {name: _plain(value) for name, value in arguments.items() if name != "access"}
 
 

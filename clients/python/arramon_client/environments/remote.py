@@ -1,4 +1,4 @@
-"""The backend of environments on a host: the client's own play loop in a thread, whose agent is the environment."""
+"""Backend of environments on a host: the client's play loop runs in a thread, with the environment as its agent."""
 
 import threading
 from collections.abc import Sequence
@@ -13,9 +13,9 @@ import numpy.typing as npt
 from arramon.v1 import evaluation_pb2, types_pb2
 from arramon.v1.chain import episode_head
 from arramon_client.agent import Episode, Label, Observation
-from arramon_client.environments.backend import Ending, Images, Scores, Settings, SplitInfo, Step, Texts
+from arramon_client.environments.backend import EpisodeEnd, Images, PlayerSettings, Scores, SplitInfo, Step, TextBounds
 from arramon_client.errors import ArramonClientError, ProtocolError, UsageError
-from arramon_client.play import Settings as PlaySettings
+from arramon_client.play import Settings as LoopSettings
 from arramon_client.play import play
 from arramon_client.run_settings import choose_encoding, choose_image_size, choose_split
 from arramon_client.transport.access import Access
@@ -32,19 +32,19 @@ class RemoteBackend:
     """Opens players on a host.
 
     Args:
-        address: of the host.
+        address: address of the host.
         access: token and encryption.
     """
 
     def __init__(self, address: str, access: Access) -> None:
         self._address, self._access = address, access
 
-    def player(self, settings: Settings) -> "RemotePlayer":
+    def player(self, settings: PlayerSettings) -> "RemotePlayer":
         """Return a player with a connection of its own.
 
         Raises:
             UsageError: if the host does not have what the settings name.
-            ArramonClientError: if it does not answer, or refuses.
+            ArramonClientError: if the host does not answer, or refuses.
         """
         stack = ExitStack()
         server = stack.enter_context(connect(self._address, self._access))
@@ -55,10 +55,10 @@ class RemoteBackend:
             raise
 
     def prepare(self) -> None:
-        """Do nothing: a host draws."""
+        """Do nothing: the host renders."""
 
     def instructions(self, split: str, language: str) -> list[str]:
-        """Raise UsageError: a host tells its instructions one by one."""
+        """Raise UsageError: a host reveals its instructions one by one."""
         raise UsageError(
             f"the words of the split {split!r} in {language!r} are not known before they are played on a host: use "
             "tokenizer='bytes', or a tokenizer of your own"
@@ -66,27 +66,27 @@ class RemoteBackend:
 
 
 class RemotePlayer:
-    """Plays the episodes of runs on a host (`backend.Player`).
+    """Player of runs on a host (implements `backend.Player`).
 
-    Episodes come in the order of the run, which is the split's; one that is given up is forfeited. A named episode is a
-    run of its own. A run begins with its first episode, and the next one when all its episodes have ended.
+    Episodes come in the run's order, which is the split's; an episode that is reset early is forfeited. A named episode
+    gets a run of its own. A new run is created when an episode begins and the previous run has ended.
 
     Args:
         server: the connected host.
-        stack: closes the connection.
-        settings: what is played.
+        stack: exit stack that closes the connection.
+        settings: settings of the player.
 
     Raises:
         UsageError: if the host does not have what the settings name.
 
     Attributes:
-        run: the present run as it was created; None before the first episode.
+        run: the current run as created; None before the first episode.
     """
 
-    def __init__(self, server: Server, stack: ExitStack, settings: Settings) -> None:
+    def __init__(self, server: Server, stack: ExitStack, settings: PlayerSettings) -> None:
         self._server, self._stack, self._settings = server, stack, settings
         self._split = _split_info(server, settings)
-        self._play_settings = PlaySettings(
+        self._play_settings = LoopSettings(
             parallel=1,
             encoding=choose_encoding(server.info, None, server.address),
             image_size=choose_image_size(server.info, settings.image_size),
@@ -103,39 +103,39 @@ class RemotePlayer:
 
     @property
     def split(self) -> SplitInfo:
-        """The split that is played."""
+        """The split being played."""
         return self._split
 
     @property
     def labels(self) -> tuple[Label, ...]:
-        """Meaning of a segmentation's values, by index; empty without that sensor, and before the first episode."""
+        """Label of each segmentation value, by index; empty without that sensor, and before the first episode."""
         return self._labels
 
     @property
     def episode_id(self) -> str:
-        """Id of the present episode; empty before the first."""
+        """Id of the current episode; empty before the first."""
         return self._episode_id
 
     @property
     def place(self) -> str:
-        """Empty: a host does not tell."""
+        """Empty: a host does not reveal it."""
         return ""
 
     def begin(
         self,
         episode_id: str | None,
-        seed: int,  # noqa: ARG002 - part of the contract
+        seed: int,  # noqa: ARG002 - part of the interface
         into: Images | None = None,
         *,
-        draws: bool = True,
+        with_images: bool = True,
     ) -> Observation:
-        """Begin the next episode of the run, or a named one; the present one is forfeited if it has not ended.
+        """Begin the next episode of the run, or a named one; forfeit the current one if it has not ended.
 
         Args:
-            episode_id: the episode; None for the next.
-            seed: not used: nothing is drawn.
+            episode_id: id of the episode; None for the next one.
+            seed: unused, as no episode is drawn at random.
             into: arrays to write the images to.
-            draws: whether the observation has its images.
+            with_images: whether the returned observation has images.
 
         Raises:
             ArramonClientError: if the host refuses, or is away for too long.
@@ -150,13 +150,13 @@ class RemotePlayer:
         assert self._relay is not None
         if not isinstance(item, Observation):
             raise ProtocolError("the server ended an episode before its first observation")
-        item = self._checked(item)
+        item = self._check_observation(item)
         self._episode_id, self._actions, self._in_episode = item.episode_id, [], True
         self._labels, self._seen = self._relay.labels, item
-        return _into(item, into) if draws else self.facts()
+        return _into(item, into) if with_images else self.latest_without_images()
 
     def step(self, action: int) -> Step:
-        """Send an action, wait for what follows, and return it with its observation.
+        """Send an action, wait for its result, and return it with an observation.
 
         Raises:
             ArramonClientError: if the host is away for too long.
@@ -165,7 +165,7 @@ class RemotePlayer:
         return step if step.ending is not None else replace(step, observation=self._seen)
 
     def advance(self, action: int) -> Step:
-        """Send an action, and wait for what follows.
+        """Send an action, wait for its result, and return it without an observation.
 
         Raises:
             ArramonClientError: if the host is away for too long.
@@ -177,42 +177,42 @@ class RemotePlayer:
         item = self._next()
         here = (self._seen.turn, self._seen.phase)
         if isinstance(item, Observation):
-            item = self._checked(item)
+            item = self._check_observation(item)
             self._seen = item
             over = (here,) if (item.turn, item.phase) != here else ()
             return Step(None, item.steps_left, phases_ended=over)
         self._in_episode = False
         scores = self._scores() if self._relay.is_last else None
-        return Step(None, 0, phases_ended=(here,), ending=Ending(item, scores))
+        return Step(None, 0, phases_ended=(here,), ending=EpisodeEnd(item, scores))
 
-    def again(self, into: Images | None = None) -> Observation:
-        """Return the latest observation again."""
+    def latest(self, into: Images | None = None) -> Observation:
+        """Return the latest observation."""
         if self._seen is None:
             raise UsageError("no episode has begun")
         return _into(self._seen, into)
 
-    def facts(self) -> Observation:
+    def latest_without_images(self) -> Observation:
         """Return the latest observation without its images."""
-        return replace(self.again(), rgb=None, depth=None, segmentation=None)
+        return replace(self.latest(), rgb=None, depth=None, segmentation=None)
 
     def draw(self, into: Images) -> None:
         """Write the images of the latest observation to arrays."""
-        self.again(into)
+        self.latest(into)
 
     def expert_action(self) -> int:
-        """Raise UsageError: a host does not tell."""
+        """Raise UsageError: a host has no expert."""
         raise UsageError("there is no expert on a host: play in this process (server=None)")
 
-    def map(self, size: int) -> npt.NDArray[np.uint8] | None:  # noqa: ARG002 - part of the contract
-        """Return None: a host does not tell its map."""
+    def map(self, size: int) -> npt.NDArray[np.uint8] | None:  # noqa: ARG002 - part of the interface
+        """Return None: a host does not reveal its map."""
         return None
 
     def chain_head(self, run_id: str) -> bytes:
-        """Return the head of the hash chain over the actions sent in the present episode, 32 bytes."""
+        """Return the head of the hash chain over the actions sent in the current episode, 32 bytes."""
         return episode_head(run_id, self._episode_id, self._split.data_hash, self._actions)
 
     def close(self) -> None:
-        """End the run, whose remaining episodes are forfeited, and close the connection. A second call does nothing."""
+        """Cancel the run, forfeiting its remaining episodes, and close the connection. A second call does nothing."""
         if self._relay is not None:
             self._end_run()
         self._stack.close()
@@ -227,7 +227,7 @@ class RemotePlayer:
         )
         run = call(self._server.stub.CreateRun, request, self._server.address)
         self.run, self._relay = run, _Relay(run)
-        # A daemon, so that a program that forgets to close its environment can end.
+        # A daemon thread, so that a program that does not close its environment can exit.
         thread = threading.Thread(target=self._play, args=(run, self._relay), name="arramon-environment", daemon=True)
         thread.start()
 
@@ -249,7 +249,7 @@ class RemotePlayer:
             relay.finish(end)
 
     def _next(self) -> Observation | str:
-        """Return the next observation, or the cause of the episode's end. After an error there is no run any more."""
+        """Return the next observation, or the cause of the episode's end; an error ends the run here."""
         assert self._relay is not None
         try:
             return self._relay.get()
@@ -258,7 +258,7 @@ class RemotePlayer:
             raise
 
     def _give_up(self) -> None:
-        """Forfeit the present episode."""
+        """Forfeit the current episode."""
         assert self._relay is not None
         self._relay.answer(None)
         if isinstance(self._next(), Observation):
@@ -268,8 +268,8 @@ class RemotePlayer:
             self._relay.wait()
             self._relay = None
 
-    def _checked(self, seen: Observation) -> Observation:
-        """Return an observation with what was requested alone, after checking that it has that."""
+    def _check_observation(self, seen: Observation) -> Observation:
+        """Check that an observation has the requested data, and return it without any other."""
         side = self._settings.image_size
         for name in self._settings.sensors:
             value = getattr(seen, name, None)
@@ -289,7 +289,7 @@ class RemotePlayer:
         return replace(seen, **others)
 
     def _scores(self) -> Scores | None:
-        """Wait for the end of the run, and return the scores of its last episode if the host tells them."""
+        """Wait for the end of the run, and return the scores of its last episode; None if the host hides them."""
         assert self._relay is not None
         assert self.run is not None
         self._relay.wait()
@@ -306,7 +306,7 @@ class RemotePlayer:
         return None
 
     def _end_run(self) -> None:
-        """Cancel the present run, and wait until the play loop has ended."""
+        """Cancel the current run, and wait until the play loop has ended."""
         assert self._relay is not None
         assert self.run is not None
         relay, self._relay, self._in_episode = self._relay, None, False
@@ -318,7 +318,7 @@ class RemotePlayer:
 
 @dataclass(frozen=True)
 class _LoopEnded:
-    """The end of the play loop, and the error that ended it, if one did."""
+    """The end of the play loop, with the error that ended it; None if it ended normally."""
 
     error: ArramonClientError | None
 
@@ -328,17 +328,17 @@ class _LoopEnded:
 
 
 class _Relay:
-    """Stands between the play loop, whose agent it is, and the environment.
+    """The play loop's agent, which exchanges observations and actions with the environment's thread.
 
     Attributes:
-        labels: of the latest episode.
+        labels: segmentation labels of the latest episode.
         is_last: whether all episodes of the run have ended.
     """
 
     def __init__(self, run: evaluation_pb2.Run) -> None:
         self.labels: tuple[Label, ...] = ()
-        self._told: SimpleQueue[Observation | str | _LoopEnded] = SimpleQueue()
-        self._answers: SimpleQueue[int | None] = SimpleQueue()
+        self._inbox: SimpleQueue[Observation | str | _LoopEnded] = SimpleQueue()
+        self._outbox: SimpleQueue[int | None] = SimpleQueue()
         self._left = run.episodes
 
     @property
@@ -346,50 +346,50 @@ class _Relay:
         return self._left == 0
 
     def get(self) -> Observation | str:
-        """Return the next observation, or the cause of the episode's end. Raises the error that ended the loop."""
-        item = self._told.get()
+        """Return the next observation, or the cause of the episode's end; raise the error that ended the loop."""
+        item = self._inbox.get()
         if isinstance(item, _LoopEnded):
             item.check()
             raise UsageError("the run was ended by its host or by another client; reset() begins a new one")
         return item
 
     def answer(self, action: int | None) -> None:
-        """Answer the latest observation; None gives the episode up."""
-        self._answers.put(action)
+        """Answer the latest observation with an action; None forfeits the episode."""
+        self._outbox.put(action)
 
     def wait(self) -> None:
-        """Wait until the play loop has ended. Raises its error."""
+        """Wait until the play loop has ended; raise the error that ended it."""
         while True:
-            item = self._told.get()
+            item = self._inbox.get()
             if isinstance(item, _LoopEnded):
                 item.check()
                 return
 
     def finish(self, end: "_LoopEnded") -> None:
-        """Tell the environment that the play loop has ended."""
-        self._told.put(end)
+        """Notify the environment that the play loop has ended."""
+        self._inbox.put(end)
 
     def begin(self, episode: Episode) -> None:
-        """Begin an episode."""
+        """Store the labels of a new episode."""
         self.labels = episode.labels
 
     def act(self, observations: Sequence[Observation]) -> list[int]:
-        """Hand on the one observation, and return the environment's action."""
+        """Pass the one observation to the environment, and return its action."""
         (observation,) = observations
-        self._told.put(observation)
-        action = self._answers.get()
+        self._inbox.put(observation)
+        action = self._outbox.get()
         if action is None:
             raise RuntimeError("the environment was reset or closed before the episode's end")
         return [action]
 
     def finish_episode(self, cause: str) -> None:
-        """Tell the environment why the episode has ended."""
+        """Notify the environment of the cause of the episode's end."""
         self._left -= 1
-        self._told.put(cause)
+        self._inbox.put(cause)
 
 
 class _RelayRecorder:
-    """Recorder of a play loop that tells its relay of the ends of episodes, with their causes."""
+    """Recorder that passes the ends of episodes, with their causes, to the relay, and records nothing."""
 
     def __init__(self, relay: _Relay) -> None:
         self._relay = relay
@@ -401,11 +401,11 @@ class _RelayRecorder:
         """Record nothing."""
 
     def end(self, episode_id: str, cause: types_pb2.Cause.ValueType) -> None:  # noqa: ARG002 - there is only one
-        """Hand on the end of the episode."""
+        """Pass on the end of the episode."""
         self._relay.finish_episode(types_pb2.Cause.Name(cause).removeprefix("CAUSE_"))
 
 
-def _split_info(server: Server, settings: Settings) -> SplitInfo:
+def _split_info(server: Server, settings: PlayerSettings) -> SplitInfo:
     info = server.info
     split = choose_split(info, settings.language, settings.split)
     limit = info.limits.steps_per_phase
@@ -413,7 +413,7 @@ def _split_info(server: Server, settings: Settings) -> SplitInfo:
         raise UsageError(f"steps_per_phase is {settings.steps_per_phase}, but this host's step limit is {limit}")
     if settings.language not in split.texts:
         raise UsageError(
-            f"the server at {server.address} ({info.version}) does not tell the alphabet of its texts: it is too old"
+            f"the server at {server.address} ({info.version}) does not send the alphabet of its texts: it is too old"
         )
     return SplitInfo(
         name=split.name,
@@ -421,12 +421,14 @@ def _split_info(server: Server, settings: Settings) -> SplitInfo:
         sensors=tuple(name for name in split.sensors if name != "oracle"),
         steps_per_phase=limit,
         data_hash=split.data_hash,
-        texts={code: Texts(texts.alphabet, texts.longest, texts.longest_utf8) for code, texts in split.texts.items()},
+        texts={
+            code: TextBounds(texts.alphabet, texts.longest, texts.longest_utf8) for code, texts in split.texts.items()
+        },
     )
 
 
 def _into(seen: Observation, into: Images | None) -> Observation:
-    """Return the observation; its images are also written to arrays, if there are some."""
+    """Return the observation, after writing its images to the arrays, if any are given."""
     for name, pixels in (into or {}).items():
         pixels[...] = getattr(seen, name)
     return seen

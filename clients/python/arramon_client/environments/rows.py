@@ -1,8 +1,8 @@
-"""Rows of batches that several processes fill: whoever has an episode ready takes the next row.
+"""Filling of a batch's rows by several processes: each takes the next free row when it has an episode ready.
 
-Rows are handed out through a pipe, from which each process reads the number of one row at a time, and filled ones are
-reported through another. So no process holds a lock that would remain locked after its death, and the pipes order what
-is written to shared memory on every processor.
+The numbers of free rows are distributed through a pipe, from which each process reads one at a time, and filled rows
+are reported through another pipe. Thus no process holds a lock that would stay locked if it died, and the pipes also
+order the writes to shared memory on every processor.
 """
 
 import os
@@ -14,62 +14,62 @@ from typing import Any
 
 import gymnasium
 
-from arramon_client.environments.batches import Batch, Layout
-from arramon_client.environments.group import Call, Group, News
+from arramon_client.environments.batches import BatchLayout, VectorBatch
+from arramon_client.environments.group import Call, EpisodeGroup, EpisodeUpdates
 from arramon_client.errors import ArramonClientError
 
 SLOT = struct.Struct("=i")
-"""A row: number of its block times the rows of a block, and its number there."""
+"""Encoding of a row: its block's number times the rows per block, plus its number in the block."""
 
 REPORT = struct.Struct("=iii")
-"""The number of an episode, its row, and what follows in the pipe of its process."""
+"""Encoding of a report: episode number, row, and what the process sends next through its own pipe."""
 
-NOTHING, NEWS, ERROR = 0, 1, 2
-"""What follows a report: nothing, `News`, or an error that ends all rows."""
+NOTHING, UPDATES, ERROR = 0, 1, 2
+"""What follows a report: nothing, `EpisodeUpdates`, or an error that ends the batch."""
 
 
 @dataclass(eq=False)
-class Rows:
-    """What a process needs to fill rows.
+class RowWriter:
+    """Writer of rows, used by each process.
 
     Attributes:
-        layout: of a block.
-        blocks: shared memory.
-        count: rows of a block.
-        free: from which the numbers of rows are read.
-        filled: to which reports are written.
+        layout: layout of a block.
+        blocks: blocks of shared memory, by number.
+        count: number of rows of a block.
+        free: pipe from which the numbers of free rows are read.
+        filled: pipe to which reports are written.
     """
 
-    layout: Layout
+    layout: BatchLayout
     blocks: Sequence[Any]
     count: int
     free: "Connection[Any, Any]"
     filled: "Connection[Any, Any]"
-    _batches: Sequence[Batch] = ()
+    _batches: Sequence[VectorBatch] = ()
 
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "_batches": ()}
 
-    def draw(self, group: Group, number: int) -> tuple[int, News | None]:
-        """Draw an episode to the next row, and return the row and what is new."""
+    def draw(self, group: EpisodeGroup, number: int) -> tuple[int, EpisodeUpdates | None]:
+        """Write an episode to the next free row; return the row, and the episode's updates or None."""
         self._batches = self._batches or [self.layout.over(block) for block in self.blocks]
         (slot,) = SLOT.unpack(os.read(self.free.fileno(), SLOT.size))
         return slot, group.draw(number, self._batches[slot // self.count], slot % self.count)
 
-    def fill(self, group: Group, calls: Sequence[tuple[int, Call]], pipe: "Connection[Any, Any]") -> None:
+    def fill(self, group: EpisodeGroup, calls: Sequence[tuple[int, Call]], pipe: "Connection[Any, Any]") -> None:
         """Play calls, each with the number of its episode, and report each row.
 
         Args:
-            group: that plays them.
-            calls: actions and beginnings.
-            pipe: of this process, for what follows a report.
+            group: the group that plays the calls.
+            calls: actions and requests to begin an episode.
+            pipe: this process's own pipe, for what follows a report.
         """
         try:
             for number in group.apply(calls):
-                slot, news = self.draw(group, number)
-                self._report(number, slot, NOTHING if news is None else NEWS)
-                if news is not None:
-                    pipe.send(news)
+                slot, updates = self.draw(group, number)
+                self._report(number, slot, NOTHING if updates is None else UPDATES)
+                if updates is not None:
+                    pipe.send(updates)
         except (gymnasium.error.Error, ArramonClientError) as error:
             self._report(calls[0][0], 0, ERROR)
             pipe.send(error)
@@ -79,5 +79,5 @@ class Rows:
 
 
 def reports(data: bytes) -> Iterable[tuple[int, int, int]]:
-    """Return the reports in what was read from the pipe: episode, row, and what follows."""
+    """Return the decoded reports in data read from the pipe: episode, row, and what follows."""
     return REPORT.iter_unpack(data)

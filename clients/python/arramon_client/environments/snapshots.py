@@ -1,7 +1,7 @@
-"""Snapshots of an environment in this process: its arguments and the actions so far, from which it is made again.
+"""Snapshots of environments: arguments and actions so far, from which a copy is rebuilt by replaying the actions.
 
-So an environment can be pickled and copied in the middle of an episode: the actions are played again by the rules,
-without drawing a frame.
+Snapshots make an environment in this process picklable and copyable in the middle of an episode. The replay renders
+nothing.
 """
 
 import copy
@@ -21,16 +21,16 @@ from arramon_client.errors import ArramonClientError
 
 @dataclass(frozen=True)
 class Snapshot:
-    """What episodes are made from again.
+    """State from which an environment's episodes are rebuilt.
 
     Attributes:
-        options: with the tokenizer itself, and the data folder spelled out.
-        data_hashes: of the split, by language.
-        begun: language, id and seed of the present episode; None before the first.
-        actions: of the present episode, in order.
+        options: options, with the tokenizer as an object and an absolute data folder.
+        data_hashes: hash of the split's data, by language.
+        begun: language, id and seed of the current episode; None before the first.
+        actions: actions of the current episode, in order.
         advised: the expert's action in each state, in order; empty without an expert.
-        is_over: whether the episode takes no action.
-        is_closed: whether no episode can begin any more.
+        is_over: whether the current episode has ended, or none has begun.
+        is_closed: whether the environment was closed.
     """
 
     options: Options
@@ -43,29 +43,29 @@ class Snapshot:
 
 
 class Copyable(ABC):
-    """Base of environments that are pickled and copied as a snapshot of their episodes.
+    """Base class of environments that are pickled and copied by means of a snapshot of their episodes.
 
     Attributes:
-        MADE_AGAIN: names of the attributes that `_play_with` sets, which a copy makes for itself.
+        REBUILT: names of the attributes that `_set_episodes` sets, and a copy rebuilds.
     """
 
-    MADE_AGAIN: ClassVar[tuple[str, ...]]
+    REBUILT: ClassVar[tuple[str, ...]]
     _episodes: Episodes
 
     @abstractmethod
-    def _play_with(self, episodes: Episodes) -> None:
-        """Set what is not part of a copy's state, as it is made again."""
+    def _set_episodes(self, episodes: Episodes) -> None:
+        """Set the attributes that a copy rebuilds instead of copying."""
 
     def __getstate__(self) -> dict[str, Any]:
-        kept = {name: value for name, value in self.__dict__.items() if name not in self.MADE_AGAIN}
-        return {**kept, "snapshot": take(self._episodes)}
+        kept = {name: value for name, value in self.__dict__.items() if name not in self.REBUILT}
+        return {**kept, "snapshot": take_snapshot(self._episodes)}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update({name: value for name, value in state.items() if name != "snapshot"})
-        self._play_with(restore(state["snapshot"]))
+        self._set_episodes(restore_snapshot(state["snapshot"]))
 
     def __copy__(self) -> Self:
-        """Return a deep copy: the random numbers of the spaces and of the episodes, above all, are not shared."""
+        """Return a deep copy, which does not share the random generators of the spaces and the episodes."""
         return copy.deepcopy(self)
 
     @property
@@ -75,15 +75,15 @@ class Copyable(ABC):
 
     @property
     def player(self) -> Player:
-        """What plays the episodes: its split, its labels, the hash chain over the actions."""
+        """The player of the current episode, with its split, labels and hash chain."""
         return self._episodes.player
 
 
-def take(episodes: Episodes) -> Snapshot:
+def take_snapshot(episodes: Episodes) -> Snapshot:
     """Return a snapshot of the episodes of an environment.
 
     Raises:
-        CannotCopy: on a host, whose run goes on there.
+        CannotCopy: if the environment is on a host, where its run goes on.
     """
     opened = episodes.opened
     if opened.options.server is not None:
@@ -102,11 +102,11 @@ def take(episodes: Episodes) -> Snapshot:
     )
 
 
-def restore(snapshot: Snapshot) -> Episodes:
-    """Return the episodes of a snapshot, with the present one where it was.
+def restore_snapshot(snapshot: Snapshot) -> Episodes:
+    """Return the episodes of a snapshot, with the current episode in the same state.
 
     Raises:
-        CannotCopy: if the data is not there any more, or has changed since.
+        CannotCopy: if the data no longer exists, or has changed since.
     """
     try:
         opened = open_player(snapshot.options)
@@ -131,11 +131,11 @@ def restore(snapshot: Snapshot) -> Episodes:
 
 
 def _replay(episodes: Episodes, snapshot: Snapshot) -> None:
-    """Play the actions of a snapshot again, and ask the expert where its advice depends on having been asked."""
+    """Replay the actions of a snapshot, and query the expert wherever its later advice depends on the query."""
     first = len(snapshot.actions) + 1
-    if snapshot.options.expert == "reference":  # It plans once, in a state that depends on the way there.
+    if snapshot.options.expert == "reference":  # It plans once, in a state that depends on the path there.
         first = 0
-    elif snapshot.options.expert is not None:  # It plans anew where its advice was not followed.
+    elif snapshot.options.expert is not None:  # It plans again after an action that differs from its advice.
         taken = enumerate(zip(snapshot.actions, snapshot.advised, strict=False), start=1)
         first = max((number for number, (action, advice) in taken if action != advice), default=0)
     player = episodes.player

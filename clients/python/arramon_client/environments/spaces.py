@@ -1,4 +1,4 @@
-"""Spaces of observations and actions, and observations as Gymnasium has them."""
+"""Observation and action spaces, and the conversion of observations to those spaces."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
@@ -10,46 +10,46 @@ import numpy.typing as npt
 from gymnasium import spaces
 
 from arramon_client.agent import Action, Observation
-from arramon_client.environments.backend import Settings, Texts
+from arramon_client.environments.backend import PlayerSettings, TextBounds
 from arramon_client.environments.tokens import Tokenizer
 from arramon_client.world import PHASES
 
 NO_ACTION = len(Action)
-"""`last_action` before the first step."""
+"""Value of `last_action` before the first step."""
 
 SENSORS = ("rgb", "depth", "segmentation", "pose")
-"""Sensors of the environments, in the order of the observation."""
+"""Sensors of the environments, in the order of the observation's keys."""
 
 KEYS = (*SENSORS, "instruction", "instruction_tokens", "turn", "phase", "steps_left", "last_action")
-"""Keys of an observation, in its order."""
+"""Keys of an observation, in order."""
 
 TURN_NUMBERS = 3
-"""Size of the space of turns, which are 1 and 2 as everywhere else: 0 never occurs. `Discrete(2, start=1)` would say
-the same, but libraries that one-hot it ignore its start, and fail at turn 2."""
+"""Size of the space of turns, which are numbered 1 and 2; 0 never occurs. `Discrete(2, start=1)` would be equivalent,
+but libraries that one-hot encode it ignore its start, and fail at turn 2."""
 
-MOST_LABELS = 32767
-"""Greatest index of a label. The space of segmentations is int16, and not uint16 as an agent's: TorchRL has none, and
-labels are a few hundred."""
+MAX_LABEL = 32767
+"""Largest label index. The space of segmentations is int16, unlike an agent's uint16, which TorchRL does not support;
+there are only a few hundred labels."""
 
-FARTHEST_DEPTH = 65.535
-"""Greatest depth, in units."""
+MAX_DEPTH = 65.535
+"""Largest depth, in units."""
 
-WIDEST = 10_000.0
-"""Bound of positions, in units: far beyond every section."""
+MAX_POSITION = 10_000.0
+"""Bound of coordinates, in units, far larger than any section."""
 
 Dict = dict[str, Any]
 """An observation."""
 
 
 def action_space() -> "spaces.Discrete":
-    """Return a new space of actions, numbered as in the release."""
+    """Return a new action space, with actions numbered as in the official release."""
     return spaces.Discrete(len(Action))
 
 
-def united(texts: Iterable[Texts]) -> Texts:
-    """Return the alphabet and the lengths of texts in several languages."""
+def merge_bounds(texts: Iterable[TextBounds]) -> TextBounds:
+    """Return the union of alphabets and the maximum lengths of texts in several languages."""
     all_texts = list(texts)
-    return Texts(
+    return TextBounds(
         alphabet="".join(sorted(set().union(*(each.alphabet for each in all_texts)))),
         longest=max(each.longest for each in all_texts),
         longest_utf8=max(each.longest_utf8 for each in all_texts),
@@ -57,24 +57,30 @@ def united(texts: Iterable[Texts]) -> Texts:
 
 
 def observation_space(
-    settings: Settings, texts: Texts, steps_per_phase: int, tokenizer: Tokenizer, keys: Sequence[str] | None = None
+    settings: PlayerSettings,
+    texts: TextBounds,
+    steps_per_phase: int,
+    tokenizer: Tokenizer,
+    keys: Sequence[str] | None = None,
 ) -> "spaces.Dict":
-    """Return a new space of observations, as `docs/environments.md` describes it.
+    """Return a new observation space, as described in `docs/environments.md`.
 
     Args:
-        settings: what is played.
+        settings: settings of the player.
         texts: alphabet and lengths of the instructions.
-        steps_per_phase: the step limit of a phase.
-        tokenizer: of the instructions.
-        keys: of the observation; None for all.
+        steps_per_phase: step limit of a phase.
+        tokenizer: tokenizer of the instructions.
+        keys: keys of the observation; None for all.
     """
     size = settings.image_size
     made: dict[str, Callable[[], spaces.Space[Any]]] = {
         "rgb": lambda: spaces.Box(0, 255, (size, size, 3), np.uint8),
-        "depth": lambda: spaces.Box(0.0, FARTHEST_DEPTH, (size, size), np.float32),
-        "segmentation": lambda: spaces.Box(0, MOST_LABELS, (size, size), np.int16),
+        "depth": lambda: spaces.Box(0.0, MAX_DEPTH, (size, size), np.float32),
+        "segmentation": lambda: spaces.Box(0, MAX_LABEL, (size, size), np.int16),
         "pose": lambda: spaces.Box(
-            np.array((-WIDEST, -WIDEST, 0.0)), np.array((WIDEST, WIDEST, 360.0)), dtype=np.float64
+            np.array((-MAX_POSITION, -MAX_POSITION, 0.0)),
+            np.array((MAX_POSITION, MAX_POSITION, 360.0)),
+            dtype=np.float64,
         ),
         "instruction": lambda: spaces.Text(texts.longest, min_length=1, charset=texts.alphabet),
         "instruction_tokens": lambda: spaces.Box(0, tokenizer.size - 1, (tokenizer.length,), np.int32),
@@ -88,12 +94,12 @@ def observation_space(
 
 
 @dataclass
-class Translator:
-    """Turns the client's observations into those of the space.
+class ObservationConverter:
+    """Converts the client's observations to observations of the Gymnasium space.
 
     Args:
-        tokenizer: of the instructions.
-        keys: of the observation; None for all.
+        tokenizer: tokenizer of the instructions.
+        keys: keys of the observation; None for all.
     """
 
     tokenizer: Tokenizer
@@ -104,19 +110,19 @@ class Translator:
         self._encode = lru_cache(64)(self.tokenizer.encode)
 
     def tokens(self, text: str) -> npt.NDArray[np.int32]:
-        """Return the numbers of a text, not to be changed: the same array is returned again."""
+        """Return the tokens of a text; the array is cached and must not be modified."""
         return self._encode(text)
 
     def observation(self, seen: Observation, last_action: int) -> Dict:
-        """Return the observation, with the chosen keys; its images are those of `seen`."""
-        return self.chosen(self.whole(seen, last_action))
+        """Return the observation with the chosen keys; its images are not copied."""
+        return self.select_keys(self.full_observation(seen, last_action))
 
-    def chosen(self, whole: Dict) -> Dict:
-        """Return the part of an observation that has the chosen keys."""
-        return whole if self.keys is None else {key: value for key, value in whole.items() if key in self.keys}
+    def select_keys(self, full: Dict) -> Dict:
+        """Return the chosen keys of an observation."""
+        return full if self.keys is None else {key: value for key, value in full.items() if key in self.keys}
 
-    def whole(self, seen: Observation, last_action: int) -> Dict:
-        """Return the observation with all keys, for pictures too; its images are those of `seen`."""
+    def full_observation(self, seen: Observation, last_action: int) -> Dict:
+        """Return the observation with all keys, as for rendering; its images are not copied."""
         values: Dict = {}
         if seen.rgb is not None:
             values["rgb"] = seen.rgb

@@ -1,4 +1,4 @@
-"""Tokenizers: instructions as padded numbers, for learners that do not take texts."""
+"""Tokenizers: instructions as padded arrays of token ids, for learners that do not accept texts."""
 
 import hashlib
 from collections.abc import Iterable, Sequence
@@ -10,16 +10,16 @@ import numpy.typing as npt
 from arramon_client.words import words
 
 PAD, END, UNKNOWN, SPECIAL = 0, 1, 2, 3
-"""Numbers that stand for padding, the end of a text and an unknown word; the number of these."""
+"""Token ids of padding, the end of a text and unknown words; number of special ids."""
 
 
 class Tokenizer(Protocol):
-    """Turns texts into numbers.
+    """Converts texts to token ids.
 
     Attributes:
-        name: what tells the tokenizer from others.
-        size: all numbers are less than this.
-        length: numbers of every text, padding included.
+        name: unique name of the tokenizer and its vocabulary.
+        size: size of the vocabulary; all token ids are below it.
+        length: length of every encoded text, including padding.
     """
 
     name: str
@@ -27,14 +27,14 @@ class Tokenizer(Protocol):
     length: int
 
     def encode(self, text: str) -> npt.NDArray[np.int32]:
-        """Return a new array of (length,) int32; what does not fit is cut off."""
+        """Return a new array of token ids, (length,) int32; a longer text is truncated."""
 
 
 class ByteTokenizer:
-    """The bytes of UTF-8, numbered as in ByT5: byte + 3, then 1 for the end, then 0. It needs no vocabulary.
+    """Tokenizer of UTF-8 bytes, numbered as in ByT5: byte + 3, then 1 for the end, then 0. It needs no vocabulary.
 
     Args:
-        longest: bytes of the longest text.
+        longest: length of the longest text in bytes.
     """
 
     name = "utf8-bytes"
@@ -44,20 +44,20 @@ class ByteTokenizer:
         self.length = longest + 1
 
     def encode(self, text: str) -> npt.NDArray[np.int32]:
-        """Return (length,) int32."""
+        """Return the token ids, (length,) int32."""
         numbers = np.frombuffer(text.encode(), np.uint8).astype(np.int32) + SPECIAL
         return _padded(numbers, self.length)
 
 
 class WordTokenizer:
-    """Words, numbered in the order of a vocabulary; punctuation marks are words.
+    """Tokenizer of words, numbered in the order of a vocabulary; punctuation marks count as words.
 
-    A word is a run of letters with their combining signs and digits, in lower case. Use one tokenizer for all splits
-    that an agent meets: `WordTokenizer.of` the texts that it is trained on.
+    A word is a run of letters with their combining marks and digits, in lower case. Use the same tokenizer for all
+    splits: build it from the training texts with `WordTokenizer.of`.
 
     Args:
         vocabulary: the known words.
-        length: words of the longest text that is not cut off, and 1 for its end.
+        length: maximum number of words of a text, plus 1 for its end; longer texts are truncated.
     """
 
     def __init__(self, vocabulary: Sequence[str], length: int) -> None:
@@ -69,12 +69,12 @@ class WordTokenizer:
 
     @classmethod
     def of(cls, texts: Iterable[str]) -> "WordTokenizer":
-        """Return a tokenizer that knows every word of some texts, the sorted ones, and is as long as the longest."""
+        """Return a tokenizer with all words of the given texts, sorted, and the length of the longest text."""
         split = [words(text) for text in texts]
         return cls(sorted(set().union(*split)), max(map(len, split), default=0) + 1)
 
     def encode(self, text: str) -> npt.NDArray[np.int32]:
-        """Return (length,) int32."""
+        """Return the token ids, (length,) int32."""
         return _padded(np.array([self._numbers.get(word, UNKNOWN) for word in words(text)], np.int32), self.length)
 
 

@@ -1,4 +1,4 @@
-"""The PettingZoo environments: `navigator` and `assembler` by turns (AEC), or in parallel.
+"""The PettingZoo environments for `navigator` and `assembler`, who act alternately (AEC) or in parallel.
 
 Importing this module registers them: `pettingzoo.make("aec", "arramon/ArraMon-v0")`, or "parallel". `env()`,
 `raw_env()` and `parallel_env()` make them too.
@@ -22,8 +22,8 @@ from arramon_client.environments.tokens import Tokenizer
 METADATA = {"name": "arramon_v0", "render_modes": list(RENDER_MODES), "render_fps": 10, "is_parallelizable": True}
 
 
-class _Shown:
-    """Pictures of an episode, returned or shown in a window."""
+class _EpisodeDisplay:
+    """Renders an episode to an array or in a window, depending on the render mode."""
 
     def __init__(self, render_mode: str | None) -> None:
         check_render_mode(render_mode)
@@ -33,7 +33,7 @@ class _Shown:
     def show(self, episode: TwoAgents) -> npt.NDArray[np.uint8] | None:
         if self._mode is None:
             return None
-        picture = self._picture.draw(episode.shown(), episode.player)
+        picture = self._picture.draw(episode.active_observation(), episode.player)
         if self._mode == "rgb_array":
             return picture
         self._window = self._window or Window("ArraMon", int(str(METADATA["render_fps"])))
@@ -47,13 +47,13 @@ class _Shown:
 
 
 class _TwoAgentsBase:
-    """What both environments share: the episode, its spaces and its pictures. It must be the first base class."""
+    """Base of both environments, with the episode, its spaces and its rendering. It must be the first base class."""
 
     metadata = METADATA
 
     def __init__(self, render_mode: str | None = None, message_length: int = 0, **options: object) -> None:
         super().__init__()
-        self._shown = _Shown(render_mode)
+        self._display = _EpisodeDisplay(render_mode)
         self._episode = TwoAgents(message_length, **options)
         self.render_mode = render_mode
         self.possible_agents = list(AGENTS)
@@ -62,14 +62,14 @@ class _TwoAgentsBase:
         self.action_spaces = dict(self._episode.action_spaces)
 
     def __getstate__(self) -> dict[str, Any]:
-        return {name: value for name, value in self.__dict__.items() if name != "_shown"}
+        return {name: value for name, value in self.__dict__.items() if name != "_display"}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
-        self._shown = _Shown(self.render_mode)
+        self._display = _EpisodeDisplay(self.render_mode)
 
     def __copy__(self) -> Self:
-        """Return a deep copy, as the episode is not shared."""
+        """Return a deep copy, with an episode of its own."""
         return copy.deepcopy(self)
 
     @property
@@ -79,40 +79,40 @@ class _TwoAgentsBase:
 
     @property
     def player(self) -> Any:
-        """What plays the episodes: its split, its labels, the hash chain over the actions."""
+        """The player of the current episode, with its split, labels and hash chain."""
         return self._episode.player
 
     def observation_space(self, agent: str) -> spaces.Dict:
-        """Return an agent's space of observations, the same object each time."""
+        """Return an agent's observation space, the same object each time."""
         return self._episode.observation_spaces[agent]
 
     def action_space(self, agent: str) -> "spaces.Space[Any]":
-        """Return an agent's space of actions, the same object each time."""
+        """Return an agent's action space, the same object each time."""
         return self._episode.action_spaces[agent]
 
     def render(self) -> npt.NDArray[np.uint8] | None:
-        """Return a picture of what the acting agent sees; None unless the mode is "rgb_array"."""
-        return self._shown.show(self._episode) if self.render_mode == "rgb_array" else None
+        """Return a picture with the active agent's view; None unless the mode is "rgb_array"."""
+        return self._display.show(self._episode) if self.render_mode == "rgb_array" else None
 
     def close(self) -> None:
-        """Free what is held. On a host, end the run."""
-        self._shown.close()
+        """Release all resources. On a host, end the run."""
+        self._display.close()
         self._episode.close()
 
     def _show(self) -> None:
         if self.render_mode == "human":
-            self._shown.show(self._episode)
+            self._display.show(self._episode)
 
 
 class ArraMonAEC(_TwoAgentsBase, AECEnv[str, Dict, Any]):  # type: ignore[misc]  # PettingZoo is not typed
-    """The benchmark for two agents that act by turns; `env()` makes one with PettingZoo's check of the calls' order.
+    """The benchmark for two agents that act alternately; `env()` adds PettingZoo's wrapper that checks the call order.
 
-    The navigator acts in the city, the assembler in the room. Each sees its own observation, and gets the rewards of
-    its own phases.
+    The navigator acts in the city, the assembler in the room. Each gets its own observations, and the rewards of its
+    own phases.
 
     Args:
         render_mode: None, "rgb_array" or "human".
-        message_length: symbols that an agent may tell the other with each action; 0 for none.
+        message_length: number of symbols that an agent sends to the other with each action; 0 for no messages.
         options: the fields of `arramon_client.environments.options.Options`, except `phases`.
 
     Raises:
@@ -136,14 +136,14 @@ class ArraMonAEC(_TwoAgentsBase, AECEnv[str, Dict, Any]):  # type: ignore[misc] 
         self._show()
 
     def observe(self, agent: str) -> Dict:
-        """Return an agent's observation: what it last saw in a phase of its own."""
+        """Return an agent's latest observation in a phase of its own; a blank one before its first phase."""
         return self._episode.observation(agent)
 
     def step(self, action: Any) -> None:
-        """Apply the action of the selected agent; None for one that is done.
+        """Apply the action of the selected agent; None for an agent whose episode has ended.
 
         Raises:
-            gymnasium.error.InvalidAction: if the action is none of the four.
+            gymnasium.error.InvalidAction: if the action is not 0 to 3.
         """
         agent = self.agent_selection
         if self.terminations[agent]:
@@ -165,8 +165,9 @@ class ArraMonAEC(_TwoAgentsBase, AECEnv[str, Dict, Any]):  # type: ignore[misc] 
 
 
 class ArraMonParallel(_TwoAgentsBase, ParallelEnv[str, Dict, Any]):  # type: ignore[misc]
-    """The same for learners in which all agents act at once: the action of the agent whose phase it is not counts for
-    nothing, and its observation stays as it was, with `active` 0.
+    """The benchmark for two agents that act at once, for libraries that require it.
+
+    The action of the inactive agent is ignored, and its observation stays as it was, with `active` 0.
 
     Args:
         render_mode, message_length, options: as for `ArraMonAEC`.
@@ -191,15 +192,15 @@ class ArraMonParallel(_TwoAgentsBase, ParallelEnv[str, Dict, Any]):  # type: ign
     def step(
         self, actions: dict[str, Any]
     ) -> tuple[dict[str, Dict], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]]:
-        """Apply the action of the agent whose phase it is.
+        """Apply the action of the active agent.
 
         Returns:
-            Observations, rewards, terminated, truncated (never) and infos, by agent.
+            Observations, rewards, terminated, truncated (always False) and infos, by agent.
 
         Raises:
-            gymnasium.error.InvalidAction: if the action is none of the four.
+            gymnasium.error.InvalidAction: if the action is not 0 to 3.
             gymnasium.error.ResetNeeded: if the episode has ended.
-            KeyError: if there is no action for the agent whose phase it is.
+            KeyError: if there is no action for the active agent.
         """
         acting = self._episode.active
         reward, info = self._episode.step(None if self._episode.is_over else actions[acting])
@@ -221,7 +222,7 @@ def raw_env(**arguments: Any) -> ArraMonAEC:
 
 
 def env(**arguments: Any) -> "OrderEnforcingWrapper[str, Dict, Any]":
-    """Return the AEC environment, which says so if its methods are called in a wrong order."""
+    """Return the AEC environment in PettingZoo's wrapper that checks the order of calls."""
     return OrderEnforcingWrapper(ArraMonAEC(**arguments))
 
 

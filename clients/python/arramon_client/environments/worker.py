@@ -1,4 +1,4 @@
-"""Processes that play shares of a vector environment and write their rows into shared memory."""
+"""Worker processes of a vector environment, which play some episodes and write their rows to shared memory."""
 
 import multiprocessing
 import pickle
@@ -13,61 +13,61 @@ from typing import Any
 
 import gymnasium
 
-from arramon_client.environments.batches import Layout
+from arramon_client.environments.batches import BatchLayout
 from arramon_client.environments.errors import BadArgument
-from arramon_client.environments.group import Call, Group, Rules
+from arramon_client.environments.group import Call, EpisodeGroup, VectorSettings
 from arramon_client.environments.options import Options
-from arramon_client.environments.rows import Rows
-from arramon_client.environments.waiting import Waiter
+from arramon_client.environments.rows import RowWriter
+from arramon_client.environments.waiter import Waiter
 from arramon_client.errors import ArramonClientError
 from arramon_client.local.lifeline import end_with_parent
 
 JOIN_SECONDS = 10.0
-"""Time for which a process is waited for that was told to end."""
+"""Time to wait for a process to exit after it was told to."""
 
 SYNC = "sync"
-"""A call whose answer is itself, with its number."""
+"""Name of a call that a worker answers with the call itself, to synchronise."""
 
 
 class WorkerDied(gymnasium.error.Error):
-    """A process that plays a share of the episodes ended unexpectedly; its own error is on standard error."""
+    """A worker process ended unexpectedly; its own error is on standard error."""
 
 
 @dataclass(frozen=True)
-class Share:
-    """What a process plays.
+class WorkerTask:
+    """The task of one worker process.
 
     Attributes:
-        options: of all episodes.
-        numbers: of those of the process.
-        rules: of all episodes.
-        layout: of a batch.
-        blocks: shared memory, for one batch each.
-        rows: of batches of the first that are ready; None if there are none.
+        options: options of the environment.
+        numbers: numbers of the worker's episodes.
+        settings: settings of the vector environment.
+        layout: layout of a batch.
+        blocks: blocks of shared memory, each for one batch.
+        rows: row writer for asynchronous batches; None without these.
     """
 
     options: Options
     numbers: range
-    rules: Rules
-    layout: Layout
+    settings: VectorSettings
+    layout: BatchLayout
     blocks: Sequence[Any]
-    rows: Rows | None
+    rows: RowWriter | None
 
 
 class Worker:
-    """A process that plays a share of the episodes.
+    """A worker process, seen from the process that started it.
 
     Args:
-        context: starts the process.
-        share: what it plays.
+        context: multiprocessing context that starts the process.
+        task: what the process plays.
     """
 
-    def __init__(self, context: BaseContext, share: Share) -> None:
+    def __init__(self, context: BaseContext, task: WorkerTask) -> None:
         self._pipe, other = context.Pipe()
         self._waiter = Waiter([self._pipe.fileno()])
         self._syncs = 0
         self._process = context.Process(  # type: ignore[attr-defined]  # every context has it
-            target=_play, args=(other, share), name="arramon-episodes", daemon=True
+            target=_play, args=(other, task), name="arramon-episodes", daemon=True
         )
         self._process.start()
         other.close()
@@ -79,58 +79,58 @@ class Worker:
 
     @property
     def sentinel(self) -> int:
-        """A file that can be read once the process has ended."""
+        """File descriptor that can be read once the process has ended."""
         return int(self._process.sentinel)
 
-    def ask(self, method: str, *arguments: object, **named: object) -> None:
-        """Call a method of the group, whose answer `answer` returns; `begin` and `step` with the number of a block.
+    def send_call(self, method: str, *arguments: object, **named: object) -> None:
+        """Call a method of the worker's group; `answer` returns the result. `begin` and `step` take a block's number.
 
         Raises:
             WorkerDied: if the process has ended.
-            BadArgument: if an argument cannot be sent to a process.
+            BadArgument: if an argument cannot be pickled.
         """
         try:
             self._pipe.send_bytes(pickle.dumps((method, arguments, named)))
         except OSError as error:
-            raise self.death() from error
+            raise self.died_error() from error
         except (pickle.PicklingError, AttributeError, TypeError) as error:
             raise BadArgument(f"{arguments!r} cannot be sent to a process: {error}") from error
 
     def play(self, calls: Sequence[tuple[int, Call]]) -> None:
-        """Let the process play calls, each with the number of its episode; it fills rows, and answers nothing.
+        """Send calls, each with the number of its episode; the worker fills rows with the results, without an answer.
 
         Raises:
             WorkerDied: if the process has ended.
         """
-        self.ask("play", calls)
+        self.send_call("play", calls)
 
     def answer(self) -> Any:
-        """Wait for the answer to the latest call, or for what is told of a row.
+        """Wait for the answer to the latest call, or for what follows the report of a row.
 
         Raises:
             WorkerDied: if the process has ended.
-            gymnasium.error.Error, ArramonClientError: as the method raised it there.
-            Exception: as a method of `Member` raised it, for `call` and `set_attr`.
+            gymnasium.error.Error, ArramonClientError: if the method raised it in the worker.
+            Exception: if `call` or `set_attr` raised it in the worker.
         """
-        answer = self._received()
+        answer = self._receive()
         if isinstance(answer, Exception):
             raise answer
         return answer
 
-    def forget(self) -> None:
-        """Wait until the process has nothing more to do, and forget all that it has answered.
+    def discard_answers(self) -> None:
+        """Wait until the process is idle, and discard its answers.
 
         Raises:
             WorkerDied: if the process has ended.
         """
         self._syncs += 1
-        self.ask(SYNC, self._syncs)
-        while self._received() != (SYNC, self._syncs):  # An earlier one is left if the wait for it was interrupted.
+        self.send_call(SYNC, self._syncs)
+        while self._receive() != (SYNC, self._syncs):  # Earlier ones remain if a wait for them was interrupted.
             pass
 
     def close(self) -> None:
         """End the process."""
-        with suppress(OSError):  # It has ended before.
+        with suppress(OSError):  # The process has already ended.
             self._pipe.send_bytes(pickle.dumps(None))
         self._drain()
         self._process.join(JOIN_SECONDS)
@@ -139,52 +139,52 @@ class Worker:
             self._process.join()
         self._pipe.close()
 
-    def death(self) -> WorkerDied:
-        """Return the error that says that the process has ended."""
+    def died_error(self) -> WorkerDied:
+        """Return the error that reports the end of the process."""
         self._process.join(JOIN_SECONDS)
         return WorkerDied(
             f"a process that plays episodes ended with status {self._process.exitcode}; close the environment"
         )
 
     def _drain(self) -> None:
-        """Read what the process still tells, until it ends: it cannot, while it waits for a reader."""
+        """Read the pipe until the process ends: it cannot exit while a write blocks."""
         left = time.monotonic() + JOIN_SECONDS
         while (seconds := left - time.monotonic()) > 0:
             if self._pipe not in wait([self._pipe, self._process.sentinel], seconds):
-                return  # It has ended, though others hold its end of the pipe, or goes on for too long.
+                return  # The process has ended, although others hold its end of the pipe, or takes too long.
             try:
                 self._pipe.recv_bytes()
             except (EOFError, OSError):
                 return
 
-    def _received(self) -> Any:
+    def _receive(self) -> Any:
         self._waiter.wait()
         try:
             return self._pipe.recv()
         except (EOFError, OSError) as error:
-            raise self.death() from error
+            raise self.died_error() from error
 
 
-def _play(pipe: "Connection[Any, Any]", share: Share) -> None:
-    """Answer calls until told to end; end at once with the other process."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # An interrupt from the keyboard is the other process's to handle.
+def _play(pipe: "Connection[Any, Any]", task: WorkerTask) -> None:
+    """Answer calls until told to stop; exit at once when the parent process ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # The parent process handles keyboard interrupts.
     end_with_parent()
-    batches = [share.layout.over(block) for block in share.blocks]
-    group = Group(share.options, share.numbers, share.rules)
+    batches = [task.layout.over(block) for block in task.blocks]
+    group = EpisodeGroup(task.options, task.numbers, task.settings)
     waiter = Waiter([pipe.fileno()])
     try:
         while True:
             waiter.wait()
-            asked = pickle.loads(pipe.recv_bytes())  # noqa: S301 - from the process that started this one
-            if asked is None:
+            message = pickle.loads(pipe.recv_bytes())  # noqa: S301 - from the process that started this one
+            if message is None:
                 return
-            method, arguments, named = asked
+            method, arguments, named = message
             if method == SYNC:
                 pipe.send((SYNC, *arguments))
                 continue
             if method == "play":
-                assert share.rows is not None
-                share.rows.fill(group, arguments[0], pipe)
+                assert task.rows is not None
+                task.rows.fill(group, arguments[0], pipe)
                 continue
             if method in ("begin", "step"):
                 arguments = (batches[arguments[0]], *arguments[1:])
@@ -195,31 +195,29 @@ def _play(pipe: "Connection[Any, Any]", share: Share) -> None:
         group.close()
 
 
-def _answer(group: Group, method: str, arguments: tuple[Any, ...], named: dict[str, Any]) -> Any:
-    """Return what a method of the group returns, or the error that it raises, to be raised in the other process."""
+def _answer(group: EpisodeGroup, method: str, arguments: tuple[Any, ...], named: dict[str, Any]) -> Any:
+    """Return the result of a method of the group, or the exception that it raised, for the parent process."""
     try:
         answer = getattr(group, method)(*arguments, **named)
     except (gymnasium.error.Error, ArramonClientError) as error:
         return error
     except Exception as error:
-        if method in ("call", "set_attr"):  # A program's own attributes may raise anything.
+        if method in ("call", "set_attr"):  # Attributes that a program has set may raise anything.
             return error
         raise
     if method == "call":
         try:
             pickle.dumps(answer)
         except (pickle.PicklingError, AttributeError, TypeError) as error:
-            return BadArgument(
-                f"{arguments[0]!r} cannot be passed between processes ({error}); with processes=1 it can be had"
-            )
+            return BadArgument(f"{arguments[0]!r} cannot be passed between processes ({error}); use processes=1")
     return answer
 
 
 def context_of(name: str | None) -> BaseContext:
-    """Return the context that starts processes: "fork", "spawn", "forkserver", or None for the system's default.
+    """Return the multiprocessing context with this start method; None for the system's default.
 
     Raises:
-        BadArgument: if there is no such context.
+        BadArgument: if the start method is not available.
     """
     there = multiprocessing.get_all_start_methods()
     if name is not None and name not in there:

@@ -1,8 +1,8 @@
-"""Wrappers for what Gymnasium does not ship: the pose in the frame of the phase's start.
+"""A wrapper that Gymnasium does not have: poses relative to the start of the phase.
 
-For the rest there are Gymnasium's own: `FilterObservation` (without texts, say), `FlattenObservation`,
-`TransformObservation`, `FrameStackObservation`; images come in any size by `image_size`, instructions as numbers in
-`instruction_tokens`.
+Use Gymnasium's own for the rest: `FilterObservation` (for example, to remove texts), `FlattenObservation`,
+`TransformObservation`, `FrameStackObservation`. The option `image_size` sets the size of images, and
+`instruction_tokens` has the instruction as numbers.
 """
 
 import math
@@ -17,15 +17,15 @@ from arramon_client.environments.spaces import Dict
 
 
 class StartFrame(gymnasium.ObservationWrapper[Dict, np.int64, Dict]):
-    """Give the pose relative to the pose at the start of the phase: units to the right and ahead, degrees clockwise.
+    """Makes the pose relative to the start of the phase: units to the right and ahead, degrees clockwise.
 
-    At the start of each phase it is (0, 0, 0): an agent learns nothing of where in the city it is.
+    Each phase starts at (0, 0, 0), so that an agent does not learn where in the city it is.
 
     Args:
-        env: with the sensor "pose", and the keys "turn" and "phase" in its observation.
+        env: environment with the sensor "pose", and the keys "turn" and "phase" in its observation.
 
     Raises:
-        BadArgument: without them.
+        BadArgument: if the sensor or a key is missing.
     """
 
     def __init__(self, env: gymnasium.Env[Dict, np.int64]) -> None:

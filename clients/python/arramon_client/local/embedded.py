@@ -21,16 +21,16 @@ READY_PREFIX = "listening on "
 """Prefix of the line on the server's standard output that announces that it is ready."""
 
 START_TIMEOUT, STOP_TIMEOUT = 180.0, 30.0
-"""Seconds that the server may take to start, without what it announces as slow, and to stop."""
+"""Time limits for starting (apart from a slow first start) and stopping the server, in seconds."""
 
 NOTICE_TIMEOUT = 1800.0
-"""Seconds that it may take in addition once it has printed a notice: half a minute's work on an idle machine."""
+"""Additional time limit after the server has announced a slow first start; it takes 30 seconds on an idle machine."""
 
 NOTICE_PREFIX = "compiling "
-"""Prefix of output lines that are shown to the waiting participant: the first start on a machine is slow."""
+"""Prefix of output lines that announce a slow first start, and are shown to the participant."""
 
 SOCKET_PATH_LIMIT = 100
-"""Characters in a Unix socket's path that every system allows."""
+"""Maximum length of a Unix socket's path that every system allows, in characters."""
 
 
 def default_data() -> Path:

@@ -1,4 +1,4 @@
-"""Generation of a first small set of episodes, for a participant who has none yet."""
+"""Generation of a small first set of episodes for a participant who has none."""
 
 import subprocess
 import sys
@@ -8,13 +8,13 @@ from arramon_client.errors import EmbeddedServerError
 from arramon_client.local.embedded import check_installed, terminate
 
 SPLIT, SCALE = "val_unseen", 0.01
-"""Split to generate, and the fraction of it: enough to watch an agent play, generated in seconds."""
+"""Split to generate, and the fraction of its episodes: enough to watch an agent play, and generated in seconds."""
 
 STDERR = 2
 """File descriptor of standard error; standard output is for the scores."""
 
 STOP_TIMEOUT = 10.0
-"""Seconds that the generator may take to stop when it is interrupted."""
+"""Time limit for stopping an interrupted generator, in seconds."""
 
 
 def holds_episodes(data: Path) -> bool:

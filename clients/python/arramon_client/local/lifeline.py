@@ -1,8 +1,8 @@
-"""Processes that end with their parent, so that none outlives a program that is killed: a launcher, and a watch.
+"""Child processes that end when their parent does, so that none outlives a program that is killed.
 
-The launcher runs a module as a program, whose standard input ends with its parent, which never writes to it; it then
-sends itself SIGTERM. The watch is for processes that `multiprocessing` has started. Neither relies on pipes alone: a
-process that was forked from the parent meanwhile holds their other ends open.
+`main` launches a module as a program that sends itself SIGTERM when its parent ends, which also closes its standard
+input. `end_with_parent` is for processes started by `multiprocessing`. Neither relies on pipes alone: another process
+forked from the parent may hold their other ends open.
 """
 
 import multiprocessing
@@ -15,13 +15,13 @@ from collections.abc import Callable
 from multiprocessing.connection import wait
 
 LOOK_SECONDS = 0.5
-"""Time between two looks at the parent where the system has no handle of processes that could be waited for."""
+"""Polling interval for the parent on systems without process handles that can be waited for."""
 
 
 def end_with_parent() -> None:
-    """Watch the parent in a thread, in a process of `multiprocessing`, and end this process with it at once.
+    """Make this `multiprocessing` child exit as soon as its parent ends, by watching the parent in a thread.
 
-    Whatever this process is doing, it ends without clearing up, as if it had been killed with its parent.
+    The process exits without any cleanup, as if it had been killed with its parent.
     """
     parent = multiprocessing.parent_process()
     assert parent is not None
@@ -33,22 +33,23 @@ def _watch(handles: list[int], parent: int, end: Callable[[], None]) -> threadin
     """Call `end` in a thread once one of the handles becomes readable, or the parent has ended.
 
     Args:
-        handles: that become readable when the parent ends, unless another process holds their other ends.
-        parent: its process id.
-        end: what is to be done then.
+        handles: file descriptors that become readable when the parent ends, unless another process holds their other
+            ends.
+        parent: the parent's process id.
+        end: called when the parent has ended.
 
     Returns:
-        The thread; None if the parent had ended already.
+        The thread; None if the parent had already ended.
     """
-    started_by = os.getppid()  # The parent, or the server that forks for it, which ends with it.
+    started_by = os.getppid()  # The parent, or the fork server, which ends with it.
     watched: list[int] = list(handles)
     if hasattr(os, "pidfd_open"):
         try:
             watched.append(os.pidfd_open(parent))
-        except ProcessLookupError:  # It has ended already.
+        except ProcessLookupError:  # The parent has already ended.
             end()
             return None
-        except OSError:  # Not allowed here; the looks remain.
+        except OSError:  # Not permitted here; polling remains.
             pass
 
     def look() -> None:
@@ -73,7 +74,7 @@ def _exists(process: int) -> bool:
 
 
 def stop_with_parent() -> None:
-    """Watch the parent in a thread, and send this process SIGTERM when it ends, or standard input does."""
+    """Watch the parent in a thread, and send this process SIGTERM when the parent or standard input ends."""
     # Standard input becomes readable when it ends: the parent never writes to it.
     _watch([0], os.getppid(), lambda: os.kill(os.getpid(), signal.SIGTERM))
 

@@ -1,4 +1,4 @@
-"""Agents that `--agent` names by a file: `./my_agent.py`, `my_agent.py:Mine`, or an absolute path."""
+"""Loading of agents from files: `--agent ./my_agent.py`, `my_agent.py:Mine`, or an absolute path."""
 
 import difflib
 import importlib
@@ -15,7 +15,7 @@ SUFFIX = ".py"
 
 
 def split_spec(spec: str) -> tuple[str, str]:
-    """Return the path and the name after the colon of an agent that is named by a file; ("", "") of any other."""
+    """Split the value of `--agent` into a file's path and the name after the colon; ("", "") if it names no file."""
     if spec.endswith(SUFFIX):
         return spec, ""
     path, colon, attribute = spec.rpartition(":")
@@ -23,14 +23,14 @@ def split_spec(spec: str) -> tuple[str, str]:
 
 
 def agent_label(spec: str) -> str:
-    """Return how an agent is named in results and on the leaderboard: a file by its module, without its folder."""
+    """Return an agent's name for results and the leaderboard; a file is named without its folder and suffix."""
     path, attribute = split_spec(spec)
     label = f"{Path(path).stem}:{attribute}".removesuffix(":") if path else spec
     return label.removesuffix(":Agent")
 
 
 def load_file(path: Path, spec: str) -> ModuleType:
-    """Import a file as a module of its own name; its folder is searched first for what it imports, as by `python FILE`.
+    """Import a file as a module with the file's name; as with `python FILE`, its folder is searched first for imports.
 
     Args:
         path: the file.
@@ -70,7 +70,7 @@ def load_file(path: Path, spec: str) -> ModuleType:
 
 
 def _module_name(path: Path) -> str:
-    """Return the file's own name where Python would import the file by it; else one that hides no other module."""
+    """Return the file's own name if importing that name finds the file; else a name that hides no other module."""
     name = path.stem
     if not name.isidentifier():
         return f"agent_file_{''.join(letter if letter.isalnum() else '_' for letter in name)}"

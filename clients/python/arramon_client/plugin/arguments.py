@@ -12,7 +12,7 @@ from arramon_client.errors import AgentLoadError, UsageError
 
 MOST_ARGUMENTS = 16
 LONGEST_NAME, LONGEST_VALUE, LONGEST_IN_ALL = 64, 200, 1000
-"""Limits of servers: number of arguments, and characters in a name, in a value, and in all names and values."""
+"""Servers' limits: number of arguments, and length of a name, of a value, and of all together, in characters."""
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 

@@ -1,4 +1,4 @@
-"""Choice of a module's agent, where `--agent` names only the module."""
+"""Choice of the agent in a module, if `--agent` names only the module."""
 
 import inspect
 from types import FunctionType, ModuleType
@@ -10,13 +10,13 @@ METHODS = ("begin", "act")
 
 
 def default_member(module: ModuleType) -> object:
-    """Return what the module calls `Agent`, its function `make_agent`, or only class with an agent's required methods.
+    """Return the module's `Agent`, else its function `make_agent`, else its only class with an agent's methods.
 
-    Imported classes are no candidates, unless they come from the module's own package: a package's `__init__.py` may
-    import its `Agent`. Nor are classes that others in the module are derived from, abstract and private ones.
+    Imported classes are not candidates, unless they come from the module's own package: a package's `__init__.py` may
+    import its `Agent`. Base classes of others in the module, abstract classes and private ones are not either.
 
     Raises:
-        AgentLoadError: if there is none, or several; the message says how to name one.
+        AgentLoadError: if there is no candidate, or several; the message says how to name one.
     """
     named = getattr(module, "Agent", None)
     if named is not None and _is_own(named, module) and (_has_methods(named) or not isinstance(named, type)):
@@ -28,7 +28,7 @@ def default_member(module: ModuleType) -> object:
     if len(candidates) == 1:
         return candidates[0]
     if not candidates and named is not None and _is_own(named, module):
-        return named  # It is reported which method it lacks.
+        return named  # The caller reports the missing method.
     raise AgentLoadError(_describe(module, candidates, named))
 
 
@@ -67,10 +67,10 @@ def _candidates(module: ModuleType) -> list[type]:
 
 
 def _is_own(value: object, module: ModuleType) -> bool:
-    """Return whether something was defined in a module, or in a part of it, rather than imported from elsewhere.
+    """Return whether a value was defined in a module or its submodules, rather than imported from elsewhere.
 
-    Classes and functions say where they are from. The `__module__` of all other objects, such as of a
-    `functools.partial`, is that of their class: a module's own name for one counts as defined there.
+    Only classes and functions name their own module. The `__module__` of other objects, such as a `functools.partial`,
+    is that of their class, so they count as defined in the module.
     """
     if not isinstance(value, type | FunctionType):
         return True

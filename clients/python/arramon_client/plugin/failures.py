@@ -1,12 +1,15 @@
-"""Count of an agent's failures in a run, and the rule by which they stop the run."""
+"""Counting of an agent's failures in a run, and the rule that stops the run.
+
+The rule: the agent failed before its first valid action, or in `FAILURES_IN_A_ROW` consecutive episodes.
+"""
 
 import threading
 
 from arramon_client.errors import AgentError, AgentStoppedError
 
 FAILURES_IN_A_ROW = 3
-"""Consecutive failed episodes after which a run stops. A failed batch counts as many as it has episodes; an episode
-that ends without a failure resets the count."""
+"""Number of consecutive failed episodes that stops a run. A failed batch counts each of its episodes; an episode that
+ends without a failure resets the count."""
 
 
 class FailureCounter:

@@ -1,4 +1,4 @@
-"""Loading of the agent that `--agent` names, with error messages for the agent's author."""
+"""Loading of the agent named by `--agent`, with error messages for the agent's author."""
 
 import difflib
 import importlib
@@ -21,7 +21,7 @@ ENTRY_POINTS = "arramon.agents"
 """Entry-point group in which installed packages register agents by name, such as `agents.vl`."""
 
 OWN_PREFIX = "agents."
-"""Prefix of the names of the project's agents, which are in the package arramon-agents."""
+"""Prefix of the names of the project's own agents, which are in the package arramon-agents."""
 
 
 def load_agent(spec: str, arguments: Mapping[str, object] = MappingProxyType({})) -> Agent:
@@ -35,8 +35,8 @@ def load_agent(spec: str, arguments: Mapping[str, object] = MappingProxyType({})
             - `path/to/file.py`, the same for a file, whose folder is searched for what it imports;
             - `package.module:Name` or `path/to/file.py:Name`, a class or function to call, or an agent itself.
 
-            A name that an entry point has comes first. Modules are searched for in the working directory first, as with
-            `python -m`; their folders need an `__init__.py` only where an installed package has their name.
+            Entry points take precedence. Modules are searched for in the working directory first, as with `python -m`;
+            a folder needs an `__init__.py` only if an installed package has the same name.
         arguments: keyword arguments for the class or function.
 
     Raises:
@@ -143,7 +143,7 @@ def _make(found: object, spec: str, arguments: Mapping[str, object]) -> object:
     check_signature(found, arguments, spec)
     try:
         return cast(Callable[..., object], found)(**arguments)
-    except AgentLoadError:  # It says itself what it lacks.
+    except AgentLoadError:  # The agent's own message says what is missing.
         raise
     except (Exception, SystemExit) as error:
         name = getattr(found, "__name__", repr(found))

@@ -1,4 +1,4 @@
-"""An agent that several streams of a run play with: one call at a time, and each episode on one stream."""
+"""An agent shared by several streams of a run: one call at a time, and each episode on one stream."""
 
 import threading
 from collections.abc import Iterable, Sequence
@@ -7,7 +7,7 @@ from arramon_client.agent import Agent, Episode, Observation, end_episode
 
 
 class EpisodesTakenOver(Exception):
-    """Raised if a stream passes on observations of episodes that another stream with the same agent has begun since.
+    """A stream passed observations of episodes that another stream has since begun with the same agent.
 
     Attributes:
         episode_ids: the episodes.
@@ -19,7 +19,7 @@ class EpisodesTakenOver(Exception):
 
 
 class SharedAgent:
-    """An agent, and the stream on which each of its open episodes is played: the one that began the episode last.
+    """An agent, and the stream that plays each of its open episodes: the last one that began the episode.
 
     Args:
         agent: the agent; it is called by one thread at a time.
@@ -32,14 +32,14 @@ class SharedAgent:
 
 
 class StreamAgent:
-    """The agent as one stream calls it.
+    """One stream's view of the shared agent.
 
-    A stream may learn late that the server has given its episode to another stream, as when the server process at its
-    other end has died. What it then still does must not touch the state that the agent has of the episode: that belongs
-    to the other stream.
+    A stream may learn late that the server has given its episode to another stream, for example after its server
+    process has died. Its further calls for that episode must not change the agent's state, which now belongs to the
+    other stream.
 
     Args:
-        shared: the agent that all of the streams share.
+        shared: the agent that all streams share.
     """
 
     def __init__(self, shared: SharedAgent) -> None:
@@ -70,7 +70,7 @@ class StreamAgent:
             return self._shared.agent.act(observations)
 
     def end(self, episode_id: str) -> None:
-        """End an episode, unless it is another stream's."""
+        """End an episode, unless another stream now plays it."""
         with self._shared.lock:
             if self._plays(episode_id):
                 del self._shared.streams[episode_id]

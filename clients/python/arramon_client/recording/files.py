@@ -1,4 +1,4 @@
-"""Files of one recorded episode: its frames, its steps as JSON Lines, and a description."""
+"""Files of one recorded episode: frames, steps as JSON Lines, and a description."""
 
 import hashlib
 import re
@@ -20,7 +20,7 @@ from arramon_client.recording.trace import Trace
 FORMAT, VERSION = "arramon-recording", 1
 
 ABOUT, STEPS, PAGE = "episode.json", "steps.jsonl", "index.html"
-"""Names of the files in an episode's folder; pictures are in the folders `rgb` and `depth`."""
+"""Names of the files in an episode's folder; images are in the subfolders `rgb` and `depth`."""
 
 JPEG_QUALITY = 90
 
@@ -30,10 +30,10 @@ class EpisodeFiles:
 
     Args:
         folder: the episode's folder; the files of an earlier attempt are removed.
-        episode: the episode as the agent got it.
+        episode: the episode as passed to the agent.
 
     Raises:
-        OSError: here and in every method, if a file cannot be written.
+        OSError: also in every method, if a file cannot be written.
     """
 
     def __init__(self, folder: Path, episode: Episode) -> None:
@@ -63,7 +63,7 @@ class EpisodeFiles:
         """Write an observation and its action.
 
         Args:
-            observation: the observation, without images if they were left out.
+            observation: the observation; without images if `left_out`.
             action: the action taken; None if the agent failed.
             left_out: whether images were left out.
         """
@@ -118,7 +118,7 @@ class EpisodeFiles:
 
 
 def folder_name(episode_id: str) -> str:
-    """Return a unique folder name for an id, with characters replaced that a file system may not allow."""
+    """Return a unique folder name for an episode id, without characters that a file system may not allow."""
     plain = re.sub(r"[^A-Za-z0-9._-]", "_", episode_id)[:80].lstrip(".")
     if plain == episode_id and plain:
         return plain
@@ -126,11 +126,11 @@ def folder_name(episode_id: str) -> str:
 
 
 def depth_png(depth: npt.NDArray[np.float32]) -> bytes:
-    """Encode a depth map losslessly as a 16-bit grey PNG of thousandths of a unit, the protocol's resolution."""
+    """Encode a depth map losslessly as a 16-bit greyscale PNG in thousandths of a unit, the protocol's resolution."""
     thousandths = np.clip(np.rint(depth * np.float32(1000.0)), 0, 65535).astype(">u2")
     height, width = thousandths.shape
     rows = thousandths.view(np.uint8).reshape(height, 2 * width)
-    lines = np.full((height, 1 + 2 * width), 2, np.uint8)  # Each row as its difference from the one above.
+    lines = np.full((height, 1 + 2 * width), 2, np.uint8)  # PNG filter 2: the difference from the row above.
     lines[:, 1:] = np.diff(rows, axis=0, prepend=np.zeros((1, 2 * width), np.uint8))
     header = struct.pack(">IIBBBBB", width, height, 16, 0, 0, 0, 0)
     chunks = ((b"IHDR", header), (b"IDAT", zlib.compress(lines.tobytes(), 1)), (b"IEND", b""))

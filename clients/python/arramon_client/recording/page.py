@@ -1,4 +1,4 @@
-"""Web pages of a recorded run: a self-contained page for each episode, and an index; no network is needed."""
+"""Web pages of a recorded run: a self-contained page for each episode, and an index; they need no network."""
 
 import base64
 import html
@@ -24,7 +24,7 @@ def write_page(folder: Path, facts: Mapping[str, str]) -> None:
 
     Args:
         folder: the episode's folder.
-        facts: the run's `run`, `agent`, `split` and `language`.
+        facts: facts about the run: `run`, `agent`, `split` and `language`.
 
     Raises:
         OSError, OutputError: if something cannot be read or written.
@@ -81,7 +81,7 @@ def write_index(folder: Path, facts: Mapping[str, str]) -> None:
 
 
 def _data(folder: Path, about: Mapping[str, Any], texts: Mapping[str, Any]) -> Iterator[str]:
-    """Yield the JSON of a page in parts, one step at a time: an episode's images take megabytes."""
+    """Yield the JSON of a page in parts, one step at a time, as an episode's images take megabytes."""
     instructions: list[str] = []
     yield '{"steps":['
     with (folder / STEPS).open(encoding="utf-8") as lines:
@@ -131,7 +131,7 @@ def _cause(texts: Mapping[str, Any], about: Mapping[str, Any]) -> str:
 
 
 def _texts(language: str) -> tuple[str, Mapping[str, Any]]:
-    """Return the page's language for a run in `language`, and its texts."""
+    """Return the language of the pages for a run in `language`, and the page texts in it."""
     found = _all_texts()
     language = language if language in found else _FALLBACK
     return language, found[language]

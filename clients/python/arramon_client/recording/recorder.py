@@ -1,4 +1,4 @@
-"""Recorder of a run: queues the agent's observations and actions, and writes them in a thread of its own."""
+"""Recording of a run: observations and actions are queued, and a separate thread writes them to files."""
 
 import threading
 from collections.abc import Callable, Mapping
@@ -15,16 +15,16 @@ from arramon_client.recording import page
 from arramon_client.recording.files import EpisodeFiles, folder_name
 
 MAX_QUEUED_BYTES = 256 * 1024 * 1024
-"""Bytes of images that may wait to be written; further images are left out, so that the run never waits for a disk."""
+"""Maximum size of images waiting to be written; further images are dropped, so that the run never waits for a disk."""
 
 
 @dataclass(frozen=True)
-class _Began:
+class _BeginEntry:
     episode: Episode
 
 
 @dataclass(frozen=True)
-class _Step:
+class _StepEntry:
     observation: Observation
     action: int | None
     left_out: bool
@@ -32,16 +32,16 @@ class _Step:
 
 
 @dataclass(frozen=True)
-class _Ended:
+class _EndEntry:
     episode_id: str
     cause: str
 
 
-_Item = _Began | _Step | _Ended | None
+_Entry = _BeginEntry | _StepEntry | _EndEntry | None
 
 
-class Recorder(Protocol):
-    """What a session tells of its episodes: `Recording` writes it to files."""
+class EpisodeRecorder(Protocol):
+    """Interface through which a session reports its episodes; `Recording` writes them to files."""
 
     def begin(self, episode: Episode) -> None:
         """Begin an episode, replacing an earlier recording of it."""
@@ -73,7 +73,7 @@ class Recording:
         self.error: OutputError | None = None
         self._run = run
         self._notify = notify
-        self._queue: SimpleQueue[_Item] = SimpleQueue()
+        self._queue: SimpleQueue[_Entry] = SimpleQueue()
         self._waiting, self._lock = 0, threading.Lock()
         self._open: dict[str, EpisodeFiles] = {}
         self._thread = threading.Thread(target=self._write_all, name="recording", daemon=True)
@@ -92,7 +92,7 @@ class Recording:
 
     def begin(self, episode: Episode) -> None:
         """Begin an episode, replacing an earlier recording of it."""
-        self._queue.put(_Began(episode))
+        self._queue.put(_BeginEntry(episode))
 
     def step(self, observation: Observation, action: int | None) -> None:
         """Record an observation and the agent's action; None if the agent failed."""
@@ -103,12 +103,12 @@ class Recording:
             self._waiting += 0 if left_out else size
         if left_out:
             observation, size = replace(observation, rgb=None, depth=None), 0
-        self._queue.put(_Step(observation, action, left_out, size))
+        self._queue.put(_StepEntry(observation, action, left_out, size))
 
     def end(self, episode_id: str, cause: types_pb2.Cause.ValueType) -> None:
         """Record that an episode ended, and why."""
         name = types_pb2.Cause.Name(cause) if cause in types_pb2.Cause.values() else str(cause)
-        self._queue.put(_Ended(episode_id, name.removeprefix("CAUSE_")))
+        self._queue.put(_EndEntry(episode_id, name.removeprefix("CAUSE_")))
 
     def close(self) -> None:
         """Wait until everything is written, including the pages of unfinished episodes and the index."""
@@ -119,7 +119,7 @@ class Recording:
     def _write_all(self) -> None:
         try:
             while (item := self._queue.get()) is not None:
-                if isinstance(item, _Step):
+                if isinstance(item, _StepEntry):
                     with self._lock:
                         self._waiting -= item.waiting
                 if self.error is None:
@@ -138,18 +138,18 @@ class Recording:
             self.error = OutputError(f"the recording in {self.folder} is incomplete: {reason}")
             self._notify(f"warning: {self.error}. The run continues without recording")
 
-    def _write(self, item: _Began | _Step | _Ended) -> None:
+    def _write(self, item: _BeginEntry | _StepEntry | _EndEntry) -> None:
         match item:
-            case _Began(episode):
+            case _BeginEntry(episode):
                 before = self._open.pop(episode.episode_id, None)
                 if before is not None:
                     before.abandon()
                 self._open[episode.episode_id] = EpisodeFiles(self.folder / folder_name(episode.episode_id), episode)
-            case _Step(observation, action, left_out):
+            case _StepEntry(observation, action, left_out):
                 files = self._open.get(observation.episode_id)
                 if files is not None:
                     files.step(observation, action, left_out=left_out)
-            case _Ended(episode_id, cause):
+            case _EndEntry(episode_id, cause):
                 self._end(episode_id, cause)
 
     def _end(self, episode_id: str, cause: str) -> None:

@@ -1,4 +1,4 @@
-"""An agent's poses, step by step: from its pose sensor, or by dead reckoning from its actions."""
+"""The agent's pose at each step, from its pose sensor, or else by dead reckoning from its actions."""
 
 import math
 from collections.abc import Sequence
@@ -19,11 +19,11 @@ FROM_POSE, FROM_ACTIONS = "pose", "actions"
 
 @dataclass
 class Trace:
-    """The current poses of one episode.
+    """The agent's current poses in one episode.
 
     Attributes:
-        street: pose in the street; by dead reckoning, obstacles are ignored.
-        room: pose in the room; by dead reckoning, only the walls are taken into account.
+        street: pose in the street; dead reckoning ignores obstacles.
+        room: pose in the room; dead reckoning takes only the walls into account.
         source: FROM_POSE once an observation had a pose, otherwise FROM_ACTIONS.
     """
 
@@ -32,7 +32,7 @@ class Trace:
     source: str = FROM_ACTIONS
 
     def at(self, observation: Observation) -> Pose:
-        """Return the pose at an observation: the observation's own pose if it has one, else the reckoned one."""
+        """Return the pose at an observation: the one it contains, else the one by dead reckoning."""
         outdoors = observation.phase == "navigation"
         if not outdoors and observation.phase_step == 0:
             self.room = START
@@ -61,7 +61,7 @@ def _in_street(pose: Pose, action: int) -> Pose:
 
 
 def _in_room(pose: Pose, action: int) -> Pose:
-    """Return the pose after an action in the room: the agent stays if the cell ahead is outside or not in line."""
+    """Return the pose after an action in the room: the agent stays at a wall or at an oblique heading."""
     column, row, heading = pose
     if action != Action.FORWARD:
         return column, row, _turned(heading, action)

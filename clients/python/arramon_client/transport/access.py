@@ -19,7 +19,7 @@ class Access:
 
     Attributes:
         token: the participant's token; empty for none.
-        tls: whether the connection is encrypted; None: if `authority` is set, or a token is sent to another machine.
+        tls: whether to encrypt the connection; None: only with `authority`, or to send a token to another machine.
         authority: PEM certificates to trust instead of those of public authorities; None for the latter.
         name: the server's name in its certificate, if it differs from the address; otherwise empty.
     """
@@ -95,7 +95,7 @@ def host_of(address: str) -> str:
 
 def _authority(path: Path) -> bytes:
     """Return the content of a file with PEM certificates."""
-    # Imported here, as an environment in process needs neither certificates nor gRPC.
+    # Imported here, as an environment in this process needs neither certificates nor gRPC.
     from cryptography.x509 import load_pem_x509_certificates
 
     content = _content(path)
@@ -109,7 +109,7 @@ def _authority(path: Path) -> bytes:
 
 
 def _text(path: Path) -> str:
-    """Return the text of a file, also if an editor began it with a byte order mark."""
+    """Return the text of a file, without a byte order mark if it has one."""
     content = _content(path)
     if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         raise UsageError(f"{path} is text in UTF-16, expected UTF-8: save it again as UTF-8")

@@ -20,7 +20,7 @@ class _Details(NamedTuple):
 
 
 class _Bearer(grpc.UnaryUnaryClientInterceptor, grpc.StreamStreamClientInterceptor):
-    """Interceptor that adds the token to every call; gRPC's call credentials do not work without TLS."""
+    """Interceptor that adds the token to every call, as gRPC's call credentials do not work without TLS."""
 
     def __init__(self, token: str) -> None:
         self._metadata = (("authorization", f"Bearer {token}"),)

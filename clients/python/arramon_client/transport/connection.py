@@ -45,7 +45,7 @@ CHANNEL_OPTIONS = (
 )
 
 UNARY_TIMEOUT = 60.0
-"""Seconds that a unary call may take, if nothing else is said."""
+"""Default time limit of a unary call, in seconds."""
 
 CONNECTION_LOST = frozenset({
     grpc.StatusCode.UNAVAILABLE,
@@ -55,7 +55,7 @@ CONNECTION_LOST = frozenset({
     grpc.StatusCode.INTERNAL,
     grpc.StatusCode.UNKNOWN,
 })  # fmt: skip
-"""Statuses of a stream that breaks because a connection or a server was lost; reconnecting may help."""
+"""Statuses of a stream whose connection or server was lost; reconnecting may help."""
 
 
 ENCRYPTION = {
@@ -63,10 +63,10 @@ ENCRYPTION = {
     "Hostname Verification": "its certificate is for another name: connect to that name",
     "SSL_ERROR_SSL": "its certificate is not trusted; if its host gave you a certificate, use --tls-ca FILE",
 }
-"""Advice for failed encryption, by a part of gRPC's message."""
+"""Advice for failed encryption, by a substring of gRPC's message."""
 
 ADVICE = ENCRYPTION | {"Socket closed": "if it uses TLS, add --tls"}
-"""Advice for a server that does not answer, by a part of gRPC's message; a server that stops closes sockets too."""
+"""Advice for a server that does not answer, by a substring of gRPC's message; a stopping server closes sockets, too."""
 
 
 class Server(NamedTuple):
@@ -87,8 +87,8 @@ class Server(NamedTuple):
     access: Access
 
 
-def give_up(error: ServerUnreachableError) -> None:
-    """Raise the error."""
+def raise_unreachable(error: ServerUnreachableError) -> None:
+    """Raise the error, so that `connect` does not try again."""
     raise error
 
 
@@ -98,7 +98,7 @@ def connect(
     access: Access = NO_TOKEN,
     *,
     timeout: float = 15.0,
-    unreachable: Callable[[ServerUnreachableError], None] = give_up,
+    unreachable: Callable[[ServerUnreachableError], None] = raise_unreachable,
 ) -> Iterator[Server]:
     """Open a channel and get the server's information; close the channel at the end of the context.
 

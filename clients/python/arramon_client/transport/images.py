@@ -17,34 +17,34 @@ THOUSANDTHS = np.float32(0.001)
 """Factor from the protocol's depth values, whole thousandths of a unit, to units."""
 
 _SEQUENTIAL = frozenset((0xC0, 0xC1))
-"""Markers of a JPEG: of frames whose components are each decoded in one pass."""
+"""JPEG markers of sequential frames, whose components are each decoded in one pass."""
 
 _OTHER_FRAMES = frozenset(range(0xC2, 0xD0)) - {0xC4, 0xC8, 0xCC}
-"""Of frames of all other kinds: progressive, hierarchical or lossless."""
+"""JPEG markers of all other frames: progressive, hierarchical or lossless."""
 
 _BARE = frozenset((0x01, *range(0xD0, 0xD8)))
-"""Of nothing that follows."""
+"""JPEG markers without a segment."""
 
 _WITH_LENGTH = frozenset((0xC4, 0xCC, 0xDB, 0xDD, *range(0xE0, 0xF0), 0xFE))
-"""Of tables, comments and applications' data, which begin with their length."""
+"""JPEG markers of tables, comments and application data: segments that begin with their length."""
 
-_SCAN, _MOST_SCANS = b"\xff\xda", 4
-"""Start of a pass; a JPEG has up to four components. Compressed data never contain it."""
+_SCAN, _MAX_SCANS = b"\xff\xda", 4
+"""Marker of a pass, which compressed data never contain, and the maximum number of passes, one for each component."""
 
 PixelReader = Callable[[types_pb2.Image, int], bytes | memoryview]
-"""Returns the pixels of a lossless image as bytes, of exactly the length given. Raises ProtocolError."""
+"""Function that returns a lossless image's pixels, exactly as many bytes as given, or raises ProtocolError."""
 
 
 class ImagesUnreadableError(Exception):
-    """The images of a stream cannot be read here in the encoding that was requested; another one works."""
+    """The images of a stream cannot be read by this client in the requested encoding; another one works."""
 
 
 class ImageDecoder:
     """Decodes the images of one stream.
 
     Args:
-        readers: further encodings, with what returns the pixels of a lossless image as bytes: called with the image and
-            the expected length. What it returns may change later.
+        readers: functions that read lossless images in further encodings, by encoding; the returned memory may change
+            later.
     """
 
     def __init__(self, readers: Mapping[int, PixelReader] = MappingProxyType({})) -> None:
@@ -106,7 +106,7 @@ def _check_sides(image: types_pb2.Image) -> None:
 
 
 def _check_compressed(data: bytes, pixels: int) -> None:
-    """Check, before decoding, that an image was not made larger by compression: its decoding would take long."""
+    """Check that compressed data is not much larger than the image, as decoding it could take very long."""
     if len(data) > 2 * pixels + 4096:
         raise ProtocolError(f"a compressed image of {pixels} bytes takes {len(data)}")
 
@@ -126,7 +126,7 @@ def _decompressed(image: types_pb2.Image, expected: int) -> bytes:
         if stated != expected:  # Checked before decompression, which allocates that much memory.
             size = "an unstated number of" if stated < 0 else stated
             raise ProtocolError(f"a compressed image has {size} bytes, expected {expected}")
-        return _threads.decompressor.decompress(data, allow_extra_data=False)
+        return _thread_locals.decompressor.decompress(data, allow_extra_data=False)
     except zstandard.ZstdError as error:
         raise ProtocolError(f"a Zstandard image cannot be decoded: {error}") from error
 
@@ -147,12 +147,12 @@ def _jpeg(data: bytes, shape: tuple[int, int, int]) -> npt.NDArray[np.uint8]:
 
 
 def _check_sequential(data: bytes) -> None:
-    """Check that a JPEG takes few passes over the image: many can take minutes.
+    """Check that decoding a JPEG takes few passes over the image; many can take minutes.
 
-    Only segments whose ends a decoder finds in the same place are passed over on the way to the frame's header.
+    Only segments whose ends every decoder finds in the same place are skipped on the way to the frame's header.
 
     Raises:
-        ProtocolError: if it is progressive, has more passes than components, or no such header.
+        ProtocolError: if the JPEG is progressive, has too many passes, or has no frame header.
     """
     place = 2
     while place + 4 <= len(data) and data[place] == 0xFF:
@@ -160,8 +160,8 @@ def _check_sequential(data: bytes) -> None:
         length = int.from_bytes(data[place + 2 : place + 4], "big")
         if marker in _SEQUENTIAL:
             scans = data.count(_SCAN)
-            if scans > _MOST_SCANS:
-                raise ProtocolError(f"a JPEG image has {scans} passes, expected at most {_MOST_SCANS}")
+            if scans > _MAX_SCANS:
+                raise ProtocolError(f"a JPEG image has {scans} passes, expected at most {_MAX_SCANS}")
             return
         if marker in _OTHER_FRAMES:
             raise ProtocolError("a JPEG image is progressive, expected a sequential one")
@@ -176,11 +176,11 @@ def _check_sequential(data: bytes) -> None:
     raise ProtocolError("a JPEG image cannot be decoded: it has no header of a sequential frame")
 
 
-class _Threads(threading.local):
+class _ThreadLocals(threading.local):
     """One decompressor per thread: threads must not share one, and creating one takes 15 microseconds."""
 
     def __init__(self) -> None:
         self.decompressor = zstandard.ZstdDecompressor()
 
 
-_threads = _Threads()
+_thread_locals = _ThreadLocals()

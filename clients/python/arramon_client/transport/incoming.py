@@ -1,9 +1,9 @@
-"""Checks of everything that a server sends: its messages are data from a stranger.
+"""Validation of everything that a server sends, as its messages are untrusted.
 
-What identifies something (ids of runs and episodes, tokens of pages) is refused if it is malformed, and so are numbers
-that no server of the protocol sends. What is only shown (names, notes, errors) loses characters that a terminal would
-obey, and is cut if it is too long. Instructions reach the agent as they are, as scores must not depend on how an agent
-is connected: what prints or records them makes them safe (`printable`).
+Malformed identifiers (run ids, episode ids, page tokens) are rejected, and so are numbers out of range. Texts that are
+only displayed (names, notes, errors) lose characters that control a terminal, and are truncated if they are too long.
+Instructions reach the agent unchanged, so that scores do not depend on the connection; code that prints or records them
+makes them safe (`printable`).
 """
 
 import re
@@ -22,19 +22,19 @@ from arramon_client.printable import many_lines, one_line
 AnyMessage = TypeVar("AnyMessage", bound=Message)
 
 MAX_SIDE = 1024
-"""Largest side length of images, in pixels; that of this project's servers."""
+"""Largest side length of images, in pixels, the same as in this project's servers."""
 
 MAX_VALUES = 8_000_000
-"""Values in one message, in all: a report of 20,000 episodes has fewer."""
+"""Maximum total number of values in a message; a report of 20,000 episodes has fewer."""
 
 SCORES = (-10.0, 10.0)
 """Range of scores and their differences, with intervals."""
 
-LONGEST_ID = 200
-"""Characters in an episode's id."""
+MAX_ID = 200
+"""Maximum length of an episode's id in characters."""
 
-LONGEST_INSTRUCTION = 20_000
-"""Characters in an instruction."""
+MAX_INSTRUCTION = 20_000
+"""Maximum length of an instruction in characters."""
 
 RUN_ID = re.compile(r"[0-9a-f]{32}")
 """Form of a run's id."""
@@ -44,7 +44,7 @@ _LARGEST_WHOLE = 2**53
 
 
 def check_run_id(run_id: str, where: str = "the server sent") -> str:
-    """Return a run's id after checking its form: it becomes the name of files.
+    """Return a run's id after checking its form, as files are named after it.
 
     Raises:
         ProtocolError: if it is not 32 hexadecimal digits.
@@ -66,22 +66,22 @@ def details_of(error: grpc.RpcError) -> str:
 
 
 def check_message(message: AnyMessage) -> AnyMessage:
-    """Check a message from a server, and make its texts safe to print and to store. It is changed in place.
+    """Check a message from a server, and make its texts safe to print and to store, in place.
 
     Raises:
         ProtocolError: if it has a malformed id, a number out of range, or too many values.
     """
-    _Walk().message(message)
+    _MessageChecker().message(message)
     return message
 
 
 def check_observation(message: evaluation_pb2.Observation) -> None:
-    """Check an observation like `check_message`, more quickly; its images are checked when they are decoded.
+    """Check an observation, faster than `check_message`; its images are checked when they are decoded.
 
     Raises:
         ProtocolError: as for `check_message`.
     """
-    _check_length(message.instruction, "an instruction that the server sent", LONGEST_INSTRUCTION)
+    _check_length(message.instruction, "an instruction that the server sent", MAX_INSTRUCTION)
     if message.turn not in (1, 2):
         raise ProtocolError(f"an observation has the turn {message.turn}, expected 1 or 2")
     if message.HasField("taken") and not 0 <= message.taken <= 3:
@@ -99,8 +99,8 @@ def _check_length(text: str, where: str, most: int) -> None:
 
 
 def _id(text: str, where: str) -> str:
-    if len(text) > LONGEST_ID or one_line(text) != text:
-        raise ProtocolError(f"{where} is {_quoted(text)}, expected at most {LONGEST_ID} visible characters")
+    if len(text) > MAX_ID or one_line(text) != text:
+        raise ProtocolError(f"{where} is {_quoted(text)}, expected at most {MAX_ID} visible characters")
     return text
 
 
@@ -116,7 +116,7 @@ def _page_token(text: str, where: str) -> str:
 
 
 def _data(most: int) -> Callable[[str, str], str]:
-    """Return a check of text that is not shown, but worked with: it is left as it is."""
+    """Return a check for texts that are processed rather than displayed, and so are not changed."""
 
     def check(text: str, where: str) -> str:
         _check_length(text, where, most)
@@ -140,14 +140,14 @@ TEXTS: Mapping[str, Callable[[str, str], str]] = {
     "episode_ids": _id,
     "episodes": _id,
     "next_page_token": _page_token,
-    "instruction": _data(LONGEST_INSTRUCTION),
+    "instruction": _data(MAX_INSTRUCTION),
     "content": _lines(64 * 1024 * 1024),
     "alphabet": _data(100_000),
     "signature": _line(10_000),
     "command": _line(5_000),
     "value": _line(1_000),
 }
-"""Name of a field -> what is done with its text. All others are names and the like."""
+"""Check of a text field, by field name; `NAME` for all others."""
 
 NAME = _line(500)
 
@@ -157,11 +157,11 @@ RANGES: Mapping[str, tuple[float, float]] = {
     "ServerInfo.image_sizes": (1, MAX_SIDE),
     "Comparison.shown": (-1, 1),
     "Observation.turn": (1, 2),
-    "Texts.longest": (0, LONGEST_INSTRUCTION),
-    "Texts.longest_utf8": (0, 4 * LONGEST_INSTRUCTION),
+    "Texts.longest": (0, MAX_INSTRUCTION),
+    "Texts.longest_utf8": (0, 4 * MAX_INSTRUCTION),
     "Limits.steps_per_phase": (0, 1_000_000),
 }
-"""Message, or message and field -> smallest and largest number; otherwise 0 to 2 to the power of 53."""
+"""Smallest and largest number, by message or message and field; 0 to 2 to the power of 53 for all others."""
 
 BYTES: Mapping[str, int] = {
     "Receipt.payload": 64 * 1024 * 1024,
@@ -169,11 +169,11 @@ BYTES: Mapping[str, int] = {
     "Epoch.statement": 100_000,
     "Actions.EpisodesEntry.value": 1_000_000,
 }
-"""Message and field -> largest number of bytes; otherwise 1000."""
+"""Maximum number of bytes, by message and field; 1000 for all others."""
 
 
-class _Walk:
-    """One pass over a message and all that it contains."""
+class _MessageChecker:
+    """Recursive check of one message and the messages in it."""
 
     def __init__(self) -> None:
         self._left = MAX_VALUES
@@ -229,7 +229,7 @@ class _Walk:
 
 
 def check_value(field: FieldDescriptor, value: Any) -> Any:
-    """Return the value of a field that is no message, made safe.
+    """Return the value of a scalar field after checking it, with texts made safe.
 
     Raises:
         ProtocolError: if it is malformed or out of range.

@@ -14,17 +14,17 @@ FIRST_DELAY, LAST_DELAY = 0.1, 2.0
 """Shortest and longest delay in seconds between attempts to reconnect; each is randomly shortened by up to half."""
 
 PATIENCE = 300.0
-"""Seconds without anything new from the server after which the client gives up."""
+"""Seconds without progress after which the client gives up."""
 
 
-def ask(
+def call_until_answered(
     method: Callable[..., Answer],
     request: object,
     address: str,
     retry: "Retry",
     revive: Callable[[], None] = lambda: None,
 ) -> Answer:
-    """Make a read-only unary call, and repeat it until the server answers.
+    """Make a read-only unary call, retrying until the server answers.
 
     Args:
         method, request, address: as for `call`.
@@ -52,17 +52,17 @@ class Retry:
     def __init__(self, run_id: str, patience: float, notify: Callable[[str], None]) -> None:
         self._run_id, self._patience, self._notify = run_id, patience, notify
         self._lost_at: float | None = None
-        self._told = False
+        self._notified = False
         self._delay = FIRST_DELAY
 
     def succeeded(self) -> None:
         """Reset the delays after the server sent something new."""
-        if self._lost_at is not None and self._told:
+        if self._lost_at is not None and self._notified:
             self._notify(f"reconnected after {time.monotonic() - self._lost_at:.1f} s")
-        self._lost_at, self._told, self._delay = None, False, FIRST_DELAY
+        self._lost_at, self._notified, self._delay = None, False, FIRST_DELAY
 
     def wait_for(self, error: ServerUnreachableError) -> None:
-        """Wait like `wait`, for a server that could not be reached at the first call."""
+        """Wait before the next attempt to reach a server that has not answered yet."""
         self._wait(str(error), f"no connection yet ({error})")
 
     def wait(self, reason: str, *, quiet: bool = False) -> None:
@@ -70,8 +70,8 @@ class Retry:
 
         Args:
             reason: why the connection was lost, for the message.
-            quiet: do not notify the participant of a first attempt: when the server ends a stream normally because one
-                of its processes drains, another process usually answers at once.
+            quiet: do not notify the participant of the first attempt: after a server process has ended a stream
+                normally, because it is shutting down, another process usually answers at once.
 
         Raises:
             ServerUnreachableError: if the patience is exhausted.
@@ -82,13 +82,13 @@ class Retry:
         now = time.monotonic()
         if self._lost_at is None:
             self._lost_at = now
-        if not (self._told or (quiet and self._lost_at == now)):
-            self._told = True
+        if not (self._notified or (quiet and self._lost_at == now)):
+            self._notified = True
             self._notify(f"{notice}; retrying")
         if now - self._lost_at >= self._patience:
             raise ServerUnreachableError(
                 f"the server was unreachable for {now - self._lost_at:.0f} s ({reason}); "
                 f"run {self._run_id} is saved: resume it with --resume {self._run_id}"
             )
-        time.sleep(self._delay * random.uniform(0.5, 1.0))  # noqa: S311 - spreads the clients of a server that restarts
+        time.sleep(self._delay * random.uniform(0.5, 1.0))  # noqa: S311 - so that clients do not all reconnect at once
         self._delay = min(2 * self._delay, LAST_DELAY)

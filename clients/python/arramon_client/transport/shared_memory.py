@@ -1,4 +1,4 @@
-"""Memory shared by a server on this machine, through which images are passed instead of through the socket."""
+"""Images in memory shared with a server on this machine, which avoids sending them through the socket."""
 
 import mmap
 import os
@@ -52,7 +52,7 @@ def map_memory(message: types_pb2.SharedMemory) -> memoryview:
         file = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
         try:
             found = os.fstat(file)
-            # It has no name in any folder: other files, which this client has open itself, are not the server's.
+            # The server's memory file has no name in any folder, unlike other files that a process has open.
             is_memory = stat.S_ISREG(found.st_mode) and found.st_nlink == 0
             if not is_memory or found.st_size != message.size or not message.token:
                 raise ImagesUnreadableError(f"{_FAILED}: {path} is not the memory that the server shares")

@@ -1,7 +1,7 @@
-"""A Play stream, read by a thread of its own, so that all events that have arrived can be returned together.
+"""A Play stream, read by a separate thread, so that all events that have arrived can be processed as one batch.
 
-With at most one open episode nothing arrives while the agent computes, so no reader thread is used: waking one up at
-every step would be slow.
+With at most one open episode nothing arrives while the agent computes, so no thread is used: waking it up at every step
+would be slow.
 """
 
 import queue
@@ -14,11 +14,11 @@ from arramon.v1 import evaluation_pb2, evaluation_pb2_grpc
 from arramon_client.transport.connection import METADATA
 
 MAX_QUEUED = 16
-"""Capacity of the queue of responses; when it is full, reading stops, so that a long history does not fill memory."""
+"""Capacity of the queue of responses; reading pauses when it is full, so that a long history does not fill memory."""
 
 
 class StreamEnded(Exception):
-    """The server ended the stream without an error, for example because it drains."""
+    """The server ended the stream without an error, for example because it is shutting down."""
 
 
 class PlayStream:

@@ -1,4 +1,4 @@
-"""A raw Play stream: sends any messages, and returns events one by one, each within a time limit."""
+"""A raw Play stream, which can send any message, and returns events one by one, each within a time limit."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ import grpc
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
-from arramon_client.conformance.outcomes import Violation, expect
+from arramon_client.conformance.assertions import Violation, expect
 
 MAX_QUEUED = 4096
-"""Events that may wait to be looked at; with more, nothing is read from the stream."""
+"""Maximum number of events that wait to be returned; reading from the stream pauses at this limit."""
 
 Metadata = tuple[tuple[str, str | bytes], ...]
 
 
-class Player:
+class RawStream:
     """One Play stream, a context manager that cancels the stream at its end.
 
     Args:
@@ -33,22 +33,22 @@ class Player:
 
     def __init__(self, stub: EvaluationStub, first: pb.PlayRequest, *, timeout: float, metadata: Metadata) -> None:
         self._timeout = timeout
-        self._asked: queue.SimpleQueue[pb.PlayRequest | None] = queue.SimpleQueue()
-        self._told: queue.Queue[pb.Event | grpc.RpcError | None] = queue.Queue(MAX_QUEUED)
-        self._asked.put(first)
-        self._call = stub.Play(iter(self._asked.get, None), metadata=metadata)
+        self._outbox: queue.SimpleQueue[pb.PlayRequest | None] = queue.SimpleQueue()
+        self._inbox: queue.Queue[pb.Event | grpc.RpcError | None] = queue.Queue(MAX_QUEUED)
+        self._outbox.put(first)
+        self._call = stub.Play(iter(self._outbox.get, None), metadata=metadata)
         self._reader = threading.Thread(target=self._read, name="conformance-play", daemon=True)
         self._reader.start()
 
-    def __enter__(self) -> Player:
+    def __enter__(self) -> RawStream:
         return self
 
     def __exit__(self, *_: object) -> None:
         self._call.cancel()
-        self._asked.put(None)
-        while self._reader.is_alive():  # It may wait for room in the queue.
+        self._outbox.put(None)
+        while self._reader.is_alive():  # The thread may be waiting for a free slot in the queue.
             with suppress(queue.Empty):
-                self._told.get(timeout=0.01)
+                self._inbox.get(timeout=0.01)
 
     def send(self, *acts: pb.Act) -> None:
         """Send one message with these acts."""
@@ -56,7 +56,7 @@ class Player:
 
     def send_raw(self, request: pb.PlayRequest) -> None:
         """Send a message as it is."""
-        self._asked.put(request)
+        self._outbox.put(request)
 
     def act(self, seen: pb.Observation, action: types_pb2.Action.ValueType) -> None:
         """Answer an observation."""
@@ -70,12 +70,12 @@ class Player:
             Violation: if no event arrives in time.
         """
         try:
-            told = self._told.get(timeout=self._timeout)
+            item = self._inbox.get(timeout=self._timeout)
         except queue.Empty:
             raise Violation(f"nothing came on the stream for {self._timeout:g} seconds, expected an event") from None
-        if isinstance(told, grpc.RpcError):
-            raise told
-        return told
+        if isinstance(item, grpc.RpcError):
+            raise item
+        return item
 
     def rest(self) -> Iterator[pb.Event]:
         """Yield all events up to the end of the stream.
@@ -129,10 +129,10 @@ class Player:
         try:
             for response in self._call:
                 for event in response.events:
-                    self._told.put(event)
+                    self._inbox.put(event)
         except grpc.RpcError as error:
             end = error
-        self._told.put(end)
+        self._inbox.put(end)
 
 
 def without_clocks(seen: pb.Observation, *more: str) -> pb.Observation:

@@ -1,4 +1,4 @@
-"""Assertions of checks, and the exceptions for a failed and a skipped check."""
+"""Assertions for checks, and the exceptions for a failed and a skipped check."""
 
 from collections.abc import Callable
 from typing import Any
@@ -13,7 +13,7 @@ class Violation(Exception):
 
 
 class Skipped(Exception):
-    """The check does not apply to this server; the message says why, and under which condition it would run."""
+    """The check does not apply to this server; the message says why, and what would make it run."""
 
 
 def expect(condition: object, message: str) -> None:
