@@ -296,7 +296,7 @@ AHEAD = [0.0] * 15
 @pytest.mark.parametrize(
     ("headings", "told_as", "fault"),
     [
-        ([*AHEAD, 15.0, 30.0, 45.0, *[60.0] * 15], None, "in all"),
+        ([*AHEAD, 15.0, 30.0, 45.0, *[60.0] * 15], None, "altogether"),
         ([*AHEAD, 15.0, *[30.0] * 15], None, ""),
         ([*AHEAD, *[30.0] * 15], "slightly right", ""),
         ([*AHEAD, *[40.0] * 4, *[0.0] * 15], "slightly right", "not turn slightly"),
@@ -310,7 +310,7 @@ def test_small_turns_are_taken_together(headings: list[float], told_as: str | No
     world = GateWorld(path, Pose(0.0, 0.0, 0.0), (mark("bin/0", 0.5, 15.5),), path[-1], None)
     steps = () if told_as is None else (Rotate(told_as, "at", BIN),)
     faults = faults_of_navigation(wording(*steps, target=PLAIN), world)
-    found = [each for each in faults if "in all" in each or "turn slightly" in each]
+    found = [each for each in faults if "altogether" in each or "turn slightly" in each]
     assert len(found) == bool(fault), faults
     assert all(fault in each for each in found)
 
