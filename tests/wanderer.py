@@ -7,6 +7,7 @@ import hashlib
 import json
 import sys
 from contextlib import closing
+from dataclasses import astuple
 from pathlib import Path
 
 RUN = "0" * 32
@@ -33,7 +34,7 @@ def main(data: Path) -> None:
                 if session.state.pose == before.pose and not session.state.finished:
                     blocked += 1
                     session.apply(Action.LEFT if step // 25 % 2 else Action.RIGHT)
-                places.update(repr(session.state).encode())
+                places.update(json.dumps(astuple(session.state), default=lambda phase: phase.value).encode())
                 step += 1
             heads.append((episode.episode_id, episode_head(RUN, episode.episode_id, split.data_hash, session.actions)))
             scores.append([dict(turn) for turn in session.scores().turns])

@@ -13,7 +13,7 @@ from tests.physics import needs_pybullet
 EXPECTED = {
     "data": "3c82446e3f197f4aa9a6e6d2bc75dfc1600714682daea2fcf65556b61eb16a2a",
     "digest": "470688954a2828784d0edb93d46578a145eea2962398f969d84826c9d88a8d6e",
-    "places": "b2fd465a1164e1e86127fd447f038edb91bd51390d2ced4524ff40c446001184",
+    "places": "e2d9a347c101672cd643747265aa33bec1a5bf66c721428550a3d28cdaa74d5d",
     "scores": "67de74b4ccc7ea90a4c17bea98b45229f4e0f692fc8c85f37a8d93cde83acb83",
     "blocked": 254,
 }
