@@ -25,7 +25,7 @@ def client(*names: str) -> set[str]:
 
 SHARED = {
     *server("errors", "private_files", "addresses", "image_threads", "per_split", "visible_text",
-            "split_times", "closing"),
+            "split_times", "closing_times"),
     "arramon.strict_json",
 }  # fmt: skip
 """Modules of the server that any of its packages may import; they import nothing but each other, and the lifeline. The
