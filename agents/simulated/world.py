@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from arramon_agents.perception.eyes.vocabulary import Codes, codes_of
 from arramon_client.world import AGENT_RADIUS
-from arramon_dataset.generation.clearance_map import CELL, ClearanceMap
+from arramon_dataset.generation.clearance_raster import CELL, ClearanceRaster
 from arramon_dataset.layout.solids import to_rectangle
 from arramon_server.sim.assets.furniture import piece_of
 from arramon_server.sim.city import label_of_prop
@@ -82,7 +82,7 @@ class StreetWorld:
 
     def __init__(self, section: Section) -> None:
         self.section = section
-        ground = ClearanceMap.of(section)
+        ground = ClearanceRaster.of(section)
         self.left, self.bottom = ground.left, ground.bottom
         self.clearance = ground.clearance
         columns, rows = ground.clearance.shape

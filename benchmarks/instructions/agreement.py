@@ -56,7 +56,7 @@ _SEEN = ComparedName("you")
 
 
 @dataclass(frozen=True, slots=True)
-class Waypoint:
+class RouteMark:
     """A thing on the way or around the target; two of them for "between".
 
     Attributes:
@@ -69,14 +69,14 @@ class Waypoint:
     positions: frozenset[str] = frozenset()
     side: str | None = ""
 
-    def is_same(self, other: "Waypoint") -> bool:
+    def is_same(self, other: "RouteMark") -> bool:
         """Return whether both are the same thing, without contradicting sides."""
         sides = self.side, other.side
         if None not in sides and self.side != other.side:
             return False
         return _match(self.names, other.names)
 
-    def contradicts(self, other: "Waypoint") -> bool:
+    def contradicts(self, other: "RouteMark") -> bool:
         """Return whether the positions exclude each other."""
         return _are_opposite(self.positions, other.positions)
 
@@ -94,8 +94,8 @@ class ComparedRoute:
     """
 
     turns: tuple[str, ...]
-    legs: tuple[tuple[Waypoint, ...], ...]
-    around: tuple[Waypoint, ...]
+    legs: tuple[tuple[RouteMark, ...], ...]
+    around: tuple[RouteMark, ...]
     target: ComparedName
     seen: frozenset[str]
 
@@ -171,12 +171,12 @@ def _left_out(full: ComparedRoute, short: ComparedRoute) -> int | None:
     return None if passed != sorted(passed) else count + len(mine) - len(theirs)
 
 
-def _is_within(short: Sequence[Waypoint], full: Sequence[Waypoint]) -> bool:
+def _is_within(short: Sequence[RouteMark], full: Sequence[RouteMark]) -> bool:
     rest = iter(full)
     return all(any(mark.is_same(each) for each in rest) for mark in short)
 
 
-def _turned_alike(one: Sequence[Waypoint], other: Sequence[Waypoint]) -> bool:
+def _turned_alike(one: Sequence[RouteMark], other: Sequence[RouteMark]) -> bool:
     """Return whether two legs end at the same thing, with a turn in the same place relative to it."""
     if not one or not other:
         return not one and not other
@@ -190,9 +190,9 @@ def _same_target(one: ComparedName, other: ComparedName) -> bool:
     return one.fits(other) and one.says & patterns == other.says & patterns
 
 
-def _route(parts: Sequence[Waypoint | str], target: ComparedName, relations: Sequence[Relation]) -> ComparedRoute:
+def _route(parts: Sequence[RouteMark | str], target: ComparedName, relations: Sequence[Relation]) -> ComparedRoute:
     turns: list[str] = []
-    legs: list[list[Waypoint]] = [[]]
+    legs: list[list[RouteMark]] = [[]]
     for part in parts:
         if isinstance(part, str):
             turns.append(part)
@@ -202,18 +202,18 @@ def _route(parts: Sequence[Waypoint | str], target: ComparedName, relations: Seq
         else:
             legs[-1].append(part)
     legs[-1] = [mark for mark in legs[-1] if not (len(mark.names) == 1 and mark.names[0].fits(target))]
-    around: list[Waypoint] = []
+    around: list[RouteMark] = []
     for relation, names in relations:
         if names == (_SEEN,) or (relation == "on_top_of" and names[0].kind in _GROUND):
             continue
-        mark = Waypoint(names, frozenset({_AROUND.get(relation, relation)} - _BESIDE), None)
+        mark = RouteMark(names, frozenset({_AROUND.get(relation, relation)} - _BESIDE), None)
         if not (_merge(mark, legs[-1], replaces=True) or _merge(mark, around, replaces=False)):
             around.append(mark)
     seen = frozenset(relation for relation, names in relations if names == (_SEEN,))
     return ComparedRoute(tuple(turns), tuple(map(tuple, legs)), tuple(around), target, seen)
 
 
-def _merge(mark: Waypoint, marks: list[Waypoint], *, replaces: bool) -> bool:
+def _merge(mark: RouteMark, marks: list[RouteMark], *, replaces: bool) -> bool:
     """Add a mark's positions to those of the same thing, or put them in their place; return whether there is one."""
     for n, each in enumerate(marks):
         if each.is_same(mark):
@@ -223,42 +223,42 @@ def _merge(mark: Waypoint, marks: list[Waypoint], *, replaces: bool) -> bool:
     return False
 
 
-def _parts_read(step: Step) -> Iterator[Waypoint | str]:
+def _parts_read(step: Step) -> Iterator[RouteMark | str]:
     if isinstance(step, Rotate):
         yield from _turn(step.direction, step.at, None if step.thing is None else name_read(step.thing))
     elif isinstance(step, Face):
-        yield Waypoint((name_read(step.thing),))
+        yield RouteMark((name_read(step.thing),))
     else:
         yield from _walk(step.way, tuple(map(name_read, step.things)), step.side)
 
 
-def _parts_said(step: Sequence[Any]) -> Iterator[Waypoint | str]:
+def _parts_said(step: Sequence[Any]) -> Iterator[RouteMark | str]:
     sort, *rest = step
     if sort == "turn":
         direction, at, thing = [*rest, "", ""][:3]
         yield from _turn(direction, at, name_said(thing) if thing else None)
     elif sort == "face":
-        yield Waypoint((name_said(rest[0]),))
+        yield RouteMark((name_said(rest[0]),))
     else:
         way, things, side = [*rest, "", ""][:3]
         yield from _walk(way, _names_said(things), side)
 
 
-def _turn(direction: str, at: str, name: ComparedName | None) -> Iterator[Waypoint | str]:
+def _turn(direction: str, at: str, name: ComparedName | None) -> Iterator[RouteMark | str]:
     """Yield a turn and where it is made; one at a street or an alley leads into it."""
     into = name is not None and name.kind in ("street", "alley") and at == "at"
     if name is not None and not into:
-        yield Waypoint((name,), frozenset({at}))
+        yield RouteMark((name,), frozenset({at}))
     yield direction
     if name is not None and into:
         yield from _walk("along", (name,), "")
 
 
-def _walk(way: str, names: tuple[ComparedName, ...], side: str) -> Iterator[Waypoint]:
+def _walk(way: str, names: tuple[ComparedName, ...], side: str) -> Iterator[RouteMark]:
     if len(names) == 2 and names[0].fits(names[1]):
         names = names[:1]
     if names and not (names[0].kind == "street" and way != "past" and not names[0].which):
-        yield Waypoint(names, frozenset(_POSITIONS.get(way, ())), side)
+        yield RouteMark(names, frozenset(_POSITIONS.get(way, ())), side)
 
 
 def _names_said(said: str | Sequence[str]) -> tuple[ComparedName, ...]:

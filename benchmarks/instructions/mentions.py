@@ -40,7 +40,7 @@ LINKS = frozenset({"of", "in", "and", "has"})
 
 
 @dataclass(frozen=True)
-class NounPhrase:
+class ThingMention:
     """A noun phrase: its kind, its colour ("" if not given), its marker, and whether the walker reaches the thing.
 
     `start` and `end` are where its noun begins, with the words before it that describe it, and where it ends in what
@@ -64,7 +64,7 @@ def plain(text: str, code: str) -> str:
     return re.sub(STRIPED, WHITE[code], text)
 
 
-def mentions(text: str, code: str) -> Iterator[NounPhrase]:
+def mentions(text: str, code: str) -> Iterator[ThingMention]:
     """Yield the things that a text names, in order."""
     text = plain(text, code)
     taken = 0
@@ -86,7 +86,7 @@ def mentions(text: str, code: str) -> Iterator[NounPhrase]:
             markers = [marker for marker in markers if marker != "same"]
         beside = " ".join(before[-2:]) if code == "en" else text[match.end() :].strip()
         away = re.search(AWAY[code], beside) is not None
-        yield NounPhrase(
+        yield ThingMention(
             kind, colours[0] if colours else "", looks[0] if looks else "", markers[0] if markers else "", not away,
             " ".join(word for word in [*told, *shown_words] if word not in _determiners(code)),
             len(" ".join([*before, *takewhile(LINKS.__contains__, told), ""])), match.end(),

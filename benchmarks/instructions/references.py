@@ -17,9 +17,9 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.common import parser_of
-from benchmarks.instructions.mentions import NounPhrase, mentions
+from benchmarks.instructions.mentions import ThingMention, mentions
 from benchmarks.instructions.sides import false_sides, grounds_of, neighbours, stated_sides
-from benchmarks.instructions.turn_paths import TurnPath, turn_path
+from benchmarks.instructions.turn_paths import NavigationPath, turn_path
 
 MAX_FROM_PATH, MAX_WHEN_PASSED, MAX_STEPS_BEHIND, MAX_APART, REFERENCE_FAR = 14.0, 4.0, 6, 9.0, 4.0
 """Maximum distance of a thing from the path, and of one that the path passes, in units; number of steps by which a
@@ -58,7 +58,7 @@ def objects(turn: dict[str, Any], section: dict[str, Any]) -> list[StreetObject]
     return found
 
 
-def is_consistent(told: Sequence[NounPhrase], things: Sequence[StreetObject]) -> bool:
+def is_consistent(told: Sequence[ThingMention], things: Sequence[StreetObject]) -> bool:
     """Return whether an object can be assigned to each mention."""
     told = [mention for mention in told if mention.kind not in SKIPPED]
 
@@ -91,13 +91,13 @@ def is_consistent(told: Sequence[NounPhrase], things: Sequence[StreetObject]) ->
     return fits(0, (), 0)
 
 
-def identifies_target(told: Sequence[NounPhrase], turn: dict[str, Any], things: Sequence[StreetObject]) -> bool:
+def identifies_target(told: Sequence[ThingMention], turn: dict[str, Any], things: Sequence[StreetObject]) -> bool:
     """Return whether a text names something near the target that is not near its look-alike."""
     target, *others = ((item["type"], item["position"][0], item["position"][2]) for item in turn["street"])
     twins = [(x, z) for kind, x, z in others if kind == target[0]]
     told = [_in_full(mention, told[:number]) for number, mention in enumerate(told)]
 
-    def is_by(mention: NounPhrase, place: tuple[float, float], limit: float) -> bool:
+    def is_by(mention: ThingMention, place: tuple[float, float], limit: float) -> bool:
         return any(
             o.kind == mention.kind
             and mention.colour in ("", o.colour)
@@ -112,7 +112,7 @@ def identifies_target(told: Sequence[NounPhrase], turn: dict[str, Any], things: 
     )
 
 
-def _in_full(mention: NounPhrase, earlier: Sequence[NounPhrase]) -> NounPhrase:
+def _in_full(mention: ThingMention, earlier: Sequence[ThingMention]) -> ThingMention:
     """Resolve "the same" or "that" to the earlier mention, with its full description."""
     alike = [each for each in earlier if each.kind == mention.kind and (each.colour or each.look)]
     if mention.marker != "same" or mention.colour or mention.look or not alike:
@@ -120,11 +120,11 @@ def _in_full(mention: NounPhrase, earlier: Sequence[NounPhrase]) -> NounPhrase:
     return replace(mention, colour=alike[-1].colour, look=alike[-1].look)
 
 
-def _is_repeated(mention: NounPhrase, earlier: NounPhrase) -> bool:
+def _is_repeated(mention: ThingMention, earlier: ThingMention) -> bool:
     return (mention.kind, mention.words, mention.marker) == (earlier.kind, earlier.words, earlier.marker)
 
 
-def _is_one_of_two(thing: StreetObject, mention: NounPhrase, things: Sequence[StreetObject]) -> bool:
+def _is_one_of_two(thing: StreetObject, mention: ThingMention, things: Sequence[StreetObject]) -> bool:
     return any(
         o is not thing
         and o.kind == thing.kind
@@ -152,7 +152,9 @@ class ReferenceCounts:
             f"way, {self.false_sides} texts false; {self.neighbours} by a crossing, {self.false_neighbours} on it"
         )
 
-    def add(self, text: str, code: str, turn: dict[str, Any], section: dict[str, Any], way: TurnPath) -> list[str]:
+    def add(
+        self, text: str, code: str, turn: dict[str, Any], section: dict[str, Any], way: NavigationPath
+    ) -> list[str]:
         """Count one text, and return descriptions of what is false in it."""
         told, things, grounds = list(mentions(text, code)), objects(turn, section), grounds_of(turn, section)
         x, _, z = turn["street"][0]["position"]

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
 
-from benchmarks.instructions.mentions import NounPhrase, mentions, plain
-from benchmarks.instructions.turn_paths import MIN_BEND, MIN_STATED_BEND, Bend, Place, TurnPath, rectangle
+from benchmarks.instructions.mentions import ThingMention, mentions, plain
+from benchmarks.instructions.turn_paths import MIN_BEND, MIN_STATED_BEND, Bend, NavigationPath, Place, rectangle
 
 SIDES = {
     "en": {"left": "left", "right": "right"},
@@ -96,7 +96,7 @@ LAST = 3
 class StatedSide:
     """A thing with its stated side, the stated turns around it, and whether the text begins by facing a thing."""
 
-    mention: NounPhrase
+    mention: ThingMention
     side: str
     before: tuple[str, ...]
     after: tuple[str, ...]
@@ -132,7 +132,7 @@ def stated_sides(text: str, code: str) -> list[StatedSide]:
     ]
 
 
-def _thing_of(text: str, code: str, told: Sequence[NounPhrase], match: re.Match[str]) -> NounPhrase | None:
+def _thing_of(text: str, code: str, told: Sequence[ThingMention], match: re.Match[str]) -> ThingMention | None:
     """Return the mention that side words refer to; None if they describe a turn, or a relation of two things."""
     before = [mention for mention in told if mention.end <= match.start()]
     lead, rest = text[: match.start()], text[match.end() :]
@@ -151,7 +151,7 @@ def _thing_of(text: str, code: str, told: Sequence[NounPhrase], match: re.Match[
     return None if found is None or found.kind in STREETS else found
 
 
-def parts(told: StatedSide, way: TurnPath) -> Iterator[tuple[float, float]]:
+def parts(told: StatedSide, way: NavigationPath) -> Iterator[tuple[float, float]]:
     """Yield the parts of a path where a stated side may apply: between the bends that match the turns around it.
 
     Turns are matched so that the fewest bends are left over. A sidestep need not be stated, and the last turn need
@@ -193,7 +193,9 @@ def _may_be(turn: str, bend: Bend) -> bool:
     return (turn == "right") == (bend.angle > 0.0)
 
 
-def false_sides(text: str, code: str, way: TurnPath, grounds: Sequence[tuple[NounPhrase, list[Place]]]) -> list[str]:
+def false_sides(
+    text: str, code: str, way: NavigationPath, grounds: Sequence[tuple[ThingMention, list[Place]]]
+) -> list[str]:
     """Return the stated sides of things that are false.
 
     Args:
@@ -212,7 +214,7 @@ def false_sides(text: str, code: str, way: TurnPath, grounds: Sequence[tuple[Nou
 
 
 def neighbours(
-    text: str, code: str, target: Place, grounds: Sequence[tuple[NounPhrase, list[Place]]]
+    text: str, code: str, target: Place, grounds: Sequence[tuple[ThingMention, list[Place]]]
 ) -> tuple[int, list[str]]:
     """Return the number of stated neighbours of the target on which it could lie, and those on which it does lie."""
     text, told = plain(text, code), list(mentions(text, code))
@@ -227,7 +229,7 @@ def neighbours(
     return count, faults
 
 
-def grounds_of(turn: dict[str, Any], section: dict[str, Any]) -> list[tuple[NounPhrase, list[Place]]]:
+def grounds_of(turn: dict[str, Any], section: dict[str, Any]) -> list[tuple[ThingMention, list[Place]]]:
     """Return all things in a turn's street, each as a mention with its corners or its place."""
     found = []
     for prop in section["props"]:
@@ -255,10 +257,10 @@ def covers(ground: Sequence[Place], place: Place) -> bool:
     return all(each <= 0.0 for each in inside) or all(each >= 0.0 for each in inside)
 
 
-def _named(kind: str, colour: str, look: str) -> NounPhrase:
-    return NounPhrase(kind, colour, look, "", False, "")
+def _named(kind: str, colour: str, look: str) -> ThingMention:
+    return ThingMention(kind, colour, look, "", False, "")
 
 
-def _fits(told: NounPhrase, thing: NounPhrase) -> bool:
+def _fits(told: ThingMention, thing: ThingMention) -> bool:
     is_colour = told.colour in ("", thing.colour) or thing.kind == "building"  # Its look has the colour.
     return told.kind == thing.kind and is_colour and told.look in ("", thing.look)

@@ -54,7 +54,7 @@ class PathStep:
     heading: float
 
 
-class TurnPath:
+class NavigationPath:
     """The navigation path of a turn.
 
     Args:
@@ -112,7 +112,7 @@ def _joined_bends(legs: Sequence[tuple[float, float]]) -> Iterator[Bend]:
         yield Bend(group[0][0], group[-1][0], sum(each for _, each in group))
 
 
-def turn_path(turn: dict[str, Any], start: dict[str, float], before: Sequence[int]) -> TurnPath:
+def turn_path(turn: dict[str, Any], start: dict[str, float], before: Sequence[int]) -> NavigationPath:
     """Return the path of a turn from a data set's file.
 
     Args:
@@ -121,7 +121,7 @@ def turn_path(turn: dict[str, Any], start: dict[str, float], before: Sequence[in
         before: navigation actions of the previous turn; empty for the first.
     """
     heading = start["heading"] + 30.0 * (list(before).count(2) - list(before).count(1))
-    return TurnPath([(x, z) for x, z in turn["path"]], heading % 360.0)
+    return NavigationPath([(x, z) for x, z in turn["path"]], heading % 360.0)
 
 
 def bearing(start: Place, end: Place) -> float:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from arramon_client.world import HEADINGS, REACH_SIDE, STEP, TURN, Action
-from arramon_dataset.generation.clearance_map import CELL, FAR, ClearanceMap, Numbers
+from arramon_dataset.generation.clearance_raster import CELL, FAR, ClearanceRaster, Numbers
 from arramon_dataset.generation.search import Heap, a_star, dijkstra
 from arramon_server.sim.geometry import Pose
 
@@ -60,10 +60,10 @@ class PathPlanner:
     """Plans paths in one section. Reuses its buffers, so it is not thread-safe.
 
     Args:
-        ground: clearance map of the section.
+        ground: clearance raster of the section.
     """
 
-    def __init__(self, ground: ClearanceMap) -> None:
+    def __init__(self, ground: ClearanceRaster) -> None:
         self.ground = ground
         clear = np.arange(FAR + 1)
         lack = np.maximum(PREFERRED_CLEARANCE - clear, 0)

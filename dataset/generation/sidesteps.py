@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from arramon_client.world import HEADINGS, STEP, TURN, Action
-from arramon_dataset.generation.clearance_map import CELL, ClearanceMap, Numbers
+from arramon_dataset.generation.clearance_raster import CELL, ClearanceRaster, Numbers
 from arramon_dataset.generation.path_planner import REACH_FROM, REACH_OFFSET, REACH_TO, SIGHT_CLEARANCE, STEP_CLEARANCE
 from arramon_server.sim.geometry import Pose
 
@@ -64,12 +64,12 @@ class _PartialWalk:
 
 
 def with_sidesteps(
-    ground: ClearanceMap, start: Pose, actions: Sequence[Action], target: tuple[float, float], random: Random
+    ground: ClearanceRaster, start: Pose, actions: Sequence[Action], target: tuple[float, float], random: Random
 ) -> list[Action]:
     """Return a planned path's actions with random sidesteps, or unchanged if no such walk is found.
 
     Args:
-        ground: clearance map of the section.
+        ground: clearance raster of the section.
         start: pose before the first action.
         actions: a path to the target with few turns, from `path_planner.PathPlanner.actions`.
         target: (x, z), in units.
@@ -90,7 +90,7 @@ def with_sidesteps(
 class _SidestepSampler:
     """Samples walks along one planned path."""
 
-    def __init__(self, ground: ClearanceMap, start: Pose, target: tuple[float, float], random: Random) -> None:
+    def __init__(self, ground: ClearanceRaster, start: Pose, target: tuple[float, float], random: Random) -> None:
         self._ground, self._start, self._target, self._random = ground, start, target, random
         angles = np.radians(start.heading + TURN * np.arange(HEADINGS))
         steps = np.round(STEP * np.stack([np.sin(angles), np.cos(angles)], axis=1), 9)

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from arramon_client.world import STEPS_PER_PHASE, Action
-from arramon_dataset.generation.clearance_map import ClearanceMap
+from arramon_dataset.generation.clearance_raster import ClearanceRaster
 from arramon_dataset.generation.path_planner import REACH_TO, STEP_CLEARANCE, CostField, PathPlanner
 from arramon_dataset.generation.sidesteps import with_sidesteps
 from arramon_dataset.release.extras import Points, distance_to_path, draw_distracters, in_pick_up_box, is_apart
@@ -111,7 +111,7 @@ class Streets:
 
     def __init__(self, section: Section) -> None:
         self._section = section
-        self.ground = ClearanceMap.of(section)
+        self.ground = ClearanceRaster.of(section)
         self._planner = PathPlanner(self.ground)
         self._places = self._connected(lattice(self.ground, section))
         if not len(self._places):
@@ -255,7 +255,7 @@ class Streets:
         return left
 
 
-def lattice(ground: ClearanceMap, section: Section) -> Points:
+def lattice(ground: ClearanceRaster, section: Section) -> Points:
     """Return the lattice points on open ground, (n, 2) of (x, z)."""
     x0, z0, x1, z1 = section.bounds
     xs, zs = (np.arange(np.ceil(low - LATTICE), high - LATTICE) + LATTICE for low, high in ((x0, x1), (z0, z1)))

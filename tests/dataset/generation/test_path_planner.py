@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from arramon_dataset.generation.clearance_map import ClearanceMap
+from arramon_dataset.generation.clearance_raster import ClearanceRaster
 from arramon_dataset.generation.path_planner import REACH_FROM, REACH_TO, PathPlanner
 from arramon_dataset.generation.streets import follow_actions
 from arramon_dataset.layout.solids import Solids
@@ -18,7 +18,7 @@ LETTERS = "FLR"
 
 @pytest.fixture(scope="module")
 def walker() -> PathPlanner:
-    return PathPlanner(ClearanceMap.of(CROSSING))
+    return PathPlanner(ClearanceRaster.of(CROSSING))
 
 
 def way(walker: PathPlanner, start: Pose, target: tuple[float, float]) -> str | None:
@@ -79,7 +79,7 @@ def test_walled_in_targets_are_unreachable_from_outside() -> None:
         Building(x, z, w, h, 0.0, 2.0, "brick")
         for x, z, w, h in ((0, 4, 3, 0.5), (0, -4, 3, 0.5), (3.5, 0, 0.5, 4.5), (-3.5, 0, 0.5, 4.5))
     )
-    walker = PathPlanner(ClearanceMap.of(Section("8", 0.0, (-10.0, -10.0, 10.0, 10.0), walls, ())))
+    walker = PathPlanner(ClearanceRaster.of(Section("8", 0.0, (-10.0, -10.0, 10.0, 10.0), walls, ())))
 
     assert way(walker, Pose(-7.0, 0.0, 0.0), (0.0, 0.0)) is None
     assert way(walker, Pose(0.0, 2.0, 180.0), (0.0, -1.0)) == "FF"
@@ -89,7 +89,7 @@ def test_oblique_streets_are_followed_with_few_turns() -> None:
     angle = 17.0
     sin, cos = math.sin(math.radians(angle)), math.cos(math.radians(angle))
     blocks = tuple(Building(s * 6 * cos, -s * 6 * sin, 3.0, 20.0, angle, 2.0, "brick") for s in (-1, 1))
-    walker = PathPlanner(ClearanceMap.of(Section("8", angle, (-15.0, -25.0, 15.0, 25.0), blocks, ())))
+    walker = PathPlanner(ClearanceRaster.of(Section("8", angle, (-15.0, -25.0, 15.0, 25.0), blocks, ())))
 
     found = way(walker, Pose(-15 * sin, -15 * cos, 0.0), (15 * sin, 15 * cos))
 
@@ -105,7 +105,7 @@ def test_paths_go_around_furniture() -> None:
         BLOCKS_APART,
         (Prop("phone_booth", 0.0, 0.0, 0.0), Prop("banner", 4, 4, 0)),
     )
-    found = way(PathPlanner(ClearanceMap.of(section)), Pose(0.0, -8.0, 0.0), (0.0, 8.0))
+    found = way(PathPlanner(ClearanceRaster.of(section)), Pose(0.0, -8.0, 0.0), (0.0, 8.0))
 
     assert found is not None
     assert {"L", "R"} <= set(found)

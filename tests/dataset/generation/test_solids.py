@@ -1,9 +1,9 @@
-"""Distances from solids, and the clearance map."""
+"""Distances from solids, and the clearance raster."""
 
 import numpy as np
 import pytest
 
-from arramon_dataset.generation.clearance_map import FAR, ClearanceMap
+from arramon_dataset.generation.clearance_raster import FAR, ClearanceRaster
 from arramon_dataset.layout.solids import Solids
 from arramon_server.sim.section import Building, Prop
 from tests.dataset.generation.places import CROSSING
@@ -48,4 +48,4 @@ def test_banners_are_not_solid_and_booths_are() -> None:
     ],
 )
 def test_clearance_of_the_crossing_matches_its_geometry(place: tuple[float, float], clear: float) -> None:
-    assert ClearanceMap.of(CROSSING).clear_at(*place) == pytest.approx(min(clear, FAR / 1000), abs=0.1)
+    assert ClearanceRaster.of(CROSSING).clear_at(*place) == pytest.approx(min(clear, FAR / 1000), abs=0.1)

@@ -1,4 +1,4 @@
-"""The clearance map of a section: a raster of distances to the nearest solid, for path planning.
+"""The clearance raster of a section: distances to the nearest solid in each cell, for path planning.
 
 Clearances are integers, so that every machine finds the same paths.
 """
@@ -28,7 +28,7 @@ Numbers = npt.NDArray[np.int32]
 
 
 @dataclass(frozen=True, eq=False)
-class ClearanceMap:
+class ClearanceRaster:
     """Clearance and street direction at each cell of a section's raster.
 
     Attributes:
@@ -47,8 +47,8 @@ class ClearanceMap:
     solids: Solids
 
     @classmethod
-    def of(cls, section: Section) -> "ClearanceMap":
-        """Return the clearance map of a section."""
+    def of(cls, section: Section) -> "ClearanceRaster":
+        """Return the clearance raster of a section."""
         x0, z0, x1, z1 = section.bounds
         left, bottom = math.floor(x0 - BORDER), math.floor(z0 - BORDER)
         columns = math.ceil((x1 + BORDER - left) / CELL)
