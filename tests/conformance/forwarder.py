@@ -142,7 +142,7 @@ def forwarding(target: str, address: str) -> Iterator[Forwarder]:
     """Serve a forwarder at an address, to the real server at another."""
     server = grpc.server(ThreadPoolExecutor(16))
     with grpc.insecure_channel(target) as channel:
-        forwarder = Forwarder(EvaluationStub(channel), address)
+        forwarder = Forwarder(EvaluationStub(channel), address)  # type: ignore[abstract]  # its unary methods are set above
         add_EvaluationServicer_to_server(forwarder, server)
         server.add_insecure_port(address)
         server.start()
