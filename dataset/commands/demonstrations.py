@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from arramon_client.world import DEFAULT_SENSORS
 from arramon_dataset.demonstrations.request import (
-    DEFAULT_SENSORS,
     DEFAULT_SIZE,
     EXPORTED_SENSORS,
     FORMATS,

@@ -5,8 +5,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from arramon_client.world import DEFAULT_SENSORS, SENSORS
 from arramon_server import __version__
-from arramon_server.episodes.splits import SENSORS, Split
+from arramon_server.episodes.splits import Split
 from arramon_server.errors import BadInput, Forbidden
 
 PLAIN, MINARI, LEROBOT, HUGGINGFACE = "plain", "minari", "lerobot", "huggingface"
@@ -17,7 +18,7 @@ FORMATS = (MINARI, LEROBOT, HUGGINGFACE, PLAIN)
 EXPORTED_SENSORS = SENSORS[:4]
 """Sensors that can be exported: those of agents, without the ground truth."""
 
-DEFAULT_SENSORS, DEFAULT_SIZE = ("rgb", "depth"), 224
+DEFAULT_SIZE = 224
 
 SMALLEST, LARGEST, STRIDE, FURTHER = 8, 448, 8, (84,)
 """Side lengths of images, in pixels, as in environments: multiples of STRIDE from SMALLEST to LARGEST, and FURTHER."""

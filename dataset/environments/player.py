@@ -13,7 +13,7 @@ from arramon.v1.chain import episode_head
 from arramon_client.agent import Label, Observation
 from arramon_client.environments.backend import EpisodeEnd, Images, PlayerSettings, Scores, SplitInfo, Step
 from arramon_client.errors import UsageError
-from arramon_client.world import NAVIGATION, Action
+from arramon_client.world import IMAGE_SENSORS, NAVIGATION, Action
 from arramon_dataset.environments.playable_split import PlayableSplit
 from arramon_dataset.environments.rewards import NoReward, Reward, reward_of
 from arramon_server.episodes.episode import Episode
@@ -27,9 +27,6 @@ from arramon_server.sim.view import visible_pose
 
 if TYPE_CHECKING:
     from arramon_dataset.environments.experts import Expert
-
-IMAGES = ("rgb", "depth", "segmentation")
-"""Sensors for which a frame is rendered."""
 
 UNLIMITED = Limits(steps_per_phase=1_000_000)
 """Step limit of phases that the ground truth plays."""
@@ -55,7 +52,7 @@ class LocalPlayer:
         self._sections = playable.split.sections
         self._info, self._settings, self._find = info, settings, find
         self._limits = Limits(info.steps_per_phase)
-        self._images = tuple(name for name in IMAGES if name in settings.sensors)
+        self._images = tuple(name for name in IMAGE_SENSORS if name in settings.sensors)
         self._session: EpisodeSession | None = None
         self._seen: State  # The latest state that accepts an action.
         self._canvas = new_canvas(settings.image_size)

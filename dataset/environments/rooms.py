@@ -6,11 +6,11 @@ from pathlib import Path
 import arramon_lang as lang
 from arramon_client.environments.backend import PlayerSettings, SplitInfo, TextBounds
 from arramon_client.errors import UsageError
-from arramon_client.world import STEPS_PER_PHASE
+from arramon_client.world import SENSORS, STEPS_PER_PHASE
 from arramon_dataset.environments.playable_split import DRAWN, PlayableSplit, playable_split
 from arramon_dataset.generation.room_tasks import PREFIX, ROOM_SECTION, draw_task
 from arramon_server.episodes.episode import Episode
-from arramon_server.episodes.splits import ROOMS, SENSORS, Split
+from arramon_server.episodes.splits import ROOMS, Split
 from arramon_server.episodes.texts import instructions_in
 
 SURVEYED = 24

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
+from arramon_client.world import DEFAULT_SENSORS, SENSORS
 from arramon_server.episodes.demands import Demands, read_demands
 from arramon_server.episodes.episode import Episode, languages_of
 from arramon_server.episodes.files import (
@@ -29,9 +30,6 @@ from arramon_server.episodes.provenance import Provenance
 from arramon_server.episodes.texts import TextSummary, texts_by_language
 from arramon_server.errors import BadFile, NotFound, StorageError
 from arramon_server.sim.section import Section
-
-SENSORS = ("rgb", "depth", "segmentation", "pose", "oracle")
-"""All sensors. A hidden split offers only the first two: segmentation would name the visible objects."""
 
 ROOMS = "rooms"
 """The split of tasks in the room alone, without a city."""
@@ -72,7 +70,7 @@ class Split:
     @property
     def sensors(self) -> tuple[str, ...]:
         """The sensors that a run on this split may request."""
-        return SENSORS[:2] if self.hidden else SENSORS
+        return DEFAULT_SENSORS if self.hidden else SENSORS
 
     @property
     def languages(self) -> dict[str, int]:

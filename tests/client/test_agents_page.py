@@ -8,9 +8,10 @@ from arramon_client import run_settings, world
 from arramon_client.plugin import arguments
 from arramon_client.recording import files, recorder
 from arramon_client.transport.images import THOUSANDTHS, ImageDecoder
+from arramon_client.world import SENSORS
 from arramon_server.api.encoding import MessageEncoder
 from arramon_server.configuration.config import Config
-from arramon_server.episodes.splits import SENSORS, Split
+from arramon_server.episodes.splits import Split
 from arramon_server.sim import cameras, room, rules
 from arramon_server.sim.view import view
 from tests import ROOT, tiny
@@ -52,7 +53,7 @@ SENTENCES = [
     f"values of up to\n{arguments.LONGEST_VALUE} and {arguments.LONGEST_IN_ALL} in all",
     f"JPEG of quality {files.JPEG_QUALITY};",
     f"where {recorder.MAX_QUEUED_BYTES // 2**20} MiB of pictures wait",
-    f"names what it needs, `{_quoted(run_settings.DEFAULT_SENSORS)}` by default",
+    f"names what it needs, `{_quoted(world.DEFAULT_SENSORS)}` by default",
     f"A hidden split offers\n`{'` and `'.join(HIDDEN.sensors)}` alone",
     f"others `{SENSORS[2]}`, `{SENSORS[3]}` and `{SENSORS[4]}` (ground truth",
     "with t = 5 seconds, `--parallel 6` is the\nmost that fits 60 seconds",

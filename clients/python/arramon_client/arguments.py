@@ -12,8 +12,7 @@ from arramon_client.plugin.arguments import parse_arguments
 from arramon_client.run_settings import ENCODINGS
 from arramon_client.transport.access import add_access
 from arramon_client.transport.incoming import RUN_ID
-
-SENSORS = ("rgb", "depth", "segmentation", "pose", "oracle")
+from arramon_client.world import SENSORS
 
 COMMANDS = {
     "account": "show your account on a server: name, role, limits and current usage",

@@ -6,8 +6,8 @@ from arramon.v1 import evaluation_pb2, types_pb2
 from arramon_client.agent import Agent
 from arramon_client.errors import UsageError
 from arramon_client.transport.access import is_local
+from arramon_client.world import DEFAULT_SENSORS
 
-DEFAULT_SENSORS = ("rgb", "depth")
 DEFAULT_PARALLEL = 8
 
 ENCODINGS = {

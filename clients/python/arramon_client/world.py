@@ -60,6 +60,17 @@ FIELD_OF_VIEW = 60.0
 DEPTH_UNIT = 0.001
 """Resolution of 16-bit depth images: the length that corresponds to the value 1."""
 
+# Sensors
+
+IMAGE_SENSORS = ("rgb", "depth", "segmentation")
+"""Sensors whose data is an image."""
+
+SENSORS = (*IMAGE_SENSORS, "pose", "oracle")
+"""All sensors that a run can request, in the order in which they are listed."""
+
+DEFAULT_SENSORS = ("rgb", "depth")
+"""Sensors of a run that requests none by name: those of the paper's agents, the only ones of hidden splits."""
+
 # Objects
 
 COLLECTIBLES = ("ball", "hourglass", "mug", "tv", "book", "bowl", "bucket")

@@ -7,14 +7,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+from arramon_client.world import IMAGE_SENSORS
 from arramon_server.runs.play.clocks import StreamClock
 from arramon_server.runs.play.events import Event, RunEnded
 from arramon_server.runs.play.session import EpisodeSession
 from arramon_server.runs.play.transport import Transport
 from arramon_server.runs.storage.records import OPEN, Claim, Run
-
-IMAGES = frozenset(("rgb", "depth", "segmentation"))
-"""Sensors for which a frame must be drawn."""
 
 MAX_INBOX = 16
 """Number of queued action messages at which the server stops reading from the stream."""
@@ -201,4 +199,4 @@ class Stream:
     @property
     def wants_images(self) -> bool:
         """Whether the run's sensors include images."""
-        return not IMAGES.isdisjoint(self.run.sensors)
+        return not set(IMAGE_SENSORS).isdisjoint(self.run.sensors)

@@ -14,12 +14,10 @@ from arramon_client.conformance.suite import check
 from arramon_client.conformance.target import Target
 from arramon_client.transport.images import ImageDecoder, ImagesUnreadableError
 from arramon_client.transport.shared_memory import decoder_of
+from arramon_client.world import IMAGE_SENSORS
 
 QUALITY = 95
 """JPEG quality requested."""
-
-IMAGES = {"rgb", "depth", "segmentation"}
-"""Sensors that are images."""
 
 MAX_DIFFERENCE = 16.0
 """Maximum mean difference of a JPEG image's pixels from the raw ones, out of 255."""
@@ -60,7 +58,10 @@ def default(target: Target) -> None:
     with target.play(run) as stream:
         opened, _, seen = stream.begin()
         expect_equal("encoding and size in `opened`", (opened.encoding, opened.image_size), expected)
-        expect(set(run.sensors) <= IMAGES, f"the run has the sensors {list(run.sensors)}, expected images alone")
+        expect(
+            set(run.sensors) <= set(IMAGE_SENSORS),
+            f"the run has the sensors {list(run.sensors)}, expected images alone",
+        )
         for name in run.sensors:
             image = getattr(seen, name)
             expect_equal(f"the size of {name}", (image.height, image.width), (expected[1], expected[1]))
@@ -118,7 +119,10 @@ def _show(target: Target, run: pb.Run, encoding: types_pb2.Encoding.ValueType, s
             expect_equal("the JPEG quality in `opened`", opened.jpeg_quality, quality)
         decoder = _decoder(opened)
         images: dict[str, npt.NDArray[Any]] = {}
-        expect(set(run.sensors) <= IMAGES, f"the run has the sensors {list(run.sensors)}, expected images alone")
+        expect(
+            set(run.sensors) <= set(IMAGE_SENSORS),
+            f"the run has the sensors {list(run.sensors)}, expected images alone",
+        )
         for name in run.sensors:
             image = getattr(seen, name)
             expect_equal(f"the size of {name}", (image.height, image.width), (size, size))

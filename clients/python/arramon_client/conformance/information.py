@@ -5,13 +5,13 @@ import grpc
 from arramon.v1 import PROTOCOL, PROTOCOL_METADATA, types_pb2
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
-from arramon_client.arguments import SENSORS
 from arramon_client.conformance.assertions import expect, expect_equal, expect_refusal, need
 from arramon_client.conformance.suite import check
 from arramon_client.conformance.target import Target
 from arramon_client.transport.access import Access, host_of
 from arramon_client.transport.channel import open_channel
 from arramon_client.transport.connection import CHANNEL_OPTIONS, METADATA
+from arramon_client.world import SENSORS
 
 PRIVILEGED = ("segmentation", "pose", "oracle")
 """Sensors that reveal targets, goals or the agent's position."""

@@ -17,9 +17,7 @@ from arramon_client.environments.members import Member
 from arramon_client.environments.options import Options
 from arramon_client.environments.players import PlayerSet, open_player
 from arramon_client.environments.spaces import NO_ACTION
-from arramon_client.world import PHASES
-
-IMAGES = ("rgb", "depth", "segmentation")
+from arramon_client.world import IMAGE_SENSORS, PHASES
 
 
 @dataclass(frozen=True)
@@ -99,7 +97,7 @@ class EpisodeGroup:
         self._values = _initial_values(count, self._opened[0])
         self._rewards = np.zeros(count)
         self._terminated, self._truncated = np.zeros(count, np.bool_), np.zeros(count, np.bool_)
-        self._images = tuple(name for name in IMAGES if name in options.sensors)
+        self._images = tuple(name for name in IMAGE_SENSORS if name in options.sensors)
         self._has_pose = "pose" in options.sensors
         self._pairs_by_batch: dict[int, tuple[VectorBatch, list[tuple[npt.NDArray[Any], npt.NDArray[Any]]]]] = {}
         """By the id of a batch, together with the batch, so that the id cannot be reused."""

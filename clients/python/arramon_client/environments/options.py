@@ -16,18 +16,16 @@ from arramon_client.environments.arguments import (
 )
 from arramon_client.environments.backend import EXPERTS, REWARDS
 from arramon_client.environments.errors import BadArgument
-from arramon_client.environments.spaces import KEYS, SENSORS
+from arramon_client.environments.spaces import KEYS, OBSERVED_SENSORS
 from arramon_client.environments.tokens import Tokenizer
 from arramon_client.transport.access import Access
-from arramon_client.world import ASSEMBLY, NAVIGATION, PHASES
+from arramon_client.world import ASSEMBLY, DEFAULT_SENSORS, NAVIGATION, PHASES
 
 MIN_SIZE, MAX_SIZE, SIZE_STEP = 8, 448, 8
 """Image sizes available in this process, in pixels: the multiples of SIZE_STEP in this range, and SIZES."""
 
 SIZES = (84,)
 """Further image sizes, common in reinforcement learning."""
-
-DEFAULT_SENSORS = ("rgb", "depth")
 
 
 @dataclass(frozen=True)
@@ -37,7 +35,7 @@ class Options:
     Attributes:
         lang: language of the instructions; or several, of which one is drawn for each episode.
         split: name of the split.
-        sensors: some of `SENSORS`, in any order.
+        sensors: some of `OBSERVED_SENSORS`, in any order.
         image_size: side length of images, in pixels.
         server: address of a host, HOST:PORT or unix:/PATH; None to play in this process.
         data: the data folder in this process; None for $ARRAMON_DATA or ./arramon-data.
@@ -139,7 +137,7 @@ def _observed(
             raise BadArgument(f"there is no key {key!r} to observe; there are {listed(there)}")
     if not set(chosen) & set(KEYS):
         raise BadArgument(f"observe is {chosen}, expected at least one of {listed(KEYS)}")
-    wanted = tuple(key for key in chosen if key in SENSORS)
+    wanted = tuple(key for key in chosen if key in OBSERVED_SENSORS)
     for key in wanted:
         if sensors is not None and key not in sensors:
             raise BadArgument(
@@ -150,8 +148,8 @@ def _observed(
 
 def _check(options: Options) -> None:
     for sensor in options.sensors:
-        if sensor not in SENSORS:
-            raise BadArgument(f"there is no sensor {sensor!r}; there are {listed(SENSORS)}")
+        if sensor not in OBSERVED_SENSORS:
+            raise BadArgument(f"there is no sensor {sensor!r}; there are {listed(OBSERVED_SENSORS)}")
     check_choice("reward", options.reward, (*REWARDS, None))
     check_choice("expert", options.expert, (*EXPERTS, None))
     check_choice("start", options.start, PHASES)

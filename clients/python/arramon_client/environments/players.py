@@ -13,7 +13,7 @@ from arramon_client.environments.arguments import listed
 from arramon_client.environments.backend import Backend, Player, PlayerSettings
 from arramon_client.environments.errors import BadArgument, NoBackend
 from arramon_client.environments.options import Options
-from arramon_client.environments.spaces import SENSORS, ObservationConverter, merge_bounds, observation_space
+from arramon_client.environments.spaces import OBSERVED_SENSORS, ObservationConverter, merge_bounds, observation_space
 from arramon_client.environments.tokens import ByteTokenizer, Tokenizer, WordTokenizer
 from arramon_client.errors import ArramonClientError, UsageError
 from arramon_client.local.embedded import default_data
@@ -66,7 +66,7 @@ def open_player(options: Options) -> PlayerSet:
     settings = PlayerSettings(
         language=options.languages[0],
         split=options.split,
-        sensors=tuple(name for name in SENSORS if name in options.sensors),
+        sensors=tuple(name for name in OBSERVED_SENSORS if name in options.sensors),
         image_size=options.image_size,
         reward=options.reward or "none",
         expert=options.expert,

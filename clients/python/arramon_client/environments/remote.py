@@ -21,8 +21,7 @@ from arramon_client.run_settings import choose_encoding, choose_image_size, choo
 from arramon_client.transport.access import Access
 from arramon_client.transport.connection import Server, call, connect
 from arramon_client.transport.retry import PATIENCE
-
-IMAGES = ("rgb", "depth", "segmentation")
+from arramon_client.world import IMAGE_SENSORS
 
 AGENT = "environment"
 """Name of the agent on the leaderboard."""
@@ -273,7 +272,7 @@ class RemotePlayer:
         side = self._settings.image_size
         for name in self._settings.sensors:
             value = getattr(seen, name, None)
-            if name in IMAGES and (value is None or value.shape[:2] != (side, side)):
+            if name in IMAGE_SENSORS and (value is None or value.shape[:2] != (side, side)):
                 shape = "nothing" if value is None else " x ".join(map(str, value.shape[:2]))
                 raise ProtocolError(f"the server sent {shape} for the image {name}, expected {side} x {side}")
             if name == "pose" and value is None:
@@ -285,7 +284,7 @@ class RemotePlayer:
             )
         if not seen.phase or seen.steps_left > self._split.steps_per_phase:
             raise ProtocolError(f"the server sent no known phase, or {seen.steps_left} steps left: more than its limit")
-        others: dict[str, Any] = {name: None for name in (*IMAGES, "pose") if name not in self._settings.sensors}
+        others: dict[str, Any] = {name: None for name in (*IMAGE_SENSORS, "pose") if name not in self._settings.sensors}
         return replace(seen, **others)
 
     def _scores(self) -> Scores | None:

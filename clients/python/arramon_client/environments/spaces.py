@@ -12,15 +12,15 @@ from gymnasium import spaces
 from arramon_client.agent import Action, Observation
 from arramon_client.environments.backend import PlayerSettings, TextBounds
 from arramon_client.environments.tokens import Tokenizer
-from arramon_client.world import PHASES
+from arramon_client.world import IMAGE_SENSORS, PHASES
 
 NO_ACTION = len(Action)
 """Value of `last_action` before the first step."""
 
-SENSORS = ("rgb", "depth", "segmentation", "pose")
+OBSERVED_SENSORS = (*IMAGE_SENSORS, "pose")
 """Sensors of the environments, in the order of the observation's keys."""
 
-KEYS = (*SENSORS, "instruction", "instruction_tokens", "turn", "phase", "steps_left", "last_action")
+KEYS = (*OBSERVED_SENSORS, "instruction", "instruction_tokens", "turn", "phase", "steps_left", "last_action")
 """Keys of an observation, in order."""
 
 TURN_NUMBERS = 3
@@ -89,7 +89,7 @@ def observation_space(
         "steps_left": lambda: spaces.Box(0, steps_per_phase, (1,), np.int32),
         "last_action": lambda: spaces.Discrete(len(Action) + 1),
     }
-    there = (key for key in KEYS if key not in SENSORS or key in settings.sensors)
+    there = (key for key in KEYS if key not in OBSERVED_SENSORS or key in settings.sensors)
     return spaces.Dict({key: made[key]() for key in there if keys is None or key in keys})
 
 
