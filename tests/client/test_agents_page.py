@@ -47,7 +47,7 @@ SENTENCES = [
     f"A phase takes {world.STEPS_PER_PHASE} steps at most",
     f"`--parallel` ({run_settings.DEFAULT_PARALLEL} by default; "
     f"a server allows up to {CONFIG.max_episodes_per_stream} on",
-    f"due {CONFIG.step_seconds:g} seconds from when",
+    f"due {CONFIG.step_seconds:g} seconds after",
     f"the run's bank of {CONFIG.bank_seconds:g} seconds, a day",
     f"There can be {arguments.MOST_ARGUMENTS}, with names of up to {arguments.LONGEST_NAME} characters, "
     f"values of up to\n{arguments.LONGEST_VALUE} and {arguments.LONGEST_IN_ALL} in all",
