@@ -25,7 +25,7 @@ from arramon_dataset.randomness import seeded
 from arramon_dataset.trial import EarlyStop, TrialWorld, play_or_stop_early
 from arramon_dataset.turn_planner import TurnPlanner
 from arramon_lang.meaning import Assembly, Meaning, Navigation, Rotate, Thing, Where
-from arramon_lang.quality import check, is_blocked
+from arramon_lang.quality import any_blocks, check
 from arramon_lang.writing.voice import Voice
 from arramon_server.episodes.episode import Episode, Instructions, Turn
 from arramon_server.episodes.splits import Split
@@ -260,7 +260,7 @@ def _phrase(code: str, phase: str, turn: Turn, meaning: Meaning, voice: Voice, n
         target=Thing(target.kind, target.colour, target.pattern),
         first_turn=first_turn(turn.actions),
     )
-    return None if is_blocked(failures) or faults_of_text(text, code, meaning) else text
+    return None if any_blocks(failures) or faults_of_text(text, code, meaning) else text
 
 
 def first_turn(actions: tuple[Action, ...]) -> float:

@@ -20,7 +20,7 @@ CHECK = "not_there"
 """Name of the check."""
 
 
-def missing(text: str, language: str, episode: Episode, turn: int, section: Section) -> list[Failure]:
+def missing_furniture(text: str, language: str, episode: Episode, turn: int, section: Section) -> list[Failure]:
     """Return a failure for each piece of street furniture that a text names and that is not there, in its order.
 
     The text is aligned with the ground truth's path. A thing is there if one of its kind, in the colour, shape and on
@@ -80,4 +80,8 @@ def check_in_world(
         raise NotFound(f"episode {episode_id!r} has no instructions in {language!r}; it has {there}")
     for number in (1, 2) if turn is None else (turn,):
         for text in listed or [episode.instruction(language, number, "navigation")]:
-            yield text, number, tuple(missing(text, language, episode, number, chosen.sections[episode.section]))
+            yield (
+                text,
+                number,
+                tuple(missing_furniture(text, language, episode, number, chosen.sections[episode.section])),
+            )

@@ -108,7 +108,7 @@ def check(
     return (*blocked, *_suspicious(text, words, rules, phase, spelt, target))
 
 
-def is_blocked(failures: Iterable[Failure]) -> bool:
+def any_blocks(failures: Iterable[Failure]) -> bool:
     """Return whether any of the failures blocks the instruction."""
     return any(failure.severity == BLOCKED for failure in failures)
 

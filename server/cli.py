@@ -79,7 +79,7 @@ def _report(message: str, arguments: Mapping[str, Any]) -> None:
     # Quoted files and names must not control the terminal.
     message = "\n".join(shown(line) for line in mask_secrets(message).expandtabs(4).split("\n"))
     if wants_json(arguments, os.environ):
-        print(logs.error_line("arramon_server.cli", message), file=sys.stderr)
+        print(logs.json_error_line("arramon_server.cli", message), file=sys.stderr)
     else:
         print(f"arramon-server: {message}", file=sys.stderr)
 

@@ -56,7 +56,7 @@ class Belief(NamedTuple):
 
 
 @lru_cache(maxsize=512)
-def certain(label: Label) -> tuple[Floats, Floats, Floats]:
+def one_hot_of(label: Label) -> tuple[Floats, Floats, Floats]:
     """Return kinds, colours and looks of a known label as one-hot probabilities."""
     codes = codes_of(label.kind, label.colour, label.look)
     rows = []
@@ -179,4 +179,4 @@ class SeenLandmarks(Landmarks):
 
 def certain_beliefs(landmarks: Landmarks) -> list[Belief]:
     """Return all labelled landmarks, with probability 1 for their labels."""
-    return [Belief(mark, *certain(mark.label)) for mark in landmarks.marks()]
+    return [Belief(mark, *one_hot_of(mark.label)) for mark in landmarks.marks()]

@@ -14,7 +14,7 @@ from arramon_agents.simulated.alignment import current_row, places_of
 from arramon_agents.simulated.body import PerceptionFaults, SimulatedBody
 from arramon_agents.simulated.courses import Course
 from arramon_agents.vl_map.features import DIRECTIONS, PolicyInput
-from arramon_agents.vl_map.navigator import Choose, MapNavigator
+from arramon_agents.vl_map.navigator import MapNavigator, OptionValues
 from arramon_agents.vl_map.options import DISTANCES, OPTIONS, WAYPOINTS
 from arramon_client.agent import Action
 from arramon_client.world import REACH_AHEAD, REACH_MARGIN, REACH_SIDE, STEPS_PER_PHASE
@@ -154,7 +154,7 @@ def walk(
     rows: Sequence[Row],
     faults: PerceptionFaults,
     random: np.random.Generator,
-    choose: Choose | None = None,
+    option_values: OptionValues | None = None,
     astray: float = 0.3,
     body: SimulatedBody | None = None,
 ) -> WalkResult:
@@ -165,7 +165,7 @@ def walk(
         rows: rows of the instruction.
         faults: error rates of perception.
         random: random generator of errors and detours.
-        choose: the policy; None to follow the labels.
+        option_values: the policy; None to follow the labels.
         astray: share of decisions that deviate: from the label, or from the policy to the label.
         body: body of the previous turn, to continue from its pose; None to begin at the course's start.
     """
@@ -180,10 +180,10 @@ def walk(
         label = guide.label(beliefs)
         if label is not None:
             decisions.append(LabelledDecision(sample, label))
-        if choose is not None and random.random() >= astray:
-            return choose(sample, beliefs)
+        if option_values is not None and random.random() >= astray:
+            return option_values(sample, beliefs)
         followed = label or guide.back()
-        if choose is None and random.random() < astray:
+        if option_values is None and random.random() < astray:
             return _near(followed, random)
         return _exactly(followed)
 
@@ -240,13 +240,13 @@ def _near(label: DecisionLabel, random: np.random.Generator) -> Choices:
 
 
 def score(
-    courses: Sequence[Course], choose: Choose, reading: int, faults: PerceptionFaults, seed: int = 0
+    courses: Sequence[Course], option_values: OptionValues, reading: int, faults: PerceptionFaults, seed: int = 0
 ) -> dict[str, float]:
     """Return mean scores of a policy: nDTW, success of the pick-up, CTC-3 (the walk ends within 3 units of the target).
 
     Args:
         courses: courses of the turns of episodes, in order; a second turn begins where the first one ended.
-        choose: the policy.
+        option_values: the policy.
         reading: index of the reading to follow.
         faults: error rates of perception.
         seed: seed of the errors.
@@ -256,7 +256,7 @@ def score(
     for number, course in enumerate(courses):
         draws = np.random.default_rng((seed, number))
         rows_read = course.readings[min(reading, len(course.readings) - 1)]
-        walked = walk(course, rows_read, faults, draws, choose, 0.0, body if course.turn > 1 else None)
+        walked = walk(course, rows_read, faults, draws, option_values, 0.0, body if course.turn > 1 else None)
         body = walked.body
         far = float(np.hypot(*(walked.path[-1] - course.target)))
         value = ndtw([tuple(p) for p in walked.path.tolist()], [tuple(p) for p in course.path.tolist()])

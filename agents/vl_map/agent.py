@@ -91,4 +91,4 @@ def follow_policy(
     policy: MapPolicy, body: AgentBody, meaning: Navigation, turn: int, *, looks: bool = True
 ) -> NextAction:
     """Return a function that plays a navigation phase by a policy."""
-    return MapNavigator(body, rows_of(meaning), policy.choose, turn, looks=looks).act
+    return MapNavigator(body, rows_of(meaning), policy.option_values, turn, looks=looks).act

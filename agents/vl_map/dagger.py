@@ -203,7 +203,7 @@ def walk_turns(
         if policy is None:
             walked = walk(course, rows, faults, draws, body=body)
         else:
-            walked = walk(course, rows, faults, draws, policy.choose, astray=0.05, body=body)
+            walked = walk(course, rows, faults, draws, policy.option_values, astray=0.05, body=body)
         decided += walked.decisions
         picked += walked.picked == 0
         body = walked.body

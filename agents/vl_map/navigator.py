@@ -33,7 +33,7 @@ LOOK = (Action.LEFT, Action.RIGHT, Action.RIGHT, Action.LEFT)
 RESERVE = 70
 """Steps reserved for walking: with fewer left, the agent no longer looks around."""
 
-Choose = Callable[[PolicyInput, Sequence[Belief]], npt.NDArray[np.float32]]
+OptionValues = Callable[[PolicyInput, Sequence[Belief]], npt.NDArray[np.float32]]
 """Policy: returns a score for each option; the highest is taken."""
 
 
@@ -57,7 +57,7 @@ class MapNavigator:
     Args:
         body: the agent's pose, map and landmarks.
         rows: rows of the parsed instruction.
-        choose: the policy.
+        option_values: the policy.
         turn: 1 or 2.
         looks: whether to turn around at the start, and to look to both sides before a decision.
 
@@ -65,8 +65,10 @@ class MapNavigator:
         decision: the latest decision; None before the first.
     """
 
-    def __init__(self, body: AgentBody, rows: Sequence[Row], choose: Choose, turn: int, *, looks: bool = True) -> None:
-        self._body, self._rows, self._choose, self._turn, self._looks = body, rows, choose, turn, looks
+    def __init__(
+        self, body: AgentBody, rows: Sequence[Row], option_values: OptionValues, turn: int, *, looks: bool = True
+    ) -> None:
+        self._body, self._rows, self._option_values, self._turn, self._looks = body, rows, option_values, turn, looks
         self._trace = [(body.x, body.z, body.angle)]
         self._plan: list[Action] = [Action.RIGHT] * HEADINGS if looks else []
         self._walked = 0
@@ -119,7 +121,7 @@ class MapNavigator:
         """Return the actions of the best option that has a plan."""
         moment = AgentKnowledge(self._body.ground, self._trace, self._beliefs(), steps_left, self._turn)
         sample, beliefs = policy_input(self._rows, moment)
-        values = self._choose(sample, beliefs)
+        values = self._option_values(sample, beliefs)
         self._wanted = None
         for option in np.argsort(-values)[:TRIED].tolist():
             plan = self._plan_for(option, beliefs)

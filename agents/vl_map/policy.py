@@ -33,7 +33,7 @@ class MapPolicy:
         self._network, self._mirrored = network, mirrored
 
     @torch.inference_mode()
-    def choose(self, sample: PolicyInput, beliefs: Sequence[Belief]) -> npt.NDArray[np.float32]:  # noqa: ARG002
+    def option_values(self, sample: PolicyInput, beliefs: Sequence[Belief]) -> npt.NDArray[np.float32]:  # noqa: ARG002
         """Return the log probabilities of all options, (OPTIONS,), averaged over the input and its mirror image."""
         if not self._mirrored:
             alone: npt.NDArray[np.float32] = self._network(batch_of([sample])).log_softmax(1)[0].numpy()

@@ -23,7 +23,7 @@ import numpy as np
 from arramon_dataset.instruction_writer import make_instruction_writer, room_camera
 from arramon_dataset.release.landmarks.mentions import FURNITURE, events_of
 from arramon_dataset.trial import TrialWorld, play
-from arramon_dataset.world_check import missing
+from arramon_dataset.world_check import missing_furniture
 from arramon_server.episodes.episode import Episode, Instructions
 from arramon_server.episodes.splits import Split, folder_of, read_split
 from arramon_server.sim.cameras import Actor, Camera, Frame, Viewpoint
@@ -110,7 +110,7 @@ def there(text: str, language: str, episode: Episode, turn: int, section: Sectio
     """Return how much of the furniture that a text names exists: ALL, SOME or NONE."""
     if not any(event.kind in FURNITURE for event in events_of(text, language)):
         return NONE
-    return SOME if missing(text, language, episode, turn, section) else ALL
+    return SOME if missing_furniture(text, language, episode, turn, section) else ALL
 
 
 def before(section: Section, episodes: Sequence[Episode]) -> Section:

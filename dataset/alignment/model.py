@@ -90,7 +90,7 @@ def posteriors(table: Floats, words: Sequence[int], rows: Sequence[int]) -> Floa
     return weights * table[[0, *rows]][:, list(words)].T
 
 
-def read(path: Path) -> Alignment:
+def read_model(path: Path) -> Alignment:
     """Return the model in a file.
 
     Raises:
@@ -113,7 +113,7 @@ def read(path: Path) -> Alignment:
 def load(language: str) -> Alignment | None:
     """Return the model of a language, or None if it has none."""
     path = DATA / f"{language}.json.gz"
-    return read(path) if path.exists() else None
+    return read_model(path) if path.exists() else None
 
 
 def contradicts(text: str, language: str, route: Tokens) -> bool:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from arramon_client.world import PHASES
 from arramon_dataset.instruction_check import check_texts
-from arramon_lang.quality import Failure, is_blocked
+from arramon_lang.quality import Failure, any_blocks
 from arramon_server.commands import Commands
 from arramon_server.errors import BadInput
 
@@ -100,7 +100,7 @@ def _check(arguments: argparse.Namespace) -> int:
             print(f"  {failure}")
         if not failures:
             print("  passes every check")
-        blocked |= is_blocked(failures)
+        blocked |= any_blocks(failures)
     return int(blocked)
 
 

@@ -87,7 +87,7 @@ def find_split(data: Path, name: str) -> Split:
     return read_split(folder_of(data, name))
 
 
-def with_languages(request: ExportRequest, split: Split) -> ExportRequest:
+def checked_request(request: ExportRequest, split: Split) -> ExportRequest:
     """Return the request with its languages filled in, checked against the split.
 
     Raises:

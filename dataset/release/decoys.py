@@ -99,7 +99,7 @@ class Arrangement:
         fitting = [item for item in (*self.items(), *placed) if fits(thing, item.type)]
         if fitting and thing.kind and thing.colour and thing.look:
             return fitting[0]
-        graded = [(grade_alone(where, subject, to_standing(item), quarter), item) for item in fitting]
+        graded = [(relation_score(where, subject, to_standing(item), quarter), item) for item in fitting]
         good = [(grade, item.placement, item) for grade, item in graded if grade >= MIN_GRADE]
         return max(good)[2] if good else None
 
@@ -120,7 +120,7 @@ class Arrangement:
                 at = subject.column, subject.row
                 graded[cell] = grade_relation(where, at, subject.level, (known[0], mark), quarter)
             else:
-                graded[cell] = grade_alone(where, subject, mark, quarter)
+                graded[cell] = relation_score(where, subject, mark, quarter)
         best = max(graded.values())
         good = [cell for cell in graded if graded[cell] >= (MIN_FIT if self.is_random else 1.0) * best]
         cell = good[0] if self.is_random else min(good, key=lambda cell: cell in self.walked)
@@ -128,7 +128,7 @@ class Arrangement:
         return PlacedObject(type_, RoomPosition(cell.column, 1, cell.row))
 
 
-def grade_alone(where: Where, subject: RoomPosition, landmark: Referent, quarter: int) -> float:
+def relation_score(where: Where, subject: RoomPosition, landmark: Referent, quarter: int) -> float:
     """Return how well a relation to one landmark holds for `subject`; for "between", how near they are."""
     if where.relation == "between":
         where = Where("near", where.things[:1])

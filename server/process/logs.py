@@ -32,7 +32,7 @@ def _is_relevant(record: logging.LogRecord) -> bool:
     return not (record.exc_info and type(record.exc_info[1]).__name__ == "ExecuteBatchError")
 
 
-def error_line(logger: str, message: str) -> str:
+def json_error_line(logger: str, message: str) -> str:
     """Return an error as a line of the JSON log."""
     return JsonFormatter().format(logging.LogRecord(logger, logging.ERROR, "", 0, message, None, None))
 

@@ -11,7 +11,7 @@ from arramon_client import Observation, ProtocolError
 from arramon_client.play import Settings, play
 from arramon_client.recording.recorder import Recording
 from arramon_client.transport.connection import Server
-from arramon_client.transport.incoming import MAX_INSTRUCTION, check_message, check_observation
+from arramon_client.transport.incoming import MAX_INSTRUCTION, check_and_clean, check_observation
 from tests.client.fake import RUN, Recorder, World
 
 ODD = "\ufeffgo\u200b to\u00ad the \u200eमेरा क्\u200dष\u200f\x1b[31m\u3164 e" + "\u0301" * 20
@@ -77,4 +77,4 @@ def test_their_alphabet_is_not_changed_either() -> None:
     """Instructions are compared with it."""
     info = pb.ServerInfo()
     info.splits.add(name="odd").texts["en"].alphabet = "".join(sorted(set(ODD)))
-    assert check_message(info).splits[0].texts["en"].alphabet == "".join(sorted(set(ODD)))
+    assert check_and_clean(info).splits[0].texts["en"].alphabet == "".join(sorted(set(ODD)))

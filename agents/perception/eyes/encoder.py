@@ -10,7 +10,7 @@ import torch
 from torch import nn
 
 from arramon_agents.perception.eyes.grid import CHANNEL_NAMES, add_things, grid_of_blocks
-from arramon_agents.perception.eyes.names import NamedThing, name_things
+from arramon_agents.perception.eyes.names import NamedThing, find_and_name_things
 from arramon_agents.perception.eyes.naming_network import NamingNetwork
 from arramon_agents.perception.eyes.network import (
     EyesNetwork,
@@ -65,7 +65,7 @@ class Eyes:
         for first in range(0, len(rgb), BATCH):
             some = rgb[first : first + BATCH], depth[first : first + BATCH]
             cells = grid_of_blocks(self._look(*some), torch.from_numpy(np.ascontiguousarray(some[1])))
-            for each, things in zip(cells, name_things(self._naming, *some), strict=True):
+            for each, things in zip(cells, find_and_name_things(self._naming, *some), strict=True):
                 add_things(each, things, self.image_size)
             parts.append(cells)
         return np.concatenate(parts)
@@ -78,7 +78,7 @@ class Eyes:
     def things(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> list[list[NamedThing]]:
         """Return the named things on the ground in each frame, the nearest first; arguments as for `encode`."""
         self._check(rgb, depth)
-        return name_things(self._naming, rgb, depth)
+        return find_and_name_things(self._naming, rgb, depth)
 
     def _look(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> Probabilities:
         with torch.inference_mode():

@@ -31,7 +31,7 @@ class NamedThing:
     looks: Floats
 
 
-def name_things(network: NamingNetwork, rgb: npt.NDArray[np.uint8], depth: Floats) -> list[list[NamedThing]]:
+def find_and_name_things(network: NamingNetwork, rgb: npt.NDArray[np.uint8], depth: Floats) -> list[list[NamedThing]]:
     """Return the named things of each frame, the nearest first.
 
     Args:

@@ -72,7 +72,7 @@ class EyesNetwork(nn.Module):
         super().__init__()
         self.sizes = sizes or EyesSizes()
         a, b, c = self.sizes.fine, self.sizes.middle, self.sizes.coarse
-        self.stem = _convolution(CHANNELS * patch_of(self.sizes.image) ** 2, a, size=1)
+        self.stem = _convolution(CHANNELS * patch_size(self.sizes.image) ** 2, a, size=1)
         self.to_middle = nn.Sequential(_convolution(a, b, stride=2), _Bottleneck(b))
         self.to_coarse = nn.Sequential(_convolution(b, c, stride=2), _Bottleneck(c), _Bottleneck(c))
         self.back = nn.Conv2d(c, b, 1)
@@ -92,7 +92,7 @@ class EyesNetwork(nn.Module):
         return Predictions(self.head(middle).split([len(KINDS), len(COLOURS), len(LOOKS)], dim=1))
 
 
-def patch_of(size: int) -> int:
+def patch_size(size: int) -> int:
     """Return the side length of patches for an image size, in pixels."""
     return size // (2 * BLOCKS)
 
@@ -105,7 +105,7 @@ def prepare(rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> Tenso
         depth: (B, size, size) float32 in units along the viewing direction; 0 where there is nothing.
     """
     size = depth.shape[1]
-    patch = patch_of(size)
+    patch = patch_size(size)
     images = np.empty((len(depth), size // patch, size // patch, CHANNELS * patch**2), np.float32)
     for each, ahead, image in zip(rgb, depth, images, strict=True):
         fill_input(each, ahead, rays(size), EYE_HEIGHT, LOW, HIGH, patch, image)

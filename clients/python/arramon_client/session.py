@@ -18,7 +18,7 @@ from arramon_client.plugin.failures import FailureCounter
 from arramon_client.plugin.shared_agent import EpisodesTakenOver, StreamAgent
 from arramon_client.recording.recorder import EpisodeRecorder
 from arramon_client.transport.images import ImageDecoder
-from arramon_client.transport.incoming import check_message, check_observation, check_same_run
+from arramon_client.transport.incoming import check_and_clean, check_observation, check_same_run
 from arramon_client.transport.shared_memory import decoder_of
 
 Problem = evaluation_pb2.Problem
@@ -140,7 +140,7 @@ class Session:
         """
         kind = event.WhichOneof("event")
         if kind != "observation":
-            check_message(event)
+            check_and_clean(event)
         match kind:
             case "opened":
                 self._take_opened(event.opened)

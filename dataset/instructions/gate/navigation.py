@@ -14,7 +14,7 @@ from arramon_dataset.instructions.gate.things import (
     faults_of_target,
 )
 from arramon_dataset.instructions.gate.turns import faults_of_bends, faults_of_face, turn
-from arramon_dataset.instructions.gate.walks import walk
+from arramon_dataset.instructions.gate.walks import check_walk
 from arramon_dataset.instructions.gate.world import GateWorld
 from arramon_dataset.path_tolerances import ACCEPTED_AT
 from arramon_lang.meaning import PLACES, Face, Navigation, Rotate, Step, Thing, Walk
@@ -111,7 +111,7 @@ class NavigationCheck:
             faults += faults_of_face(world, before, step.thing)
             self._progress = replace(before, faced=(*before.faced, before.at))
         else:
-            self._progress = walk(world, before, step, faults)
+            self._progress = check_walk(world, before, step, faults)
 
     def _is_short(self, step: Rotate, turned: tuple[int, ...]) -> bool:
         """Return whether a turn without a landmark lies well before the thing that the last step walked to."""

@@ -14,7 +14,7 @@ from arramon_dataset.paths import direction
 from arramon_lang.meaning import PLACES, Thing, Walk
 
 
-def walk(world: GateWorld, progress: GateProgress, step: Walk, faults: list[str]) -> GateProgress:
+def check_walk(world: GateWorld, progress: GateProgress, step: Walk, faults: list[str]) -> GateProgress:
     """Return the progress after a walk; its faults are added to `faults`."""
     if not step.things:
         return progress

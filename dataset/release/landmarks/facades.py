@@ -9,7 +9,7 @@ import arramon_client.world as world
 from arramon_dataset.release.landmarks.alignment import align
 from arramon_dataset.release.landmarks.kernels import frames_of, likelihood
 from arramon_dataset.release.landmarks.mentions import FACADES
-from arramon_dataset.release.landmarks.mixture import Ballot, peaks_of
+from arramon_dataset.release.landmarks.mixture import MentionsOfKind, peaks_of
 from arramon_dataset.release.landmarks.recovery import CERTAIN, SIGNIFICANT, LandmarkMap, TurnText
 from arramon_dataset.release.landmarks.turn_paths import Indices, Numbers
 from arramon_server.episodes.provenance import Recovered
@@ -48,7 +48,7 @@ def paint(
     centres = np.array([(building.x, building.z) for building in buildings])
     painted = list(buildings)
     recovered: list[Recovered] = []
-    ballot = Ballot(centres, np.array(rows), np.array(weights), looks, [""] * len(looks))
+    ballot = MentionsOfKind(centres, np.array(rows), np.array(weights), looks, [""] * len(looks))
     for peak in peaks_of(ballot, CERTAIN):
         index = int(np.hypot(*(centres - (peak.x, peak.z)).T).argmin())
         if all(each.index != index for each in recovered):

@@ -50,7 +50,7 @@ class Peak:
 
 
 @dataclass(frozen=True, eq=False)
-class Ballot:
+class MentionsOfKind:
     """The mentions of one kind in a section.
 
     Attributes:
@@ -69,9 +69,9 @@ class Ballot:
     looks: Sequence[str]
     languages: Sequence[str] = ()
 
-    def part(self, chosen: Indices) -> "Ballot":
+    def part(self, chosen: Indices) -> "MentionsOfKind":
         """Return the mentions at these indices."""
-        return Ballot(
+        return MentionsOfKind(
             self.cells,
             self.likelihoods[chosen],
             self.weights[chosen],
@@ -81,7 +81,7 @@ class Ballot:
         )
 
 
-def responsibilities(ballot: Ballot) -> tuple[Numbers, list[str], Numbers]:
+def responsibilities(ballot: MentionsOfKind) -> tuple[Numbers, list[str], Numbers]:
     """Return the mixture: weights (g, c), the names of its c colours, and each mention's share in each cell (m, g)."""
     names = sorted({colour for colour in ballot.colours if colour}) or [""]
     fits = np.array([[1.0 if said in ("", name) else OTHER_COLOUR for name in names] for said in ballot.colours])
@@ -99,7 +99,7 @@ def responsibilities(ballot: Ballot) -> tuple[Numbers, list[str], Numbers]:
     return mixture, names, shares
 
 
-def peaks_of(ballot: Ballot, least: float) -> list[Peak]:
+def peaks_of(ballot: MentionsOfKind, least: float) -> list[Peak]:
     """Return the places with at least so many votes, those with the most votes first."""
     if not len(ballot.weights):
         return []

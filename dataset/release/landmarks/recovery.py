@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 from arramon_dataset.release.landmarks.alignment import EventAlignment, align
 from arramon_dataset.release.landmarks.kernels import frames_of, likelihood
 from arramon_dataset.release.landmarks.mentions import METAL, METAL_BENCH, SCENERY, Event, events_of
-from arramon_dataset.release.landmarks.mixture import Ballot, Peak, peaks_of
+from arramon_dataset.release.landmarks.mixture import MentionsOfKind, Peak, peaks_of
 from arramon_dataset.release.landmarks.turn_paths import Numbers, TurnPath, paths_of_turns
 from arramon_server.episodes.episode import Episode
 
@@ -145,7 +145,7 @@ def recover(texts: Sequence[TurnText]) -> list[RecoveredLandmark]:
     """Return the landmarks of a section on which its texts agree; the same texts give the same result."""
     texts = [each for each in texts if each.events]
     known = LandmarkMap()
-    ballots: dict[str, tuple[Ballot, Numbers]] = {}
+    ballots: dict[str, tuple[MentionsOfKind, Numbers]] = {}
     for _ in range(ROUNDS + 1):
         aligned = [align(each.events, each.path, known.fit) for each in texts]
         ballots = {kind: _ballot(kind, texts, aligned) for kind in SCENERY}
@@ -162,7 +162,7 @@ def _strengths(peaks: Sequence[Peak]) -> list[tuple[float, float, float, str]]:
     ]
 
 
-def _ballot(kind: str, texts: Sequence[TurnText], aligned: Sequence[EventAlignment]) -> tuple[Ballot, Numbers]:
+def _ballot(kind: str, texts: Sequence[TurnText], aligned: Sequence[EventAlignment]) -> tuple[MentionsOfKind, Numbers]:
     """Return the mentions of a kind, and for each the half of the episodes (0 or 1) that it belongs to."""
     cells = _cells(np.concatenate([each.path.places for each in texts]), REACH.get(kind, GROUND))
     rows, weights, colours, looks, languages, halves = [], [], [], [], [], []
@@ -178,7 +178,7 @@ def _ballot(kind: str, texts: Sequence[TurnText], aligned: Sequence[EventAlignme
             languages.append(each.language)
             halves.append(order[each.episode] % 2)
     likely = np.array(rows).reshape(-1, len(cells))
-    return Ballot(cells, likely, np.array(weights), colours, looks, languages), np.array(halves)
+    return MentionsOfKind(cells, likely, np.array(weights), colours, looks, languages), np.array(halves)
 
 
 def vote(event: Event, path: TurnPath, posterior: Numbers, cells: Numbers) -> Numbers:
@@ -198,7 +198,7 @@ def _cells(walked: Numbers, reach: float) -> Numbers:
     return near
 
 
-def _confirmed(kind: str, ballot: Ballot, halves: Numbers) -> list[RecoveredLandmark]:
+def _confirmed(kind: str, ballot: MentionsOfKind, halves: Numbers) -> list[RecoveredLandmark]:
     """Return the peaks with CERTAIN votes, or that both halves of the episodes confirm."""
     by_half = [peaks_of(ballot.part(np.flatnonzero(halves == half)), HALF) for half in (0, 1)]
     found = []

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from arramon_agents.mapping.ground_map import GroundMap
-from arramon_agents.mapping.landmark_beliefs import Belief, certain
+from arramon_agents.mapping.landmark_beliefs import Belief, one_hot_of
 from arramon_agents.mapping.landmarks import MappedLandmark
 from arramon_agents.perception.eyes.vocabulary import COLOURS, KINDS
 from arramon_agents.perception.scan import Scan
@@ -35,7 +35,7 @@ MEANING = Navigation((Rotate("left", "at", Thing("cone", "orange")), Walk("past"
 
 def belief(kind: str, colour: str = "", look: str = "", at: tuple[float, float] = (0.0, 0.0)) -> Belief:
     label = Label(kind, colour, look)
-    return Belief(MappedLandmark(label, *at, 1.0), *certain(label))
+    return Belief(MappedLandmark(label, *at, 1.0), *one_hot_of(label))
 
 
 def ground(side: int = 1) -> GroundMap:
@@ -104,7 +104,7 @@ def test_match(thing: Thing, expected: list[float]) -> None:
 
 
 def test_match_of_what_is_unsure() -> None:
-    kinds, colours, looks = (part.copy() for part in certain(Label("mug", "red", "dotted")))
+    kinds, colours, looks = (part.copy() for part in one_hot_of(Label("mug", "red", "dotted")))
     kinds[KINDS.index("mug")], kinds[KINDS.index("bowl")] = 0.75, 0.25
     colours[COLOURS.index("red")] = 0.5
     unsure = Belief(MappedLandmark(Label("mug"), 0.0, 1.0, 1.0), kinds, colours, looks)

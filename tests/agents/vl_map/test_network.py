@@ -54,13 +54,13 @@ def test_samples_of_a_batch_do_not_affect_each_other(network: PolicyNetwork) -> 
 def test_the_policy_decides_alike_in_a_mirrored_world(network: PolicyNetwork) -> None:
     given, beliefs = sample()
     policy = MapPolicy(network)
-    values, mirrored = policy.choose(given, beliefs), policy.choose(mirror(given), beliefs)
+    values, mirrored = policy.option_values(given, beliefs), policy.option_values(mirror(given), beliefs)
     directions = -np.arange(DIRECTIONS) % DIRECTIONS
     shape = DIRECTIONS, len(DISTANCES)
     expected = values[:WAYPOINTS].reshape(shape)[directions]
     np.testing.assert_allclose(mirrored[:WAYPOINTS].reshape(shape), expected, rtol=1e-4, atol=1e-4)
     np.testing.assert_allclose(mirrored[WAYPOINTS:], values[WAYPOINTS:], rtol=1e-4, atol=1e-4)
-    alone = MapPolicy(network, mirrored=False).choose(given, beliefs)
+    alone = MapPolicy(network, mirrored=False).option_values(given, beliefs)
     np.testing.assert_allclose(alone, network(batch_of([given])).log_softmax(1)[0].detach(), rtol=1e-4, atol=1e-4)
     assert np.abs(alone - values).max() > 1e-3
 

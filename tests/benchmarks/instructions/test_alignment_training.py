@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from arramon_dataset.alignment.model import Alignment, read
+from arramon_dataset.alignment.model import Alignment, read_model
 from arramon_dataset.alignment.routes import Tokens, mirrored
 from benchmarks.instructions.alignment_training import learn, save
 
@@ -42,7 +42,7 @@ def test_a_model_is_read_as_it_was_written(model: Alignment, tmp_path: Path) -> 
     for name in ("one.json.gz", "other.json.gz"):
         save(model, tmp_path / name)
     assert (tmp_path / "one.json.gz").read_bytes() == (tmp_path / "other.json.gz").read_bytes()
-    again = read(tmp_path / "one.json.gz")
+    again = read_model(tmp_path / "one.json.gz")
     assert (again.words, again.tokens, again.others) == (model.words, model.tokens, model.others)
     for text, route in PAIRS[:4]:
         assert again.score(text, route) == pytest.approx(model.score(text, route), abs=0.01)

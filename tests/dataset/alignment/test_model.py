@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from arramon_dataset.alignment.model import contradicts, load, read, words_of
+from arramon_dataset.alignment.model import contradicts, load, read_model, words_of
 from arramon_dataset.alignment.routes import mirrored
 from arramon_dataset.paraphrases.collection import HALVES, generated_episodes, paraphrases
 from arramon_server.errors import BadFile
@@ -29,7 +29,7 @@ def test_a_broken_model_is_named(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "en.json.gz"
     path.write_bytes(content)
     with pytest.raises(BadFile, match=r"en\.json\.gz"):
-        read(path)
+        read_model(path)
 
 
 def test_a_language_without_a_model_is_not_checked() -> None:

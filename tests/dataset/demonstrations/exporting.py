@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from arramon_dataset.demonstrations.export import ExportProgress, export_demonstrations, find_split, with_languages
+from arramon_dataset.demonstrations.export import ExportProgress, checked_request, export_demonstrations, find_split
 from arramon_dataset.demonstrations.request import Export, make_request
 from arramon_dataset.demonstrations.sources import ground_truth
 from arramon_server.runs.play.session import EpisodeSession
@@ -36,7 +36,7 @@ def export(
     """An export of ground truth; with all sensors and in parts of two episodes, unless other settings are given."""
     frames = {} if format_ == "plain" else {"sensors": SENSORS, "size": SIZE}
     found = find_split(data, split)
-    request = with_languages(make_request(data, split, format_, **{"part_size": 2, **frames, **more}), found)
+    request = checked_request(make_request(data, split, format_, **{"part_size": 2, **frames, **more}), found)
     return export_demonstrations(
         request, found, ground_truth(found, request), output, jobs=jobs, on_progress=on_progress
     )

@@ -21,7 +21,7 @@ from arramon_client.errors import (
 from arramon_client.printable import one_line
 from arramon_client.transport.access import VARIABLE, Access
 from arramon_client.transport.channel import open_channel
-from arramon_client.transport.incoming import check_message, details_of
+from arramon_client.transport.incoming import check_and_clean, details_of
 
 Answer = TypeVar("Answer")
 
@@ -151,11 +151,11 @@ def greet(stub: evaluation_pb2_grpc.EvaluationStub, address: str, timeout: float
             f"the server at {address} ({one_line(info.version, 100)}) speaks protocol {info.protocol}, this client "
             f"{PROTOCOL}: upgrade {older}"
         )
-    return check_message(info)
+    return check_and_clean(info)
 
 
 def call(method: Callable[..., Answer], request: object, address: str, *, timeout: float = UNARY_TIMEOUT) -> Answer:
-    """Make a unary call, translate its errors, and check the answer (`incoming.check_message`).
+    """Make a unary call, translate its errors, and check the answer (`incoming.check_and_clean`).
 
     Raises:
         ArramonClientError: the error that `explain` returns, or ProtocolError if the answer is malformed.
@@ -165,7 +165,7 @@ def call(method: Callable[..., Answer], request: object, address: str, *, timeou
     except grpc.RpcError as error:
         raise explain(error, address) from error
     if isinstance(answer, Message):
-        check_message(answer)
+        check_and_clean(answer)
     return answer
 
 

@@ -65,7 +65,7 @@ def details_of(error: grpc.RpcError) -> str:
     return one_line(error.details() or "")
 
 
-def check_message(message: AnyMessage) -> AnyMessage:
+def check_and_clean(message: AnyMessage) -> AnyMessage:
     """Check a message from a server, and make its texts safe to print and to store, in place.
 
     Raises:

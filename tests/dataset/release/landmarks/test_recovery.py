@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from arramon_dataset.release.landmarks.mentions import Event
-from arramon_dataset.release.landmarks.mixture import Ballot, peaks_of
+from arramon_dataset.release.landmarks.mixture import MentionsOfKind, peaks_of
 from arramon_dataset.release.landmarks.recovery import CERTAIN, TurnText, recover
 from tests.dataset.release.landmarks.turn_path import path_along
 
@@ -50,7 +50,7 @@ def test_the_mixture_gathers_where_mentions_overlap() -> None:
     for row in range(12):  # Wide votes of several cells each, which share one cell.
         likely[row, 5 - row % 4 : 9 - row % 4] = 1.0
     colours = ["red"] * 7 + ["blue"] * 2 + [""] * 3
-    (peak,) = peaks_of(Ballot(cells, likely, np.ones(12), colours, [""] * 12), 5.0)
+    (peak,) = peaks_of(MentionsOfKind(cells, likely, np.ones(12), colours, [""] * 12), 5.0)
     assert abs(peak.x - 5.0) < 1.0
     assert peak.votes > 8.0
     assert peak.colours[0][0] == "red"
@@ -60,7 +60,7 @@ def test_mentions_in_passing_count_once_for_one_thing() -> None:
     cells = np.array([(0.0, 0.0), (9.0, 0.0)])
     likely = np.array([[1.0, 0.0]] * 8)
     whole, shared = (
-        peaks_of(Ballot(cells, likely, weights, [""] * 8, [""] * 8), 0.5)[0].votes
+        peaks_of(MentionsOfKind(cells, likely, weights, [""] * 8, [""] * 8), 0.5)[0].votes
         for weights in (np.ones(8), np.full(8, 0.5))
     )
     assert shared < 0.6 * whole
