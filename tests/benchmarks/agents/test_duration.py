@@ -34,5 +34,5 @@ def test_clients_in_both_languages_are_timed(
 
 def test_what_a_failed_client_says_is_told(tmp_path: Path) -> None:
     given = Namespace(data=tmp_path, split="val_seen", episodes=1, parallel=1)
-    with pytest.raises(SystemExit, match="nowhere did not play to the end:\nerror: no agent"):
+    with pytest.raises(SystemExit, match="nowhere did not finish its run:\nerror: no agent"):
         duration.play("nowhere", given)
