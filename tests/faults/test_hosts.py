@@ -82,7 +82,7 @@ def test_run_survives_killed_hosts_and_a_restarted_proxy(
     finally:
         process.kill()
         process.communicate()
-    assert said.count("retrying") >= 2
+    assert "retrying" in said  # Once for several losses if the client was still connecting again.
     check_same(postgres_url, undisturbed_run, results(tmp_path / "disturbed"))
 
 
