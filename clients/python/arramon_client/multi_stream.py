@@ -1,8 +1,8 @@
 """Play over several streams: one to each of the server's processes, all served by the same agent."""
 
 import threading
-from collections.abc import Callable
-from concurrent.futures import Future, as_completed
+from collections.abc import Callable, Collection, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
@@ -18,6 +18,7 @@ from arramon_client.play import Outcome, Progress, Settings, play
 from arramon_client.plugin.failures import FailureCounter
 from arramon_client.plugin.shared_agent import SharedAgent, StreamAgent
 from arramon_client.recording.recorder import Recording
+from arramon_client.stopping import SIGNAL_SECONDS
 from arramon_client.transport.access import host_of, is_local
 from arramon_client.transport.channel import open_channel
 from arramon_client.transport.connection import CHANNEL_OPTIONS, Server
@@ -97,7 +98,7 @@ def play_streams(
 
         streams = [start(number, address) for number, address in enumerate(addresses)]
         stack.callback(over.set)
-        outcomes = [stream.result() for stream in as_completed(streams)]
+        outcomes = [stream.result() for stream in _completed(streams)]
     return Outcome(
         run=outcomes[-1].run,
         steps=sum(outcome.steps for outcome in outcomes),
@@ -106,6 +107,14 @@ def play_streams(
         reconnections=sum(outcome.reconnections for outcome in outcomes),
         actions={episode_id: sent for outcome in outcomes for episode_id, sent in outcome.actions.items()},
     )
+
+
+def _completed(futures: Collection[Future[Outcome]]) -> Iterator[Future[Outcome]]:
+    """Yield futures as they complete, waking twice a second for signals that were delivered to another thread."""
+    waiting = set(futures)
+    while waiting:
+        done, waiting = wait(waiting, timeout=SIGNAL_SECONDS, return_when=FIRST_COMPLETED)
+        yield from done
 
 
 class _StreamThreads:

@@ -10,6 +10,10 @@ from types import FrameType
 SIGNALS = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
 """Signals other than SIGINT that stop the client; Windows has no SIGHUP."""
 
+SIGNAL_SECONDS = 0.5
+"""Longest wait of the main thread in one piece: a signal that the system delivers to another thread, such as one of
+gRPC's, does not end the wait, and its handler runs only when the main thread goes on."""
+
 
 class Stopped(KeyboardInterrupt):
     """Raised when a signal stops the client; like Ctrl-C, it is not caught by `except Exception`.

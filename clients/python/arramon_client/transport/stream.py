@@ -11,6 +11,7 @@ from collections.abc import Sequence
 import grpc
 
 from arramon.v1 import evaluation_pb2, evaluation_pb2_grpc
+from arramon_client.stopping import SIGNAL_SECONDS
 from arramon_client.transport.connection import METADATA
 
 MAX_QUEUED = 16
@@ -49,7 +50,7 @@ class PlayStream:
         events: list[evaluation_pb2.Event] = []
         for taken in range(MAX_QUEUED):
             try:
-                response = self._incoming.get(block=wait and not taken)
+                response = self._wait_for_message() if wait and not taken else self._incoming.get(block=False)
             except queue.Empty:
                 break
             if isinstance(response, evaluation_pb2.PlayResponse):
@@ -60,6 +61,14 @@ class PlayStream:
             self._incoming.put(response)  # Return the events first; the next call raises the end.
             break
         return events
+
+    def _wait_for_message(self) -> evaluation_pb2.PlayResponse | grpc.RpcError | None:
+        """Wait for a message, in pieces, so that a signal takes effect."""
+        while True:
+            try:
+                return self._incoming.get(timeout=SIGNAL_SECONDS)
+            except queue.Empty:
+                continue
 
     def send(self, acts: Sequence[evaluation_pb2.Act]) -> None:
         """Send one batch of acts."""
