@@ -12,8 +12,9 @@ import zstandard
 from arramon.v1 import types_pb2
 from arramon_client.errors import ProtocolError
 from arramon_client.transport.incoming import MAX_SIDE
+from arramon_client.world import DEPTH_UNIT
 
-THOUSANDTHS = np.float32(0.001)
+THOUSANDTHS = np.float32(DEPTH_UNIT)
 """Factor from the protocol's depth values, whole thousandths of a unit, to units."""
 
 _SEQUENTIAL = frozenset((0xC0, 0xC1))
