@@ -17,11 +17,11 @@ class Agent(MapAgent):
 
     def __init__(self) -> None:
         super().__init__(
-            Skills(perceive=perceive_as_given, read=read, make_walk=walk_by_rules, find_cell=find_by_rules)
+            Skills(perceive=perceive_as_given, read=read, make_walk=make_rule_navigator, find_cell=find_by_rules)
         )
 
 
-def walk_by_rules(body: AgentBody, meaning: Navigation, turn: int) -> NextAction:  # noqa: ARG001 - both turns are alike
+def make_rule_navigator(body: AgentBody, meaning: Navigation, turn: int) -> NextAction:  # noqa: ARG001 - both turns are alike
     """Return a function that plays a navigation phase by rules."""
     navigator = Navigator(body, meaning)
     return lambda _: navigator.act()

@@ -3,13 +3,13 @@
 import math
 from dataclasses import replace
 
-from arramon_agents.follower.navigation_places import Openings, find_opening
-from arramon_agents.follower.navigation_reference import ORDINALS, Marks, Referents
-from arramon_agents.follower.navigation_walk import MapWalker
-from arramon_agents.mapping.body import AgentBody, rotated
-from arramon_agents.mapping.landmarks import MappedLandmark, landmarks_ahead
+from arramon_agents.follower.map_walker import MapWalker
+from arramon_agents.follower.referents import ORDINALS, Marks, Referents
+from arramon_agents.follower.side_streets import SideStreets, find_next_side_street
+from arramon_agents.mapping.body import AgentBody, to_local_frame
+from arramon_agents.mapping.landmark_memory import MappedLandmark, landmarks_ahead
 from arramon_agents.mapping.motion import TURN, turns
-from arramon_agents.mapping.target import REACH_TO, find_target, is_in_place, is_reached, knows_place
+from arramon_agents.mapping.target import REACH_TO, find_target, has_seen_reference, is_near_reference, is_reached
 from arramon_client.agent import Action
 from arramon_client.world import HEADINGS
 from arramon_lang.meaning import PLACES, Face, Navigation, Rotate, Step, Thing, Walk
@@ -79,9 +79,9 @@ class Navigator:
 
     def _begin_step(self) -> None:
         for thing, marks in getattr(self, "_locks", {}).items():
-            self._referents.keep(thing, marks)
+            self._referents.store(thing, marks)
         self._locks: dict[Thing, Marks] = {}
-        self._openings = Openings(self._body.x, self._body.z, self._course)
+        self._side_streets = SideStreets(self._body.x, self._body.z, self._course)
         self._place: tuple[float, float] | None = None
         self._turned_to: float | None = None
         self._start = self._body.x, self._body.z
@@ -103,7 +103,7 @@ class Navigator:
         if is_reached(body, target, *body.pose):
             self._interacted = target
             return Action.INTERACT
-        return self._walker.go(
+        return self._walker.go_to(
             (target.x, target.z), REACH_TO + 0.2, lambda x, z, heading: is_reached(body, target, x, z, heading)
         )
 
@@ -115,16 +115,16 @@ class Navigator:
         been seen.
         """
         body, wanted = self._body, self._meaning.target
-        is_sure = is_in_place(body, wanted, target)
+        is_sure = is_near_reference(body, wanted, target)
         is_near = body.distance(target.x, target.z) <= NEAR_TARGET
-        is_near = is_near and body.ground.sees(body.x, body.z, target.x, target.z)
+        is_near = is_near and body.ground.has_line_of_sight(body.x, body.z, target.x, target.z)
         if self._number < len(self._meaning.steps):
             return is_sure and is_near
         if is_sure or not self._searches:
             return True
-        right, ahead = rotated(target.x - body.x, target.z - body.z, self._course)
+        right, ahead = to_local_frame(target.x - body.x, target.z - body.z, self._course)
         has_looked = self._looked and not self._looks
-        return is_near and has_looked and ahead > abs(right) and not knows_place(body, wanted)
+        return is_near and has_looked and ahead > abs(right) and not has_seen_reference(body, wanted)
 
     # The steps
 
@@ -154,7 +154,7 @@ class Navigator:
         return None
 
     def _face(self, thing: Thing) -> Action | None:
-        marks = self._body.landmarks.fitting(thing)
+        marks = self._body.landmarks.matching(thing)
         if self._turned_to is None:
             if not marks and len(self._visited) < HEADINGS:
                 self._visited.append((self._body.x, self._body.z))
@@ -170,7 +170,7 @@ class Navigator:
         if step.way in ("ahead", "along"):
             return self._walk_ahead(step)
         if step.way == "until":
-            return None if self._is_seen(step.things[0]) else self._walker.ahead(self._course)
+            return None if self._is_seen(step.things[0]) else self._walker.go_ahead(self._course)
         if step.things[0].kind in PLACES:
             return self._to_place(step.things[0], 0, CROSSED_DISTANCE if step.way == "past" else 0.0)
         marks = self._resolve(step.things)
@@ -182,7 +182,7 @@ class Navigator:
             if body.distance(marks[0], marks[1]) <= near:
                 self._course = self._aim(marks, self._start)
                 return None
-            return self._walker.go(marks, near - 0.2)
+            return self._walker.go_to(marks, near - 0.2)
         beyond = {"past": PAST_DISTANCE, "beside": 0.0}.get(step.way, 0.3)
         if step.way == "past" and (step.things[0].number or step.things[0].kind == "building"):
             marks = self._farthest(step.things[0])
@@ -197,17 +197,17 @@ class Navigator:
     def _is_seen(self, thing: Thing) -> bool:
         """Return whether a matching landmark is ahead within SEEN_DISTANCE."""
         body = self._body
-        marks = landmarks_ahead(body.landmarks.fitting(thing), body.x, body.z, self._course)
+        marks = landmarks_ahead(body.landmarks.matching(thing), body.x, body.z, self._course)
         return any(body.distance(mark.x, mark.z) <= SEEN_DISTANCE for mark in marks)
 
     def _walk_ahead(self, step: Walk) -> Action | None:
         following = self._meaning.steps[self._number + 1 :]
         if step.count:
             done = math.hypot(self._body.x - self._start[0], self._body.z - self._start[1]) >= step.count
-            return None if done else self._walker.ahead(self._course)
+            return None if done else self._walker.go_ahead(self._course)
         if following and not (isinstance(following[0], Rotate) and not following[0].at):
             return None
-        return self._walker.ahead(self._course)
+        return self._walker.go_ahead(self._course)
 
     def _approach(self, step: Rotate) -> Action | None:
         """Return the next action towards the place of a turn; None if the agent is there."""
@@ -226,47 +226,47 @@ class Navigator:
         `side` is the side of the side street: -1 for left, 1 for right, 0 for any.
         """
         if thing.kind in ("street_end", "t_junction"):
-            return self._walker.ahead(self._course)
+            return self._walker.go_ahead(self._course)
         body = self._body
         if self._place is None:
-            self._openings.add(body.ground, body.x, body.z, self._course)
+            self._side_streets.add(body.ground, body.x, body.z, self._course)
             self._place = self._find_place(thing, side)
             if self._place is None:
-                return self._walker.ahead(self._course)
-        _, ahead = rotated(self._place[0] - body.x, self._place[1] - body.z, self._course)
+                return self._walker.go_ahead(self._course)
+        _, ahead = to_local_frame(self._place[0] - body.x, self._place[1] - body.z, self._course)
         if ahead + beyond <= PASSED_DISTANCE:
             return None
         sin, cos = math.sin(self._course), math.cos(self._course)
-        return self._walker.go((self._place[0] + beyond * sin, self._place[1] + beyond * cos), 0.6)
+        return self._walker.go_to((self._place[0] + beyond * sin, self._place[1] + beyond * cos), 0.6)
 
     def _find_place(self, thing: Thing, side: int) -> tuple[float, float] | None:
         building = thing if thing.kind == "building" else next((t for w in thing.where for t in w.things), None)
         if building is not None:
             marks = self._resolve((building,))
-            place = None if marks is None else self._openings.near(side, *marks)
+            place = None if marks is None else self._side_streets.nearest(side, *marks)
             near = place is not None and marks is not None and math.dist(place, marks) < AT_BUILDING
             return place if near else None
         number = max(ORDINALS.get(thing.which, 0), 0)
         if number or side == 0:
-            return self._openings.place(side, number)
-        return find_opening(self._body.ground, self._body.x, self._body.z, self._course, side)
+            return self._side_streets.find(side, number)
+        return find_next_side_street(self._body.ground, self._body.x, self._body.z, self._course, side)
 
     def _pass(self, place: tuple[float, float], beyond: float) -> Action | None:
         """Return the next action along the course to `beyond` units past a place; None if the agent is there."""
         body = self._body
         if self._place is None:
             self._place = place
-            right, ahead = rotated(place[0] - body.x, place[1] - body.z, self._course)
+            right, ahead = to_local_frame(place[0] - body.x, place[1] - body.z, self._course)
             self._course += math.atan2(right - min(max(right, -PASSED_WITHIN), PASSED_WITHIN), max(ahead, 0.5))
         course = self._course
-        right, ahead = rotated(place[0] - body.x, place[1] - body.z, course)
+        right, ahead = to_local_frame(place[0] - body.x, place[1] - body.z, course)
         left = ahead + beyond
         if left <= PASSED_DISTANCE:
             return None
         aside = right - min(max(right, -PASSED_WITHIN), PASSED_WITHIN)
         sin, cos = math.sin(course), math.cos(course)
         goal = body.x + left * sin + aside * cos, body.z + left * cos - aside * sin
-        return self._walker.go(body.ground.near_free(*goal), 0.6)
+        return self._walker.go_to(body.ground.nearest_free(*goal), 0.6)
 
     def _aim(self, place: tuple[float, float], start: tuple[float, float]) -> float:
         if math.hypot(place[0] - start[0], place[1] - start[1]) < 1.5:
@@ -296,7 +296,7 @@ class Navigator:
             self._looks = list(LOOK)
         if self._looks:
             return self._looks.pop(0)
-        return self._walker.ahead(self._course) if self._body.distance(*self._start) < SEEK_DISTANCE else None
+        return self._walker.go_ahead(self._course) if self._body.distance(*self._start) < SEEK_DISTANCE else None
 
     def _explore(self) -> Action:
         """Search for the target after the last step: at its reference object, along the street, then anywhere."""
@@ -318,7 +318,7 @@ class Navigator:
         if self._searched:
             return None
         marks = self._resolve(tuple(thing for where in self._meaning.target.where[:1] for thing in where.things))
-        action = None if marks is None else self._walker.go(marks, 2.0)
+        action = None if marks is None else self._walker.go_to(marks, 2.0)
         if action is None and marks is not None:
             self._searched = True
             self._looks = [Action.RIGHT] * (HEADINGS - 1)
@@ -326,7 +326,7 @@ class Navigator:
         return action
 
     def _onward(self) -> Action | None:
-        return self._walker.ahead(self._course) if self._body.distance(*self._start) < ONWARD_DISTANCE else None
+        return self._walker.go_ahead(self._course) if self._body.distance(*self._start) < ONWARD_DISTANCE else None
 
     def _wander(self) -> Action:
         """Explore: look around, go to the frontier of the known ground, and repeat."""
@@ -341,7 +341,7 @@ class Navigator:
         if self._looks:
             return self._looks.pop(0)
         if self._walker.is_walking:
-            action = self._walker.go(self._walker.goal, 0.8)
+            action = self._walker.go_to(self._walker.goal, 0.8)
             if action is not None:
                 return action
         edge = body.ground.frontier()
@@ -351,7 +351,7 @@ class Navigator:
             for place in self._visited:
                 far[((edge - place) ** 2).sum(axis=1) < 4.0] += 1e4
             x, z = edge[int(far.argmin())].tolist()
-            action = self._walker.go((x, z), 0.8)
+            action = self._walker.go_to((x, z), 0.8)
             if action is not None:
                 return action
         return Action.RIGHT

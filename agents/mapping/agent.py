@@ -4,9 +4,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from arramon_agents.mapping.body import AgentBody
-from arramon_agents.mapping.landmarks import Landmarks
-from arramon_agents.mapping.room import RoomSight
-from arramon_agents.mapping.room_player import FindCell, RoomFollower
+from arramon_agents.mapping.landmark_memory import LandmarkMemory
+from arramon_agents.mapping.room_memory import RoomMemory
+from arramon_agents.mapping.room_player import FindCell, RoomPlayer
 from arramon_agents.perception.percept import Perceive, Percept
 from arramon_client.agent import Action, Episode, Label, Observation
 from arramon_lang.meaning import Assembly, Navigation
@@ -39,8 +39,8 @@ class Skills:
     make_walk: Callable[[AgentBody, Navigation, int], NextAction]
     find_cell: FindCell
     labels: Labels | None = None
-    make_landmarks: Callable[[Labels], Landmarks] = Landmarks
-    make_room: Callable[[Labels], RoomSight] = RoomSight
+    make_landmarks: Callable[[Labels], LandmarkMemory] = LandmarkMemory
+    make_room: Callable[[Labels], RoomMemory] = RoomMemory
     keeps_landmarks: bool = False
 
 
@@ -53,7 +53,7 @@ class _EpisodeState:
     body: AgentBody
     phase: tuple[int, str] = (0, "")
     walk: NextAction | None = None
-    room: RoomFollower | None = None
+    room: RoomPlayer | None = None
 
 
 class MapAgent:
@@ -113,4 +113,4 @@ class MapAgent:
                 memory.body.landmarks.forget()
             memory.walk = skills.make_walk(memory.body, meaning, observation.turn)
         else:
-            memory.room = RoomFollower(meaning, skills.make_room(memory.labels), skills.find_cell)
+            memory.room = RoomPlayer(meaning, skills.make_room(memory.labels), skills.find_cell)

@@ -8,14 +8,14 @@ import numpy as np
 import numpy.typing as npt
 
 from arramon_agents.mapping.ground_map import GroundMap
-from arramon_agents.mapping.landmarks import Landmarks
+from arramon_agents.mapping.landmark_memory import LandmarkMemory
 from arramon_agents.mapping.motion import STEPS, TURN, step_key
-from arramon_agents.perception.scan import Eye
+from arramon_agents.perception.scan import FrameScanner
 from arramon_client.agent import Action, Label, Observation
 from arramon_client.world import HEADINGS
 
 if TYPE_CHECKING:
-    from arramon_agents.perception.eyes.names import NamedThing  # It needs PyTorch.
+    from arramon_agents.perception.eyes.named_things import NamedThing  # It needs PyTorch.
 
 
 class AgentBody:
@@ -36,14 +36,14 @@ class AgentBody:
         closed_steps: `step_key`s of steps that turned out to be blocked.
     """
 
-    def __init__(self, labels: Sequence[Label], landmarks: Landmarks | None = None) -> None:
+    def __init__(self, labels: Sequence[Label], landmarks: LandmarkMemory | None = None) -> None:
         self.x = self.z = 0.0
         self.heading = 0
         self.travelled = 0
         self.ground = GroundMap()
-        self.landmarks = landmarks or Landmarks(labels)
+        self.landmarks = landmarks or LandmarkMemory(labels)
         self.closed_steps: frozenset[tuple[int, int, int]] = frozenset()
-        self._eye = Eye(labels)
+        self._scanner = FrameScanner(labels)
         self._last: Action | None = None
         self._before: npt.NDArray[np.float32] | None = None
 
@@ -70,17 +70,17 @@ class AgentBody:
         self._move(self._before is not None and np.array_equal(coarse, self._before))
         self._before = coarse
         pose = self.x, self.z, self.angle
-        self.ground.add(self._eye.scan(depth, segmentation, pose))
-        self.landmarks.add(self._eye.sightings(depth, segmentation, pose))
+        self.ground.add(self._scanner.scan(depth, segmentation, pose))
+        self.landmarks.add(self._scanner.sightings(depth, segmentation, pose))
         self.landmarks.add_things(things, pose)
 
     def record_action(self, action: Action | None) -> None:
         """Record the action that the agent takes now; None at the end of a navigation phase."""
         self._last = action
 
-    def local(self, x: float, z: float) -> tuple[float, float]:
+    def to_local(self, x: float, z: float) -> tuple[float, float]:
         """Return a place relative to the agent: units to the right, units ahead."""
-        return rotated(x - self.x, z - self.z, self.angle)
+        return to_local_frame(x - self.x, z - self.z, self.angle)
 
     def distance(self, x: float, z: float) -> float:
         """Return the distance to a place, in units."""
@@ -102,7 +102,7 @@ class AgentBody:
         self._last = None
 
 
-def rotated(dx: float, dz: float, angle: float) -> tuple[float, float]:
+def to_local_frame(dx: float, dz: float, angle: float) -> tuple[float, float]:
     """Return a vector relative to the direction `angle` (radians): units to the right, units ahead."""
     sin, cos = math.sin(angle), math.cos(angle)
     return dx * cos - dz * sin, dx * sin + dz * cos

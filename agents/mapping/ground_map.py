@@ -52,33 +52,33 @@ class GroundMap:
             around = new[:, None] + _OFFSETS
             self._blocked[np.clip(around, 0, SIDE * SIDE - 1)] = 1
 
-    def reach(self, x: float, z: float, angle: float, farthest: float) -> float:
+    def free_distance(self, x: float, z: float, angle: float, farthest: float) -> float:
         """Return the distance from (x, z) to the first known obstacle straight ahead, in units; `angle` in radians."""
         sin, cos = math.sin(angle) * CELL, math.cos(angle) * CELL
         blocked = self.blocked
         for i in range(2, int(farthest / CELL) + 1):
-            if blocked[index(x + i * sin, z + i * cos)]:
+            if blocked[cell_index(x + i * sin, z + i * cos)]:
                 return (i - 1) * CELL
         return farthest
 
-    def sees(self, x: float, z: float, to_x: float, to_z: float) -> bool:
+    def has_line_of_sight(self, x: float, z: float, to_x: float, to_z: float) -> bool:
         """Return whether no known obstacle is between two places."""
         distance = math.hypot(to_x - x, to_z - z)
-        return self.reach(x, z, math.atan2(to_x - x, to_z - z), distance) >= distance - 2 * CELL
+        return self.free_distance(x, z, math.atan2(to_x - x, to_z - z), distance) >= distance - 2 * CELL
 
-    def near_free(self, x: float, z: float) -> tuple[float, float]:
+    def nearest_free(self, x: float, z: float) -> tuple[float, float]:
         """Return the place, or the nearest place around it that is not known to be blocked."""
-        if not self.blocked[index(x, z)]:
+        if not self.blocked[cell_index(x, z)]:
             return x, z
         for radius in (0.5, 1.0, 1.5, 2.0, 2.5):
             for turned in range(8):
                 angle = turned * math.pi / 4
                 place = x + radius * math.sin(angle), z + radius * math.cos(angle)
-                if not self.blocked[index(*place)]:
+                if not self.blocked[cell_index(*place)]:
                     return place
         return x, z
 
-    def runs(
+    def measure_free_widths(
         self, x: float, z: float, angle: float, side: int, offsets: npt.NDArray[np.float64], farthest: float
     ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
         """Measure how far the ground to one side of a line is free.
@@ -120,7 +120,7 @@ class GroundMap:
         return (cells - SIDE / 2 + 0.5) * CELL
 
 
-def index(x: float, z: float) -> int:
+def cell_index(x: float, z: float) -> int:
     """Return the index of a place's cell."""
     row, column = int(x / CELL + SIDE / 2), int(z / CELL + SIDE / 2)
     return min(max(row, 0), SIDE - 1) * SIDE + min(max(column, 0), SIDE - 1)

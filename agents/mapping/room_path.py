@@ -53,7 +53,7 @@ def plan(start: RoomPose, target: Cell, blocked: Collection[Cell]) -> list[Actio
     return None
 
 
-def quarter_of(heading: float) -> tuple[int, list[Action]]:
+def quarter_and_turns(heading: float) -> tuple[int, list[Action]]:
     """Return the quarter turn nearest to a heading in degrees, and the actions that turn to it."""
     quarter = round(heading / 90.0)
     turns = round((quarter * 90.0 - heading) / 30.0)

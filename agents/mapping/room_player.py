@@ -4,18 +4,15 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
-from arramon_agents.mapping.room import RoomSight
-from arramon_agents.mapping.room_path import RoomPose, plan, quarter_of
+from arramon_agents.mapping.room_memory import RoomMemory
+from arramon_agents.mapping.room_path import RoomPose, plan, quarter_and_turns
 from arramon_client.agent import Action, Observation
-from arramon_client.world import TURN
+from arramon_client.world import TURN_DEGREES
 from arramon_lang.meaning import Assembly
 from arramon_lang.room import START, Cell, Room, find_cell, is_all_there, quarter_after
 
 if TYPE_CHECKING:
-    from arramon_agents.perception.eyes.names import NamedThing  # It needs PyTorch.
-
-DEGREES = round(TURN)
-"""Degrees of one turn."""
+    from arramon_agents.perception.eyes.named_things import NamedThing  # It needs PyTorch.
 
 LOOKS = 11
 """Number of frames, one turn apart, that cover all directions with a field of view of two turns."""
@@ -35,7 +32,7 @@ def find_by_rules(meaning: Assembly, room: Room) -> Cell:
     return find_cell(meaning, room)[0]
 
 
-class RoomFollower:
+class RoomPlayer:
     """Player of one assembly phase by depth and segmentation alone.
 
     Args:
@@ -44,7 +41,7 @@ class RoomFollower:
         find: chooses the target cell; None for the rules of `arramon_lang.room`.
     """
 
-    def __init__(self, meaning: Assembly, sight: RoomSight, find: FindCell | None = None) -> None:
+    def __init__(self, meaning: Assembly, sight: RoomMemory, find: FindCell | None = None) -> None:
         self._meaning, self._find = meaning, find or find_by_rules
         self._sight = sight
         self._cell: Cell = START
@@ -86,7 +83,7 @@ class RoomFollower:
 
     def _way(self, target: Cell) -> list[Action]:
         """Return the actions to a pose whose cell ahead is the target."""
-        quarter, first = quarter_of(self._heading)
+        quarter, first = quarter_and_turns(self._heading)
         way = plan(RoomPose(*self._cell, quarter), target, ())
         if way is None:
             raise ValueError(f"{target} is not a cell of the room")
@@ -98,4 +95,4 @@ class RoomFollower:
             column, row = RoomPose(*self._cell, self._heading // 90).ahead
             self._cell = column, row
         elif action is not Action.INTERACT:
-            self._heading = (self._heading + (DEGREES if action is Action.RIGHT else -DEGREES)) % 360
+            self._heading = (self._heading + (TURN_DEGREES if action is Action.RIGHT else -TURN_DEGREES)) % 360

@@ -2,8 +2,8 @@
 
 import math
 
-from arramon_agents.mapping.body import AgentBody, rotated
-from arramon_agents.mapping.landmarks import MappedLandmark
+from arramon_agents.mapping.body import AgentBody, to_local_frame
+from arramon_agents.mapping.landmark_memory import MappedLandmark
 from arramon_agents.mapping.motion import TURN
 from arramon_lang.meaning import Thing
 
@@ -16,7 +16,7 @@ BY, BY_BUILDING = 4.5, 9.0
 
 def find_target(body: AgentBody, wanted: Thing, missed: set[tuple[float, float]]) -> MappedLandmark | None:
     """Return the landmark that is most likely the target, except those at `missed` places; None if there is none."""
-    fitting = [mark for mark in body.landmarks.fitting(wanted) if (mark.x, mark.z) not in missed]
+    fitting = [mark for mark in body.landmarks.matching(wanted) if (mark.x, mark.z) not in missed]
     if not fitting:
         return None
     near = [thing for where in wanted.where for thing in where.things]
@@ -24,14 +24,14 @@ def find_target(body: AgentBody, wanted: Thing, missed: set[tuple[float, float]]
     def cost(mark: MappedLandmark) -> tuple[bool, float, float]:
         cost = body.distance(mark.x, mark.z)
         for thing in near:
-            others = body.landmarks.fitting(thing)
+            others = body.landmarks.matching(thing)
             cost += min([20.0, *(2.0 * math.hypot(o.x - mark.x, o.z - mark.z) for o in others)])
-        return not is_in_place(body, wanted, mark), cost, mark.x
+        return not is_near_reference(body, wanted, mark), cost, mark.x
 
     return min(fitting, key=cost)
 
 
-def is_in_place(body: AgentBody, wanted: Thing, mark: MappedLandmark) -> bool:
+def is_near_reference(body: AgentBody, wanted: Thing, mark: MappedLandmark) -> bool:
     """Return whether a landmark is near a reference object of the target; True if the target has none."""
     if not wanted.where:
         return True
@@ -39,25 +39,25 @@ def is_in_place(body: AgentBody, wanted: Thing, mark: MappedLandmark) -> bool:
     return any(
         math.hypot(other.x - mark.x, other.z - mark.z) <= (BY_BUILDING if thing.kind == "building" else BY)
         for thing in things
-        for other in body.landmarks.fitting(thing)
+        for other in body.landmarks.matching(thing)
         if other is not mark
     )
 
 
-def knows_place(body: AgentBody, wanted: Thing) -> bool:
+def has_seen_reference(body: AgentBody, wanted: Thing) -> bool:
     """Return whether a landmark has been seen that may be a reference object of the target."""
-    return any(body.landmarks.fitting(thing) for where in wanted.where for thing in where.things)
+    return any(body.landmarks.matching(thing) for where in wanted.where for thing in where.things)
 
 
 def is_reached(body: AgentBody, target: MappedLandmark, x: float, z: float, heading: int) -> bool:
     """Return whether a pick-up at a pose takes the target and no other object; heading in multiples of 30 degrees."""
-    right, ahead = rotated(target.x - x, target.z - z, heading * TURN)
+    right, ahead = to_local_frame(target.x - x, target.z - z, heading * TURN)
     if abs(right) > REACH_SIDE or not REACH_FROM <= ahead <= REACH_TO:
         return False
     # The nearest object in the box is picked up.
-    for other in body.landmarks.fitting(Thing("")):
+    for other in body.landmarks.matching(Thing("")):
         if other is not target:
-            aside, far = rotated(other.x - x, other.z - z, heading * TURN)
+            aside, far = to_local_frame(other.x - x, other.z - z, heading * TURN)
             if abs(aside) < 0.6 and far > -0.1 and math.hypot(aside, far) < math.hypot(right, ahead) + 0.1:
                 return False
     return True

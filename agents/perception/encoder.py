@@ -5,7 +5,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from arramon_agents.perception.frame_memory import FrameCache
+from arramon_agents.perception.frame_cache import FrameCache
 
 GRID = 7
 """Number of rows, and of columns, of cells into which an image is divided."""

@@ -18,9 +18,9 @@ def open_encoder(name: str) -> VisualEncoder:
         ValueError: if there is no such encoder, or the folder holds no vision model.
     """
     if name.startswith(FOLDER):
-        from arramon_agents.perception.folder import FolderEyes
+        from arramon_agents.perception.pretrained_vision import PretrainedVisualEncoder
 
-        return FolderEyes(Path(name.removeprefix(FOLDER)))
+        return PretrainedVisualEncoder(Path(name.removeprefix(FOLDER)))
     if name not in encoder_names():
         raise ValueError(f"there is no visual encoder {name!r}; there are {', '.join(encoder_names())}")
     load = cast(Callable[[], VisualEncoder], importlib.import_module(ENCODERS[name]).load)

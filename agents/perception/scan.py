@@ -69,7 +69,7 @@ class Scan:
 
 
 @dataclass(eq=False)
-class Eye:
+class FrameScanner:
     """Extracts obstacles and landmarks from frames.
 
     Args:

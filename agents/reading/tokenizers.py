@@ -75,7 +75,7 @@ class WordTokenizer:
         counts = Counter(word for text in texts for word in words(normalise(text)))
         return cls(sorted(word for word, count in counts.items() if count >= least))
 
-    def widened(self, texts: Iterable[str]) -> "WordTokenizer":
+    def with_new_words(self, texts: Iterable[str]) -> "WordTokenizer":
         """Return a tokenizer with the words that occur at least twice in texts added; known words keep their ids."""
         known = set(self.vocabulary)
         return WordTokenizer(
@@ -202,11 +202,11 @@ class XlmrTokenizer:
     def train(cls, texts: Iterable[str], source: str) -> "XlmrTokenizer":
         """Return a tokenizer with the pieces that occur in texts."""
         encoder = open_text_encoder(source)
-        return cls(source, sorted({piece for text in texts for piece in encoder.cut(normalise(text))}))
+        return cls(source, sorted({piece for text in texts for piece in encoder.tokenize(normalise(text))}))
 
     def encode(self, text: str) -> list[int]:
         """Return one id for each piece."""
-        return [self._numbers.get(piece, UNKNOWN) for piece in self._encoder.cut(normalise(text))] or [UNKNOWN]
+        return [self._numbers.get(piece, UNKNOWN) for piece in self._encoder.tokenize(normalise(text))] or [UNKNOWN]
 
     def dump(self) -> bytes:
         """Return source and pieces as JSON; the vocabulary itself is not copied."""
@@ -234,7 +234,7 @@ class PretrainedTokenizer:
 
     def encode(self, text: str) -> list[int]:
         """Return one id for each piece: the encoder's own plus SPECIAL."""
-        return [piece + SPECIAL for piece in self._encoder.cut(normalise(text))] or [UNKNOWN]
+        return [piece + SPECIAL for piece in self._encoder.tokenize(normalise(text))] or [UNKNOWN]
 
     def dump(self) -> bytes:
         """Return the source; the vocabulary itself is not copied."""

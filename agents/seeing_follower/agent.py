@@ -2,15 +2,15 @@
 
 from pathlib import Path
 
-from arramon_agents.follower.agent import walk_by_rules
+from arramon_agents.follower.agent import make_rule_navigator
 from arramon_agents.mapping.agent import MapAgent, Skills
-from arramon_agents.mapping.landmark_beliefs import SeenLandmarks
-from arramon_agents.mapping.room_beliefs import SeenRoom
+from arramon_agents.mapping.probabilistic_landmark_memory import ProbabilisticLandmarkMemory
+from arramon_agents.mapping.probabilistic_room_memory import ProbabilisticRoomMemory
 from arramon_agents.mapping.room_player import find_by_rules
 from arramon_agents.perception.eyes.encoder import Eyes
 from arramon_agents.perception.eyes.encoder import load as load_eyes
 from arramon_agents.perception.eyes.perception import EyesPerception
-from arramon_agents.perception.eyes.sight import LABELS
+from arramon_agents.perception.eyes.predicted_segmentation import LABELS
 from arramon_agents.reading.reader.reader import LearnedReader
 from arramon_agents.reading.reader.reader import load as load_reader
 
@@ -33,10 +33,10 @@ class Agent(MapAgent):
             Skills(
                 perceive=perceive,
                 read=lambda _, text, phase: reads.read(text, phase),
-                make_walk=walk_by_rules,
+                make_walk=make_rule_navigator,
                 find_cell=find_by_rules,
                 labels=LABELS,
-                make_landmarks=SeenLandmarks,
-                make_room=SeenRoom,
+                make_landmarks=ProbabilisticLandmarkMemory,
+                make_room=ProbabilisticRoomMemory,
             )
         )

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from arramon.v1.evaluation_pb2 import Oracle, Target
 from arramon_agents.mapping import room_path as room
-from arramon_agents.shortest_path.ground import ClearanceMap
+from arramon_agents.shortest_path.clearance_map import ClearanceMap
 from arramon_agents.shortest_path.motion import CityPose, plan
 from arramon_agents.shortest_path.route import Router
 from arramon_client.agent import Action, Episode, Observation

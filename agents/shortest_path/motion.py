@@ -6,7 +6,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from arramon_agents.mapping.search import a_star
-from arramon_agents.shortest_path.ground import ClearanceMap, Place
+from arramon_agents.shortest_path.clearance_map import ClearanceMap, Place
 from arramon_agents.shortest_path.route import GuideRoute, Router
 from arramon_client.agent import Action
 from arramon_client.world import HEADINGS, REACH_SIDE, TURN
@@ -66,7 +66,7 @@ class _RouteSearch:
 
     def remaining(self, node: _Node) -> float:
         """Return the remaining cost of the route, as heuristic."""
-        return self._router.left(self._route, node.x, node.z)
+        return self._router.remaining_cost(self._route, node.x, node.z)
 
     def is_goal(self, node: _Node) -> bool:
         """Return whether the target is in reach."""

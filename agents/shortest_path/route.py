@@ -10,7 +10,7 @@ import numpy.typing as npt
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
-from arramon_agents.shortest_path.ground import CELL, ClearanceMap, Place, distance_to_segment
+from arramon_agents.shortest_path.clearance_map import CELL, ClearanceMap, Place, distance_to_segment
 
 STRIDE = 2
 """Raster cells between two nodes."""
@@ -72,7 +72,7 @@ class Router:
         places = [start, *(self._place(node) for node in nodes), target]
         return GuideRoute(self._straightened(places), left.reshape(self._clearance.shape))
 
-    def left(self, route: GuideRoute, x: float, z: float) -> float:
+    def remaining_cost(self, route: GuideRoute, x: float, z: float) -> float:
         """Return the remaining cost of a route from a place, in units."""
         column, row = self._ground.cell(x, z)
         columns, rows = route.left.shape

@@ -8,11 +8,11 @@ import numpy.typing as npt
 
 from arramon_agents.mapping.body import AgentBody
 from arramon_agents.mapping.ground_map import CELL
-from arramon_agents.mapping.landmark_beliefs import SeenLandmarks
 from arramon_agents.mapping.motion import STEPS
-from arramon_agents.perception.eyes.names import NamedThing
-from arramon_agents.perception.eyes.objects import FARTHEST, FEWEST_PIXELS, FrameThing
-from arramon_agents.perception.eyes.sight import LABELS
+from arramon_agents.mapping.probabilistic_landmark_memory import ProbabilisticLandmarkMemory
+from arramon_agents.perception.eyes.depth_segmentation import FARTHEST, FEWEST_PIXELS, FrameThing
+from arramon_agents.perception.eyes.named_things import NamedThing
+from arramon_agents.perception.eyes.predicted_segmentation import LABELS
 from arramon_agents.perception.eyes.vocabulary import COLOURS, KINDS, LOOKS, NONE, look_slices
 from arramon_agents.perception.scan import BEAM, CLUSTER, MAX_DISTANCE, Scan, Sighting
 from arramon_agents.simulated.world import FOCAL, StreetWorld, Things
@@ -42,7 +42,7 @@ _LIKE = {
 
 
 @dataclass(frozen=True, slots=True)
-class PerceptionFaults:
+class PerceptionErrorRates:
     """Error rates of a visual encoder, 0 for a perfect one; the defaults were measured on frames of `train`.
 
     Attributes:
@@ -67,9 +67,9 @@ class PerceptionFaults:
     displaced: float = 0.04
     crossing: float = 0.3
 
-    def scaled(self, share: float) -> "PerceptionFaults":
+    def scaled(self, share: float) -> "PerceptionErrorRates":
         """Return these error rates times a factor."""
-        return PerceptionFaults(*(min(0.9, share * getattr(self, name)) for name in self.__slots__))
+        return PerceptionErrorRates(*(min(0.9, share * getattr(self, name)) for name in self.__slots__))
 
 
 class SimulatedBody(AgentBody):
@@ -88,10 +88,10 @@ class SimulatedBody(AgentBody):
         world: StreetWorld,
         things: Things,
         pose: tuple[float, float, float],
-        faults: PerceptionFaults,
+        faults: PerceptionErrorRates,
         random: np.random.Generator,
     ) -> None:
-        super().__init__(LABELS, SeenLandmarks(LABELS))
+        super().__init__(LABELS, ProbabilisticLandmarkMemory(LABELS))
         self._world, self._things, self._faults, self._random = world, things, faults, random
         self._origin = pose
         self._confused = random.random((len(things.codes), 3))
@@ -133,7 +133,7 @@ class SimulatedBody(AgentBody):
         sin, cos = math.sin(heading), math.cos(heading)
         return (x - x0) * cos - (z - z0) * sin, (x - x0) * sin + (z - z0) * cos
 
-    def do(self, action: Action) -> None:
+    def apply(self, action: Action) -> None:
         """Carry out an action; a step has no effect if it is blocked."""
         self.record_action(action)
         blocked = False
@@ -143,7 +143,7 @@ class SimulatedBody(AgentBody):
             blocked = not self._world.is_free(*here, *there)
         self._move(blocked)
 
-    def look(self) -> None:
+    def observe(self) -> None:
         """Update map and landmarks by what is seen from the current pose."""
         x, z, heading = self.world_pose
         solid, wall, house = self._world.cast(x, z, heading + _TURNED, MAX_DISTANCE * 1.1)

@@ -88,7 +88,7 @@ def draw_samples(plans: Sequence[Meaning], languages: Sequence[str], count: int,
         if isinstance(meaning, Navigation) and random.random() < MIXED:
             meaning = _splice(meaning, random.choice(walks), random)
         if random.random() < EXCHANGED:
-            meaning = exchange(meaning, random)
+            meaning = randomise_things(meaning, random)
         language = languages[made % len(languages)]
         try:
             text = lang.load(language).write(meaning, random)
@@ -98,7 +98,7 @@ def draw_samples(plans: Sequence[Meaning], languages: Sequence[str], count: int,
         yield TextSample(text, language, meaning)
 
 
-def write_plans(plans: Sequence[Meaning], languages: Sequence[str], seed: int) -> Iterator[TextSample]:
+def write_in_all_languages(plans: Sequence[Meaning], languages: Sequence[str], seed: int) -> Iterator[TextSample]:
     """Yield a text for each meaning in each language that can express it.
 
     Args:
@@ -115,7 +115,7 @@ def write_plans(plans: Sequence[Meaning], languages: Sequence[str], seed: int) -
                 continue
 
 
-def exchange(meaning: Meaning, random: Random) -> Meaning:
+def randomise_things(meaning: Meaning, random: Random) -> Meaning:
     """Return a meaning with its things exchanged for random ones, and some directions redrawn.
 
     All mentions of a thing are exchanged for the same thing.

@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from arramon_agents.mapping.landmark_beliefs import Belief
+from arramon_agents.mapping.probabilistic_landmark_memory import LandmarkBelief
 from arramon_agents.reading.reader.slots import Row
 from arramon_agents.simulated.alignment import current_row, places_of
-from arramon_agents.simulated.body import PerceptionFaults, SimulatedBody
+from arramon_agents.simulated.body import PerceptionErrorRates, SimulatedBody
 from arramon_agents.simulated.courses import Course
 from arramon_agents.vl_map.features import DIRECTIONS, PolicyInput
 from arramon_agents.vl_map.navigator import MapNavigator, OptionValues
@@ -65,7 +65,7 @@ class CourseGuide:
         self._at = 0
         self._way: list[tuple[float, float]] = []
 
-    def label(self, beliefs: Sequence[Belief]) -> DecisionLabel | None:
+    def label(self, beliefs: Sequence[LandmarkBelief]) -> DecisionLabel | None:
         """Return the label at the current pose; None if there is none.
 
         It is farther along the path if possible, otherwise back along the way by which the agent left the path.
@@ -83,7 +83,7 @@ class CourseGuide:
         near = [place for place in seen if 0.7 < math.hypot(place[0] - x, place[1] - z) <= IN_SIGHT]
         return self._to(near[0], -1) if near else None
 
-    def _onward(self, beliefs: Sequence[Belief]) -> DecisionLabel | None:
+    def _onward(self, beliefs: Sequence[LandmarkBelief]) -> DecisionLabel | None:
         course, body = self._course, self._body
         x, z, _ = body.world_pose
         path, arcs = course.path, course.arcs
@@ -110,7 +110,7 @@ class CourseGuide:
         """Return the label that leads back to the nearest point of the path."""
         return self._to(tuple(self._course.path[self._at].tolist()), -1)
 
-    def _target(self, beliefs: Sequence[Belief]) -> int | None:
+    def _target(self, beliefs: Sequence[LandmarkBelief]) -> int | None:
         body, course = self._body, self._course
         near = []
         for number, belief in enumerate(beliefs):
@@ -121,7 +121,7 @@ class CourseGuide:
         return min(near)[1] if near else None
 
     def _to(self, place: tuple[float, ...], thing: int) -> DecisionLabel:
-        right, ahead = self._body.local(*self._body.to_own(place[0], place[1]))
+        right, ahead = self._body.to_local(*self._body.to_own(place[0], place[1]))
         return DecisionLabel(right, ahead, thing, current_row(self._rows, self._places, self._at))
 
 
@@ -152,7 +152,7 @@ class WalkResult:
 def walk(
     course: Course,
     rows: Sequence[Row],
-    faults: PerceptionFaults,
+    faults: PerceptionErrorRates,
     random: np.random.Generator,
     option_values: OptionValues | None = None,
     astray: float = 0.3,
@@ -176,7 +176,7 @@ def walk(
     guide = CourseGuide(course, rows, body)
     decisions: list[LabelledDecision] = []
 
-    def decide(sample: PolicyInput, beliefs: Sequence[Belief]) -> Choices:
+    def decide(sample: PolicyInput, beliefs: Sequence[LandmarkBelief]) -> Choices:
         label = guide.label(beliefs)
         if label is not None:
             decisions.append(LabelledDecision(sample, label))
@@ -191,7 +191,7 @@ def walk(
     path = [body.to_world(body.x, body.z)]
     picked = None
     for left in range(STEPS_PER_PHASE, 0, -1):
-        body.look()
+        body.observe()
         action = navigator.act(left)
         if action is Action.INTERACT:
             picked = _reached(course, body)
@@ -199,7 +199,7 @@ def walk(
                 break
             body.record_action(None)
             continue
-        body.do(action)
+        body.apply(action)
         here = body.to_world(body.x, body.z)
         if math.dist(here, path[-1]) > 1e-6:
             path.append(here)
@@ -210,7 +210,7 @@ def _reached(course: Course, body: SimulatedBody) -> int | None:
     """Return the index of the nearest collectible in the pick-up box; None if there is none."""
     found = []
     for number, item in enumerate(course.items):
-        right, ahead = body.local(*body.to_own(item.position.x, item.position.z))
+        right, ahead = body.to_local(*body.to_own(item.position.x, item.position.z))
         if abs(right) <= REACH_SIDE + REACH_MARGIN and -REACH_MARGIN <= ahead <= REACH_AHEAD + REACH_MARGIN:
             found.append((math.hypot(right, ahead), number))
     return min(found)[1] if found else None
@@ -240,7 +240,7 @@ def _near(label: DecisionLabel, random: np.random.Generator) -> Choices:
 
 
 def score(
-    courses: Sequence[Course], option_values: OptionValues, reading: int, faults: PerceptionFaults, seed: int = 0
+    courses: Sequence[Course], option_values: OptionValues, reading: int, faults: PerceptionErrorRates, seed: int = 0
 ) -> dict[str, float]:
     """Return mean scores of a policy: nDTW, success of the pick-up, CTC-3 (the walk ends within 3 units of the target).
 

@@ -15,18 +15,18 @@ FINE_TUNED = (
 )
 
 
-def learned_from(split: str, init: str) -> str:
+def training_text_limit(split: str, init: str) -> str:
     """Return the line of a model card's limits about the training texts."""
     return GENERATED if not init and split == TRAIN else FINE_TUNED.format(split=split)
 
 
-def page(name: str, rows: Mapping[str, object], limits: str) -> str:
+def model_card(name: str, rows: Mapping[str, object], limits: str) -> str:
     """Return a model card in Markdown: title, table of properties, limits."""
     table = "\n".join(f"| {row} | {value} |" for row, value in rows.items())
     return f"# {name}\n\n| | |\n| --- | --- |\n{table}\n\n## Limits\n\n{limits}\n"
 
 
-def command_of(agent: str, recipe: Mapping[str, Any], default: Mapping[str, Any]) -> str:
+def training_command(agent: str, recipe: Mapping[str, Any], default: Mapping[str, Any]) -> str:
     """Return the command that trains an agent by a recipe, with the options that differ from the default."""
     options = [
         f"--align-lang {','.join(value)}" if name == "aligned" else f"--{name.replace('_', '-')} {value}"

@@ -20,12 +20,12 @@ FORMER = ".state"
 HINT = "name another --output, or remove it"
 
 
-class OtherTraining(ValueError):
+class CheckpointMismatch(ValueError):
     """A checkpoint belongs to another recipe, other data, or another version."""
 
 
 @dataclass(frozen=True)
-class Identity:
+class TrainingInputs:
     """Recipe and data of a training; they must match to resume from a checkpoint.
 
     Attributes:
@@ -60,7 +60,7 @@ def checkpoint_path(folder: Path, name: str) -> Path:
     return folder / f"{name}.checkpoint{SUFFIX}"
 
 
-def write_checkpoint(path: Path, checkpoint: TrainingCheckpoint, identity: Identity) -> None:
+def write_checkpoint(path: Path, checkpoint: TrainingCheckpoint, identity: TrainingInputs) -> None:
     """Write a checkpoint to a file, atomically."""
     tensors = {
         f"{group}.{name}": value.detach().cpu().contiguous()
@@ -82,29 +82,31 @@ def find_checkpoint(folder: Path, name: str) -> Path | None:
     """Return the path of the checkpoint of a training; None if there is none.
 
     Raises:
-        OtherTraining: if there is a checkpoint of an earlier version, under another name.
+        CheckpointMismatch: if there is a checkpoint of an earlier version, under another name.
     """
     former = folder / f"{name}{FORMER}{SUFFIX}"
     if former.exists():
-        raise OtherTraining(f"{former} is a checkpoint of an earlier version, which cannot be resumed: {HINT}")
+        raise CheckpointMismatch(f"{former} is a checkpoint of an earlier version, which cannot be resumed: {HINT}")
     path = checkpoint_path(folder, name)
     return path if path.exists() else None
 
 
-def read_checkpoint(path: Path, identity: Identity) -> TrainingCheckpoint:
+def read_checkpoint(path: Path, identity: TrainingInputs) -> TrainingCheckpoint:
     """Return the checkpoint of a file.
 
     Raises:
-        OtherTraining: if it belongs to another recipe, other data, or another version.
+        CheckpointMismatch: if it belongs to another recipe, other data, or another version.
         BadWeights: if it cannot be read.
     """
     tensors, header = read_tensors(path)
     if header.get("format") != FORMAT:
-        raise OtherTraining(f"{path} has the format {header.get('format')!r}, expected {FORMAT!r}: {HINT}")
+        raise CheckpointMismatch(f"{path} has the format {header.get('format')!r}, expected {FORMAT!r}: {HINT}")
     if header["recipe"] != identity.recipe:
-        raise OtherTraining(f"{path} is of another recipe ({_difference(header['recipe'], identity.recipe)}): {HINT}")
+        raise CheckpointMismatch(
+            f"{path} is of another recipe ({_difference(header['recipe'], identity.recipe)}): {HINT}"
+        )
     if header["data"] != identity.data:
-        raise OtherTraining(f"{path} is of other data: {HINT}")
+        raise CheckpointMismatch(f"{path} is of other data: {HINT}")
     by_group: dict[str, dict[str, Tensor]] = {group: {} for group in GROUPS}
     for name, value in tensors.items():
         group, _, rest = name.partition(".")

@@ -12,6 +12,6 @@ def as_json(recipe: Any) -> dict[str, Any]:
     return {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(recipe).items()}
 
 
-def identity_of(recipe: Any) -> dict[str, Any]:
+def update_settings(recipe: Any) -> dict[str, Any]:
     """Return the settings of a recipe that affect updates: all but those of validation."""
     return {name: value for name, value in as_json(recipe).items() if not name.startswith("validate")}

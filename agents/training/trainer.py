@@ -14,8 +14,8 @@ from tensorboardX import SummaryWriter
 from torch import Tensor, nn
 
 from arramon_agents.training.checkpoint import (
-    Identity,
     TrainingCheckpoint,
+    TrainingInputs,
     checkpoint_path,
     find_checkpoint,
     read_checkpoint,
@@ -85,7 +85,7 @@ class TrainerSettings:
     validate_steps: int = 1000
     checkpoint_steps: int = 100
     chosen_by: Mapping[str, str] = field(default_factory=dict)
-    identity: Identity = field(default_factory=lambda: Identity({}, ""))
+    identity: TrainingInputs = field(default_factory=lambda: TrainingInputs({}, ""))
 
 
 class Trainer:
@@ -133,7 +133,7 @@ class Trainer:
             until: number of updates to stop at; None for all.
 
         Raises:
-            OtherTraining: if the checkpoint belongs to another recipe, other data, or another version.
+            CheckpointMismatch: if the checkpoint belongs to another recipe, other data, or another version.
             BadWeights: if it cannot be read.
         """
         end = self.settings.steps if until is None else until
@@ -217,7 +217,7 @@ class Trainer:
         """Resume from the checkpoint, if there is one.
 
         Raises:
-            OtherTraining: if it belongs to another recipe, other data, or another version.
+            CheckpointMismatch: if it belongs to another recipe, other data, or another version.
             BadWeights: if it cannot be read.
         """
         path = None if self._output is None else find_checkpoint(self._output, self.settings.name)

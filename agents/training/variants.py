@@ -12,7 +12,7 @@ import numpy as np
 import arramon_lang as lang
 from arramon_agents.perception.eyes.grid import CHANNEL_NAMES
 from arramon_agents.training.demonstrations import PhaseDemonstration
-from arramon_agents.training.exchange import Exchange, read_meaning
+from arramon_agents.training.name_permutation import NamePermutation, read_meaning
 from arramon_client.agent import Action
 from arramon_client.world import NAVIGATION
 from arramon_lang.meaning import OTHER_SIDE, Face, Meaning, Navigation, Rotate, Step, Thing, Walk, Where
@@ -28,7 +28,7 @@ _OTHER_ACTION[[Action.LEFT, Action.RIGHT]] = Action.RIGHT, Action.LEFT
 class _Change:
     """Changes of a variant: exchange of things (None for none), whether it is mirrored, and its texts."""
 
-    exchange: Exchange | None
+    permutation: NamePermutation | None
     mirrored: bool
     texts: dict[str, str]
 
@@ -82,19 +82,19 @@ class Variants:
     def _change(self, row: int, number: int) -> _Change:
         shown = self._demonstrations[row]
         random = Random(f"{self._seed}/{shown.phase}/{shown.episode_id}/{shown.turn}/{number}")  # noqa: S311
-        exchange = Exchange.draw(random) if self._exchanges else None
+        permutation = NamePermutation.draw(random) if self._exchanges else None
         mirrors = shown.phase == NAVIGATION and random.random() < MIRRORED
         if not self._languages:
-            return _Change(exchange, mirrors, {})
+            return _Change(permutation, mirrors, {})
         try:
-            meaning = self._meaning(row) if exchange is None else exchange.meaning(self._meaning(row))
+            meaning = self._meaning(row) if permutation is None else permutation.permute_meaning(self._meaning(row))
             if mirrors:
                 assert isinstance(meaning, Navigation)
                 meaning = mirrored(meaning)
             texts = {each: lang.load(each).write(meaning, random) for each in self._languages if each in shown.texts}
         except ValueError:  # A person's text that the grammar can't parse or write is not augmented.
             return _Change(None, False, {})
-        return _Change(exchange, mirrors, texts)
+        return _Change(permutation, mirrors, texts)
 
     def _meaning(self, row: int) -> Meaning:
         """Return the meaning of a demonstration's instruction."""

@@ -10,7 +10,7 @@ import torch
 from torch import Tensor
 
 from arramon_agents.perception.encoder import GRID, FeatureCache
-from arramon_agents.vl.model import ACTIONS, START_ACTION, State, Text, as_input
+from arramon_agents.vl.model import ACTIONS, START_ACTION, EncodedText, State, as_input
 from arramon_agents.vl.policy import VlPolicy
 from arramon_client.agent import Episode, Observation
 
@@ -111,11 +111,11 @@ def _image_of(observation: Observation, sensor: str) -> npt.NDArray[np.generic]:
     return np.asarray(image)
 
 
-def _pad_texts(texts: Sequence[Tensor]) -> Text:
+def _pad_texts(texts: Sequence[Tensor]) -> EncodedText:
     """Return encoded texts of different lengths as one padded batch."""
     padded = torch.nn.utils.rnn.pad_sequence(list(texts), batch_first=True)
     lengths = torch.tensor([len(text) for text in texts])
-    return Text(padded, torch.arange(padded.shape[1]) >= lengths[:, None])
+    return EncodedText(padded, torch.arange(padded.shape[1]) >= lengths[:, None])
 
 
 def _stack_histories(states: Sequence[_PhaseState], size: int) -> State:

@@ -77,7 +77,7 @@ def make_batch(
         actions[row, : len(chosen)] = each.actions[chosen]
     return ImitationBatch(
         demonstrations[0].phase,
-        as_tokens(texts, tokenizer),
+        tokenize_batch(texts, tokenizer),
         torch.from_numpy(previous_actions),
         torch.from_numpy(loss_steps),
         as_input(cells),
@@ -85,7 +85,7 @@ def make_batch(
     )
 
 
-def as_tokens(texts: Sequence[str], tokenizer: TextTokenizer) -> Tensor:
+def tokenize_batch(texts: Sequence[str], tokenizer: TextTokenizer) -> Tensor:
     """Tokenize texts to ids, (B, T), padded with 0."""
     return padded([tokenizer.encode(text) for text in texts])
 

@@ -5,7 +5,7 @@ from typing import Any
 
 from arramon_agents.pretrained.encoders import INSTALL, PACKAGE
 from arramon_agents.reading.tokenizers import PRETRAINED
-from arramon_agents.training.card import command_of, learned_from, page
+from arramon_agents.training.card import page, training_command, training_text_limit
 from arramon_agents.training.recipe import as_json
 from arramon_agents.vl.policy import VlPolicy
 from arramon_agents.vl.recipe import RECIPES, Recipe
@@ -37,7 +37,7 @@ def card(policy: VlPolicy, recipe: Recipe) -> str:
         "text encoder": _text_encoder(recipe),
         "visual encoder": encoder,
         "training data": f"{about.get('data', 'unknown')}; SHA-256 of `{recipe.split}` {digest}",
-        "command": f"`{command_of(recipe.agent, as_json(recipe), as_json(default))}`",
+        "command": f"`{training_command(recipe.agent, as_json(recipe), as_json(default))}`",
         "seed": recipe.seed,
         "updates": about.get("updates", "unknown"),
         "CPU time": f"{about.get('cpu_seconds', 0) / 60:.0f} minutes, without drawing the demonstrations",
@@ -45,7 +45,7 @@ def card(policy: VlPolicy, recipe: Recipe) -> str:
     }
     if recipe.init:
         rows["begins with"] = f"`{recipe.init}`"
-    return page(recipe.agent, rows, f"{learned_from(recipe.split, recipe.init)}\n{LIMITS}")
+    return page(recipe.agent, rows, f"{training_text_limit(recipe.split, recipe.init)}\n{LIMITS}")
 
 
 def _text_encoder(recipe: Recipe) -> str:

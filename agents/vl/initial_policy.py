@@ -7,7 +7,7 @@ import torch
 
 from arramon_agents.perception.encoder import VisualEncoder
 from arramon_agents.perception.registry import open_encoder
-from arramon_agents.pretrained.states import open_states
+from arramon_agents.pretrained.hidden_state_cache import open_hidden_state_cache
 from arramon_agents.reading.text_encoders import PretrainedTextEncoder, encoder_ids
 from arramon_agents.reading.tokenizers import PRETRAINED, UNKNOWN, WordTokenizer, train_tokenizer
 from arramon_agents.training.recipe import as_json
@@ -36,7 +36,7 @@ def initial_policy(recipe: Recipe, texts: Sequence[str], workspace: Workspace, r
     policy = extended_policy(recipe, encoder, texts) if recipe.init else _new(recipe, encoder, texts)
     policy.model.to(workspace.device)
     if recipe.reads and recipe.reader.startswith(PRETRAINED):
-        states = open_states(recipe.reader.removeprefix(PRETRAINED))
+        states = open_hidden_state_cache(recipe.reader.removeprefix(PRETRAINED))
         pieces = (encoder_ids(policy.tokenizer.encode(text)) for text in texts)
         moments = states.prepare(pieces, workspace.cache, report, recipe.precision)
         for module in map(policy.model.of, () if recipe.init else PHASES):
@@ -63,7 +63,7 @@ def extended_policy(recipe: Recipe, encoder: VisualEncoder | None, texts: Sequen
             f"{path} is of another model than the recipe: {own}, encoder {eyes}, tokenizer {kinds[0]}; expected "
             f"{wanted}, encoder {wanted_eyes}, tokenizer {kinds[1]}"
         )
-    tokenizer = known.tokenizer.widened(texts) if isinstance(known.tokenizer, WordTokenizer) else known.tokenizer
+    tokenizer = known.tokenizer.with_new_words(texts) if isinstance(known.tokenizer, WordTokenizer) else known.tokenizer
     model, weights = Model(replace(own, vocabulary=tokenizer.size)), known.model.state_dict()
     for name, value in weights.items():
         if name.endswith("reader.embedding.weight"):

@@ -28,7 +28,7 @@ START_ACTION = 4
 target."""
 
 
-class Text(NamedTuple):
+class EncodedText(NamedTuple):
     """A batch of encoded instructions: hidden states of the words, (B, T, H), and the padding mask, (B, T)."""
 
     words: Tensor
@@ -36,7 +36,7 @@ class Text(NamedTuple):
 
     def of(self, rows: Sequence[int]) -> "Text":
         """Return the instructions at these indices of the batch."""
-        return Text(self.words[list(rows)], self.padding[list(rows)])
+        return EncodedText(self.words[list(rows)], self.padding[list(rows)])
 
 
 State = tuple[Tensor, Tensor]
@@ -62,15 +62,15 @@ class PhaseModel(nn.Module):
             self.fuse_words = nn.Linear(3 * c.hidden, c.hidden)
         self.output = nn.Linear((1 + c.sees + c.reads) * c.hidden, ACTIONS + 1)
 
-    def read(self, tokens: Tensor) -> Text:
+    def read(self, tokens: Tensor) -> EncodedText:
         """Encode instructions, (B, T) token ids, 0 for padding. Without a text encoder the words have 0 features."""
         padding = tokens == 0  # (B, T)
         words = self.reader(tokens) if self.config.reads else tokens.new_zeros(*tokens.shape, 0).float()
-        return Text(words, padding)
+        return EncodedText(words, padding)
 
     def act(
         self,
-        text: Text,
+        text: EncodedText,
         cells: Tensor,
         previous_actions: Tensor,
         state: State | None = None,
@@ -110,12 +110,12 @@ class PhaseModel(nn.Module):
             cells = torch.cat([cells, place.expand(*cells.shape[:2], -1, -1, -1)], -1)
         return cells.flatten(2, 3)
 
-    def _attend_to_words(self, history: Tensor, text: Text) -> Tensor:
+    def _attend_to_words(self, history: Tensor, text: EncodedText) -> Tensor:
         """Return attention over the words, queried by the history state, (B, S, H)."""
         scores = torch.einsum("bsh,bth->bst", history, text.words)
         return _masked_softmax(scores, text.padding[:, None]) @ text.words
 
-    def _attend_to_both(self, history: Tensor, seen: Tensor, text: Text) -> list[Tensor]:
+    def _attend_to_both(self, history: Tensor, seen: Tensor, text: EncodedText) -> list[Tensor]:
         """Return co-attention over cells and words, queried by the history state: (B, S, H) each.
 
         The paper first fuses each cell with the words that it attends to, and each word with its cells,

@@ -11,7 +11,7 @@ from arramon_agents.training.demonstrations import PhaseDemonstration
 from arramon_agents.training.trainer import Loss
 from arramon_agents.training.variants import Variants
 from arramon_agents.vl.alignment import alignment_loss, other_texts
-from arramon_agents.vl.batches import action_loss, as_tokens, draw_text, make_batch
+from arramon_agents.vl.batches import action_loss, draw_text, make_batch, tokenize_batch
 from arramon_agents.vl.model import Model
 from arramon_agents.vl.policy import VlPolicy
 from arramon_agents.vl.recipe import Recipe
@@ -81,6 +81,6 @@ class ImitationTask:
             logits, _ = model.act(text, batch.cells, batch.previous_actions, selected_steps=batch.loss_steps)
             if recipe.align and recipe.reads:
                 paired, others = other_texts(chosen, texts, recipe.aligned, chance)
-                tokens = as_tokens(others, self._tokenizer).to(self._device)
+                tokens = tokenize_batch(others, self._tokenizer).to(self._device)
                 aligned = alignment_loss(text.of(paired), model.read(tokens))
         return action_loss(logits.float(), batch, recipe.pick_up), aligned

@@ -8,7 +8,7 @@ import torch
 from torch import Tensor
 
 from arramon_agents.process_settings import prepare_process
-from arramon_agents.training.checkpoint import Identity
+from arramon_agents.training.checkpoint import TrainingInputs
 from arramon_agents.training.demonstrations import (
     DemonstrationSource,
     PhaseDemonstration,
@@ -16,7 +16,7 @@ from arramon_agents.training.demonstrations import (
     without_features,
 )
 from arramon_agents.training.precision import usable_precision
-from arramon_agents.training.recipe import identity_of
+from arramon_agents.training.recipe import update_settings
 from arramon_agents.training.rollouts import RolloutPlan, mean, play
 from arramon_agents.training.schedule import constant
 from arramon_agents.training.sources import describe_data, digest_of, load_demonstrations, sources_of, splits_of
@@ -110,7 +110,9 @@ class Imitation:
             validate_steps=recipe.validate_steps,
             checkpoint_steps=workspace.checkpoint_steps,
             chosen_by={PART.format(phase=phase): metric for phase, metric in CHOSEN_BY.items()},
-            identity=Identity(identity_of(replace(recipe, passes=0)), digest_of(demonstrations)),  # More may follow.
+            identity=TrainingInputs(
+                update_settings(replace(recipe, passes=0)), digest_of(demonstrations)
+            ),  # More may follow.
         )
         self.trainer = Trainer(task, settings, workspace.output, report, self._validate, self._write)
 
@@ -128,7 +130,7 @@ class Imitation:
         """Train to the end, resuming from a checkpoint if there is one; write and return the best weights.
 
         Raises:
-            OtherTraining: if the checkpoint belongs to another recipe or other demonstrations.
+            CheckpointMismatch: if the checkpoint belongs to another recipe or other demonstrations.
             BadWeights: if it cannot be read.
         """
         self.trainer.run()

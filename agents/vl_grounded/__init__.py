@@ -26,7 +26,7 @@ def make_agent(weights: str | None = None, sensor: str = SENSORS[0]) -> Agent:
     from arramon_agents.process_settings import prepare_process
     from arramon_agents.vl_grounded.agent import GroundedAgent
     from arramon_agents.vl_grounded.network import read_weights
-    from arramon_agents.vl_grounded.sight import EncoderPerception, SegmentationPerception
+    from arramon_agents.vl_grounded.perception import EncoderPerception, SegmentationPerception
     from arramon_agents.weights import find_weights
 
     prepare_process()

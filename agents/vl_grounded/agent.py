@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 
+from arramon_agents.vl_grounded.assembly_player import AssemblyPlayer
+from arramon_agents.vl_grounded.navigation_player import NavigationPlayer
 from arramon_agents.vl_grounded.network import GroundedWeights
-from arramon_agents.vl_grounded.placer import AssemblyPlayer
-from arramon_agents.vl_grounded.sight import Perception
-from arramon_agents.vl_grounded.walker import NavigationPlayer
+from arramon_agents.vl_grounded.perception import Perception
 from arramon_client.agent import Episode, Observation
 from arramon_client.world import NAVIGATION
 

@@ -9,8 +9,8 @@ from torch import nn
 
 from arramon_agents.reading.tokenizers import TextTokenizer, restore_tokenizer
 from arramon_agents.vl_grounded.instruction_encoder import InstructionEncoder
-from arramon_agents.vl_grounded.room import RoomNetwork
-from arramon_agents.vl_grounded.street import StreetNetwork
+from arramon_agents.vl_grounded.navigation_network import GroundedNavigationNetwork
+from arramon_agents.vl_grounded.placement_network import GroundedPlacementNetwork
 from arramon_agents.weights import LARGEST, read_weights_file, write_weights_file
 
 FORMAT = "vl_grounded 1"
@@ -27,8 +27,8 @@ class Grounded(nn.Module):
         super().__init__()
         self.vocabulary = vocabulary
         self.reading = InstructionEncoder(vocabulary)
-        self.street = StreetNetwork()
-        self.room = RoomNetwork()
+        self.street = GroundedNavigationNetwork()
+        self.room = GroundedPlacementNetwork()
 
 
 @dataclass(frozen=True)

@@ -9,18 +9,18 @@ import numpy.typing as npt
 from arramon_client.agent import Action
 from arramon_client.world import HEADINGS
 
-NUMBERS = HEADINGS + 7
+ODOMETRY_SIZE = HEADINGS + 7
 """Number of features: one-hot heading; position of the start relative to the agent, and its distance; steps since the
 last turn; turns to the right since the last step; steps and actions so far."""
 
 
 def odometry(actions: Sequence[int]) -> npt.NDArray[np.float32]:
-    """Return the odometry features before the first action and after each one, (n + 1, NUMBERS), scaled to about 1.
+    """Return the odometry features before the first action and after each one, (n + 1, ODOMETRY_SIZE), scaled to about 1.
 
     Args:
         actions: the actions of a navigation phase, without blocked steps.
     """
-    rows = np.zeros((len(actions) + 1, NUMBERS), np.float32)
+    rows = np.zeros((len(actions) + 1, ODOMETRY_SIZE), np.float32)
     x = z = 0.0
     heading = ahead = turned = walked = 0
     for number in range(len(actions) + 1):

@@ -6,13 +6,13 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from arramon_agents.mapping.room_beliefs import SeenRoom
+from arramon_agents.mapping.probabilistic_room_memory import ProbabilisticRoomMemory
 from arramon_agents.mapping.room_path import RoomPose
 from arramon_agents.perception.eyes.encoder import Eyes
 from arramon_agents.perception.eyes.encoder import load as load_eyes
-from arramon_agents.perception.eyes.sight import LABELS
+from arramon_agents.perception.eyes.predicted_segmentation import LABELS
 from arramon_agents.training.demonstrations import DemonstrationSource, backend_of, episodes_of, settings_of
-from arramon_agents.vl_grounded.look import DEGREES, LookAround
+from arramon_agents.vl_grounded.look_around import DEGREES, LookAround
 from arramon_client.agent import Action, Observation
 from arramon_client.environments.backend import Player
 from arramon_client.world import ASSEMBLY, COLUMNS, ROWS
@@ -95,7 +95,7 @@ def _seen(player: Player, eyes: Eyes | None, episode_id: str, language: str) -> 
     views: list[RoomView] = []
     observation: Observation | None = player.begin(episode_id, 0)
     while observation is not None:
-        seen = SeenRoom(LABELS)
+        seen = ProbabilisticRoomMemory(LABELS)
         turn, text, look = observation.turn, observation.instruction, LookAround(seen)
         while eyes is not None and observation is not None:
             if look.is_new():

@@ -17,11 +17,11 @@ from arramon_agents.perception.eyes.vocabulary import COLOURS, LOOK_GROUPS
 from arramon_agents.reading.tokenizers import TextTokenizer
 from arramon_agents.training.batches import NO_ACTION, EpochBatches, padded
 from arramon_agents.training.demonstrations import PhaseDemonstration
-from arramon_agents.training.exchange import InstructionVersion
+from arramon_agents.training.name_permutation import InstructionVersion
 from arramon_agents.training.trainer import Loss
 from arramon_agents.vl.model import START_ACTION, as_input
 from arramon_agents.vl_grounded.attributes import KINDS, LOOKS
-from arramon_agents.vl_grounded.look import attributes_in_rooms
+from arramon_agents.vl_grounded.look_around import attributes_in_rooms
 from arramon_agents.vl_grounded.network import Grounded
 from arramon_agents.vl_grounded.odometry import odometry
 from arramon_agents.vl_grounded.room_views import RoomView
@@ -49,7 +49,7 @@ class DemonstratedWalk:
 
     Attributes:
         demonstration: features and actions.
-        odometry: odometry features before each action, (S, NUMBERS).
+        odometry: odometry features before each action, (S, ODOMETRY_SIZE).
         versions: augmented versions of its instruction.
     """
 
@@ -66,7 +66,7 @@ class DemonstratedWalk:
     def features(self, version: InstructionVersion) -> npt.NDArray[np.uint8]:
         """Return the visual features, with the things of a version of the instruction."""
         seen = self.demonstration.features
-        return seen if version.exchange is None else seen[..., version.exchange.channels]
+        return seen if version.permutation is None else seen[..., version.permutation.channels]
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +78,9 @@ class DemonstratedPlacement:
 
     def things(self, version: InstructionVersion) -> Sequence[RoomObject]:
         """Return the objects in the room, exchanged as in a version of the instruction."""
-        return self.view.things if version.exchange is None else version.exchange.standing(self.view.things)
+        return (
+            self.view.things if version.permutation is None else version.permutation.permute_objects(self.view.things)
+        )
 
 
 class GroundedTask:

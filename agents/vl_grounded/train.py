@@ -14,8 +14,8 @@ from arramon_agents.process_settings import prepare_process
 from arramon_agents.reading.reader.reader import WEIGHTS as READER
 from arramon_agents.reading.reader.reader import read_reader
 from arramon_agents.reading.tokenizers import WordTokenizer
-from arramon_agents.training.card import command_of, learned_from, page
-from arramon_agents.training.checkpoint import Identity
+from arramon_agents.training.card import page, training_command, training_text_limit
+from arramon_agents.training.checkpoint import TrainingInputs
 from arramon_agents.training.demonstrations import (
     ROOM_PREFIX,
     ROOMS,
@@ -23,20 +23,24 @@ from arramon_agents.training.demonstrations import (
     PhaseDemonstration,
     data_hash_of,
 )
-from arramon_agents.training.exchange import InstructionVersion, versions
-from arramon_agents.training.recipe import as_json, identity_of
+from arramon_agents.training.name_permutation import InstructionVersion, versions
+from arramon_agents.training.recipe import as_json, update_settings
 from arramon_agents.training.rollouts import RolloutPlan, mean, play
 from arramon_agents.training.schedule import warm_up_cosine
-from arramon_agents.training.sources import digest_of, load_demonstrations, sources_of, split_names, splits_of
+from arramon_agents.training.sources import digest_of, format_split_names, load_demonstrations, sources_of, splits_of
 from arramon_agents.training.trainer import Trainer, TrainerSettings
 from arramon_agents.training.workspace import Report, Workspace
 from arramon_agents.vl_grounded.agent import NAME, GroundedAgent
+from arramon_agents.vl_grounded.initial_vocabulary import (
+    extended_weights,
+    initialise_from_reader,
+    tokenizer_with_reader,
+)
 from arramon_agents.vl_grounded.network import Grounded, GroundedWeights, read_weights, write_weights
+from arramon_agents.vl_grounded.perception import EncoderPerception
 from arramon_agents.vl_grounded.recipe import GroundedRecipe
 from arramon_agents.vl_grounded.room_views import RoomView, collect_views
-from arramon_agents.vl_grounded.sight import EncoderPerception
 from arramon_agents.vl_grounded.task import DemonstratedPlacement, DemonstratedWalk, GroundedTask
-from arramon_agents.vl_grounded.words import extended_weights, initialise_from_reader, tokenizer_with_reader
 from arramon_agents.weights import SUFFIX, find_initial
 from arramon_client.world import ASSEMBLY, NAVIGATION
 
@@ -140,7 +144,7 @@ def _settings(recipe: GroundedRecipe, workspace: Workspace, epoch_steps: int, da
         recipe.seed,
         decay=DECAY,
         checkpoint_steps=workspace.checkpoint_steps,
-        identity=Identity(identity_of(recipe), data),
+        identity=TrainingInputs(update_settings(recipe), data),
     )
 
 
@@ -150,7 +154,7 @@ def _data_of(splits: Sequence[str], demonstrations: Sequence[PhaseDemonstration]
     steps = sum(len(each.actions) for each in demonstrations)
     drawn = sum(view.episode_id.startswith(ROOM_PREFIX) for view in views)
     return (
-        f"{episodes} episodes of {split_names(splits)}, {steps:,} steps of the expert in the streets, "
+        f"{episodes} episodes of {format_split_names(splits)}, {steps:,} steps of the expert in the streets, "
         f"and {len(views):,} rooms, {drawn:,} of them drawn alone"
     )
 
@@ -163,13 +167,13 @@ def card(about: Mapping[str, Any]) -> str:
         "model": f"`agents/vl_grounded/network.py`, {about['parameters']:,} parameters; with it comes the visual "
         "encoder `eyes`",
         "training data": f"{about['data']}; SHA-256 of `{recipe['split']}` {about['data_hash'][:12]}",
-        "command": f"`{command_of(NAME, recipe, as_json(GroundedRecipe()))}`",
+        "command": f"`{training_command(NAME, recipe, as_json(GroundedRecipe()))}`",
         "seed": recipe["seed"],
         "updates": about["updates"],
         "CPU time": f"{about['cpu_seconds'] / 60:.0f} minutes, without drawing the demonstrations",
         "validation": _validated(about.get("validation"), recipe),
     }
-    return page(NAME, rows, f"{learned_from(recipe['split'], recipe['init'])}\n{LIMITS}")
+    return page(NAME, rows, f"{training_text_limit(recipe['split'], recipe['init'])}\n{LIMITS}")
 
 
 def _validated(found: Mapping[str, float] | None, recipe: Mapping[str, Any]) -> str:

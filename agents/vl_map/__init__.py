@@ -42,8 +42,8 @@ def make_agent(
     from arramon_agents.process_settings import prepare_process
     from arramon_agents.reading.reader.reader import load as load_reader
     from arramon_agents.vl_map.agent import SeeingAgent, SegmentationAgent
+    from arramon_agents.vl_map.placement_network import CellFinder
     from arramon_agents.vl_map.policy import MapPolicy, read_policy
-    from arramon_agents.vl_map.room import CellFinder
     from arramon_agents.weights import find_weights
 
     prepare_process()

@@ -4,19 +4,19 @@ from functools import partial
 
 from arramon_agents.mapping.agent import MapAgent, NextAction, Skills
 from arramon_agents.mapping.body import AgentBody
-from arramon_agents.mapping.landmark_beliefs import SeenLandmarks
-from arramon_agents.mapping.room_beliefs import SeenRoom
+from arramon_agents.mapping.probabilistic_landmark_memory import ProbabilisticLandmarkMemory
+from arramon_agents.mapping.probabilistic_room_memory import ProbabilisticRoomMemory
 from arramon_agents.perception.eyes.encoder import Eyes
 from arramon_agents.perception.eyes.encoder import load as load_eyes
 from arramon_agents.perception.eyes.perception import EyesPerception
-from arramon_agents.perception.eyes.sight import LABELS
+from arramon_agents.perception.eyes.predicted_segmentation import LABELS
 from arramon_agents.perception.percept import perceive_as_given
 from arramon_agents.reading.reader.reader import LearnedReader
 from arramon_agents.reading.reader.reader import load as load_reader
 from arramon_agents.reading.reader.slots import rows_of
 from arramon_agents.vl_map.navigator import MapNavigator
+from arramon_agents.vl_map.placement_network import CellFinder
 from arramon_agents.vl_map.policy import MapPolicy
-from arramon_agents.vl_map.room import CellFinder
 from arramon_lang.meaning import Navigation
 
 NAME = "vl_map"
@@ -55,8 +55,8 @@ class SeeingAgent(MapAgent):
                 make_walk=partial(follow_policy, policy, looks=looks),
                 find_cell=placement.find,
                 labels=LABELS,
-                make_landmarks=partial(SeenLandmarks, sums=sums),
-                make_room=SeenRoom,
+                make_landmarks=partial(ProbabilisticLandmarkMemory, sums=sums),
+                make_room=ProbabilisticRoomMemory,
                 keeps_landmarks=True,
             )
         )

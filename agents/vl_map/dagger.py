@@ -11,12 +11,12 @@ import numpy as np
 import torch
 
 from arramon_agents.reading.reader.reader import load as load_reader
-from arramon_agents.simulated.body import PerceptionFaults
+from arramon_agents.simulated.body import PerceptionErrorRates
 from arramon_agents.simulated.courses import Course, training_courses
 from arramon_agents.simulated.walks import LabelledDecision, walk
-from arramon_agents.training.checkpoint import Identity
+from arramon_agents.training.checkpoint import TrainingInputs
 from arramon_agents.training.precision import usable_precision
-from arramon_agents.training.recipe import identity_of
+from arramon_agents.training.recipe import update_settings
 from arramon_agents.training.schedule import warm_up_cosine
 from arramon_agents.training.trainer import Trainer, TrainerSettings
 from arramon_agents.training.workspace import Report, Workspace
@@ -125,7 +125,7 @@ class SimulatedWalks:
         self._pairs = list(zip(courses[::2], courses[1::2], strict=True))  # The two turns of each episode.
         sections = len({course.world.section.id for course in courses})
         self.description = f"{len(courses)} turns in {sections} sections"
-        self.identity = Identity(identity_of(recipe), f"{self.data_hash}, {len(courses)} turns")
+        self.identity = TrainingInputs(update_settings(recipe), f"{self.data_hash}, {len(courses)} turns")
         self._about = json.dumps({**self.identity.recipe, "data": self.data_hash, "turns": len(courses)})
 
     def along_paths(self) -> Arrays:
@@ -194,7 +194,7 @@ def walk_turns(
         The decisions, and the number of targets that were picked up.
     """
     draws = np.random.default_rng(tuple(seed))
-    faults = PerceptionFaults().scaled(0.0 if draws.random() < PERFECT else draws.uniform(0.5, 1.5))
+    faults = PerceptionErrorRates().scaled(0.0 if draws.random() < PERFECT else draws.uniform(0.5, 1.5))
     decided: list[LabelledDecision] = []
     picked, body = 0, None
     for course in pair:

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from arramon_agents.mapping.ground_map import CELL, SIDE, GroundMap
-from arramon_agents.mapping.landmark_beliefs import Belief
+from arramon_agents.mapping.probabilistic_landmark_memory import LandmarkBelief
 from arramon_agents.perception.eyes.vocabulary import COLOURED, COLOURS, KINDS, LOOK_GROUPS, LOOKS, look_slices
 from arramon_agents.reading.reader.slots import EMPTY, SLOTS, Row
 from arramon_client.world import COLLECTIBLES, FURNITURE
@@ -81,7 +81,7 @@ class AgentKnowledge:
 
     ground: GroundMap
     trace: Sequence[tuple[float, float, float]]
-    beliefs: Sequence[Belief]
+    beliefs: Sequence[LandmarkBelief]
     steps_left: int
     turn: int
 
@@ -167,7 +167,7 @@ def named_attributes(row: Row, number: int) -> NamedAttributes | None:
     return NamedAttributes(kinds, COLOURS.index(colour) if colour else None, place)
 
 
-def match_of(rows: Sequence[Row], beliefs: Sequence[Belief]) -> Floats:
+def match_of(rows: Sequence[Row], beliefs: Sequence[LandmarkBelief]) -> Floats:
     """Return the probability that each landmark matches the things that each row names, (2, rows, landmarks)."""
     found = np.zeros((2, len(rows), len(beliefs)), np.float32)
     if not beliefs:
@@ -189,7 +189,7 @@ def match_of(rows: Sequence[Row], beliefs: Sequence[Belief]) -> Floats:
     return found
 
 
-def policy_input(rows: Sequence[Row], moment: AgentKnowledge) -> tuple[PolicyInput, list[Belief]]:
+def policy_input(rows: Sequence[Row], moment: AgentKnowledge) -> tuple[PolicyInput, list[LandmarkBelief]]:
     """Return the input of the policy, and the landmarks in it, in order.
 
     Args:
@@ -239,7 +239,7 @@ def _choose(match: Floats, moment: AgentKnowledge) -> list[int]:
 
 
 def _things(
-    beliefs: Sequence[Belief], moment: AgentKnowledge, to_target: Floats, best: Floats, tells_place: Floats
+    beliefs: Sequence[LandmarkBelief], moment: AgentKnowledge, to_target: Floats, best: Floats, tells_place: Floats
 ) -> Floats:
     places = np.array([(belief.mark.x, belief.mark.z) for belief in beliefs])
     right, ahead = relative_to(places, moment.pose)

@@ -8,9 +8,13 @@ import numpy as np
 import numpy.typing as npt
 
 from arramon_agents.mapping.body import AgentBody
-from arramon_agents.mapping.landmark_beliefs import Belief, SeenLandmarks, certain_beliefs
-from arramon_agents.mapping.landmarks import MappedLandmark
+from arramon_agents.mapping.landmark_memory import MappedLandmark
 from arramon_agents.mapping.motion import can_step, find_path
+from arramon_agents.mapping.probabilistic_landmark_memory import (
+    LandmarkBelief,
+    ProbabilisticLandmarkMemory,
+    certain_beliefs,
+)
 from arramon_agents.mapping.target import REACH_TO, is_reached
 from arramon_agents.reading.reader.slots import Row
 from arramon_agents.vl_map.features import DIRECTIONS, AgentKnowledge, PolicyInput, policy_input
@@ -33,7 +37,7 @@ LOOK = (Action.LEFT, Action.RIGHT, Action.RIGHT, Action.LEFT)
 RESERVE = 70
 """Steps reserved for walking: with fewer left, the agent no longer looks around."""
 
-OptionValues = Callable[[PolicyInput, Sequence[Belief]], npt.NDArray[np.float32]]
+OptionValues = Callable[[PolicyInput, Sequence[LandmarkBelief]], npt.NDArray[np.float32]]
 """Policy: returns a score for each option; the highest is taken."""
 
 
@@ -47,7 +51,7 @@ class Decision(NamedTuple):
     """
 
     sample: PolicyInput
-    beliefs: Sequence[Belief]
+    beliefs: Sequence[LandmarkBelief]
     option: int
 
 
@@ -131,12 +135,14 @@ class MapNavigator:
         self.decision = Decision(sample, beliefs, int(values.argmax()))
         return [Action.RIGHT, Action.RIGHT]
 
-    def _beliefs(self) -> list[Belief]:
+    def _beliefs(self) -> list[LandmarkBelief]:
         landmarks = self._body.landmarks
-        beliefs = landmarks.beliefs() if isinstance(landmarks, SeenLandmarks) else certain_beliefs(landmarks)
+        beliefs = (
+            landmarks.beliefs() if isinstance(landmarks, ProbabilisticLandmarkMemory) else certain_beliefs(landmarks)
+        )
         return [belief for belief in beliefs if (belief.mark.x, belief.mark.z) not in self._missed]
 
-    def _plan_for(self, option: int, beliefs: Sequence[Belief]) -> list[Action]:
+    def _plan_for(self, option: int, beliefs: Sequence[LandmarkBelief]) -> list[Action]:
         """Return the actions that carry out an option; empty if there is no plan."""
         if option < WAYPOINTS:
             direction, distance = divmod(option, len(DISTANCES))
@@ -148,7 +154,7 @@ class MapNavigator:
     def _walk(self, angle: float, distance: float) -> list[Action]:
         body = self._body
         far = max(distance, 1.0)
-        goal = body.ground.near_free(body.x + far * math.sin(angle), body.z + far * math.cos(angle))
+        goal = body.ground.nearest_free(body.x + far * math.sin(angle), body.z + far * math.cos(angle))
         plan = find_path(body.ground, body.pose, goal, ARRIVED, None, body.closed_steps)
         return plan if Action.FORWARD in plan else []
 

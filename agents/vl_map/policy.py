@@ -9,11 +9,11 @@ import numpy as np
 import numpy.typing as npt
 import torch
 
-from arramon_agents.mapping.landmark_beliefs import Belief
+from arramon_agents.mapping.probabilistic_landmark_memory import LandmarkBelief
 from arramon_agents.vl_map.features import DIRECTIONS, PolicyInput, mirror
 from arramon_agents.vl_map.network import PolicyNetwork, PolicySizes, batch_of
 from arramon_agents.vl_map.options import WAYPOINTS
-from arramon_agents.vl_map.room import PlacementNetwork
+from arramon_agents.vl_map.placement_network import PlacementNetwork
 from arramon_agents.weights import read_weights_file, write_weights_file
 
 FORMAT = "vl_map 2"
@@ -33,7 +33,7 @@ class MapPolicy:
         self._network, self._mirrored = network, mirrored
 
     @torch.inference_mode()
-    def option_values(self, sample: PolicyInput, beliefs: Sequence[Belief]) -> npt.NDArray[np.float32]:  # noqa: ARG002
+    def option_values(self, sample: PolicyInput, beliefs: Sequence[LandmarkBelief]) -> npt.NDArray[np.float32]:  # noqa: ARG002
         """Return the log probabilities of all options, (OPTIONS,), averaged over the input and its mirror image."""
         if not self._mirrored:
             alone: npt.NDArray[np.float32] = self._network(batch_of([sample])).log_softmax(1)[0].numpy()

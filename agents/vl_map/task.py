@@ -14,13 +14,13 @@ from safetensors.numpy import save_file
 from torch import Tensor
 from torch.nn import functional
 
-from arramon_agents.simulated.rooms import RoomExample, misnamed
+from arramon_agents.simulated.room_examples import RoomExample, with_naming_errors
 from arramon_agents.simulated.walks import LabelledDecision
 from arramon_agents.training.trainer import Loss
 from arramon_agents.vl_map.features import PolicyInput, mirror
 from arramon_agents.vl_map.network import PolicyNetwork, direction_bins, soft_bins, tensors_of
 from arramon_agents.vl_map.options import DISTANCES, OPTIONS, WAYPOINTS
-from arramon_agents.vl_map.room import CELLS, PlacementNetwork, placement_input, stack_inputs
+from arramon_agents.vl_map.placement_network import CELLS, PlacementNetwork, placement_input, stack_inputs
 
 PROGRESS = 0.3
 """Weight of the auxiliary loss: predict the row that is being carried out."""
@@ -154,7 +154,7 @@ class PlacementTask:
         """Return the cross-entropy of the next batch."""
         chosen = [self._tasks[number] for number in self._order.integers(len(self._tasks), size=self._batch)]
         inputs = [
-            placement_input(list(self._random.choice(task.readings)), misnamed(task.room, self._random))
+            placement_input(list(self._random.choice(task.readings)), with_naming_errors(task.room, self._random))
             for task in chosen
         ]
         targets = torch.tensor([CELLS.index(task.cell) for task in chosen])

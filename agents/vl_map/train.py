@@ -11,8 +11,8 @@ import torch
 from arramon_agents.process_settings import prepare_process
 from arramon_agents.reading.reader.reader import load as load_reader
 from arramon_agents.simulated.courses import training_episodes
-from arramon_agents.simulated.rooms import RoomExample, tasks_of
-from arramon_agents.training.card import command_of, page
+from arramon_agents.simulated.room_examples import RoomExample, room_examples_of
+from arramon_agents.training.card import page, training_command
 from arramon_agents.training.recipe import as_json
 from arramon_agents.training.rollouts import RolloutPlan, mean, play
 from arramon_agents.training.schedule import cosine
@@ -20,9 +20,9 @@ from arramon_agents.training.trainer import Trainer, TrainerSettings
 from arramon_agents.training.workspace import Report, Workspace
 from arramon_agents.vl_map.agent import SeeingAgent
 from arramon_agents.vl_map.dagger import NAME, train_policy
+from arramon_agents.vl_map.placement_network import CellFinder, PlacementNetwork
 from arramon_agents.vl_map.policy import MapPolicy, Networks, write_policy
 from arramon_agents.vl_map.recipe import MapRecipe
-from arramon_agents.vl_map.room import CellFinder, PlacementNetwork
 from arramon_agents.vl_map.task import PlacementTask
 from arramon_agents.weights import SUFFIX
 
@@ -57,7 +57,7 @@ def train(recipe: MapRecipe, workspace: Workspace, report: Report) -> Path:
     workspace.output.mkdir(parents=True, exist_ok=True)
     trained = train_policy(recipe, workspace, report)
     found = training_episodes(workspace.data, recipe.languages, recipe.episodes)
-    tasks = [task for _, episodes in found for task in tasks_of(episodes, recipe.languages, load_reader())]
+    tasks = [task for _, episodes in found for task in room_examples_of(episodes, recipe.languages, load_reader())]
     placer, seconds = train_rooms(tasks, recipe.seed)
     about: dict[str, Any] = {
         "recipe": as_json(recipe),
@@ -109,7 +109,7 @@ def card(about: Mapping[str, Any]) -> str:
         "model": f"`agents/vl_map/network.py`, {about['parameters']:,} parameters, and `room.py`, "
         f"{about['room_parameters']:,}; with them come the visual encoder `eyes` and the learned reader",
         "training data": f"{about['data']}, {about['rooms']} rooms; SHA-256 of `train` {about['data_hash'][:12]}",
-        "command": f"`{command_of(NAME, recipe, as_json(MapRecipe()))}`",
+        "command": f"`{training_command(NAME, recipe, as_json(MapRecipe()))}`",
         "seed": recipe["seed"],
         "updates": about["updates"],
         "CPU time": f"{about['cpu_seconds'] / 60:.0f} minutes, with the simulated walks",

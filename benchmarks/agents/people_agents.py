@@ -23,7 +23,7 @@ from pathlib import Path
 import numpy as np
 
 from arramon_agents.reading.reader.reader import WEIGHTS as READER
-from arramon_agents.simulated.people import halves
+from arramon_agents.simulated.people_texts import halves
 from arramon_agents.training.rollouts import RolloutPlan, play
 from arramon_agents.weights import SHIPPED, SUFFIX, file_of
 from arramon_client import load_agent

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from arramon_agents.perception.encoder import VisualEncoder
-from arramon_agents.perception.frame_memory import FrameCache
+from arramon_agents.perception.frame_cache import FrameCache
 from arramon_agents.perception.registry import open_encoder
 from arramon_agents.training.demonstrations import ROOMS, DemonstrationSource, PhaseDemonstration, collect
 from arramon_agents.training.rollouts import RolloutPlan, play

@@ -1,4 +1,4 @@
-"""Streets that open on the sides of a path, detected as the follower does in agents/follower/navigation_places.py."""
+"""Streets that open on the sides of a path, detected as the follower does in agents/follower/side_streets.py."""
 
 import math
 from collections.abc import Sequence

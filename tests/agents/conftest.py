@@ -21,13 +21,13 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """The file of a tiny model, which is found as that of the package."""
-    from arramon_agents.pretrained import states
+    from arramon_agents.pretrained import hidden_state_cache
 
     path = tmp_path / "e5-small-q4.bin"
     packed_files.write(path, packed_files.weights())
     monkeypatch.setattr(encoders, "package_file", lambda: path)
-    for opened in (encoders.open_text_encoder, states.open_states):
+    for opened in (encoders.open_text_encoder, hidden_state_cache.open_hidden_state_cache):
         opened.cache_clear()
     yield path
-    for opened in (encoders.open_text_encoder, states.open_states):
+    for opened in (encoders.open_text_encoder, hidden_state_cache.open_hidden_state_cache):
         opened.cache_clear()

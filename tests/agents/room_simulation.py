@@ -5,8 +5,8 @@ from functools import cache
 
 import numpy as np
 
-from arramon_agents.mapping.room import RoomSight
-from arramon_agents.mapping.room_player import RoomFollower
+from arramon_agents.mapping.room_memory import RoomMemory
+from arramon_agents.mapping.room_player import RoomPlayer
 from arramon_client.agent import Label, Observation
 from arramon_client.world import Action
 from arramon_lang.meaning import Assembly
@@ -58,7 +58,7 @@ def play(
 ) -> tuple[RoomPosition, bool, int]:
     """Where the follower puts the object, whether the step limit forced it, and after how many steps."""
     follower, state, layout = (
-        RoomFollower(meaning, RoomSight(CLIENT_LABELS)),
+        RoomPlayer(meaning, RoomMemory(CLIENT_LABELS)),
         begin(room, carried),
         EpisodeLayout(HERE, ((), ()), ()),
     )

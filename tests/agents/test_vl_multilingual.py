@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from arramon_agents.pretrained import encoders, states
+from arramon_agents.pretrained import encoders, hidden_state_cache
 from arramon_agents.vl.policy import load_policy
 from arramon_agents.vl.train import Imitation
 from arramon_client import AgentLoadError, Episode, Observation, load_agent
@@ -39,7 +39,7 @@ def test_nothing_of_the_encoder_is_in_the_weights(weights: Path) -> None:
 
 def test_without_the_encoder_the_command_is_named(weights: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.undo()
-    for opened in (encoders.open_text_encoder, states.open_states):
+    for opened in (encoders.open_text_encoder, hidden_state_cache.open_hidden_state_cache):
         opened.cache_clear()
     monkeypatch.setattr(encoders, "find_spec", lambda name: None)
     with pytest.raises(AgentLoadError, match=r"vl_multilingual: the pretrained multilingual encoder is not .* `pip"):

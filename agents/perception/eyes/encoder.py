@@ -10,7 +10,7 @@ import torch
 from torch import nn
 
 from arramon_agents.perception.eyes.grid import CHANNEL_NAMES, add_things, grid_of_blocks
-from arramon_agents.perception.eyes.names import NamedThing, find_and_name_things
+from arramon_agents.perception.eyes.named_things import NamedThing, find_and_name_things
 from arramon_agents.perception.eyes.naming_network import NamingNetwork
 from arramon_agents.perception.eyes.network import (
     EyesNetwork,

@@ -8,7 +8,7 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
-from arramon_agents.perception.eyes.names import NamedThing
+from arramon_agents.perception.eyes.named_things import NamedThing
 from arramon_agents.perception.eyes.network import BLOCKS, Probabilities
 from arramon_agents.perception.eyes.vocabulary import (
     COLOURED,

@@ -5,7 +5,7 @@ import numpy.typing as npt
 import torch
 from torch import Tensor, nn
 
-from arramon_agents.perception.eyes.objects import CROP_CHANNELS, MEASURES
+from arramon_agents.perception.eyes.depth_segmentation import CROP_CHANNELS, MEASURES
 from arramon_agents.perception.eyes.vocabulary import COLOURS, KINDS, LOOKS
 
 WIDTHS = (16, 32, 64, 128)

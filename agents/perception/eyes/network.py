@@ -10,7 +10,7 @@ from torch.nn import functional
 from torch.nn.utils.fusion import fuse_conv_bn_eval
 
 from arramon_agents.perception.eyes.kernels import fill_input
-from arramon_agents.perception.eyes.lens import rays
+from arramon_agents.perception.eyes.pixel_rays import rays
 from arramon_agents.perception.eyes.vocabulary import COLOURS, KINDS, LOOKS, look_slices
 from arramon_client.world import EYE_HEIGHT
 

@@ -9,8 +9,8 @@ import numpy.typing as npt
 
 from arramon_agents.perception.encoder import resize
 from arramon_agents.perception.eyes.encoder import Eyes
-from arramon_agents.perception.eyes.sight import see
-from arramon_agents.perception.frame_memory import FrameCache
+from arramon_agents.perception.eyes.predicted_segmentation import predict_percepts
+from arramon_agents.perception.frame_cache import FrameCache
 from arramon_agents.perception.percept import Percept
 from arramon_client.agent import Observation
 
@@ -27,7 +27,7 @@ class EyesPerception:
 
     def __init__(self, eyes: Eyes) -> None:
         self._size = eyes.image_size
-        self._frames = FrameCache(partial(see, eyes), REMEMBERED)
+        self._frames = FrameCache(partial(predict_percepts, eyes), REMEMBERED)
 
     def __call__(self, observations: Sequence[Observation]) -> list[Percept]:
         """Perceive observations; new frames are encoded as one batch.

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from arramon_agents.perception.eyes.grid import CHANNEL_NAMES, GRID, GROUND
-from arramon_agents.perception.eyes.names import NamedThing
+from arramon_agents.perception.eyes.named_things import NamedThing
 from arramon_agents.perception.eyes.vocabulary import COLOURS, KINDS, LOOK_GROUPS, look_slices
 from arramon_client.world import COLLECTIBLES, FURNITURE
 
@@ -143,12 +143,12 @@ def cells_showing(segmentation: npt.NDArray[np.uint16], labels: int) -> npt.NDAr
 def channels_of(labels: Iterable[tuple[str, str, str]]) -> npt.NDArray[np.int64]:
     """Return which channels each label sets, (labels, C) of 0 and 1; a colour without a channel sets none."""
     listed = list(labels)
-    lit = np.zeros((len(listed), len(CHANNEL_NAMES)), np.int64)
-    for row, (kind, colour, look) in zip(lit, listed, strict=True):
+    label_channels = np.zeros((len(listed), len(CHANNEL_NAMES)), np.int64)
+    for row, (kind, colour, look) in zip(label_channels, listed, strict=True):
         for name in _channels(kind, colour, look):
             if " colour:" not in name or name in CHANNEL_NAMES:
                 row[CHANNEL_NAMES.index(name)] = 1
-    return lit
+    return label_channels
 
 
 def _channels(kind: str, colour: str, look: str) -> list[str]:

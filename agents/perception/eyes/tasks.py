@@ -8,10 +8,10 @@ import numpy.typing as npt
 import torch
 from torch.nn import functional
 
+from arramon_agents.perception.eyes.depth_segmentation import FrameThing, crop, find_things
 from arramon_agents.perception.eyes.naming_network import NamingNetwork, to_network
 from arramon_agents.perception.eyes.network import EyesNetwork, EyesSizes, prepare
-from arramon_agents.perception.eyes.objects import FrameThing, crop, find_things
-from arramon_agents.perception.eyes.targets import LabelTable, among, loss_of
+from arramon_agents.perception.eyes.targets import LabelTable, loss_of, selected_cross_entropy
 from arramon_agents.perception.eyes.vocabulary import KINDS, NONE, look_slices
 from arramon_agents.training.trainer import Loss
 from arramon_client.world import COLLECTIBLES
@@ -65,7 +65,7 @@ class BlocksTask:
 
     def loss(self, step: int) -> Loss:
         """Return the loss of a batch of frames."""
-        frames = [self._frame_of(number) for number in numbers_of(step, self._batch)]
+        frames = [self._frame_of(number) for number in frame_numbers(step, self._batch)]
         images = prepare(np.stack([frame.rgb for frame in frames]), np.stack([frame.depth for frame in frames]))
         targets = torch.from_numpy(np.stack([self._table.blocks(frame.labels) for frame in frames]))
         return Loss(loss_of(self.network(images), targets))
@@ -87,7 +87,7 @@ class NamingTask:
     def loss(self, step: int) -> Loss:
         """Return the loss of the things in a batch of frames."""
         crops, measures, codes = [], [], []
-        for number in numbers_of(step, self._batch):
+        for number in frame_numbers(step, self._batch):
             frame = self._frame_of(number)
             for thing in find_things(frame.depth):
                 label, share = label_of(frame, thing)
@@ -99,16 +99,22 @@ class NamingTask:
         kind, colour, look = torch.from_numpy(np.stack(codes)).unbind(1)
         is_collectible = kind >= _FIRST_COLLECTIBLE
         total = functional.cross_entropy(kinds, kind, _WEIGHTS)
-        total = total + among(kinds[:, _FIRST_COLLECTIBLE:], kind - _FIRST_COLLECTIBLE, is_collectible)
-        total = total + 0.7 * among(colours, colour, is_collectible) + 0.3 * among(colours, colour, colour != NONE)
+        total = total + selected_cross_entropy(kinds[:, _FIRST_COLLECTIBLE:], kind - _FIRST_COLLECTIBLE, is_collectible)
+        total = (
+            total
+            + 0.7 * selected_cross_entropy(colours, colour, is_collectible)
+            + 0.3 * selected_cross_entropy(colours, colour, colour != NONE)
+        )
         for name, places in look_slices().items():
             if name in NAMED_LOOKS:
                 inside = (look >= places.start) & (look < places.stop)
-                total = total + NAMED_LOOKS[name] * among(looks[:, places], look - places.start, inside)
+                total = total + NAMED_LOOKS[name] * selected_cross_entropy(
+                    looks[:, places], look - places.start, inside
+                )
         return Loss(total)
 
 
-def numbers_of(step: int, batch: int) -> range:
+def frame_numbers(step: int, batch: int) -> range:
     """Return the numbers of the frames in the batch of a step; every frame is used once."""
     return range(step * batch, (step + 1) * batch)
 

@@ -15,7 +15,7 @@ from arramon_agents.perception.eyes.targets import LabelTable
 from arramon_agents.perception.eyes.tasks import BlocksTask, NamingTask
 from arramon_agents.process_settings import prepare_process
 from arramon_agents.simulated.frames import FrameSource, label_names
-from arramon_agents.training.checkpoint import Identity
+from arramon_agents.training.checkpoint import TrainingInputs
 from arramon_agents.training.schedule import warm_up_cosine
 from arramon_agents.training.trainer import Trainer, TrainerSettings, TrainingTask
 from arramon_agents.training.workspace import Report, Workspace
@@ -75,7 +75,7 @@ def _settings(name: str, recipe: EyesRecipe, workspace: Workspace) -> TrainerSet
         recipe.seed,
         decay=DECAY,
         checkpoint_steps=workspace.checkpoint_steps,
-        identity=Identity(settings, json.dumps([*SECTIONS])),
+        identity=TrainingInputs(settings, json.dumps([*SECTIONS])),
     )
 
 

@@ -8,7 +8,7 @@ import torch
 
 from arramon_agents.reading.reader.network import ReaderNetwork, ReaderSizes
 from arramon_agents.reading.reader.slots import END, SLOTS, TYPES, Row, meaning_of
-from arramon_agents.reading.reader.words import Vocabulary
+from arramon_agents.reading.reader.vocabulary import Vocabulary
 from arramon_agents.weights import read_weights_file, write_weights_file
 from arramon_lang.meaning import Meaning
 
@@ -42,7 +42,7 @@ class LearnedReader:
         return meaning_of(self._rows(text), phase)
 
     def _read(self, text: str) -> tuple[Row, ...]:
-        rows = self._network.read(torch.tensor([self._vocabulary.numbers(text)]))[0].tolist()
+        rows = self._network.read(torch.tensor([self._vocabulary.encode(text)]))[0].tolist()
         end, place = TYPES.index(END), list(SLOTS).index("type")
         ends = [number for number, row in enumerate(rows) if row[place] == end]
         return tuple(tuple(row) for row in rows[: ends[0] if ends else len(rows)])

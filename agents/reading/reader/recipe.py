@@ -25,14 +25,14 @@ class ReaderRecipe:
 
 
 @dataclass(frozen=True)
-class TuningRecipe:
+class FineTuningRecipe:
     """All settings of fine-tuning on people's texts.
 
     Attributes:
         languages: language of people's texts (exactly one).
         split: imported split (`arramon-server import-release`). Every second episode in playing order, from the second
             on, is used for training; the others are left for testing.
-        init: weights to fine-tune; empty for the shipped ones.
+        init: weights to fine-fine_tune; empty for the shipped ones.
         passes: number of epochs.
         batch: number of texts in a batch.
         learning_rate: peak learning rate.
@@ -52,10 +52,10 @@ class TuningRecipe:
             raise ValueError(f"languages {','.join(self.languages)}: expected one language of people's texts")
 
 
-RECIPES = {"reader": ReaderRecipe(), "reader_tuning": TuningRecipe()}
+RECIPES = {"reader": ReaderRecipe(), "reader_tuning": FineTuningRecipe()}
 
 
-def smoke(recipe: ReaderRecipe | TuningRecipe) -> ReaderRecipe | TuningRecipe:
+def smoke(recipe: ReaderRecipe | FineTuningRecipe) -> ReaderRecipe | FineTuningRecipe:
     """Return a recipe for smoke tests, which takes seconds and learns next to nothing."""
     recipe = replace(recipe, passes=1)
     return replace(recipe, texts=60) if isinstance(recipe, ReaderRecipe) else recipe

@@ -12,7 +12,7 @@ from torch.nn import functional
 
 from arramon_agents.reading.reader.network import ReaderNetwork
 from arramon_agents.reading.reader.slots import EMPTY, SLOTS, Row
-from arramon_agents.reading.reader.words import UNKNOWN
+from arramon_agents.reading.reader.vocabulary import UNKNOWN
 from arramon_agents.training.trainer import Loss
 
 UNKNOWN_SHARE = 0.02

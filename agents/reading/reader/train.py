@@ -10,13 +10,13 @@ import arramon_lang as lang
 from arramon_agents.process_settings import prepare_process
 from arramon_agents.reading.reader.network import ReaderNetwork, ReaderSizes
 from arramon_agents.reading.reader.reader import WEIGHTS, read_reader, write_reader
-from arramon_agents.reading.reader.recipe import ReaderRecipe, TuningRecipe
+from arramon_agents.reading.reader.recipe import FineTuningRecipe, ReaderRecipe
 from arramon_agents.reading.reader.slots import rows_of
 from arramon_agents.reading.reader.task import Examples, ReadingTask, score
-from arramon_agents.reading.reader.words import UNKNOWN, Vocabulary
-from arramon_agents.simulated.meanings import TextSample, draw_samples, read_samples, write_plans
-from arramon_agents.simulated.people import read_half
-from arramon_agents.training.checkpoint import Identity
+from arramon_agents.reading.reader.vocabulary import UNKNOWN, Vocabulary
+from arramon_agents.simulated.meanings import TextSample, draw_samples, read_samples, write_in_all_languages
+from arramon_agents.simulated.people_texts import parse_training_half
+from arramon_agents.training.checkpoint import TrainingInputs
 from arramon_agents.training.recipe import as_json
 from arramon_agents.training.schedule import warm_up_cosine
 from arramon_agents.training.trainer import Scores, Trainer, TrainerSettings
@@ -36,8 +36,8 @@ VALIDATE_STEPS = 250
 """Steps between two validations."""
 
 
-def train(recipe: ReaderRecipe | TuningRecipe, workspace: Workspace, report: Report) -> Path:
-    """Train or fine-tune a reader, resuming from a checkpoint if there is one; return the path of the weights.
+def train(recipe: ReaderRecipe | FineTuningRecipe, workspace: Workspace, report: Report) -> Path:
+    """Train or fine-fine_tune a reader, resuming from a checkpoint if there is one; return the path of the weights.
 
     Raises:
         NotFound: if the data folder does not have the split.
@@ -45,9 +45,11 @@ def train(recipe: ReaderRecipe | TuningRecipe, workspace: Workspace, report: Rep
     """
     prepare_process()
     workspace.output.mkdir(parents=True, exist_ok=True)
-    if isinstance(recipe, TuningRecipe):
+    if isinstance(recipe, FineTuningRecipe):
         (language,) = recipe.languages
-        return tune(recipe, read_half(workspace.data, recipe.split, language), lang.available(), workspace, report)
+        return fine_tune(
+            recipe, parse_training_half(workspace.data, recipe.split, language), lang.available(), workspace, report
+        )
     learned, tested, vocabulary = _examples(recipe, workspace.data)
     report(f"{NAME}: {len(learned.texts)} texts, {len(vocabulary)} words")
     torch.manual_seed(recipe.seed)
@@ -75,7 +77,7 @@ def _examples(recipe: ReaderRecipe, data: Path) -> tuple[Examples, Examples, Voc
     )
     drawn = list(draw_samples(plans, lang.available(), recipe.texts, recipe.seed))
     vocabulary = Vocabulary.of(sample.text for sample in drawn)
-    written = write_plans(held, lang.available(), recipe.seed)
+    written = write_in_all_languages(held, lang.available(), recipe.seed)
     return examples_of(drawn, vocabulary), examples_of(list(written), vocabulary), vocabulary
 
 
@@ -87,26 +89,26 @@ def examples_of(samples: Sequence[TextSample], vocabulary: Vocabulary) -> Exampl
             row = rows_of(sample.meaning)
         except ValueError:
             continue
-        texts.append(vocabulary.numbers(sample.text))
+        texts.append(vocabulary.encode(sample.text))
         rows.append(row)
         languages.append(sample.language)
     return Examples.of(texts, rows, languages)
 
 
-def tune(
-    recipe: TuningRecipe,
+def fine_tune(
+    recipe: FineTuningRecipe,
     samples: Sequence[TextSample],
     languages: Sequence[str],
     workspace: Workspace,
     report: Report = lambda _: None,
 ) -> Path:
-    """Fine-tune a reader on people's texts, and return the path of the weights.
+    """Fine-fine_tune a reader on people's texts, and return the path of the weights.
 
     The training data has as many generated texts with the same meanings, to prevent forgetting. New words are added to
     the vocabulary.
 
     Args:
-        recipe: training settings; `init` names the weights to fine-tune.
+        recipe: training settings; `init` names the weights to fine-fine_tune.
         samples: people's texts with their meanings.
         languages: languages of the generated texts.
         workspace: has the folder for the weights.
@@ -138,7 +140,7 @@ def extend_vocabulary(network: ReaderNetwork, known: Vocabulary, vocabulary: Voc
 
 def _learn(
     name: str,
-    recipe: ReaderRecipe | TuningRecipe,
+    recipe: ReaderRecipe | FineTuningRecipe,
     steps: int,
     network: ReaderNetwork,
     examples: Examples,
@@ -155,7 +157,7 @@ def _learn(
         decay=DECAY,
         validate_steps=VALIDATE_STEPS,
         checkpoint_steps=workspace.checkpoint_steps,
-        identity=Identity(as_json(recipe), examples.digest()),
+        identity=TrainingInputs(as_json(recipe), examples.digest()),
     )
     Trainer(
         ReadingTask(network, examples, recipe.batch, recipe.seed), settings, workspace.output, report, validate

@@ -36,6 +36,9 @@ STEP = 1.0
 TURN = 30.0
 """Angle of one LEFT or RIGHT, in degrees."""
 
+TURN_DEGREES = round(TURN)
+"""TURN as an int, for headings in whole degrees."""
+
 HEADINGS = 12
 """Number of possible headings of the agent, TURN apart."""
 

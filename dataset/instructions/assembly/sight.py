@@ -5,7 +5,7 @@ from functools import cache, lru_cache
 
 import numpy as np
 
-from arramon_client.world import CELL_SIZE, TURN
+from arramon_client.world import CELL_SIZE, TURN_DEGREES
 from arramon_lang.room import Room, RoomObject
 from arramon_server.sim.cameras import Camera, Viewpoint
 from arramon_server.sim.raster.camera import RasterCamera
@@ -16,9 +16,6 @@ from arramon_server.sim.view import room_actors
 
 SIZE = 128
 """Side length of a frame, in pixels."""
-
-DEGREES = round(TURN)
-"""Angle between two frames in degrees: that of the agent's turns."""
 
 MIN_PIXELS = 50
 """Minimum number of pixels in one frame for an object to be mentioned; an unobstructed one in the farthest corner has
@@ -42,7 +39,7 @@ def seen_room(room: tuple[PlacedObject, ...]) -> Room:
     camera = _camera(threading.get_ident())
     actors = room_actors(room)
     most = np.zeros(len(camera.labels), dtype=np.int64)
-    for heading in range(0, 360, DEGREES):
+    for heading in range(0, 360, TURN_DEGREES):
         viewpoint = Viewpoint(START.column * CELL_SIZE, START.row * CELL_SIZE, float(heading))
         segmentation = camera.render(viewpoint, actors, SIZE, segmentation=True).segmentation
         assert segmentation is not None  # Requested above.

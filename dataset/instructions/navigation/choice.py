@@ -1,6 +1,6 @@
 """Choice of landmark names that are unambiguous to a follower on the path.
 
-The ranking is that of the follower (agents/mapping/landmarks.py), duplicated as neither may import the other.
+The ranking is that of the follower (agents/mapping/landmark_memory.py), duplicated as neither may import the other.
 """
 
 import math

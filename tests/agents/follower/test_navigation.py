@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from arramon_agents.follower.navigation import Navigator
-from arramon_agents.follower.navigation_places import find_openings
+from arramon_agents.follower.side_streets import find_side_streets
 from arramon_agents.mapping.body import AgentBody
 from arramon_agents.mapping.ground_map import GroundMap, index
-from arramon_agents.mapping.landmarks import MappedLandmark, fits, landmarks_ahead
+from arramon_agents.mapping.landmark_memory import MappedLandmark, fits, landmarks_ahead
 from arramon_agents.mapping.motion import can_step, find_path, turns
 from arramon_client.agent import Action, Label, Observation
 from arramon_dataset.trial import AGENT_LABELS
@@ -137,7 +137,7 @@ def test_landmarks_and_free_ground_are_located_in_a_frame(street: Street) -> Non
     layout = EpisodeLayout(START, (STREET, STREET), ())
     body = AgentBody(AGENT_LABELS)
     body.perceive(street.observe(rules.begin(layout), layout))
-    (booth,) = body.landmarks.fitting(BOOTH)
+    (booth,) = body.landmarks.matching(BOOTH)
     assert math.dist((booth.x, booth.z), (2.4, 11.6)) < 0.5  # in the own frame, from where it begins
     assert body.ground.blocked[index(2.4, 11.3)]
     assert body.ground.free[index(0.0, 8.0)]
@@ -187,7 +187,7 @@ def test_the_path_is_empty_at_the_goal() -> None:
 def test_openings_are_found_where_depth_exceeds_the_wall(
     runs: list[float], walls: list[bool], opening: int | None
 ) -> None:
-    assert find_openings(runs, walls) == ([] if opening is None else [opening])
+    assert find_side_streets(runs, walls) == ([] if opening is None else [opening])
 
 
 CONE = Label("cone", "red")

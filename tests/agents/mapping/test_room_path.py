@@ -4,7 +4,7 @@ from itertools import product
 
 import pytest
 
-from arramon_agents.mapping.room_path import RoomPose, plan, quarter_of
+from arramon_agents.mapping.room_path import RoomPose, plan, quarter_and_turns
 from arramon_client import Action
 
 START = RoomPose(2, 0, 0)
@@ -58,4 +58,4 @@ def test_target_without_a_free_path_has_no_plan() -> None:
     (0.0, 0, []), (270.0, 3, []), (30.0, 0, [L]), (60.0, 1, [R]), (330.0, 0, [R]), (300.0, 3, [L]),
 ])  # fmt: skip
 def test_oblique_headings_are_turned_to_the_nearest_quarter(heading: float, quarter: int, turns: list[Action]) -> None:
-    assert quarter_of(heading) == (quarter, turns)
+    assert quarter_and_turns(heading) == (quarter, turns)

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from arramon_agents.mapping.room import RoomSight
-from arramon_agents.mapping.room_player import RoomFollower
+from arramon_agents.mapping.room_memory import RoomMemory
+from arramon_agents.mapping.room_player import RoomPlayer
 from arramon_client.agent import Observation
 from arramon_lang.meaning import Assembly, Thing, Where
 from arramon_server.sim.catalogue import ObjectType
@@ -76,7 +76,7 @@ def test_the_object_is_placed_before_the_steps_run_out(steps: int) -> None:
 
 
 def test_cells_levels_and_walls_are_reconstructed() -> None:
-    sight = RoomSight(CLIENT_LABELS)
+    sight = RoomMemory(CLIENT_LABELS)
     for heading in (0.0, 30.0):
         seen = observe(replace(begin(ROOM, BUCKET), room_heading=heading))
         assert seen.depth is not None
@@ -93,15 +93,15 @@ def test_cells_levels_and_walls_are_reconstructed() -> None:
 def test_missing_sensors_are_named() -> None:
     meaning = told("on_top_of", Thing("book"))
     with pytest.raises(ValueError, match="no labels"):
-        RoomFollower(meaning, RoomSight(()))
+        RoomPlayer(meaning, RoomMemory(()))
     bare = Observation("1", 1, "assembly", 0, "Place it.", 0, 150, rgb=np.zeros((8, 8, 3), np.uint8))
     with pytest.raises(ValueError, match="depth"):
-        RoomFollower(meaning, RoomSight(CLIENT_LABELS)).act(bare)
+        RoomPlayer(meaning, RoomMemory(CLIENT_LABELS)).act(bare)
 
 
 @pytest.mark.parametrize(("kind", "is_object"), [("banner", False), ("cone", False), ("mug", True)])
 def test_only_collectibles_are_objects(kind: str, is_object: bool) -> None:
     number = next(i for i, label in enumerate(CLIENT_LABELS) if label.kind == kind)
-    sight = RoomSight(CLIENT_LABELS)
+    sight = RoomMemory(CLIENT_LABELS)
     sight.add(np.full((8, 8), 3.0, np.float32), np.full((8, 8), number, np.uint16), (2, 0), 0.0)
     assert bool(sight.room().things) == is_object

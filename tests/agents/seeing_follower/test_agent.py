@@ -8,7 +8,7 @@ import pytest
 
 import arramon_lang as lang
 from arramon_agents.perception.eyes.encoder import load as load_eyes
-from arramon_agents.perception.eyes.sight import LABELS, see
+from arramon_agents.perception.eyes.predicted_segmentation import LABELS, see
 from arramon_agents.perception.eyes.vocabulary import LOOK_GROUPS
 from arramon_agents.reading.reader.reader import LearnedReader, load
 from arramon_agents.seeing_follower import Agent

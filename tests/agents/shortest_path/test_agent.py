@@ -8,7 +8,7 @@ import pytest
 from arramon.v1.evaluation_pb2 import Obstacle, Oracle, Target
 from arramon.v1.types_pb2 import Cell, Position
 from arramon_agents.shortest_path import Agent
-from arramon_agents.shortest_path.ground import ClearanceMap
+from arramon_agents.shortest_path.clearance_map import ClearanceMap
 from arramon_client import Action, Episode, Observation
 from tests.work import calls
 

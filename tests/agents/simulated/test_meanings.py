@@ -4,7 +4,7 @@ from random import Random
 
 import arramon_lang as lang
 from arramon_agents.reading.reader.slots import rows_of
-from arramon_agents.simulated.meanings import draw_samples, exchange, write_plans
+from arramon_agents.simulated.meanings import draw_samples, randomise_things, write_in_all_languages
 from arramon_lang.meaning import Navigation, Rotate, Thing, Walk, Where
 
 BENCH = Thing("bench", identity="1")
@@ -17,7 +17,7 @@ PLAN = Navigation(
 def test_things_are_exchanged_for_others_that_are_named_as_fully() -> None:
     seen, directions = set(), set()
     for seed in range(30):
-        other = exchange(PLAN, Random(seed))
+        other = randomise_things(PLAN, Random(seed))
         assert isinstance(other, Navigation)
         first, second, third = other.steps
         assert isinstance(first, Rotate)
@@ -48,12 +48,12 @@ def test_texts_are_drawn_in_all_languages_by_the_seed() -> None:
 
 
 def test_plans_are_written_as_they_are() -> None:
-    samples = list(write_plans([PLAN], lang.available(), 0))
+    samples = list(write_in_all_languages([PLAN], lang.available(), 0))
     assert [(sample.language, sample.meaning) for sample in samples] == [("en", PLAN), ("hi", PLAN)]
     assert "bench" in samples[0].text.lower()
 
 
 def test_an_intersection_is_called_by_both_of_its_hindi_names() -> None:
     meaning = Navigation((Walk("to", (Thing("intersection", identity="1"),)), Rotate("left")), PLAN.target)
-    texts = [lang.load("hi").write(exchange(meaning, Random(seed)), Random(seed)) for seed in range(12)]
+    texts = [lang.load("hi").write(randomise_things(meaning, Random(seed)), Random(seed)) for seed in range(12)]
     assert {name for name in ("तिराह", "चौराह") if any(name in text for text in texts)} == {"तिराह", "चौराह"}

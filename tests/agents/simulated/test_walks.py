@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from arramon_agents.reading.reader.reader import load
-from arramon_agents.simulated.body import PerceptionFaults, SimulatedBody
+from arramon_agents.simulated.body import PerceptionErrorRates, SimulatedBody
 from arramon_agents.simulated.courses import Course, training_courses
 from arramon_agents.simulated.walks import score, walk
 from arramon_agents.simulated.world import StreetWorld, Things
@@ -17,7 +17,7 @@ from arramon_lang.meaning import Thing
 from arramon_server.sim.section import Building, Prop, Section
 from tests import tiny
 
-PERFECT = PerceptionFaults().scaled(0.0)
+PERFECT = PerceptionErrorRates().scaled(0.0)
 
 STREET = Section(
     "1",
@@ -32,7 +32,7 @@ STREET = Section(
 )
 
 
-def body(*, faults: PerceptionFaults = PERFECT, heading: float = 0.0) -> SimulatedBody:
+def body(*, faults: PerceptionErrorRates = PERFECT, heading: float = 0.0) -> SimulatedBody:
     world = StreetWorld(STREET)
     return SimulatedBody(world, Things(world.props, []), (0.0, 0.0, heading), faults, np.random.default_rng(4))
 
@@ -46,21 +46,21 @@ def test_rays() -> None:
 
 def test_what_is_in_sight_is_remembered() -> None:
     seen = body()
-    seen.look()
-    (cone,) = seen.landmarks.fitting(Thing("cone", "orange"))
+    seen.observe()
+    (cone,) = seen.landmarks.matching(Thing("cone", "orange"))
     assert (cone.x, cone.z) == pytest.approx((1.0, 4.0), abs=0.2)
-    assert seen.landmarks.fitting(Thing("bench")) == []
-    assert seen.landmarks.fitting(Thing("bin")) == []
-    assert seen.landmarks.fitting(Thing("building", look="brick"))
-    assert seen.ground.sees(0.0, 0.0, 0.0, 8.0)
-    assert not seen.ground.sees(0.0, 0.0, 0.0, 13.0)
+    assert seen.landmarks.matching(Thing("bench")) == []
+    assert seen.landmarks.matching(Thing("bin")) == []
+    assert seen.landmarks.matching(Thing("building", look="brick"))
+    assert seen.ground.has_line_of_sight(0.0, 0.0, 0.0, 8.0)
+    assert not seen.ground.has_line_of_sight(0.0, 0.0, 0.0, 13.0)
 
 
 def test_places_are_in_the_agents_own_frame() -> None:
     seen = body(heading=math.radians(30.0))
-    seen.do(Action.LEFT)
-    seen.look()
-    (cone,) = seen.landmarks.fitting(Thing("cone"))
+    seen.apply(Action.LEFT)
+    seen.observe()
+    (cone,) = seen.landmarks.matching(Thing("cone"))
     own = seen.to_own(1.0, 4.0)
     assert (cone.x, cone.z) == pytest.approx(own, abs=0.2)
     assert seen.to_world(*own) == pytest.approx((1.0, 4.0))
@@ -69,7 +69,7 @@ def test_places_are_in_the_agents_own_frame() -> None:
 def test_a_step_into_something_solid_is_blocked() -> None:
     seen = body(heading=math.atan2(1.0, 4.0))
     for _ in range(5):
-        seen.do(Action.FORWARD)
+        seen.apply(Action.FORWARD)
     assert seen.travelled == 3
     assert seen.world_pose[:2] == pytest.approx((3.0 / math.sqrt(17.0), 12.0 / math.sqrt(17.0)))
     assert seen.closed_steps
@@ -82,10 +82,10 @@ def test_faults_are_as_frequent_as_told() -> None:
         for number in range(40):
             random = np.random.default_rng(number)
             seen = SimulatedBody(
-                world, Things(world.props, []), (0.0, 0.0, 0.0), PerceptionFaults().scaled(share), random
+                world, Things(world.props, []), (0.0, 0.0, 0.0), PerceptionErrorRates().scaled(share), random
             )
-            seen.look()
-            names += [mark.label.kind for mark in seen.landmarks.fitting(Thing("cone", "orange"))]
+            seen.observe()
+            names += [mark.label.kind for mark in seen.landmarks.matching(Thing("cone", "orange"))]
         found[name] = len(names)
     assert found["none"] == 40
     assert found["many"] < 30
@@ -117,7 +117,7 @@ def test_a_walk_by_the_right_decisions_picks_up_the_target(courses: list[Course]
 
 def test_walks_that_go_astray_come_back(courses: list[Course]) -> None:
     picked = [
-        walk(course, course.readings[0], PerceptionFaults(), np.random.default_rng((1, number)), astray=0.4).picked
+        walk(course, course.readings[0], PerceptionErrorRates(), np.random.default_rng((1, number)), astray=0.4).picked
         for number in range(3)
         for course in courses
     ]

@@ -8,9 +8,9 @@ from safetensors.torch import save_file
 
 from arramon_agents.training.checkpoint import (
     GROUPS,
-    Identity,
-    OtherTraining,
+    CheckpointMismatch,
     TrainingCheckpoint,
+    TrainingInputs,
     checkpoint_path,
     find_checkpoint,
     read_checkpoint,
@@ -18,7 +18,7 @@ from arramon_agents.training.checkpoint import (
 )
 from arramon_agents.weights import BadWeights
 
-IDENTITY = Identity({"languages": ["en", "hi"], "seed": 1}, "digest")
+IDENTITY = TrainingInputs({"languages": ["en", "hi"], "seed": 1}, "digest")
 
 
 def test_what_was_written_is_read(tmp_path: Path) -> None:
@@ -39,11 +39,11 @@ def test_there_may_be_none(tmp_path: Path) -> None:
 
 def test_checkpoints_of_earlier_versions_are_named(tmp_path: Path) -> None:
     save_file({"network.weight": torch.zeros(1)}, tmp_path / "vl_map.state.safetensors", {"done": "3"})
-    with pytest.raises(OtherTraining, match=r"vl_map\.state\.safetensors is a checkpoint of an earlier version"):
+    with pytest.raises(CheckpointMismatch, match=r"vl_map\.state\.safetensors is a checkpoint of an earlier version"):
         find_checkpoint(tmp_path, "vl_map")
     path = checkpoint_path(tmp_path, "vl")
     save_file({"model.weight": torch.zeros(1)}, path, {"arramon": '{"step": 3, "recipe": {}}'})
-    with pytest.raises(OtherTraining, match="has the format None, expected 'training 1': name another --output"):
+    with pytest.raises(CheckpointMismatch, match="has the format None, expected 'training 1': name another --output"):
         read_checkpoint(path, IDENTITY)
 
 

@@ -8,7 +8,7 @@ import pytest
 import torch
 from torch import nn
 
-from arramon_agents.training.checkpoint import Identity, OtherTraining, checkpoint_path
+from arramon_agents.training.checkpoint import CheckpointMismatch, TrainingInputs, checkpoint_path
 from arramon_agents.training.schedule import warm_up_cosine
 from arramon_agents.training.trainer import Loss, Scores, Trainer, TrainerSettings
 
@@ -19,7 +19,7 @@ SETTINGS = TrainerSettings(
     seed=3,
     decay=0.01,
     checkpoint_steps=4,
-    identity=Identity({"rate": 0.01}, "data"),
+    identity=TrainingInputs({"rate": 0.01}, "data"),
 )
 
 
@@ -90,15 +90,18 @@ def test_without_a_folder_nothing_is_written(tmp_path: Path, monkeypatch: pytest
 @pytest.mark.parametrize(
     ("identity", "message"),
     [
-        (Identity({"rate": 0.1}, "data"), r"is of another recipe \(rate 0.01, expected 0.1\): name another --output"),
-        (Identity({"rate": 0.01, "more": 1}, "data"), r"another recipe \(more None, expected 1\)"),
-        (Identity({}, "data"), r"another recipe \(rate 0.01, expected None\)"),
-        (Identity({"rate": 0.01}, "other"), "is of other data: name another --output, or remove it"),
+        (
+            TrainingInputs({"rate": 0.1}, "data"),
+            r"is of another recipe \(rate 0.01, expected 0.1\): name another --output",
+        ),
+        (TrainingInputs({"rate": 0.01, "more": 1}, "data"), r"another recipe \(more None, expected 1\)"),
+        (TrainingInputs({}, "data"), r"another recipe \(rate 0.01, expected None\)"),
+        (TrainingInputs({"rate": 0.01}, "other"), "is of other data: name another --output, or remove it"),
     ],
 )
-def test_a_checkpoint_of_another_training_is_refused(identity: Identity, message: str, tmp_path: Path) -> None:
+def test_a_checkpoint_of_another_training_is_refused(identity: TrainingInputs, message: str, tmp_path: Path) -> None:
     Trainer(Line(), SETTINGS, tmp_path).run(4)
-    with pytest.raises(OtherTraining, match=message):
+    with pytest.raises(CheckpointMismatch, match=message):
         Trainer(Line(), replace(SETTINGS, identity=identity), tmp_path).run()
 
 

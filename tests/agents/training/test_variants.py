@@ -9,7 +9,7 @@ import pytest
 import arramon_lang as lang
 from arramon_agents.perception.eyes.grid import CHANNEL_NAMES
 from arramon_agents.training.demonstrations import PhaseDemonstration
-from arramon_agents.training.exchange import read_meaning
+from arramon_agents.training.name_permutation import read_meaning
 from arramon_agents.training.variants import Variants, mirrored
 from arramon_client.agent import Action
 from arramon_lang.meaning import Face, Navigation, Rotate, Thing, Walk, Where

@@ -7,16 +7,16 @@ from pathlib import Path
 import torch
 
 from arramon_agents.vl.alignment import alignment_loss, other_texts
-from arramon_agents.vl.batches import as_tokens
-from arramon_agents.vl.model import START_ACTION, Text
+from arramon_agents.vl.batches import tokenize_batch
+from arramon_agents.vl.model import START_ACTION, EncodedText
 from arramon_agents.vl.train import Imitation
 from tests.agents.training_fixtures import demonstrations, place, recipe
 
 
-def text(*rows: list[list[float]]) -> Text:
+def text(*rows: list[list[float]]) -> EncodedText:
     words = torch.nn.utils.rnn.pad_sequence([torch.tensor(row) for row in rows], batch_first=True, padding_value=9.0)
     lengths = torch.tensor([len(row) for row in rows])
-    return Text(words, torch.arange(words.shape[1]) >= lengths[:, None])
+    return EncodedText(words, torch.arange(words.shape[1]) >= lengths[:, None])
 
 
 def test_the_loss_is_small_where_each_text_finds_its_own() -> None:
@@ -45,7 +45,7 @@ def test_training_pulls_languages_together(tmp_path: Path) -> None:
         made = Imitation(chosen, place(tmp_path / str(align)), demonstrations())
         made.run()
         module = made.policy.model.eval().of("navigation")
-        tokens = as_tokens(["बाएँ जाएँ", "दाएँ जाएँ"], made.policy.tokenizer)
+        tokens = tokenize_batch(["बाएँ जाएँ", "दाएँ जाएँ"], made.policy.tokenizer)
         values, _ = module.act(module.read(tokens), torch.zeros(2, 1, 7, 7, 0), torch.full((2, 1), START_ACTION))
         found[align] = values[:, 0].argmax(-1).tolist()
     assert found[1.0] == [1, 2]

@@ -5,7 +5,7 @@ import torch
 from torch import Tensor
 
 from arramon_agents.vl.config import ModelConfig
-from arramon_agents.vl.model import START_ACTION, Model, PhaseModel, Text
+from arramon_agents.vl.model import START_ACTION, EncodedText, Model, PhaseModel
 
 SMALL = ModelConfig(vocabulary=20, channels=6, positions=True, word_size=8, action_size=4, hidden=16)
 
@@ -67,7 +67,7 @@ def test_padding_changes_nothing() -> None:
     torch.testing.assert_close(short, both[1:])
 
 
-def fused_first(made: PhaseModel, past: Tensor, seen: Tensor, text: Text) -> list[Tensor]:
+def fused_first(made: PhaseModel, past: Tensor, seen: Tensor, text: EncodedText) -> list[Tensor]:
     """The paper's order: fuse every cell and every word, then attend. For one text without padding."""
     found = []
     for step in range(past.shape[1]):

@@ -8,7 +8,7 @@ import pytest
 import torch
 
 from arramon_agents.training import precision
-from arramon_agents.training.checkpoint import OtherTraining
+from arramon_agents.training.checkpoint import CheckpointMismatch
 from arramon_agents.training.precision import has_bfloat16
 from arramon_agents.training.rollouts import RolloutPlan
 from arramon_agents.vl import train as imitation
@@ -48,13 +48,13 @@ def test_another_recipe_does_not_go_on(tmp_path: Path) -> None:
     first = Imitation(recipe(), place(tmp_path), demonstrations())
     first.trainer.save()
     second = Imitation(replace(recipe(), learning_rate=0.1), place(tmp_path), demonstrations())
-    with pytest.raises(OtherTraining, match=r"another recipe \(learning_rate 0.001, expected 0.1\): name another"):
+    with pytest.raises(CheckpointMismatch, match=r"another recipe \(learning_rate 0.001, expected 0.1\): name another"):
         second.run()
 
 
 def test_other_demonstrations_do_not_go_on(tmp_path: Path) -> None:
     Imitation(recipe(), place(tmp_path), demonstrations()).trainer.save()
-    with pytest.raises(OtherTraining, match="is of other data"):
+    with pytest.raises(CheckpointMismatch, match="is of other data"):
         Imitation(recipe(), place(tmp_path), demonstrations(count=8)).run()
 
 

@@ -16,7 +16,7 @@ from arramon_agents.vl_grounded.network import (  # noqa: E402
     read_weights,
     write_weights,
 )
-from arramon_agents.vl_grounded.sight import true_features  # noqa: E402
+from arramon_agents.vl_grounded.perception import true_features  # noqa: E402
 from arramon_agents.weights import BadWeights, find_weights, write_tensors  # noqa: E402
 from arramon_client import load_agent  # noqa: E402
 from arramon_client.agent import Episode, Label, Observation  # noqa: E402

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from arramon_agents.vl_grounded.odometry import NUMBERS, odometry
+from arramon_agents.vl_grounded.odometry import ODOMETRY_SIZE, odometry
 from arramon_client.world import HEADINGS
 
 
@@ -19,7 +19,7 @@ from arramon_client.world import HEADINGS
 )
 def test_after(actions: list[int], heading: int, expected: list[float]) -> None:
     rows = odometry(actions)
-    assert rows.shape == (len(actions) + 1, NUMBERS)
+    assert rows.shape == (len(actions) + 1, ODOMETRY_SIZE)
     assert rows[-1, :HEADINGS].argmax() == heading
     assert rows[-1, :HEADINGS].sum() == 1
     np.testing.assert_allclose(rows[-1, HEADINGS:], expected, atol=1e-6)

@@ -12,14 +12,14 @@ from arramon_agents.perception.eyes.grid import CHANNEL_NAMES
 from arramon_agents.perception.eyes.vocabulary import COLOURS
 from arramon_agents.reading.reader.network import ReaderNetwork
 from arramon_agents.reading.reader.network import ReaderSizes as ReaderSizes
-from arramon_agents.reading.reader.words import Vocabulary
+from arramon_agents.reading.reader.vocabulary import Vocabulary
 from arramon_agents.training.demonstrations import DemonstrationSource
-from arramon_agents.training.exchange import Exchange, versions
+from arramon_agents.training.name_permutation import NamePermutation, versions
 from arramon_agents.vl_grounded.attributes import KINDS, LOOKS
+from arramon_agents.vl_grounded.initial_vocabulary import initialise_from_reader, tokenizer_with_reader
 from arramon_agents.vl_grounded.instruction_encoder import InstructionEncoder
 from arramon_agents.vl_grounded.room_views import collect_views
 from arramon_agents.vl_grounded.task import attributes_ahead
-from arramon_agents.vl_grounded.words import initialise_from_reader, tokenizer_with_reader
 from arramon_lang.meaning import Navigation, Thing, Walk
 from arramon_lang.room import RoomObject
 
@@ -53,11 +53,11 @@ def channel(features: np.ndarray, group: str) -> str:
 
 @pytest.mark.parametrize("seed", range(4))
 def test_things_are_exchanged_alike_in_images_and_words(seed: int) -> None:
-    exchange = Exchange.draw(Random(seed))
-    said = exchange.meaning(MEANT)
+    permutation = NamePermutation.draw(Random(seed))
+    said = permutation.permute_meaning(MEANT)
     assert isinstance(said, Navigation)
     seen = shown(kind__mug=9, colour__red=9, pattern__dotted=9, furniture__bench=9, banner_colour__red=9, shape__star=9,
-                 facade__brick=9)[exchange.channels]  # fmt: skip
+                 facade__brick=9)[permutation.channels]  # fmt: skip
     assert channel(seen, "kind") == said.target.kind
     assert channel(seen, "colour") == said.target.colour
     assert channel(seen, "pattern") == said.target.look
@@ -66,7 +66,7 @@ def test_things_are_exchanged_alike_in_images_and_words(seed: int) -> None:
     assert (channel(seen, "banner colour"), channel(seen, "shape")) == (banner.colour, banner.look)
     assert cone == Thing("cone", "blue")  # Kinds that have colours stay what they are.
     assert channel(seen, "facade") == building.look
-    (standing,) = exchange.standing([RoomObject("mug", "red", "dotted", 1, 2)])
+    (standing,) = permutation.permute_objects([RoomObject("mug", "red", "dotted", 1, 2)])
     assert standing == RoomObject(said.target.kind, said.target.colour, said.target.look, 1, 2)
 
 
@@ -76,9 +76,9 @@ def test_versions_say_what_is_meant() -> None:
     assert (first.texts, first.exchange) == ({"en": text}, None)
     assert len(others) == 3
     for version in others:
-        assert version.exchange is not None
+        assert version.permutation is not None
         for language, written in version.texts.items():
-            assert lang.load(language).read(written, "navigation") == version.exchange.meaning(MEANT)
+            assert lang.load(language).read(written, "navigation") == version.permutation.permute_meaning(MEANT)
     assert versions({"en": text}, "navigation", ("en", "hi"), 3, "seed")[3].texts == others[2].texts
 
 
@@ -101,7 +101,7 @@ def test_words_begin_as_the_reader_knows_them() -> None:
     initialise_from_reader(reading, words, network, vocabulary)
     for text in ("left mug", "बाएँ mug left xyz"):
         own = reading(torch.tensor([words.encode(text)]))
-        torch.testing.assert_close(own, network._encode(torch.tensor([vocabulary.numbers(text)])))
+        torch.testing.assert_close(own, network._encode(torch.tensor([vocabulary.encode(text)])))
     small = ReaderNetwork(ReaderSizes(len(vocabulary), embedding=8))
     with pytest.raises(ValueError, match="a reader's words have 8 numbers, not 64"):
         initialise_from_reader(reading, words, small, vocabulary)

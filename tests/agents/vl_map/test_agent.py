@@ -8,8 +8,8 @@ torch = pytest.importorskip("torch", reason="the extra `agents` is not installed
 
 from arramon_agents.vl_map.network import MASKED_LOGIT, PolicyNetwork, PolicySizes, batch_of  # noqa: E402
 from arramon_agents.vl_map.options import WAYPOINTS  # noqa: E402
+from arramon_agents.vl_map.placement_network import PlacementNetwork  # noqa: E402
 from arramon_agents.vl_map.policy import Networks, read_policy, write_policy  # noqa: E402
-from arramon_agents.vl_map.room import PlacementNetwork  # noqa: E402
 from arramon_agents.weights import CARD, BadWeights, find_weights, write_tensors  # noqa: E402
 from arramon_client import load_agent  # noqa: E402
 from arramon_client.agent import Episode, Observation  # noqa: E402

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from arramon_agents.mapping.ground_map import GroundMap
-from arramon_agents.mapping.landmark_beliefs import Belief, one_hot_of
-from arramon_agents.mapping.landmarks import MappedLandmark
+from arramon_agents.mapping.landmark_memory import MappedLandmark
+from arramon_agents.mapping.probabilistic_landmark_memory import LandmarkBelief, one_hot_of
 from arramon_agents.perception.eyes.vocabulary import COLOURS, KINDS
 from arramon_agents.perception.scan import Scan
 from arramon_agents.reading.reader.slots import SLOTS, Row, rows_of
@@ -33,9 +33,9 @@ MUG = Thing("mug", "red", "dotted", where=(Where("left_of", (Thing("bench"),)),)
 MEANING = Navigation((Rotate("left", "at", Thing("cone", "orange")), Walk("past", (Thing("bench"),), "right")), MUG)
 
 
-def belief(kind: str, colour: str = "", look: str = "", at: tuple[float, float] = (0.0, 0.0)) -> Belief:
+def belief(kind: str, colour: str = "", look: str = "", at: tuple[float, float] = (0.0, 0.0)) -> LandmarkBelief:
     label = Label(kind, colour, look)
-    return Belief(MappedLandmark(label, *at, 1.0), *one_hot_of(label))
+    return LandmarkBelief(MappedLandmark(label, *at, 1.0), *one_hot_of(label))
 
 
 def ground(side: int = 1) -> GroundMap:
@@ -59,7 +59,7 @@ def moment(side: int = 1, heading: float = 0.0) -> AgentKnowledge:
     return AgentKnowledge(ground(side), trace, beliefs, 100, 1)
 
 
-def sample(side: int = 1, meaning: Navigation = MEANING) -> tuple[PolicyInput, list[Belief]]:
+def sample(side: int = 1, meaning: Navigation = MEANING) -> tuple[PolicyInput, list[LandmarkBelief]]:
     return policy_input(rows_of(meaning), moment(side))
 
 
@@ -107,7 +107,7 @@ def test_match_of_what_is_unsure() -> None:
     kinds, colours, looks = (part.copy() for part in one_hot_of(Label("mug", "red", "dotted")))
     kinds[KINDS.index("mug")], kinds[KINDS.index("bowl")] = 0.75, 0.25
     colours[COLOURS.index("red")] = 0.5
-    unsure = Belief(MappedLandmark(Label("mug"), 0.0, 1.0, 1.0), kinds, colours, looks)
+    unsure = LandmarkBelief(MappedLandmark(Label("mug"), 0.0, 1.0, 1.0), kinds, colours, looks)
     rows = rows_of(Navigation((), Thing("mug", "red", "dotted")))
     assert match_of(rows, [unsure])[0, 0].tolist() == [0.375]
 

@@ -8,9 +8,9 @@ import numpy.typing as npt
 import pytest
 
 from arramon_agents.mapping.body import AgentBody
-from arramon_agents.mapping.landmark_beliefs import Belief
-from arramon_agents.mapping.landmarks import MappedLandmark
-from arramon_agents.perception.eyes.sight import LABELS
+from arramon_agents.mapping.landmark_memory import MappedLandmark
+from arramon_agents.mapping.probabilistic_landmark_memory import LandmarkBelief
+from arramon_agents.perception.eyes.predicted_segmentation import LABELS
 from arramon_agents.perception.scan import Scan
 from arramon_agents.reading.reader.slots import rows_of
 from arramon_agents.vl_map.features import PolicyInput
@@ -33,7 +33,7 @@ class World(AgentBody):
         free = np.stack(np.meshgrid(np.arange(-15, 15, 0.2), np.arange(-15, 15, 0.2)), -1).reshape(-1, 2)
         self.ground.add(Scan(np.zeros((0, 2), np.float32), np.zeros(0, bool), free.astype(np.float32)))
 
-    def do(self, action: Action) -> None:
+    def apply(self, action: Action) -> None:
         self.record_action(action)
         self._move(same=False)
 
@@ -45,7 +45,7 @@ class Choices:
         self.options = list(options)
         self.asked = 0
 
-    def __call__(self, sample: PolicyInput, beliefs: Sequence[Belief]) -> npt.NDArray[np.float32]:
+    def __call__(self, sample: PolicyInput, beliefs: Sequence[LandmarkBelief]) -> npt.NDArray[np.float32]:
         values = np.zeros(OPTIONS, np.float32)
         values[self.options[min(self.asked, len(self.options) - 1)]] = 1.0
         self.asked += 1
@@ -57,7 +57,7 @@ def play(world: World, choices: Choices, steps: int, left: int = 150, *, looks: 
     actions = []
     for step in range(steps):
         actions.append(navigator.act(left - step))
-        world.do(actions[-1])
+        world.apply(actions[-1])
     return actions
 
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 import torch
 
+from arramon_agents.perception.eyes.depth_segmentation import FrameThing
 from arramon_agents.perception.eyes.grid import CHANNEL_NAMES, NAMED_CHANNELS, add_things, grid_of_blocks
-from arramon_agents.perception.eyes.names import NamedThing
+from arramon_agents.perception.eyes.named_things import NamedThing
 from arramon_agents.perception.eyes.network import Predictions, probabilities
-from arramon_agents.perception.eyes.objects import FrameThing
 from arramon_agents.perception.eyes.vocabulary import COLOURS, KINDS, LOOKS, NONE, codes_of
 
 SURE = 20.0

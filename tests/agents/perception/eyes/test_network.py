@@ -5,8 +5,8 @@ import pytest
 
 torch = pytest.importorskip("torch", reason="the extra `agents` is not installed: scripts/setup")
 
-from arramon_agents.perception.eyes.lens import rays  # noqa: E402
 from arramon_agents.perception.eyes.network import CHANNELS, LOW, prepare  # noqa: E402
+from arramon_agents.perception.eyes.pixel_rays import rays  # noqa: E402
 from arramon_client.world import EYE_HEIGHT  # noqa: E402
 
 SIZE = 112

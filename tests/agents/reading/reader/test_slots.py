@@ -3,7 +3,7 @@
 import pytest
 
 from arramon_agents.reading.reader.slots import SLOTS, TYPES, meaning_of, rows_of
-from arramon_agents.reading.reader.words import UNKNOWN, Vocabulary, split
+from arramon_agents.reading.reader.vocabulary import UNKNOWN, Vocabulary, split
 from arramon_lang.meaning import Assembly, Face, Meaning, Navigation, Rotate, Thing, Walk, Where
 
 BENCH, MUG = Thing("bench"), Thing("mug", "red", "dotted")
@@ -69,6 +69,6 @@ def test_texts_are_split_into_words(text: str, words: list[str]) -> None:
 def test_a_vocabulary_numbers_frequent_words() -> None:
     vocabulary = Vocabulary.of(["b a a", "a b c"])
     assert vocabulary.words == ("a", "b")
-    assert vocabulary.numbers("a c b") == [UNKNOWN + 1, UNKNOWN, UNKNOWN + 2]
-    assert vocabulary.numbers("") == [UNKNOWN]
+    assert vocabulary.encode("a c b") == [UNKNOWN + 1, UNKNOWN, UNKNOWN + 2]
+    assert vocabulary.encode("") == [UNKNOWN]
     assert len(vocabulary) == 4

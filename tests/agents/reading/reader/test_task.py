@@ -9,7 +9,7 @@ from arramon_agents.reading.reader.network import ReaderNetwork, ReaderSizes
 from arramon_agents.reading.reader.reader import load, write_reader
 from arramon_agents.reading.reader.slots import rows_of
 from arramon_agents.reading.reader.task import Examples, ReadingTask, score
-from arramon_agents.reading.reader.words import Vocabulary
+from arramon_agents.reading.reader.vocabulary import Vocabulary
 from arramon_agents.training.schedule import warm_up_cosine
 from arramon_agents.training.trainer import Trainer, TrainerSettings
 from arramon_agents.weights import BadWeights
@@ -27,7 +27,7 @@ TEXTS: list[tuple[str, str, Meaning]] = [
 
 def examples(vocabulary: Vocabulary) -> Examples:
     return Examples.of(
-        [vocabulary.numbers(text) for _, text, _ in TEXTS],
+        [vocabulary.encode(text) for _, text, _ in TEXTS],
         [rows_of(meaning) for _, _, meaning in TEXTS],
         [language for language, _, _ in TEXTS],
     )

@@ -1,0 +1,92 @@
+"""Detection of side streets on the agent's own map."""
+
+import math
+
+import numpy as np
+
+from arramon_agents.mapping.ground_map import GroundMap
+from arramon_lang.street import OPENING_DEPTH, OPENING_INSET, OPENING_RANGE, SAME_OPENING
+
+OFFSETS = np.arange(-3.0, 14.0, 0.5)
+"""Places along the walk to examine, in units from the agent."""
+
+SEEN = 1.0
+"""Minimum depth of a side street beyond the walls before it, in units."""
+
+WIDE = 3
+"""Minimum number of consecutive places of a side street."""
+
+
+def find_next_side_street(ground: GroundMap, x: float, z: float, angle: float, side: int) -> tuple[float, float] | None:
+    """Return the place at which to turn into the next side street; None if none is known yet.
+
+    Args:
+        ground: the agent's map.
+        x, z, angle: position and direction of the walk, `angle` in radians.
+        side: 1 for the right, -1 for the left.
+
+    Returns:
+        (x, z) on the line of the walk.
+    """
+    runs, walls = ground.measure_free_widths(x, z, angle, side, OFFSETS, OPENING_RANGE)
+    for start in find_side_streets(runs.tolist(), walls.tolist()):
+        along = float(OFFSETS[start]) + OPENING_INSET
+        if along > 0.0:
+            return x + along * math.sin(angle), z + along * math.cos(angle)
+    return None
+
+
+class SideStreets:
+    """Side streets found along one walk, in order.
+
+    Args:
+        x, z, angle: start of the walk, and its direction in radians.
+    """
+
+    def __init__(self, x: float, z: float, angle: float) -> None:
+        self._x, self._z, self._sin, self._cos = x, z, math.sin(angle), math.cos(angle)
+        self._found: list[tuple[float, int, tuple[float, float]]] = []
+
+    def add(self, ground: GroundMap, x: float, z: float, angle: float) -> None:
+        """Add the side streets that are visible on the map from a place on the walk."""
+        for side in (-1, 1):
+            runs, walls = ground.measure_free_widths(x, z, angle, side, OFFSETS, OPENING_RANGE)
+            for start in find_side_streets(runs.tolist(), walls.tolist()):
+                along = float(OFFSETS[start]) + OPENING_INSET
+                place = x + along * math.sin(angle), z + along * math.cos(angle)
+                far = (place[0] - self._x) * self._sin + (place[1] - self._z) * self._cos
+                near = [each for each in self._found if each[1] == side and abs(each[0] - far) < SAME_OPENING / 2]
+                if far > 1.0 and not near:
+                    self._found.append((far, side, place))
+
+    def find(self, side: int, number: int) -> tuple[float, float] | None:
+        """Return the place of a side street by number (from 0) on a side, or on any side for 0; None if unknown."""
+        kept: list[tuple[float, tuple[float, float]]] = []
+        for far, own, place in sorted(self._found):
+            if side in (0, own) and (not kept or far - kept[-1][0] >= SAME_OPENING or side != 0):
+                kept.append((far, place))
+        return kept[number][1] if number < len(kept) else None
+
+    def nearest(self, side: int, x: float, z: float) -> tuple[float, float] | None:
+        """Return the place of the side street on a side that is nearest to (x, z); None if there is none."""
+        places = [place for _, own, place in self._found if own == side]
+        return min(places, key=lambda place: math.hypot(place[0] - x, place[1] - z), default=None)
+
+
+def find_side_streets(runs: list[float], walls: list[bool]) -> list[int]:
+    """Return the index of the first place of each side street: right after a wall, followed by clearly deeper places.
+
+    At first only a part of a side street is visible behind the corner. So it starts right after the wall, even if its
+    first places have not been seen, and its known depth counts.
+    """
+    found: list[int] = []
+    beside, last, open_places = 0.0, None, 0
+    for i, (run, wall) in enumerate(zip(runs, walls, strict=True)):
+        if wall and run < OPENING_RANGE - OPENING_DEPTH and (last is None or run < beside + OPENING_DEPTH):
+            beside, last, open_places = run, i, 0
+        elif last is not None and run >= beside + SEEN:
+            open_places += 1
+            if open_places == WIDE:
+                found.append(last + 1)
+                last = None
+    return found

@@ -1,0 +1,118 @@
+"""Segmentation of things on the ground by depth alone: connected pixels above the ground without jumps in depth."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy import ndimage
+
+from arramon_agents.perception.eyes.kernels import fill_crop, find_walls, mark_solid, measure_parts
+from arramon_agents.perception.eyes.pixel_rays import rays
+from arramon_client.world import EYE_HEIGHT
+
+LOWEST, HIGHEST = 0.018, 2.2
+"""Range of heights above the ground, in units, in which pixels are considered: above painted lines and pavements."""
+
+WALL, FOOT, WALL_WIDTH = 1.25, 0.6, 0.6
+"""Heights above and below which parts of a wall must be visible, and minimum width of a wall, in units."""
+
+FARTHEST = 16.0
+"""Maximum distance ahead of things, in units."""
+
+JUMP, RELATIVE_JUMP = 0.06, 0.03
+"""Minimum jump in depth between neighbouring pixels of two things: in units, plus a share of their depth."""
+
+FEWEST_PIXELS = 18
+"""Minimum number of pixels of a thing."""
+
+WIDEST = 3.0
+"""Maximum width of a thing, in units; anything wider is a wall."""
+
+CROP = 32
+"""Side length of a crop, in pixels."""
+
+MARGIN = 0.12
+"""Margin around a thing in its crop, as a share of the thing's larger side."""
+
+CROP_CHANNELS = 6
+"""Channels of a crop: red, green, blue, mask of the thing, height above the ground, distance behind the thing's
+centre."""
+
+MEASURES = 5
+"""Number of measures of a thing, see `FrameThing.measures`."""
+
+Floats = npt.NDArray[np.float32]
+
+
+@dataclass(frozen=True, eq=False)
+class FrameThing:
+    """A thing cut out of a frame.
+
+    Attributes:
+        rows, columns: bounding box, in pixels.
+        mask: which pixels in the box belong to the thing.
+        right, ahead: its centre in the camera's frame, in units.
+        width, low, high: its width, and the heights of its lower and upper end, in units.
+    """
+
+    rows: slice
+    columns: slice
+    mask: npt.NDArray[np.bool_]
+    right: float
+    ahead: float
+    width: float
+    low: float
+    high: float
+
+    @property
+    def measures(self) -> tuple[float, float, float, float, float]:
+        """Nearness, width, heights of lower and upper end, and logarithm of the number of pixels, scaled to about 1."""
+        pixels = math.log(float(self.mask.sum())) / 8.0
+        return 1.0 / (1.0 + self.ahead), min(self.width, 2.0), self.low, self.high, pixels
+
+
+def find_things(depth: Floats) -> list[FrameThing]:
+    """Return the things in a frame, the nearest first.
+
+    Args:
+        depth: (size, size) units along the viewing direction, 0 where there is nothing.
+    """
+    size = len(depth)
+    down = right = rays(size)
+    walls, marked = np.empty(size, np.float32), np.empty((size, size), np.bool_)
+    find_walls(depth, down, EYE_HEIGHT, WALL, FOOT, WALL_WIDTH, walls)
+    mark_solid(depth, walls, down, EYE_HEIGHT, LOWEST, HIGHEST, FARTHEST, JUMP, RELATIVE_JUMP, marked)
+    numbers, count = ndimage.label(marked)
+    boxes, pixels = np.empty((count, 4), np.int64), np.zeros(count, np.int64)
+    spans = np.empty((count, 4), np.float32)
+    measure_parts(numbers, depth, right, EYE_HEIGHT, boxes, pixels, spans)
+    first, last, low, high = spans.T
+    widths, middles = last - first, (first + last) / 2
+    things = []
+    for part in np.flatnonzero((pixels >= FEWEST_PIXELS) & (widths <= WIDEST)):
+        rows, columns = slice(*boxes[part, ::2].tolist()), slice(*boxes[part, 1::2].tolist())
+        mask = numbers[rows, columns] == part + 1
+        ahead = float(depth[rows, columns][mask].mean())
+        width, lowest, highest = float(widths[part]), float(low[part]), float(high[part])
+        things.append(FrameThing(rows, columns, mask, float(middles[part]), ahead, width, lowest, highest))
+    return sorted(things, key=lambda thing: thing.ahead)
+
+
+def crop(rgb: npt.NDArray[np.uint8], depth: Floats, thing: FrameThing) -> Floats:
+    """Return the crop of a thing with a margin, scaled to 32x32 pixels, (32, 32, 6), values about 0 to 1.
+
+    Args:
+        rgb: (size, size, 3) uint8.
+        depth: (size, size) units.
+        thing: a thing of this frame.
+    """
+    height, width = thing.mask.shape
+    half = (0.5 + MARGIN) * max(height, width)
+    steps = (np.arange(CROP) + 0.5) / CROP * 2 * half - half
+    rows = np.floor(thing.rows.start + height / 2 + steps).astype(np.int64)
+    columns = np.floor(thing.columns.start + width / 2 + steps).astype(np.int64)
+    found = np.zeros((CROP, CROP, CROP_CHANNELS), np.float32)
+    first = thing.rows.start, thing.columns.start
+    fill_crop(rgb, depth, rows, columns, thing.mask, first, rays(len(depth)), EYE_HEIGHT, thing.ahead, found)
+    return found

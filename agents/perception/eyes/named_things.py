@@ -1,0 +1,51 @@
+"""Cutting things out of frames and predicting their attributes."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import torch
+
+from arramon_agents.perception.eyes.depth_segmentation import FrameThing, crop, find_things
+from arramon_agents.perception.eyes.naming_network import NamingNetwork, to_network
+from arramon_agents.perception.eyes.network import Predictions, probabilities
+
+Floats = npt.NDArray[np.float32]
+
+
+@dataclass(frozen=True, eq=False)
+class NamedThing:
+    """A thing with attribute probabilities.
+
+    Attributes:
+        thing: the thing in the frame.
+        kinds: probabilities, indexed as `vocabulary.KINDS`.
+        colours: probabilities, indexed as `vocabulary.COLOURS`, given that it has a colour.
+        looks: probabilities, indexed as `vocabulary.LOOKS`, which sum to 1 within each group; those of walls and
+            facades are meaningless.
+    """
+
+    thing: FrameThing
+    kinds: Floats
+    colours: Floats
+    looks: Floats
+
+
+def find_and_name_things(network: NamingNetwork, rgb: npt.NDArray[np.uint8], depth: Floats) -> list[list[NamedThing]]:
+    """Return the named things of each frame, the nearest first.
+
+    Args:
+        network: trained network, in evaluation mode.
+        rgb: (B, size, size, 3) uint8.
+        depth: (B, size, size) units.
+    """
+    things = [find_things(each) for each in depth]
+    crops = [crop(rgb[number], depth[number], thing) for number, some in enumerate(things) for thing in some]
+    if not crops:
+        return [[] for _ in things]
+    measures = torch.tensor([thing.measures for some in things for thing in some])
+    with torch.inference_mode():
+        logits = network(to_network(np.stack(crops)), measures)
+        found = probabilities(Predictions(logits))
+    names = zip(*(part.numpy() for part in found), strict=True)
+    return [[NamedThing(thing, *next(names)) for thing in some] for some in things]

@@ -1,0 +1,139 @@
+"""Output of the visual encoder as a predicted segmentation and named things, for agents that keep a map."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from arramon_agents.perception.eyes.encoder import BATCH, Eyes
+from arramon_agents.perception.eyes.named_things import NamedThing
+from arramon_agents.perception.eyes.pixel_rays import rays
+from arramon_agents.perception.eyes.vocabulary import COLOURED, COLOURS, KINDS, LOOK_GROUPS, SURFACES, look_slices
+from arramon_client.agent import Label
+from arramon_client.world import COLLECTIBLES, EYE_HEIGHT, FURNITURE
+
+FLAT = (*(kind for kind in SURFACES if kind not in ("building", "wall")), "zebra_crossing")
+"""Kinds taken from block predictions; buildings (with facade) and walls (with look) are too."""
+
+_SLICES = look_slices()
+_FACADES, _WALLS = (next(group.looks for group in LOOK_GROUPS if group.name == name) for name in ("facade", "wall"))
+
+LABELS: tuple[Label, ...] = (
+    *(Label(kind) for kind in FLAT),
+    *(Label("building", look=look) for look in (*_FACADES, "")),
+    *(Label("wall", look=look) for look in _WALLS),
+    *(Label(kind) for kind in (*FURNITURE, *COLLECTIBLES)),
+)
+"""Labels of the predicted segmentation, by index. Furniture and collectibles have a kind only."""
+
+_FIRST_FACADE = len(FLAT)
+_UNCLEAR = _FIRST_FACADE + len(_FACADES)
+_FIRST_WALL = _UNCLEAR + 1
+_FIRST_THING = _FIRST_WALL + len(_WALLS)
+_KIND = {kind: number for number, kind in enumerate(KINDS)}
+_CROSSING, _ROAD = FLAT.index("zebra_crossing"), FLAT.index("road")
+_FLAT_KINDS = [_KIND[kind] for kind in FLAT]
+
+
+UPRIGHT = 0.03
+"""Height above the ground above which a pixel cannot show the road, in units."""
+
+BRIGHT = 214
+"""Minimum of red, green and blue, of 255, of a zebra crossing's stripes; nothing else on the ground is as bright. In a
+block with part of a far crossing, the other pixels are road."""
+
+AT_EYE = slice(9, 17)
+"""Rows of blocks at eye height."""
+
+CLEAR = 0.6
+"""Minimum probability of the most likely facade in a column for it to be the label."""
+
+
+@dataclass(frozen=True, eq=False)
+class FramePercept:
+    """Perception of one frame.
+
+    Attributes:
+        labels: predicted segmentation, (size, size) uint16, indices in LABELS.
+        things: named things on the ground and on walls.
+    """
+
+    labels: npt.NDArray[np.uint16]
+    things: list[NamedThing]
+
+
+def predict_percepts(eyes: Eyes, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> list[FramePercept]:
+    """Predict segmentation and named things of each frame of a batch.
+
+    Args:
+        eyes: the visual encoder.
+        rgb: (B, size, size, 3) uint8, in the encoder's image size.
+        depth: (B, size, size) units, 0 where there is nothing.
+    """
+    sights = []
+    for first in range(0, len(rgb), BATCH):
+        some = rgb[first : first + BATCH], depth[first : first + BATCH]
+        kinds, _, looks = (part.numpy() for part in eyes.blocks(*some))
+        for number, things in enumerate(eyes.things(*some)):
+            frame = some[0][number], some[1][number]
+            sights.append(FramePercept(_labels(kinds[number], looks[number], *frame, things), things))
+    return sights
+
+
+def _labels(
+    kinds: npt.NDArray[np.float32],
+    looks: npt.NDArray[np.float32],
+    rgb: npt.NDArray[np.uint8],
+    depth: npt.NDArray[np.float32],
+    things: Sequence[NamedThing],
+) -> npt.NDArray[np.uint16]:
+    """Return the label of each pixel of a frame, from block probabilities and named things."""
+    flat = kinds[_FLAT_KINDS].argmax(0)
+    upright = _rooms(looks) if kinds[_KIND["wall"]].sum() > kinds[_KIND["building"]].sum() else _houses(kinds, looks)
+    side = len(depth) // len(flat)
+    height = EYE_HEIGHT - rays(len(depth))[:, None] * depth
+    is_upright = (depth > 0.0) & (height > UPRIGHT)
+    labels = np.where(is_upright, _pixels(upright, side), _pixels(flat, side))
+    crossing = labels == _CROSSING
+    labels[crossing] = np.where((rgb[crossing] < BRIGHT).any(1), _ROAD, _CROSSING)
+    for named in things:
+        kind = int(named.kinds.argmax())
+        if kind >= len(SURFACES):
+            labels[named.thing.rows, named.thing.columns][named.thing.mask] = _FIRST_THING + kind - len(SURFACES)
+    return labels
+
+
+def _rooms(looks: npt.NDArray[np.float32]) -> npt.NDArray[np.int64]:
+    """Return the label of each block's walls, (28, 28)."""
+    walls: npt.NDArray[np.int64] = _FIRST_WALL + looks[_SLICES["wall"]].argmax(0)
+    return walls
+
+
+def _houses(kinds: npt.NDArray[np.float32], looks: npt.NDArray[np.float32]) -> npt.NDArray[np.int64]:
+    """Return the label of each block's buildings, (28, 28): one facade per column, from its blocks at eye height.
+
+    If it is uncertain, the label is a building without facade: solid, but never a referent of an instruction. Blocks
+    are not labelled one by one, because blocks at the horizon also show the ground in front of a far building.
+    """
+    chances = kinds[_KIND["building"]][AT_EYE] * looks[_SLICES["facade"]][:, AT_EYE]
+    mean = chances.sum(1) / np.maximum(chances.sum((0, 1)), 1e-6)  # (facades, columns)
+    houses = np.where(mean.max(0) > CLEAR, _FIRST_FACADE + mean.argmax(0), _UNCLEAR)
+    return np.broadcast_to(houses, kinds.shape[1:])
+
+
+def _pixels(blocks: npt.NDArray[np.int64], side: int) -> npt.NDArray[np.uint16]:
+    return np.repeat(np.repeat(blocks.astype(np.uint16), side, 0), side, 1)
+
+
+def label_of(
+    kinds: npt.NDArray[np.floating], colours: npt.NDArray[np.floating], looks: npt.NDArray[np.floating]
+) -> Label:
+    """Return the most likely label, given unnormalised scores of kinds, colours and looks."""
+    kind = KINDS[int(kinds.argmax())]
+    colour = COLOURS[int(colours.argmax())]
+    group = next((group for group in LOOK_GROUPS if kind in group.kinds), None)
+    look = group.looks[int(looks[_SLICES[group.name]].argmax())] if group else ""
+    if kind in COLLECTIBLES or kind == "banner" or kind in COLOURED:
+        return Label(kind, colour, look)
+    return Label(kind, "", look)

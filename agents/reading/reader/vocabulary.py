@@ -1,0 +1,45 @@
+"""Word tokenization in any script, and the vocabulary of the learned reader."""
+
+import re
+import unicodedata
+from collections import Counter
+from collections.abc import Iterable
+
+UNKNOWN = 1
+"""Id of words outside the vocabulary; 0 is padding."""
+
+_MARKS = re.compile(r"([^\w\u0900-\u097F'’-]|[\u0964\u0965])")
+"""Characters that are tokens of their own: all but letters, digits, Devanagari signs, apostrophes and hyphens."""
+
+
+def split(text: str) -> list[str]:
+    """Return a text's words and punctuation marks in order, in lower case and NFC."""
+    return _MARKS.sub(r" \1 ", unicodedata.normalize("NFC", text).lower()).split()
+
+
+class Vocabulary:
+    """Vocabulary of words with ids.
+
+    Args:
+        words: words in the order of their ids, from 2 on.
+    """
+
+    def __init__(self, words: Iterable[str]) -> None:
+        self.words = tuple(words)
+        self._numbers = {word: number for number, word in enumerate(self.words, start=UNKNOWN + 1)}
+
+    @classmethod
+    def of(cls, texts: Iterable[str], fewest: int = 2) -> "Vocabulary":
+        """Return the vocabulary of all words that occur at least `fewest` times, the most frequent first."""
+        counts = Counter(word for text in texts for word in split(text))
+        return cls(
+            word for word, count in sorted(counts.items(), key=lambda item: (-item[1], item[0])) if count >= fewest
+        )
+
+    def __len__(self) -> int:
+        """Return the number of ids, including padding and the unknown word."""
+        return len(self.words) + UNKNOWN + 1
+
+    def encode(self, text: str) -> list[int]:
+        """Return the ids of a text's words; at least one."""
+        return [self._numbers.get(word, UNKNOWN) for word in split(text)] or [UNKNOWN]

@@ -1,0 +1,73 @@
+"""Cutting things out of synthetic depth images."""
+
+import math
+
+import numpy as np
+import pytest
+
+from arramon_agents.perception.eyes.depth_segmentation import CROP, crop, find_things
+from arramon_agents.perception.eyes.pixel_rays import rays
+from arramon_client.world import EYE_HEIGHT
+
+SIZE = 224
+
+Box = tuple[float, float, float, float]
+"""Right edge from and to, distance ahead, and height of a board that stands on the ground, in units."""
+
+
+def image(*boards: Box) -> np.ndarray:
+    """The depth of flat ground without end, with upright boards."""
+    down, right = rays(SIZE)[:, None], rays(SIZE)[None]
+    with np.errstate(divide="ignore"):
+        depth = np.broadcast_to(np.where(down > 0.0, EYE_HEIGHT / down, 0.0), (SIZE, SIZE)).astype(np.float32)
+    depth = np.where(depth < 60.0, depth, 0.0).astype(np.float32)
+    for start, end, ahead, height in sorted(boards, key=lambda board: -board[2]):
+        top = EYE_HEIGHT - down * ahead
+        depth = np.where((right * ahead > start) & (right * ahead < end) & (top > 0) & (top < height), ahead, depth)
+    return depth.astype(np.float32)
+
+
+def test_a_board_is_found_where_it_is() -> None:
+    (thing,) = find_things(image((-0.3, 0.1, 3.0, 0.25)))
+    assert thing.ahead == pytest.approx(3.0, abs=0.01)
+    assert thing.right == pytest.approx(-0.1, abs=0.02)
+    assert thing.width == pytest.approx(0.4, abs=0.04)
+    assert (thing.low, thing.high) == pytest.approx((0.03, 0.25), abs=0.02)
+
+
+def test_flat_ground_holds_nothing() -> None:
+    assert find_things(image()) == []
+
+
+def test_a_thing_before_another_is_apart_from_it() -> None:
+    things = find_things(image((-0.1, 0.1, 2.0, 0.2), (-0.6, 0.6, 3.0, 0.4)))
+    assert [round(thing.ahead) for thing in things] == [2, 3]
+
+
+def test_walls_and_far_things_are_left_out() -> None:
+    assert find_things(image((-2.0, 2.0, 5.0, 0.7))) == []
+    assert find_things(image((-0.5, 0.5, 17.0, 0.5))) == []
+
+
+def test_a_crop_holds_the_whole_thing_at_one_scale() -> None:
+    for ahead in (1.5, 4.0):
+        depth = image((-0.15, 0.15, ahead, 0.3))
+        (thing,) = find_things(depth)
+        rgb = np.zeros((SIZE, SIZE, 3), np.uint8)
+        rgb[thing.rows, thing.columns][thing.mask] = 255
+        cut = crop(rgb, depth, thing)
+        assert cut.shape == (CROP, CROP, 6)
+        np.testing.assert_array_equal(cut[..., 0] == 1.0, cut[..., 3] == 1.0)
+        assert math.isclose(cut[..., 3].mean(), 0.64 * thing.mask.mean() * _squareness(thing.mask.shape), rel_tol=0.15)
+
+
+def test_a_crop_at_the_edge_is_dark_outside_the_frame() -> None:
+    depth = image((0.8, 1.3, 2.0, 0.3))
+    (thing,) = find_things(depth)
+    cut = crop(np.full((SIZE, SIZE, 3), 255, np.uint8), depth, thing)
+    assert thing.columns.stop == SIZE
+    assert not cut[:, -1].any()
+
+
+def _squareness(shape: tuple[int, ...]) -> float:
+    return min(shape) / max(shape)

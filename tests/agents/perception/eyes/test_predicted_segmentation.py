@@ -1,0 +1,91 @@
+"""The segmentation that the encoder predicts from its blocks."""
+
+from functools import partial
+from typing import cast
+
+import numpy as np
+import numpy.typing as npt
+import torch
+
+from arramon_agents.perception.eyes.encoder import Eyes
+from arramon_agents.perception.eyes.pixel_rays import rays
+from arramon_agents.perception.eyes.predicted_segmentation import LABELS, predict_percepts
+from arramon_agents.perception.eyes.vocabulary import COLOURS, KINDS, LOOKS
+from arramon_agents.perception.frame_cache import FrameCache
+from arramon_client.world import EYE_HEIGHT
+
+SIZE, BLOCKS = 224, 28
+STRIPE, KERB = 239, 192
+"""Least of the three colours of a stripe of a zebra crossing, and of the brightest stone beside the road."""
+
+
+class _Blocks:
+    """An encoder that finds no things, and in all blocks the same probabilities."""
+
+    def __init__(self, kinds: dict[str, float], looks: dict[tuple[str, str], float]) -> None:
+        self._found = [_spread(kinds.get(kind, 0.0) for kind in KINDS), _spread(0.0 for _ in COLOURS)]
+        self._found.append(_spread(looks.get(look, 0.0) for look in LOOKS))
+
+    def blocks(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> list[torch.Tensor]:
+        return self._found
+
+    def things(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> list[list[object]]:
+        return [[] for _ in rgb]
+
+
+def _spread(values: object) -> torch.Tensor:
+    return torch.tensor(list(cast("list[float]", values)))[None, :, None, None].expand(1, -1, BLOCKS, BLOCKS)
+
+
+def _labels(eyes: _Blocks, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> list[list[str]]:
+    (sight,) = predict_percepts(cast(Eyes, eyes), rgb[None], depth[None])
+    return [[LABELS[number].look or LABELS[number].kind for number in row] for row in sight.labels.tolist()]
+
+
+def test_only_bright_pixels_on_the_ground_are_of_a_zebra_crossing() -> None:
+    down = rays(SIZE)[:, None]
+    depth = np.where(down > 0.0, EYE_HEIGHT / np.maximum(down, 1e-3), 0.0).astype(np.float32)
+    depth = np.broadcast_to(depth, (SIZE, SIZE))
+    rgb = np.full((SIZE, SIZE, 3), KERB, np.uint8)
+    rgb[:, 100:110] = STRIPE
+    labels = _labels(_Blocks({"zebra_crossing": 0.9, "road": 0.1}, {}), rgb, depth)
+    assert labels[200][98:112] == ["road"] * 2 + ["zebra_crossing"] * 10 + ["road"] * 2
+
+
+def test_a_facade_is_known_where_its_blocks_at_eye_height_agree() -> None:
+    rgb, depth = np.zeros((SIZE, SIZE, 3), np.uint8), np.full((SIZE, SIZE), 0.5, np.float32)
+    for share, expected in ((0.9, "brick"), (0.5, "building")):
+        # At the horizon a block shows more of the ground than of a far building.
+        looks = {("facade", "brick"): share, ("facade", "glass"): 1.0 - share}
+        eyes = _Blocks({"building": 0.4, "road": 0.6}, looks)
+        assert _labels(eyes, rgb, depth)[112][60] == expected
+
+
+class _Counting(_Blocks):
+    """An encoder that counts the frames that it sees."""
+
+    def __init__(self) -> None:
+        super().__init__({"road": 1.0}, {})
+        self.frames = 0
+
+    def blocks(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> list[torch.Tensor]:
+        self.frames += len(rgb)
+        return [part.expand(len(rgb), -1, -1, -1) for part in super().blocks(rgb, depth)]
+
+
+def test_a_frame_is_seen_once_as_long_as_it_is_remembered() -> None:
+    eyes = _Counting()
+    memory = FrameCache(partial(predict_percepts, cast(Eyes, eyes)), frames=3)
+    depth = np.ones((4, SIZE, SIZE), np.float32)
+    rgb = np.zeros((4, SIZE, SIZE, 3), np.uint8)
+    rgb[1:, 0, 0, 0] = 1, 2, 3
+    first = memory.find(rgb[[0, 1, 0]], depth[:3])
+    assert first[0] is first[2]
+    assert eyes.frames == 2
+    assert memory.find(rgb[[1, 0]], depth[:2]) == [first[1], first[0]]
+    assert eyes.frames == 2
+    memory.find(rgb[[0]], 2.0 * depth[:1])  # The same colours at another distance.
+    assert eyes.frames == 3
+    memory.find(rgb[2:], depth[:2])  # Now the first ones are forgotten.
+    memory.find(rgb[[1]], depth[:1])
+    assert eyes.frames == 6
