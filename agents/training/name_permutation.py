@@ -39,7 +39,7 @@ class NamePermutation:
     names: Mapping[str, Names]
 
     @classmethod
-    def draw(cls, random: Random) -> "Exchange":
+    def draw(cls, random: Random) -> "NamePermutation":
         """Draw a random permutation."""
         groups: dict[str, Sequence[str]] = {
             "kind": COLLECTIBLES,

@@ -62,7 +62,10 @@ def describe_data(demonstrations: Sequence[PhaseDemonstration], splits: Sequence
     rooms = {each.episode_id for each in demonstrations if each.episode_id.startswith(ROOM_PREFIX)}
     episodes = {each.episode_id for each in demonstrations} - rooms
     steps = sum(len(each.actions) for each in demonstrations)
-    return f"{len(episodes)} episodes of {format_split_names(splits)} and {len(rooms)} drawn rooms, {steps:,} steps of the expert"
+    return (
+        f"{len(episodes)} episodes of {format_split_names(splits)} and {len(rooms)} drawn rooms, "
+        f"{steps:,} steps of the expert"
+    )
 
 
 def format_split_names(splits: Sequence[str]) -> str:

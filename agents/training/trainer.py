@@ -72,7 +72,7 @@ class TrainerSettings:
         checkpoint_steps: updates between two checkpoints.
         chosen_by: metric that selects the best weights of a part of the network, by the prefix of its tensor names.
             The weights of other parts are those of the last update.
-        identity: recipe and data, which must match to resume from a checkpoint.
+        training_inputs: recipe and data, which must match to resume from a checkpoint.
     """
 
     name: str
@@ -85,7 +85,7 @@ class TrainerSettings:
     validate_steps: int = 1000
     checkpoint_steps: int = 100
     chosen_by: Mapping[str, str] = field(default_factory=dict)
-    identity: TrainingInputs = field(default_factory=lambda: TrainingInputs({}, ""))
+    training_inputs: TrainingInputs = field(default_factory=lambda: TrainingInputs({}, ""))
 
 
 class Trainer:
@@ -211,7 +211,7 @@ class Trainer:
             "history": {"losses": torch.tensor(self.losses, dtype=torch.float64)},
         }
         checkpoint = TrainingCheckpoint(self.step, self.cpu_seconds, self.scores, tensors)
-        write_checkpoint(checkpoint_path(self._output, self.settings.name), checkpoint, self.settings.identity)
+        write_checkpoint(checkpoint_path(self._output, self.settings.name), checkpoint, self.settings.training_inputs)
 
     def resume(self) -> None:
         """Resume from the checkpoint, if there is one.
@@ -223,7 +223,7 @@ class Trainer:
         path = None if self._output is None else find_checkpoint(self._output, self.settings.name)
         if path is None:
             return
-        checkpoint = read_checkpoint(path, self.settings.identity)
+        checkpoint = read_checkpoint(path, self.settings.training_inputs)
         tensors = checkpoint.tensors
         self.network.load_state_dict(tensors["network"])
         for name, value in self._average.items():

@@ -5,7 +5,7 @@ from typing import Any
 
 from arramon_agents.pretrained.encoders import INSTALL, PACKAGE
 from arramon_agents.reading.tokenizers import PRETRAINED
-from arramon_agents.training.card import page, training_command, training_text_limit
+from arramon_agents.training.card import model_card, training_command, training_text_limit
 from arramon_agents.training.recipe import as_json
 from arramon_agents.vl.policy import VlPolicy
 from arramon_agents.vl.recipe import RECIPES, Recipe
@@ -45,7 +45,7 @@ def card(policy: VlPolicy, recipe: Recipe) -> str:
     }
     if recipe.init:
         rows["begins with"] = f"`{recipe.init}`"
-    return page(recipe.agent, rows, f"{training_text_limit(recipe.split, recipe.init)}\n{LIMITS}")
+    return model_card(recipe.agent, rows, f"{training_text_limit(recipe.split, recipe.init)}\n{LIMITS}")
 
 
 def _text_encoder(recipe: Recipe) -> str:

@@ -34,7 +34,7 @@ class EncodedText(NamedTuple):
     words: Tensor
     padding: Tensor
 
-    def of(self, rows: Sequence[int]) -> "Text":
+    def of(self, rows: Sequence[int]) -> "EncodedText":
         """Return the instructions at these indices of the batch."""
         return EncodedText(self.words[list(rows)], self.padding[list(rows)])
 

@@ -110,7 +110,7 @@ class Imitation:
             validate_steps=recipe.validate_steps,
             checkpoint_steps=workspace.checkpoint_steps,
             chosen_by={PART.format(phase=phase): metric for phase, metric in CHOSEN_BY.items()},
-            identity=TrainingInputs(
+            training_inputs=TrainingInputs(
                 update_settings(replace(recipe, passes=0)), digest_of(demonstrations)
             ),  # More may follow.
         )

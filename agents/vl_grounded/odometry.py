@@ -15,7 +15,7 @@ last turn; turns to the right since the last step; steps and actions so far."""
 
 
 def odometry(actions: Sequence[int]) -> npt.NDArray[np.float32]:
-    """Return the odometry features before the first action and after each one, (n + 1, ODOMETRY_SIZE), scaled to about 1.
+    """Return the odometry features before and after each action, (n + 1, ODOMETRY_SIZE), scaled to about 1.
 
     Args:
         actions: the actions of a navigation phase, without blocked steps.

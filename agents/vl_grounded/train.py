@@ -14,7 +14,7 @@ from arramon_agents.process_settings import prepare_process
 from arramon_agents.reading.reader.reader import WEIGHTS as READER
 from arramon_agents.reading.reader.reader import read_reader
 from arramon_agents.reading.tokenizers import WordTokenizer
-from arramon_agents.training.card import page, training_command, training_text_limit
+from arramon_agents.training.card import model_card, training_command, training_text_limit
 from arramon_agents.training.checkpoint import TrainingInputs
 from arramon_agents.training.demonstrations import (
     ROOM_PREFIX,
@@ -144,7 +144,7 @@ def _settings(recipe: GroundedRecipe, workspace: Workspace, epoch_steps: int, da
         recipe.seed,
         decay=DECAY,
         checkpoint_steps=workspace.checkpoint_steps,
-        identity=TrainingInputs(update_settings(recipe), data),
+        training_inputs=TrainingInputs(update_settings(recipe), data),
     )
 
 
@@ -173,7 +173,7 @@ def card(about: Mapping[str, Any]) -> str:
         "CPU time": f"{about['cpu_seconds'] / 60:.0f} minutes, without drawing the demonstrations",
         "validation": _validated(about.get("validation"), recipe),
     }
-    return page(NAME, rows, f"{training_text_limit(recipe['split'], recipe['init'])}\n{LIMITS}")
+    return model_card(NAME, rows, f"{training_text_limit(recipe['split'], recipe['init'])}\n{LIMITS}")
 
 
 def _validated(found: Mapping[str, float] | None, recipe: Mapping[str, Any]) -> str:

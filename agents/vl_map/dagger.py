@@ -79,7 +79,7 @@ def train_policy(recipe: MapRecipe, workspace: Workspace, report: Report) -> Tra
             recipe.seed,
             decay=DECAY,
             checkpoint_steps=workspace.checkpoint_steps,
-            identity=walks.identity,
+            training_inputs=walks.training_inputs,
         )
         return Trainer(task, settings, workspace.output, report)
 
@@ -114,7 +114,7 @@ class SimulatedWalks:
 
     Attributes:
         data_hash: hash of the training split.
-        identity: recipe and data that determine the walks.
+        training_inputs: recipe and data that determine the walks.
         cpu_seconds: processor time spent on the walks.
     """
 
@@ -125,8 +125,8 @@ class SimulatedWalks:
         self._pairs = list(zip(courses[::2], courses[1::2], strict=True))  # The two turns of each episode.
         sections = len({course.world.section.id for course in courses})
         self.description = f"{len(courses)} turns in {sections} sections"
-        self.identity = TrainingInputs(update_settings(recipe), f"{self.data_hash}, {len(courses)} turns")
-        self._about = json.dumps({**self.identity.recipe, "data": self.data_hash, "turns": len(courses)})
+        self.training_inputs = TrainingInputs(update_settings(recipe), f"{self.data_hash}, {len(courses)} turns")
+        self._about = json.dumps({**self.training_inputs.recipe, "data": self.data_hash, "turns": len(courses)})
 
     def along_paths(self) -> Arrays:
         """Return the decisions of walks along the episodes' paths."""

@@ -12,7 +12,7 @@ from arramon_agents.process_settings import prepare_process
 from arramon_agents.reading.reader.reader import load as load_reader
 from arramon_agents.simulated.courses import training_episodes
 from arramon_agents.simulated.room_examples import RoomExample, room_examples_of
-from arramon_agents.training.card import page, training_command
+from arramon_agents.training.card import model_card, training_command
 from arramon_agents.training.recipe import as_json
 from arramon_agents.training.rollouts import RolloutPlan, mean, play
 from arramon_agents.training.schedule import cosine
@@ -115,7 +115,7 @@ def card(about: Mapping[str, Any]) -> str:
         "CPU time": f"{about['cpu_seconds'] / 60:.0f} minutes, with the simulated walks",
         "validation": _validated(about.get("validation")),
     }
-    return page(NAME, rows, LIMITS)
+    return model_card(NAME, rows, LIMITS)
 
 
 def _validated(found: Mapping[str, Any] | None) -> str:

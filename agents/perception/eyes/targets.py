@@ -78,15 +78,15 @@ def loss_of(predictions: Predictions, targets: Tensor) -> Tensor:
     weights = torch.tensor([WEIGHTS[name] for name in KINDS])
     total = functional.cross_entropy(kinds, kind, weights)
     is_prop = (kind >= _FIRST_PROP) & (kind < _FIRST_THING)
-    total = total + 0.3 * selected_cross_entropy(kinds[:, _FIRST_PROP:_FIRST_THING], kind - _FIRST_PROP, is_prop)
-    total = total + 0.3 * selected_cross_entropy(colours, colour, colour != NONE)
+    total = total + 0.3 * masked_cross_entropy(kinds[:, _FIRST_PROP:_FIRST_THING], kind - _FIRST_PROP, is_prop)
+    total = total + 0.3 * masked_cross_entropy(colours, colour, colour != NONE)
     for name, places in look_slices().items():
         inside = (look >= places.start) & (look < places.stop)
-        total = total + LOOK_WEIGHTS[name] * selected_cross_entropy(looks[:, places], look - places.start, inside)
+        total = total + LOOK_WEIGHTS[name] * masked_cross_entropy(looks[:, places], look - places.start, inside)
     return total
 
 
-def selected_cross_entropy(logits: Tensor, classes: Tensor, chosen: Tensor) -> Tensor:
+def masked_cross_entropy(logits: Tensor, classes: Tensor, chosen: Tensor) -> Tensor:
     """Return the mean cross-entropy of the selected rows; 0 if there are none."""
     rows = chosen.nonzero().squeeze(1)
     if not len(rows):

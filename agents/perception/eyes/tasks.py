@@ -11,7 +11,7 @@ from torch.nn import functional
 from arramon_agents.perception.eyes.depth_segmentation import FrameThing, crop, find_things
 from arramon_agents.perception.eyes.naming_network import NamingNetwork, to_network
 from arramon_agents.perception.eyes.network import EyesNetwork, EyesSizes, prepare
-from arramon_agents.perception.eyes.targets import LabelTable, loss_of, selected_cross_entropy
+from arramon_agents.perception.eyes.targets import LabelTable, loss_of, masked_cross_entropy
 from arramon_agents.perception.eyes.vocabulary import KINDS, NONE, look_slices
 from arramon_agents.training.trainer import Loss
 from arramon_client.world import COLLECTIBLES
@@ -99,18 +99,16 @@ class NamingTask:
         kind, colour, look = torch.from_numpy(np.stack(codes)).unbind(1)
         is_collectible = kind >= _FIRST_COLLECTIBLE
         total = functional.cross_entropy(kinds, kind, _WEIGHTS)
-        total = total + selected_cross_entropy(kinds[:, _FIRST_COLLECTIBLE:], kind - _FIRST_COLLECTIBLE, is_collectible)
+        total = total + masked_cross_entropy(kinds[:, _FIRST_COLLECTIBLE:], kind - _FIRST_COLLECTIBLE, is_collectible)
         total = (
             total
-            + 0.7 * selected_cross_entropy(colours, colour, is_collectible)
-            + 0.3 * selected_cross_entropy(colours, colour, colour != NONE)
+            + 0.7 * masked_cross_entropy(colours, colour, is_collectible)
+            + 0.3 * masked_cross_entropy(colours, colour, colour != NONE)
         )
         for name, places in look_slices().items():
             if name in NAMED_LOOKS:
                 inside = (look >= places.start) & (look < places.stop)
-                total = total + NAMED_LOOKS[name] * selected_cross_entropy(
-                    looks[:, places], look - places.start, inside
-                )
+                total = total + NAMED_LOOKS[name] * masked_cross_entropy(looks[:, places], look - places.start, inside)
         return Loss(total)
 
 

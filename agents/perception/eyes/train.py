@@ -75,7 +75,7 @@ def _settings(name: str, recipe: EyesRecipe, workspace: Workspace) -> TrainerSet
         recipe.seed,
         decay=DECAY,
         checkpoint_steps=workspace.checkpoint_steps,
-        identity=TrainingInputs(settings, json.dumps([*SECTIONS])),
+        training_inputs=TrainingInputs(settings, json.dumps([*SECTIONS])),
     )
 
 

@@ -32,7 +32,7 @@ class FineTuningRecipe:
         languages: language of people's texts (exactly one).
         split: imported split (`arramon-server import-release`). Every second episode in playing order, from the second
             on, is used for training; the others are left for testing.
-        init: weights to fine-fine_tune; empty for the shipped ones.
+        init: weights to fine-tune; empty for the shipped ones.
         passes: number of epochs.
         batch: number of texts in a batch.
         learning_rate: peak learning rate.

@@ -37,7 +37,7 @@ VALIDATE_STEPS = 250
 
 
 def train(recipe: ReaderRecipe | FineTuningRecipe, workspace: Workspace, report: Report) -> Path:
-    """Train or fine-fine_tune a reader, resuming from a checkpoint if there is one; return the path of the weights.
+    """Train or fine-tune a reader, resuming from a checkpoint if there is one; return the path of the weights.
 
     Raises:
         NotFound: if the data folder does not have the split.
@@ -102,13 +102,13 @@ def fine_tune(
     workspace: Workspace,
     report: Report = lambda _: None,
 ) -> Path:
-    """Fine-fine_tune a reader on people's texts, and return the path of the weights.
+    """Fine-tune a reader on people's texts, and return the path of the weights.
 
     The training data has as many generated texts with the same meanings, to prevent forgetting. New words are added to
     the vocabulary.
 
     Args:
-        recipe: training settings; `init` names the weights to fine-fine_tune.
+        recipe: training settings; `init` names the weights to fine-tune.
         samples: people's texts with their meanings.
         languages: languages of the generated texts.
         workspace: has the folder for the weights.
@@ -157,7 +157,7 @@ def _learn(
         decay=DECAY,
         validate_steps=VALIDATE_STEPS,
         checkpoint_steps=workspace.checkpoint_steps,
-        identity=TrainingInputs(as_json(recipe), examples.digest()),
+        training_inputs=TrainingInputs(as_json(recipe), examples.digest()),
     )
     Trainer(
         ReadingTask(network, examples, recipe.batch, recipe.seed), settings, workspace.output, report, validate

@@ -19,7 +19,7 @@ SETTINGS = TrainerSettings(
     seed=3,
     decay=0.01,
     checkpoint_steps=4,
-    identity=TrainingInputs({"rate": 0.01}, "data"),
+    training_inputs=TrainingInputs({"rate": 0.01}, "data"),
 )
 
 
@@ -88,21 +88,23 @@ def test_without_a_folder_nothing_is_written(tmp_path: Path, monkeypatch: pytest
 
 
 @pytest.mark.parametrize(
-    ("identity", "message"),
+    ("training_inputs", "message"),
     [
         (
             TrainingInputs({"rate": 0.1}, "data"),
-            r"is of another recipe \(rate 0.01, expected 0.1\): name another --output",
+            r"another recipe \(rate 0.01, expected 0.1\): name another --output",
         ),
         (TrainingInputs({"rate": 0.01, "more": 1}, "data"), r"another recipe \(more None, expected 1\)"),
         (TrainingInputs({}, "data"), r"another recipe \(rate 0.01, expected None\)"),
         (TrainingInputs({"rate": 0.01}, "other"), "is of other data: name another --output, or remove it"),
     ],
 )
-def test_a_checkpoint_of_another_training_is_refused(identity: TrainingInputs, message: str, tmp_path: Path) -> None:
+def test_a_checkpoint_of_another_training_is_refused(
+    training_inputs: TrainingInputs, message: str, tmp_path: Path
+) -> None:
     Trainer(Line(), SETTINGS, tmp_path).run(4)
     with pytest.raises(CheckpointMismatch, match=message):
-        Trainer(Line(), replace(SETTINGS, identity=identity), tmp_path).run()
+        Trainer(Line(), replace(SETTINGS, training_inputs=training_inputs), tmp_path).run()
 
 
 def test_averaged_weights_change_no_update() -> None:
