@@ -35,14 +35,18 @@ def add_data(parser: argparse.ArgumentParser) -> None:
 def add_rounds(parser: argparse.ArgumentParser, default: int) -> None:
     """Add the option `--rounds`, the number of repetitions of all measurements."""
     parser.add_argument(
-        "--rounds", type=whole, default=default, metavar="N", help="number of rounds (default: %(default)s)"
+        "--rounds", type=positive_int, default=default, metavar="N", help="number of rounds (default: %(default)s)"
     )
 
 
 def add_seconds(parser: argparse.ArgumentParser, default: float, what: str) -> None:
     """Add the option `--seconds`, the duration of each measurement."""
     parser.add_argument(
-        "--seconds", type=above_zero, default=default, metavar="S", help=f"{what} in seconds (default: %(default)s)"
+        "--seconds",
+        type=positive_float,
+        default=default,
+        metavar="S",
+        help=f"{what} in seconds (default: %(default)s)",
     )
 
 
@@ -57,7 +61,7 @@ def write_json(path: Path | None, results: object) -> None:
         path.write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
 
 
-def whole(text: str) -> int:
+def positive_int(text: str) -> int:
     """Parse a positive integer, for argparse.
 
     Raises:
@@ -68,7 +72,7 @@ def whole(text: str) -> int:
     return int(text)
 
 
-def above_zero(text: str) -> float:
+def positive_float(text: str) -> float:
     """Parse a positive number, for argparse.
 
     Raises:
@@ -106,7 +110,7 @@ def mean_and_error(values: Sequence[float]) -> tuple[float, float]:
     return average, math.sqrt(spread / len(values))
 
 
-def aligned(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+def text_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """Return a table for a terminal, with the first column left-aligned and the others right-aligned."""
     lines = [header, *rows]
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
@@ -115,7 +119,7 @@ def aligned(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     )
 
 
-def markdown(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+def markdown_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """Return a table in Markdown."""
     lines = [header, ["---"] * len(header), *rows]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)

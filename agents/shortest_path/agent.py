@@ -121,7 +121,7 @@ class Agent:
 def _room_plan(pose: Pose, target: Target, found_blocked: set[tuple[int, int]]) -> list[Action]:
     """Plan a path around the objects in the room if possible, else through them, like some paths of the release."""
     occupied = {(cell.column, cell.row) for cell in target.occupied}
-    quarter, turns = room.quarter_of(pose[2])
+    quarter, turns = room.quarter_and_turns(pose[2])
     start = room.RoomPose(round(pose[0]), round(pose[1]), quarter)
     for blocked in (occupied | found_blocked, found_blocked):
         actions = room.plan(start, (target.cell.column, target.cell.row), blocked)

@@ -7,7 +7,7 @@ import numpy as np
 
 from benchmarks.agents.results_tables import number, shown_difference
 from benchmarks.agents.study import LANGUAGES, METRICS, SPLITS, Scores
-from benchmarks.common import markdown
+from benchmarks.common import markdown_table
 
 BASE = "base"
 """The variation with which the others are compared."""
@@ -66,7 +66,9 @@ def table(measured: Sequence[PhaseScores], split: str, rows: Mapping[str, str]) 
             line = [f"`{name}`", what, language]
             for phase, metrics in METRICS.items():
                 for metric in metrics:
-                    own, base = (reached(measured, each, phase, metric, split, language) for each in (name, BASE))
+                    own, base = (
+                        metric_by_episode(measured, each, phase, metric, split, language) for each in (name, BASE)
+                    )
                     line.append(number(float(np.mean(list(own.values()))) if own else None))
                     common = sorted(own.keys() & base.keys())
                     is_other = name != BASE and len(common) > 1
@@ -74,7 +76,7 @@ def table(measured: Sequence[PhaseScores], split: str, rows: Mapping[str, str]) 
                     line.append(shown_difference(*pair) if is_other else "")
             lines.append(line)
     columns = [cell for shown in SHOWN.values() for cell in (shown, f"minus `{BASE}`")]
-    return markdown(["", "", "language", *columns], lines)
+    return markdown_table(["", "", "language", *columns], lines)
 
 
 def updates_table(measured: Sequence[PhaseScores], rows: Mapping[str, str]) -> str:
@@ -84,10 +86,10 @@ def updates_table(measured: Sequence[PhaseScores], rows: Mapping[str, str]) -> s
         found = [[each.updates for each in measured if (each.name, each.phase) == (name, phase)] for phase in METRICS]
         if any(found):
             lines.append([f"`{name}`", *(str(round(sum(each) / len(each))) if each else "" for each in found)])
-    return markdown(["", *METRICS], lines)
+    return markdown_table(["", *METRICS], lines)
 
 
-def reached(
+def metric_by_episode(
     measured: Sequence[PhaseScores], name: str, phase: str, metric: str, split: str, language: str
 ) -> dict[str, float]:
     """Return a metric of each episode, the mean over seeds; empty if nothing was played."""

@@ -15,7 +15,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from benchmarks.common import markdown, parser_of
+from benchmarks.common import markdown_table, parser_of
 
 LANGUAGES = ("en", "hi")
 WHOLE = 1155
@@ -41,7 +41,7 @@ def main() -> None:
         baseline = baseline or rate
         minutes = WHOLE / (len(LANGUAGES) * given.episodes) * seconds / 60
         rows.append((f"`{agent}`", f"{rate:.0f}", f"{rate / baseline:.2f}", f"{start:.0f}", f"{minutes:.1f}"))
-    print(markdown(("agent", "steps/s", "ratio", "start, s", "minutes for 1,155"), rows))
+    print(markdown_table(("agent", "steps/s", "ratio", "start, s", "minutes for 1,155"), rows))
 
 
 def play(agent: str, given: argparse.Namespace) -> tuple[float, int, float]:

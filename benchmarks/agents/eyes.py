@@ -15,7 +15,7 @@ import torch
 from arramon_agents.perception.eyes.encoder import Eyes, load
 from arramon_agents.perception.eyes.scores import GridScores, NameScores
 from arramon_agents.simulated.frames import FrameSource, label_names
-from benchmarks.common import markdown, parser_of, whole
+from benchmarks.common import markdown_table, parser_of, positive_int
 
 SEED = 1_000_003
 """Seed of the frames, different from those of training."""
@@ -27,7 +27,9 @@ def main() -> None:
     """Print the table."""
     parser = parser_of(__doc__)
     parser.add_argument("--weights", type=Path, help="file of weights (default: the shipped ones)")
-    parser.add_argument("--frames", type=whole, default=1000, help="frames in the unseen section, and in the seen ones")
+    parser.add_argument(
+        "--frames", type=positive_int, default=1000, help="frames in the unseen section, and in the seen ones"
+    )
     options = parser.parse_args()
     torch.set_num_threads(1)
     eyes = load(options.weights)
@@ -68,7 +70,9 @@ def table(measured: dict[str, tuple[GridScores, NameScores, float]]) -> str:
         f"{1000 * seconds:.1f} ms of processor time a frame ({place})." for place, (_, _, seconds) in measured.items()
     ]
     header = ["collectibles by name", "count", "found", "kind", "colour", "pattern", "all"]
-    return "\n\n".join([markdown(["F1 by class", *places], rows), markdown(header, names), "\n".join(times)])
+    return "\n\n".join(
+        [markdown_table(["F1 by class", *places], rows), markdown_table(header, names), "\n".join(times)]
+    )
 
 
 if __name__ == "__main__":

@@ -31,7 +31,7 @@ from arramon_client.world import PHASES
 from arramon_server.episodes.splits import folder_of, read_split
 from benchmarks.agents.results_tables import shown_difference
 from benchmarks.agents.study import write_page
-from benchmarks.common import markdown, mean_and_error, parser_of
+from benchmarks.common import markdown_table, mean_and_error, parser_of
 
 READING = ("vl_map", "seeing_follower")
 """Agents that use the learned reader, which can be fine-tuned."""
@@ -85,7 +85,7 @@ class TunedAgent:
         return f"generated text, {' and '.join(what)} {TUNED} on people's" if what else "generated text"
 
 
-def players_of(agents: Sequence[str], tuned: Path | None) -> list[TunedAgent]:
+def setups_of(agents: Sequence[str], tuned: Path | None) -> list[TunedAgent]:
     """Return each agent as shipped, and again with the fine-tuned weights that a folder has for it."""
     players = []
     for agent in agents:
@@ -114,7 +114,7 @@ def main() -> None:
     split = read_split(folder_of(given.data, given.split))
     _, tested = halves(split, given.lang)
     chosen = tuple(episode.episode_id for episode in tested[: given.episodes or None])
-    rows = [(player, _scores(given, player, chosen)) for player in players_of(given.agents.split(","), given.tuned)]
+    rows = [(player, _scores(given, player, chosen)) for player in setups_of(given.agents.split(","), given.tuned)]
     if not given.play_only:
         write_page(given.page, BEGIN, END, "\n\n".join(filter(None, (table(rows), tuned_table(rows)))))
 
@@ -130,7 +130,7 @@ def table(rows: Sequence[tuple[TunedAgent, Scores]]) -> str:
         ]
         for player, scores in rows
     ]
-    return markdown(["agent", "trained on", "episodes", *COLUMNS], lines)
+    return markdown_table(["agent", "trained on", "episodes", *COLUMNS], lines)
 
 
 def tuned_table(rows: Sequence[tuple[TunedAgent, Scores]]) -> str:
@@ -145,7 +145,7 @@ def tuned_table(rows: Sequence[tuple[TunedAgent, Scores]]) -> str:
                 for metric in COLUMNS
             ]
             lines.append([f"`{player.agent}`", *(shown_difference(*pair) for pair in pairs)])
-    return "What fine-tuning changes:\n\n" + markdown(["agent", *COLUMNS], lines) if lines else ""
+    return "What fine-tuning changes:\n\n" + markdown_table(["agent", *COLUMNS], lines) if lines else ""
 
 
 def _mean(values: Sequence[float]) -> str:

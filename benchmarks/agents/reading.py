@@ -16,7 +16,7 @@ from arramon_agents.reading.reader.task import score
 from arramon_agents.reading.reader.train import examples_of
 from arramon_agents.simulated.meanings import read_samples
 from arramon_lang.meaning import Assembly, Navigation
-from benchmarks.common import markdown, parser_of
+from benchmarks.common import markdown_table, parser_of
 
 SPLITS = ("val_unseen", "val_seen")
 PLACES = {"street": Navigation, "room": Assembly}
@@ -48,7 +48,7 @@ def table(data: Path, splits: Sequence[str], reader: Path) -> str:
     languages = sorted({language for row in shares.values() for language, _ in row})
     columns = [(language, place) for language in languages for place in PLACES]
     rows = [[f"`{split}`, {what}", *(row.get(each, "") for each in columns)] for (split, what), row in shares.items()]
-    return markdown(["", *map(", ".join, columns)], rows)
+    return markdown_table(["", *map(", ".join, columns)], rows)
 
 
 if __name__ == "__main__":

@@ -126,10 +126,10 @@ def main() -> None:
 
 
 def _players(agents: str, folders: Sequence[Path]) -> list[AgentSetup]:
-    return [player for agent in agents.split(",") if agent for player in players_of(agent, folders)]
+    return [player for agent in agents.split(",") if agent for player in setups_of(agent, folders)]
 
 
-def players_of(agent: str, folders: Sequence[Path]) -> list[AgentSetup]:
+def setups_of(agent: str, folders: Sequence[Path]) -> list[AgentSetup]:
     """Return an agent once for each of its seeds: for one that has learned, the number of its folder from 1 on.
 
     Raises:

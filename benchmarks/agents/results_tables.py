@@ -9,7 +9,7 @@ import numpy.typing as npt
 from scipy.special import stdtrit
 
 from arramon_server.scoring.seeds import seed_spread
-from benchmarks.common import markdown
+from benchmarks.common import markdown_table
 
 COLUMNS = ("nDTW", "CTC-0", "CTC-3", "CTC-5", "CTC-7", "rPOD@CTC-3", "PTC@CTC-3")
 BY_TURN = ("nDTW", "CTC-3", "rPOD@CTC-3", "PTC@CTC-3")
@@ -158,7 +158,7 @@ def hidden_section(split: str, runs: Sequence[HiddenScores]) -> str:
         for run in runs
         for row in ("turn 1", "turn 2", "total")
     ]
-    return f"## {split}\n\n" + markdown(("agent", "language", "seed", "episodes", "", *COLUMNS), rows)
+    return f"## {split}\n\n" + markdown_table(("agent", "language", "seed", "episodes", "", *COLUMNS), rows)
 
 
 def main_table(groups: Sequence[SeedGroup], paper: Mapping[str, Sequence[float]]) -> str:
@@ -170,7 +170,7 @@ def main_table(groups: Sequence[SeedGroup], paper: Mapping[str, Sequence[float]]
         rows.append((f"`{group.agent}`", group.language, str(len(group.runs)), str(episodes), *means))
     for name, values in paper.items():
         rows.append((f"*the paper's {name}: other data*", "*en*", "", "", *map(number, values), ""))
-    return markdown(("agent", "language", "seeds", "episodes", *COLUMNS, ALONE), rows)
+    return markdown_table(("agent", "language", "seeds", "episodes", *COLUMNS, ALONE), rows)
 
 
 def turn_table(groups: Sequence[SeedGroup]) -> str:
@@ -181,7 +181,7 @@ def turn_table(groups: Sequence[SeedGroup]) -> str:
         (f"`{group.agent}`", group.language, *(number(group.mean(metric, turn)) for metric, turn in columns))
         for group in groups
     ]
-    return markdown(("agent", "language", *header), rows)
+    return markdown_table(("agent", "language", *header), rows)
 
 
 def difference_table(groups: Sequence[SeedGroup]) -> str:
@@ -194,7 +194,7 @@ def difference_table(groups: Sequence[SeedGroup]) -> str:
             if pair[0] and pair[1]:
                 shown = [_difference(pair[0], pair[1], metric) for metric in COMPARED_METRICS]
                 rows.append((f"`{better}` - `{worse}`", language, *shown))
-    return markdown(("difference", "language", *COMPARED_METRICS), rows)
+    return markdown_table(("difference", "language", *COMPARED_METRICS), rows)
 
 
 def seed_table(groups: Sequence[SeedGroup]) -> str:
@@ -209,7 +209,7 @@ def seed_table(groups: Sequence[SeedGroup]) -> str:
                 each = ", ".join(number(float(value)) for value in scores.mean(1))
                 rows.append((f"`{group.agent}`", group.language, metric, each, *map(number, deviations)))
     header = ("agent", "language", "metric", "mean of each seed", "between seeds", "between episodes", "rest")
-    return markdown(header, rows)
+    return markdown_table(header, rows)
 
 
 def paired_difference(better: Floats, worse: Floats, confidence: float = CONFIDENCE) -> tuple[float, float, float]:

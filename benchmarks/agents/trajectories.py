@@ -78,7 +78,7 @@ class RecordingAgent:
     def __init__(self, agent: Agent) -> None:
         self._agent = agent
         self.sensors = tuple(dict.fromkeys((*getattr(agent, "sensors", ("rgb", "depth")), "pose")))
-        self.ways: dict[tuple[str, int], PlayedPath] = {}
+        self.paths: dict[tuple[str, int], PlayedPath] = {}
 
     def begin(self, episode: Begun) -> None:
         """Start a new episode."""
@@ -93,9 +93,9 @@ class RecordingAgent:
         actions = self._agent.act(observations)
         for observation, action in zip(observations, actions, strict=True):
             if observation.phase == "navigation" and observation.pose is not None:
-                way = self.ways.setdefault((observation.episode_id, observation.turn), PlayedPath())
-                way.poses.append(observation.pose)
-                way.took = action == Action.INTERACT
+                played_path = self.paths.setdefault((observation.episode_id, observation.turn), PlayedPath())
+                played_path.poses.append(observation.pose)
+                played_path.took = action == Action.INTERACT
         return actions
 
 
@@ -126,17 +126,17 @@ class JudgedTurn:
         return f"{self.episode.episode_id}-{self.turn}"
 
 
-def judge(episode: Episode, turn: int, way: PlayedPath) -> JudgedTurn:
+def classify(episode: Episode, turn: int, played_path: PlayedPath) -> JudgedTurn:
     """Classify the outcome of a turn by the agent's path."""
     truth = episode.turns[turn - 1]
-    path, reference = np.array([pose[:2] for pose in way.poses]), np.array(truth.path)
+    path, reference = np.array([pose[:2] for pose in played_path.poses]), np.array(truth.path)
     reached = 0
     for place in path:
         near = np.hypot(*(reference[reached : reached + 6] - place).T) < LEFT
         reached += int(np.flatnonzero(near).max(initial=0))
     share = reached / max(len(reference) - 1, 1)
-    x, z, heading = way.poses[-1]
-    taken = reachable(Pose(x, z, heading), truth.street) if way.took else None
+    x, z, heading = played_path.poses[-1]
+    taken = reachable(Pose(x, z, heading), truth.street) if played_path.took else None
     cause = end = ""
     if taken != 0:
         same = taken is not None and truth.street[taken].type == truth.target.type
@@ -217,7 +217,7 @@ def sheet(turns: Sequence[JudgedTurn], language: str, most: int) -> str:
     return "\n\n".join(parts) + "\n"
 
 
-def played(given: argparse.Namespace, split: Split) -> dict[tuple[str, int], PlayedPath]:
+def read_or_play(given: argparse.Namespace, split: Split) -> dict[tuple[str, int], PlayedPath]:
     """Return the paths of the first episodes by id and turn, from the folder or by playing.
 
     Raises:
@@ -226,28 +226,30 @@ def played(given: argparse.Namespace, split: Split) -> dict[tuple[str, int], Pla
     arguments = {name: parse_value(value) for name, value in parse_arguments(given.agent_arg).items()}
     about = [given.agent, arguments, split.name, given.lang, split.data_hash]
     path: Path = given.output / "ways.json"
-    ways: dict[tuple[str, int], PlayedPath] = {}
+    paths: dict[tuple[str, int], PlayedPath] = {}
     if path.exists():
         kept: dict[str, Any] = json.loads(path.read_text())
         if kept["about"] != about:
             sys.exit(f"{path} is of {kept['about']}, not of {about}: name another --output")
-        ways = {
-            (name, turn): PlayedPath([(x, z, heading) for x, z, heading in way["poses"]], way["took"])
-            for name, turn, way in kept["ways"]
+        paths = {
+            (name, turn): PlayedPath([(x, z, heading) for x, z, heading in played_path["poses"]], played_path["took"])
+            for name, turn, played_path in kept["ways"]
         }
     wanted = [each.episode_id for each in split.in_playing_order(given.lang)][: given.episodes or None]
-    done = {name for name, _ in ways}
+    done = {name for name, _ in paths}
     left = [name for name in wanted if name not in done]
     agent = RecordingAgent(load_agent(given.agent, arguments)) if left else None
     for first in range(0, len(left), PARALLEL):
         assert agent is not None
         chosen = tuple(left[first : first + PARALLEL])
         play(agent, RolloutPlan(given.data, given.split, (given.lang,), 0, 224, chosen=chosen))
-        ways |= agent.ways
+        paths |= agent.paths
         new = path.with_suffix(".new")
-        new.write_text(json.dumps({"about": about, "ways": [(*key, asdict(way)) for key, way in ways.items()]}))
+        new.write_text(
+            json.dumps({"about": about, "ways": [(*key, asdict(played_path)) for key, played_path in paths.items()]})
+        )
         new.replace(path)
-    return {key: way for key, way in sorted(ways.items()) if key[0] in wanted}
+    return {key: played_path for key, played_path in sorted(paths.items()) if key[0] in wanted}
 
 
 def main() -> None:
@@ -266,8 +268,10 @@ def main() -> None:
     given = parser.parse_args()
     split = read_split(folder_of(given.data, given.split))
     given.output.mkdir(parents=True, exist_ok=True)
-    ways = played(given, split)
-    turns = [judge(split.episodes[episode_id], turn, way) for (episode_id, turn), way in ways.items()]
+    paths = read_or_play(given, split)
+    turns = [
+        classify(split.episodes[episode_id], turn, played_path) for (episode_id, turn), played_path in paths.items()
+    ]
     for each in turns:
         draw(each, split.sections[each.episode.section], given.lang).save(given.output / f"{each.name}.png")
     (given.output / "worst.md").write_text(sheet(turns, given.lang, given.worst), encoding="utf-8")

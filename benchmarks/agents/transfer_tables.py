@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.agents.results_tables import Floats, number, shown_difference
-from benchmarks.common import markdown
+from benchmarks.common import markdown_table
 
 LANGUAGES = ("en", "hi")
 
@@ -90,7 +90,7 @@ class ResultTable:
         wanted = (encoder, tuple(trained), aligned, times)
         return [each for each in self.results if (each.encoder, each.trained, each.aligned, each.times) == wanted]
 
-    def reached(
+    def metric_by_episode(
         self, encoder: str, trained: Sequence[str], language: str, *, aligned: bool = False, times: int = 1
     ) -> Floats | None:
         """Return the metric of each episode, the mean over seeds; None if nothing was played."""
@@ -133,12 +133,12 @@ def encoder_table(table: ResultTable) -> str:
         row = [f"`{name}`", encoder.what, f"{first.parameters:,}", str(updates)]
         row += [f"{first.pieces[language]:.1f}" for language in LANGUAGES]
         for language in LANGUAGES:
-            row.append(_mean(table.reached(name, LANGUAGES, language)))
-            words = None if name == "word" else table.reached("word", LANGUAGES, language)
-            row.append(difference(table.reached(name, LANGUAGES, language), words))
+            row.append(_mean(table.metric_by_episode(name, LANGUAGES, language)))
+            words = None if name == "word" else table.metric_by_episode("word", LANGUAGES, language)
+            row.append(difference(table.metric_by_episode(name, LANGUAGES, language), words))
         rows.append(row)
     header = ["", "", "learned parameters", "updates", "pieces a text, en", "hi"]
-    return markdown([*header, f"{table.metric}, en", "minus `word`", f"{table.metric}, hi", "minus `word`"], rows)
+    return markdown_table([*header, f"{table.metric}, en", "minus `word`", f"{table.metric}, hi", "minus `word`"], rows)
 
 
 def transfer_table(table: ResultTable) -> str:
@@ -146,9 +146,11 @@ def transfer_table(table: ResultTable) -> str:
     rows = []
     for language, other in (LANGUAGES, LANGUAGES[::-1]):
         for name in ENCODERS:
-            alone, joint, zero = (table.reached(name, each, language) for each in ((language,), LANGUAGES, (other,)))
-            twice = table.reached(name, LANGUAGES, language, times=2)
-            random = table.reached("random", (other,), language)
+            alone, joint, zero = (
+                table.metric_by_episode(name, each, language) for each in ((language,), LANGUAGES, (other,))
+            )
+            twice = table.metric_by_episode(name, LANGUAGES, language, times=2)
+            random = table.metric_by_episode("random", (other,), language)
             if zero is None:
                 continue
             row = [f"`{name}`", language, _mean(alone), _mean(joint), difference(joint, alone)]
@@ -156,7 +158,7 @@ def transfer_table(table: ResultTable) -> str:
             rows.append([*row, "" if name == "random" else difference(zero, random)])
     header = ["", "played in", "that language", "both", "minus that language"]
     header += ["both, twice the time", "minus that language", "the other", "minus `random` trained alike"]
-    return markdown(header, rows)
+    return markdown_table(header, rows)
 
 
 def alignment_table(table: ResultTable) -> str:
@@ -165,12 +167,14 @@ def alignment_table(table: ResultTable) -> str:
     for name in ENCODERS:
         for trained in (("en",), LANGUAGES):
             for language in LANGUAGES:
-                without = table.reached(name, trained, language)
-                aligned = table.reached(name, trained, language, aligned=True)
+                without = table.metric_by_episode(name, trained, language)
+                aligned = table.metric_by_episode(name, trained, language, aligned=True)
                 if aligned is not None:
                     shown = _mean(without), _mean(aligned), difference(aligned, without)
                     rows.append((f"`{name}`", " and ".join(trained), language, *shown))
-    return markdown(("", "actions learned in", "played in", "without", "with", "difference"), rows) if rows else ""
+    return (
+        markdown_table(("", "actions learned in", "played in", "without", "with", "difference"), rows) if rows else ""
+    )
 
 
 def seed_table(table: ResultTable) -> str:
@@ -187,7 +191,7 @@ def seed_table(table: ResultTable) -> str:
             for language in LANGUAGES
         ]
         rows.append((f"`{encoder}`", trained, *means))
-    return markdown(("", "actions learned in", "played in en", "played in hi"), rows)
+    return markdown_table(("", "actions learned in", "played in en", "played in hi"), rows)
 
 
 def difference(one: Floats | None, other: Floats | None) -> str:

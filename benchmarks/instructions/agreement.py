@@ -32,7 +32,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from arramon_lang.meaning import Assembly, Face, Navigation, Rotate, Step, Where
-from benchmarks.instructions.names import ComparedName, name_read, name_said
+from benchmarks.instructions.names import ComparedName, parsed_name, written_name
 
 LEFT_OUT = 1
 """Number of things in a navigation that one account may omit."""
@@ -105,35 +105,37 @@ Relation = tuple[str, tuple[ComparedName, ...]]
 
 def navigation_agrees(meaning: Navigation, said: Mapping[str, Any]) -> bool:
     """Return whether a parsed navigation agrees with a written meaning (see the module's docstring)."""
-    return routes_agree(route_read(meaning), route_said(said))
+    return routes_agree(parsed_route(meaning), written_route(said))
 
 
 def assembly_agrees(meaning: Assembly, said: Mapping[str, Any]) -> bool:
     """Return whether a parsed assembly agrees with a written meaning (see the module's docstring)."""
-    placing = meaning.turns, name_read(meaning.thing), [*_relations_read(meaning.where)]
-    return _placings_agree(placing, _placing_said(said))
+    placing = meaning.turns, parsed_name(meaning.thing), [*_relations_read(meaning.where)]
+    return _placements_agree(placing, _written_placement(said))
 
 
 def accounts_agree(one: Mapping[str, Any], other: Mapping[str, Any]) -> tuple[bool, bool]:
     """Return whether two written meanings of one text agree: of the navigation, of the assembly."""
-    return routes_agree(route_said(one), route_said(other)), _placings_agree(_placing_said(one), _placing_said(other))
+    return routes_agree(written_route(one), written_route(other)), _placements_agree(
+        _written_placement(one), _written_placement(other)
+    )
 
 
-def route_read(meaning: Navigation) -> ComparedRoute:
+def parsed_route(meaning: Navigation) -> ComparedRoute:
     """Return the canonical route of a parsed meaning."""
     return _route(
-        [part for step in meaning.steps for part in _parts_read(step)],
-        name_read(meaning.target),
+        [part for step in meaning.steps for part in _parsed_parts(step)],
+        parsed_name(meaning.target),
         [*_relations_read(meaning.target.where)],
     )
 
 
-def route_said(said: Mapping[str, Any]) -> ComparedRoute:
+def written_route(said: Mapping[str, Any]) -> ComparedRoute:
     """Return the canonical route of a written meaning."""
     target = said["target"]
     return _route(
-        [part for step in said["steps"] for part in _parts_said(step)],
-        name_said(target["thing"]),
+        [part for step in said["steps"] for part in _written_parts(step)],
+        written_name(target["thing"]),
         [*_relations_said(target["where"])],
     )
 
@@ -223,25 +225,25 @@ def _merge(mark: RouteMark, marks: list[RouteMark], *, replaces: bool) -> bool:
     return False
 
 
-def _parts_read(step: Step) -> Iterator[RouteMark | str]:
+def _parsed_parts(step: Step) -> Iterator[RouteMark | str]:
     if isinstance(step, Rotate):
-        yield from _turn(step.direction, step.at, None if step.thing is None else name_read(step.thing))
+        yield from _turn(step.direction, step.at, None if step.thing is None else parsed_name(step.thing))
     elif isinstance(step, Face):
-        yield RouteMark((name_read(step.thing),))
+        yield RouteMark((parsed_name(step.thing),))
     else:
-        yield from _walk(step.way, tuple(map(name_read, step.things)), step.side)
+        yield from _walk(step.way, tuple(map(parsed_name, step.things)), step.side)
 
 
-def _parts_said(step: Sequence[Any]) -> Iterator[RouteMark | str]:
+def _written_parts(step: Sequence[Any]) -> Iterator[RouteMark | str]:
     sort, *rest = step
     if sort == "turn":
         direction, at, thing = [*rest, "", ""][:3]
-        yield from _turn(direction, at, name_said(thing) if thing else None)
+        yield from _turn(direction, at, written_name(thing) if thing else None)
     elif sort == "face":
-        yield RouteMark((name_said(rest[0]),))
+        yield RouteMark((written_name(rest[0]),))
     else:
         way, things, side = [*rest, "", ""][:3]
-        yield from _walk(way, _names_said(things), side)
+        yield from _walk(way, _written_names(things), side)
 
 
 def _turn(direction: str, at: str, name: ComparedName | None) -> Iterator[RouteMark | str]:
@@ -261,18 +263,18 @@ def _walk(way: str, names: tuple[ComparedName, ...], side: str) -> Iterator[Rout
         yield RouteMark(names, frozenset(_POSITIONS.get(way, ())), side)
 
 
-def _names_said(said: str | Sequence[str]) -> tuple[ComparedName, ...]:
-    return tuple(name_said(name) for name in ([said] if isinstance(said, str) else said) if name)
+def _written_names(said: str | Sequence[str]) -> tuple[ComparedName, ...]:
+    return tuple(written_name(name) for name in ([said] if isinstance(said, str) else said) if name)
 
 
 def _relations_read(wheres: Sequence[Where]) -> Iterator[Relation]:
     for where in wheres:
-        yield where.relation, tuple(map(name_read, where.things))
+        yield where.relation, tuple(map(parsed_name, where.things))
 
 
 def _relations_said(wheres: Sequence[Sequence[Any]]) -> Iterator[Relation]:
     for relation, things in wheres:
-        yield relation, _names_said(things)
+        yield relation, _written_names(things)
 
 
 def _are_opposite(one: frozenset[str], other: frozenset[str]) -> bool:
@@ -288,13 +290,13 @@ def _match(names: Sequence[ComparedName], others: Sequence[ComparedName]) -> boo
 Placing = tuple[tuple[str, ...], ComparedName, list[Relation]]
 
 
-def _placing_said(said: Mapping[str, Any]) -> Placing:
+def _written_placement(said: Mapping[str, Any]) -> Placing:
     room = said["room"]
-    thing = name_said(room["thing"]) if room["thing"] else ComparedName("")
+    thing = written_name(room["thing"]) if room["thing"] else ComparedName("")
     return tuple(room["turns"]), thing, [*_relations_said(room["where"])]
 
 
-def _placings_agree(one: Placing, other: Placing) -> bool:
+def _placements_agree(one: Placing, other: Placing) -> bool:
     (turns, thing, relations), (their_turns, their_thing, their_relations) = one, other
     if turns != their_turns or (thing.kind and their_thing.kind and not _same_object(thing, their_thing)):
         return False

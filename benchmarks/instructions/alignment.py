@@ -48,7 +48,7 @@ def texts_of(half: str, language: str) -> dict[Key, str]:
     }
 
 
-def one_turned(route: Tokens, random: Random) -> Tokens | None:
+def with_one_turn_reversed(route: Tokens, random: Random) -> Tokens | None:
     """Return the route with one random turn reversed, or None if it has no turns."""
     turns = [number for number, token in enumerate(route) if token in ("turn:left", "turn:right")]
     if not turns:
@@ -65,7 +65,7 @@ def measure(model: Alignment, texts: Mapping[Key, str], routes: Mapping[Key, Tok
     for key in keys:
         own = model.score(texts[key], routes[key])
         found["mirrored"].append(model.margin(texts[key], routes[key]) > 0.0)
-        turned = one_turned(routes[key], random)
+        turned = with_one_turn_reversed(routes[key], random)
         if turned is not None:
             found["one turn the other way"].append(own > model.score(texts[key], turned))
         others = random.sample([other for other in keys if other != key], NINE)

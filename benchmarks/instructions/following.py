@@ -14,7 +14,7 @@ from arramon_dataset.plans import build_section, read_plan
 from arramon_dataset.trial import TrialWorld, play
 from arramon_server.scoring.aggregate import ROWS, aggregate
 from arramon_server.scoring.episode import EpisodeScores
-from benchmarks.common import add_json, aligned, parser_of, whole, write_json
+from benchmarks.common import add_json, parser_of, positive_int, text_table, write_json
 
 METRICS = ("nDTW", "CTC-0", "CTC-3", "CTC-5", "CTC-7", "rPOD", "PTC", "rPOD@CTC-3", "PTC@CTC-3")
 
@@ -23,7 +23,9 @@ def main() -> None:
     """Run the benchmark and print its table."""
     parser = parser_of(__doc__)
     parser.add_argument("--split", default="val_unseen", help="an open split (default: %(default)s)")
-    parser.add_argument("--episodes", type=whole, default=100, help="number of its episodes (default: %(default)s)")
+    parser.add_argument(
+        "--episodes", type=positive_int, default=100, help="number of its episodes (default: %(default)s)"
+    )
     parser.add_argument("--seed", default="1", help="seed as for `arramon-server generate` (default: %(default)s)")
     add_json(parser)
     arguments = parser.parse_args()
@@ -61,7 +63,7 @@ def main() -> None:
         table = aggregate(scores[code])
         rows[code] = {row: {name: table.rows[row][name].mean for name in METRICS} for row in ROWS}
         lines += [[f"{code} {row}", *(f"{values[name]:.3f}" for name in METRICS)] for row, values in rows[code].items()]
-    print(aligned(["", *METRICS], lines))
+    print(text_table(["", *METRICS], lines))
     counts = {"episodes": len(episodes), "drafts without words": rejected, "kept": kept}
     write_json(arguments.json, {"split": split.name, **counts, "scores": rows})
 

@@ -20,7 +20,7 @@ from arramon_lang.meaning import Navigation, Thing
 from arramon_server.episodes.episode import Episode, Instructions
 from arramon_server.episodes.splits import read_splits
 from arramon_server.sim.own_furniture import furnished
-from benchmarks.common import aligned, parser_of, whole
+from benchmarks.common import parser_of, positive_int, text_table
 
 LANGUAGE = "en"
 METRICS = ("CTC-3", "nDTW")
@@ -28,7 +28,7 @@ METRICS = ("CTC-3", "nDTW")
 Texts = tuple[Instructions, Instructions]
 
 
-def name_alone(episode: Episode) -> Texts:
+def with_target_name_only(episode: Episode) -> Texts:
     """Return an episode's texts with navigation reduced to the target's name."""
     named = []
     for number, (turn, text) in enumerate(zip(episode.turns, episode.instructions[LANGUAGE], strict=True)):
@@ -50,7 +50,9 @@ def main() -> None:
     parser = parser_of(__doc__)
     parser.add_argument("data", type=Path, help="folder of `arramon-server generate`")
     parser.add_argument("--split", default="val_seen", help="one of its splits (default: %(default)s)")
-    parser.add_argument("--episodes", type=whole, default=60, help="number of its episodes (default: %(default)s)")
+    parser.add_argument(
+        "--episodes", type=positive_int, default=60, help="number of its episodes (default: %(default)s)"
+    )
     arguments = parser.parse_args()
 
     split = read_splits(arguments.data)[arguments.split]
@@ -68,7 +70,7 @@ def main() -> None:
         swapped = [Instructions(o.navigation, f.assembly) for o, f in zip(other, full, strict=True)]
         variants: dict[str, Texts] = {
             "full text": full,
-            "target's name alone": name_alone(episode),
+            "target's name alone": with_target_name_only(episode),
             "another episode's text": (swapped[0], swapped[1]),
         }
         for name, (first, second) in variants.items():
@@ -82,7 +84,7 @@ def main() -> None:
     for name, listed in scores.items():
         means = (sum(turn[metric] for turn in listed) / len(listed) for metric in METRICS)
         rows.append([name, str(len(listed)), *(f"{mean:.2f}" for mean in means)])
-    print(aligned(["", "turns", *METRICS], rows))
+    print(text_table(["", "turns", *METRICS], rows))
 
 
 if __name__ == "__main__":

@@ -61,12 +61,12 @@ COUNTED = frozenset(("first", "second", "third"))
 """Ordinals that count, and so are not interchangeable."""
 
 
-def name_read(thing: Thing) -> ComparedName:
+def parsed_name(thing: Thing) -> ComparedName:
     """Return the name of a thing in a parsed meaning."""
     return _name(thing.kind, {word for word in (thing.colour, thing.look) if word}, thing.which)
 
 
-def name_said(words: str) -> ComparedName:
+def written_name(words: str) -> ComparedName:
     """Return the name of a thing in a written meaning."""
     *before, kind = words.lower().replace("-", " ").replace("zebra crossing", "zebra_crossing").split()
     singular = kind[:-1] if kind.endswith("s") and kind not in ("hourglass", "bags", "tires", "tyres") else kind

@@ -41,7 +41,7 @@ PHASES = ("navigation", "assembly")
 METRICS = ("nDTW", "CTC-3", "PTC")
 
 
-def is_read(text: Paraphrase, phase: str) -> bool:
+def is_fully_parsed(text: Paraphrase, phase: str) -> bool:
     """Return whether the reader recovers the whole annotated meaning of a text."""
     assert text.meaning is not None
     return _agrees(text, phase, text.meaning)
@@ -86,7 +86,7 @@ def _reading(texts: Sequence[Paraphrase], language: str, show: int) -> None:
         found["the assembly leads to the cell"].append((text.manner, leads_to_cell(text, episode)))
         if text.meaning is not None:
             for phase in PHASES:
-                right = is_read(text, phase)
+                right = is_fully_parsed(text, phase)
                 found[f"whole meaning of {phase}"].append((text.manner, right))
                 if not right and show > 0:
                     show -= 1

@@ -18,7 +18,7 @@ from typing import Any
 
 from benchmarks.common import parser_of
 from benchmarks.instructions.mentions import ThingMention, mentions
-from benchmarks.instructions.sides import false_sides, grounds_of, neighbours, stated_sides
+from benchmarks.instructions.sides import false_sides, neighbours, stated_sides, things_in_street
 from benchmarks.instructions.turn_paths import NavigationPath, turn_path
 
 MAX_FROM_PATH, MAX_WHEN_PASSED, MAX_STEPS_BEHIND, MAX_APART, REFERENCE_FAR = 14.0, 4.0, 6, 9.0, 4.0
@@ -58,16 +58,16 @@ def objects(turn: dict[str, Any], section: dict[str, Any]) -> list[StreetObject]
     return found
 
 
-def is_consistent(told: Sequence[ThingMention], things: Sequence[StreetObject]) -> bool:
+def is_consistent(found: Sequence[ThingMention], things: Sequence[StreetObject]) -> bool:
     """Return whether an object can be assigned to each mention."""
-    told = [mention for mention in told if mention.kind not in SKIPPED]
+    found = [mention for mention in found if mention.kind not in SKIPPED]
 
     def fits(number: int, chosen: tuple[StreetObject, ...], progress: int) -> bool:
-        if number == len(told):
+        if number == len(found):
             return True
-        mention = told[number]
-        earlier = [o for m, o in zip(told, chosen, strict=False) if m.kind == mention.kind]
-        repeated = [o for m, o in zip(told, chosen, strict=False) if _is_repeated(mention, m)]
+        mention = found[number]
+        earlier = [o for m, o in zip(found, chosen, strict=False) if m.kind == mention.kind]
+        repeated = [o for m, o in zip(found, chosen, strict=False) if _is_repeated(mention, m)]
         for thing in things:
             if (thing.kind, thing.distance > MAX_FROM_PATH) != (mention.kind, False):
                 continue
@@ -91,11 +91,11 @@ def is_consistent(told: Sequence[ThingMention], things: Sequence[StreetObject]) 
     return fits(0, (), 0)
 
 
-def identifies_target(told: Sequence[ThingMention], turn: dict[str, Any], things: Sequence[StreetObject]) -> bool:
+def identifies_target(found: Sequence[ThingMention], turn: dict[str, Any], things: Sequence[StreetObject]) -> bool:
     """Return whether a text names something near the target that is not near its look-alike."""
     target, *others = ((item["type"], item["position"][0], item["position"][2]) for item in turn["street"])
     twins = [(x, z) for kind, x, z in others if kind == target[0]]
-    told = [_in_full(mention, told[:number]) for number, mention in enumerate(told)]
+    found = [_in_full(mention, found[:number]) for number, mention in enumerate(found)]
 
     def is_by(mention: ThingMention, place: tuple[float, float], limit: float) -> bool:
         return any(
@@ -108,7 +108,7 @@ def identifies_target(told: Sequence[ThingMention], turn: dict[str, Any], things
 
     return not twins or any(
         is_by(mention, target[1:], REFERENCE_FAR) and not any(is_by(mention, twin, REFERENCE_FAR) for twin in twins)
-        for mention in told[-3:]
+        for mention in found[-3:]
     )
 
 
@@ -156,13 +156,13 @@ class ReferenceCounts:
         self, text: str, code: str, turn: dict[str, Any], section: dict[str, Any], way: NavigationPath
     ) -> list[str]:
         """Count one text, and return descriptions of what is false in it."""
-        told, things, grounds = list(mentions(text, code)), objects(turn, section), grounds_of(turn, section)
+        found, things, grounds = list(mentions(text, code)), objects(turn, section), things_in_street(turn, section)
         x, _, z = turn["street"][0]["position"]
-        is_true = is_consistent(told, things) and identifies_target(told, turn, things)
+        is_true = is_consistent(found, things) and identifies_target(found, turn, things)
         aside = false_sides(text, code, way, grounds)
         by, on = neighbours(text, code, (x, z), grounds)
         self.texts += 1
-        self.things += len(told)
+        self.things += len(found)
         self.false_references += not is_true
         self.sides += len(stated_sides(text, code))
         self.false_sides += bool(aside)

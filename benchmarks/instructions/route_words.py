@@ -16,7 +16,7 @@ import unicodedata
 from collections.abc import Sequence
 from pathlib import Path
 
-from benchmarks.common import aligned, parser_of
+from benchmarks.common import parser_of, text_table
 
 _THINGS = (
     "cones|benches|barrels|drums|bins|cans|signs|posts|lights|lamps|banners|flags|posters|trees|booths|barriers|"
@@ -94,7 +94,7 @@ def main() -> None:
         episodes = json.loads(release.read_text(encoding="utf-8"))
         columns["release"] = shares([text for e in episodes for text in e["instructions"]["navi_inst_gt"]])
     rows = [[name, *(f"{column[name]:.1f}%" for column in columns.values())] for name in SHARES]
-    print(aligned(["", *columns], rows))
+    print(text_table(["", *columns], rows))
 
 
 if __name__ == "__main__":

@@ -105,9 +105,9 @@ class StatedSide:
 
 def stated_sides(text: str, code: str) -> list[StatedSide]:
     """Return the things on the way whose side a text states, in order."""
-    text, told = plain(text, code), list(mentions(text, code))
+    text, stated = plain(text, code), list(mentions(text, code))
     aside = [
-        (match, found) for match in TOLD_SIDE[code].finditer(text) if (found := _thing_of(text, code, told, match))
+        (match, found) for match in TOLD_SIDE[code].finditer(text) if (found := _thing_of(text, code, stated, match))
     ]
     taken = [match.span() for match, _ in aside]
     for pattern in (RELATION[code], NO_SIDE[code]):
@@ -132,9 +132,9 @@ def stated_sides(text: str, code: str) -> list[StatedSide]:
     ]
 
 
-def _thing_of(text: str, code: str, told: Sequence[ThingMention], match: re.Match[str]) -> ThingMention | None:
+def _thing_of(text: str, code: str, stated: Sequence[ThingMention], match: re.Match[str]) -> ThingMention | None:
     """Return the mention that side words refer to; None if they describe a turn, or a relation of two things."""
-    before = [mention for mention in told if mention.end <= match.start()]
+    before = [mention for mention in stated if mention.end <= match.start()]
     lead, rest = text[: match.start()], text[match.end() :]
     found = None
     if code == "en":
@@ -143,7 +143,7 @@ def _thing_of(text: str, code: str, told: Sequence[ThingMention], match: re.Matc
             found = before[-1]
     elif re.search(r"(?:के|की|से|उसके|उसकी)(?: ठीक)? $", lead) is None or re.match(r" (?:न आ|आने)", rest):
         joined = re.match(r" (?:वाला|वाले|वाली|के|की|का) ", rest)
-        following = [mention for mention in told if mention.end > match.end()]
+        following = [mention for mention in stated if mention.end > match.end()]
         if joined and following and following[0].start <= match.end() + joined.end() + IN_NOUN:
             found = following[0]
         elif before and (re.match(r" (?:रख|छोड़|न आ|आने)", rest) or (" जो " in lead and re.match(r" है", rest))):
@@ -151,15 +151,15 @@ def _thing_of(text: str, code: str, told: Sequence[ThingMention], match: re.Matc
     return None if found is None or found.kind in STREETS else found
 
 
-def parts(told: StatedSide, way: NavigationPath) -> Iterator[tuple[float, float]]:
+def applicable_spans(stated: StatedSide, way: NavigationPath) -> Iterator[tuple[float, float]]:
     """Yield the parts of a path where a stated side may apply: between the bends that match the turns around it.
 
     Turns are matched so that the fewest bends are left over. A sidestep need not be stated, and the last turn need
     not match a bend, as it may be made at the target.
     """
-    turns = [turn for turn in (*told.before, *told.after) if not turn.startswith("slightly")]
-    number = sum(not turn.startswith("slightly") for turn in told.before)
-    bends = [bend for bend in way.bends if abs(bend.angle) >= MIN_BEND and not (told.faced and bend.end <= AT_START)]
+    turns = [turn for turn in (*stated.before, *stated.after) if not turn.startswith("slightly")]
+    number = sum(not turn.startswith("slightly") for turn in stated.before)
+    bends = [bend for bend in way.bends if abs(bend.angle) >= MIN_BEND and not (stated.faced and bend.end <= AT_START)]
     found: list[tuple[int, tuple[Bend, ...]]] = []
     for listed in (bends, _without_steps_aside(bends)):
         for count in {len(turns), max(len(turns) - 1, 0)}:
@@ -205,11 +205,11 @@ def false_sides(
         grounds: all things in the street, each as a mention with its outline.
     """
     faults = []
-    for told in stated_sides(text, code):
-        fitting = [ground for thing, ground in grounds if _fits(told.mention, thing)]
-        spans = list(parts(told, way))
-        if spans and not any(way.is_passed(ground, told.side, *span) for ground in fitting for span in spans):
-            faults.append(f"{told.mention.words} {told.mention.kind} is not passed on the {told.side}".strip())
+    for stated in stated_sides(text, code):
+        fitting = [ground for thing, ground in grounds if _fits(stated.mention, thing)]
+        spans = list(applicable_spans(stated, way))
+        if spans and not any(way.is_passed(ground, stated.side, *span) for ground in fitting for span in spans):
+            faults.append(f"{stated.mention.words} {stated.mention.kind} is not passed on the {stated.side}".strip())
     return faults
 
 
@@ -217,19 +217,19 @@ def neighbours(
     text: str, code: str, target: Place, grounds: Sequence[tuple[ThingMention, list[Place]]]
 ) -> tuple[int, list[str]]:
     """Return the number of stated neighbours of the target on which it could lie, and those on which it does lie."""
-    text, told = plain(text, code), list(mentions(text, code))
+    text, stated = plain(text, code), list(mentions(text, code))
     count, faults = 0, []
-    for mention in told[-LAST:]:
+    for mention in stated[-LAST:]:
         around = text[: mention.start].strip() if code == "en" else text[mention.end :]
         if mention.kind not in ON_GROUND or re.search(BY[code], around) is None:
             continue
         count += 1
-        if any(_fits(mention, thing) and covers(ground, target) for thing, ground in grounds):
+        if any(_fits(mention, thing) and contains_place(ground, target) for thing, ground in grounds):
             faults.append(f"the target lies on the {mention.kind}, not by it")
     return count, faults
 
 
-def grounds_of(turn: dict[str, Any], section: dict[str, Any]) -> list[tuple[ThingMention, list[Place]]]:
+def things_in_street(turn: dict[str, Any], section: dict[str, Any]) -> list[tuple[ThingMention, list[Place]]]:
     """Return all things in a turn's street, each as a mention with its corners or its place."""
     found = []
     for prop in section["props"]:
@@ -248,7 +248,7 @@ def grounds_of(turn: dict[str, Any], section: dict[str, Any]) -> list[tuple[Thin
     return found
 
 
-def covers(ground: Sequence[Place], place: Place) -> bool:
+def contains_place(ground: Sequence[Place], place: Place) -> bool:
     """Return whether a place lies on a rectangle."""
     inside = [
         (b[0] - a[0]) * (place[1] - a[1]) - (b[1] - a[1]) * (place[0] - a[0])
@@ -261,6 +261,6 @@ def _named(kind: str, colour: str, look: str) -> ThingMention:
     return ThingMention(kind, colour, look, "", False, "")
 
 
-def _fits(told: ThingMention, thing: ThingMention) -> bool:
-    is_colour = told.colour in ("", thing.colour) or thing.kind == "building"  # Its look has the colour.
-    return told.kind == thing.kind and is_colour and told.look in ("", thing.look)
+def _fits(stated: ThingMention, thing: ThingMention) -> bool:
+    is_colour = stated.colour in ("", thing.colour) or thing.kind == "building"  # Its look has the colour.
+    return stated.kind == thing.kind and is_colour and stated.look in ("", thing.look)

@@ -21,7 +21,7 @@ from scipy.special import ndtr, ndtri
 
 from arramon_server.scoring.intervals import episode_moments, mean_bounds, section_bounds
 from arramon_server.scoring.paired import difference_bounds, holm, permutation_tests
-from benchmarks.common import add_json, parser_of, whole, write_json
+from benchmarks.common import add_json, parser_of, positive_int, write_json
 
 Floats = npt.NDArray[np.float64]
 Draw = Callable[[np.random.Generator, Floats], Floats]
@@ -47,7 +47,7 @@ def main() -> None:
     parser = parser_of(__doc__)
     tables = {"intervals": _intervals, "pairs": _pairs, "boards": _boards}
     parser.add_argument("--only", choices=tables, action="append", help="a table (default: all)")
-    parser.add_argument("--repeats", type=whole, default=4000, help="data sets of a line (default: %(default)s)")
+    parser.add_argument("--repeats", type=positive_int, default=4000, help="data sets of a line (default: %(default)s)")
     add_json(parser)
     arguments = parser.parse_args()
     results = {}

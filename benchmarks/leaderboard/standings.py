@@ -37,7 +37,7 @@ from arramon_server.web.filters import StandingsQuery
 from arramon_server.web.rendering import Renderer
 from arramon_server.web.standings_page import StandingsPage
 from arramon_server.web.texts import all_texts
-from benchmarks.common import data_or_sample, parser_of, whole
+from benchmarks.common import data_or_sample, parser_of, positive_int
 
 CLOCKS, STEPS = Clocks(60.0, 86_400.0), 150
 
@@ -45,8 +45,10 @@ CLOCKS, STEPS = Clocks(60.0, 86_400.0), 150
 def main() -> None:
     """Publish the runs, and print the measurements."""
     parser = parser_of(__doc__)
-    parser.add_argument("--runs", type=whole, default=200, help="runs on the board (default: %(default)s)")
-    parser.add_argument("--episodes", type=whole, default=1205, help="episodes of the split (default: %(default)s)")
+    parser.add_argument("--runs", type=positive_int, default=200, help="runs on the board (default: %(default)s)")
+    parser.add_argument(
+        "--episodes", type=positive_int, default=1205, help="episodes of the split (default: %(default)s)"
+    )
     parser.add_argument("--keep", type=Path, help="empty folder for the journal, which then stays")
     arguments = parser.parse_args()
     with (

@@ -34,7 +34,7 @@ from arramon_server.sim.city import city_scene, label_of_prop
 from arramon_server.sim.own_furniture import furnished
 from arramon_server.sim.raster.camera import RasterCamera
 from arramon_server.sim.section import Prop, Section
-from benchmarks.common import add_json, parser_of, whole, write_json
+from benchmarks.common import add_json, parser_of, positive_int, write_json
 from benchmarks.release.drawn_furniture import reconstruct
 
 BEFORE = 6
@@ -52,7 +52,7 @@ def main() -> None:
     parser = parser_of(__doc__)
     parser.add_argument("file", type=Path, help="a file of the official release")
     parser.add_argument("--lang", help="code of the file's language; without it detected from the texts")
-    parser.add_argument("--folds", type=whole, default=5, help="parts of the episodes (default: %(default)s)")
+    parser.add_argument("--folds", type=positive_int, default=5, help="parts of the episodes (default: %(default)s)")
     parser.add_argument(
         "--seen", type=int, default=10, help="render one in N episodes; 0 for none (default: %(default)s)"
     )

@@ -34,7 +34,7 @@ from arramon_server.sim.raster.camera import RasterCamera
 from arramon_server.sim.scene import Scene
 from arramon_server.sim.section import Section
 from arramon_server.sim.variations import SceneDifference
-from benchmarks.common import add_json, aligned, mean_and_error, parser_of, whole, write_json
+from benchmarks.common import add_json, mean_and_error, parser_of, positive_int, text_table, write_json
 from benchmarks.release.drawn_furniture import reconstruct
 
 METRICS = ("nDTW", "CTC-3", "PTC")
@@ -106,14 +106,14 @@ class PlayedSection:
         return TrialWorld(ground, VariedCamera(self._camera, scene), room_camera())
 
 
-def there(text: str, language: str, episode: Episode, turn: int, section: Section) -> str:
+def named_furniture_present(text: str, language: str, episode: Episode, turn: int, section: Section) -> str:
     """Return how much of the furniture that a text names exists: ALL, SOME or NONE."""
     if not any(event.kind in FURNITURE for event in events_of(text, language)):
         return NONE
     return SOME if missing_furniture(text, language, episode, turn, section) else ALL
 
 
-def before(section: Section, episodes: Sequence[Episode]) -> Section:
+def with_random_furniture(section: Section, episodes: Sequence[Episode]) -> Section:
     """Return the section with random furniture, independent of the texts."""
     turns = [turn for episode in episodes for turn in episode.turns]
     targets = np.array([(turn.target.position.x, turn.target.position.z) for turn in turns])
@@ -142,7 +142,7 @@ def measure(
     section = split.sections[section_id]
     cities = {
         "rebuilt": (PlayedSection(section, members), members),
-        "before": (PlayedSection(before(section, members), ()), plain),
+        "before": (PlayedSection(with_random_furniture(section, members), ()), plain),
     }
     follower = make_instruction_writer().make_follower
     played: list[TurnScores] = []
@@ -153,7 +153,7 @@ def measure(
         for name, (city, episodes) in cities.items():
             episode, other = episodes[place], episodes[place - 1]
             states = [
-                there(text.navigation, language, episode, turn, city.section)
+                named_furniture_present(text.navigation, language, episode, turn, city.section)
                 for turn, text in enumerate(episode.instructions[language], start=1)
             ]
             for text, one in (("own text", episode), ("another's text", with_texts(episode, other, language))):
@@ -194,11 +194,11 @@ def main() -> None:
     parser.add_argument("--split", default="val_seen", help="one of its imported splits (default: %(default)s)")
     parser.add_argument("--lang", default="en", help="language of the texts (default: %(default)s)")
     parser.add_argument(
-        "--episodes", type=whole, default=10**6, help="number of episodes of each section (default: all)"
+        "--episodes", type=positive_int, default=10**6, help="number of episodes of each section (default: all)"
     )
     parser.add_argument("--skip", type=int, default=0, help="skip the first N of each section")
     parser.add_argument("--seconds", type=float, default=math.inf, help="stop after about this time")
-    parser.add_argument("--jobs", type=whole, default=1, help="number of processes (default: %(default)s)")
+    parser.add_argument("--jobs", type=positive_int, default=1, help="number of processes (default: %(default)s)")
     parser.add_argument(
         "--played", type=Path, metavar="FILE", help="file of what was played, of this split and language"
     )
@@ -233,7 +233,7 @@ def main() -> None:
         table.append({"city": city, "text": text, "turns": group, "number": len(scores), "scores": means})
         values = (f"{value:.3f} ±{error:.3f}" for value, error in means.values())
         lines.append([f"{city}, {group}, {text}", str(len(scores)), *values])
-    print(aligned(["", "turns", *METRICS], lines))
+    print(text_table(["", "turns", *METRICS], lines))
     write_json(arguments.json, {"split": split.name, "data": split.data_hash, "rows": table})
 
 

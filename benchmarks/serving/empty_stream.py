@@ -18,7 +18,7 @@ from typing import Any
 
 import grpc
 
-from benchmarks.common import add_seconds, aligned, parser_of, whole
+from benchmarks.common import add_seconds, parser_of, positive_int, text_table
 from benchmarks.serving.server import cpu_seconds
 
 IN_FLIGHT = 2
@@ -97,10 +97,10 @@ def main() -> None:
     parser = parser_of(__doc__)
     add_seconds(parser, 3.0, "duration")
     parser.add_argument(
-        "--request", type=whole, default=300, help="bytes of a message of actions (default: %(default)s)"
+        "--request", type=positive_int, default=300, help="bytes of a message of actions (default: %(default)s)"
     )
-    parser.add_argument("--response", type=whole, default=3800, help="bytes of an answer (default: %(default)s)")
-    parser.add_argument("--together", type=whole, default=8, help="steps in a message (default: %(default)s)")
+    parser.add_argument("--response", type=positive_int, default=3800, help="bytes of an answer (default: %(default)s)")
+    parser.add_argument("--together", type=positive_int, default=8, help="steps in a message (default: %(default)s)")
     options = parser.parse_args()
     context = multiprocessing.get_context("spawn")  # gRPC must not be loaded before a fork.
     with tempfile.TemporaryDirectory() as folder:
@@ -125,7 +125,7 @@ def main() -> None:
         f"{1e3 * work / steps:.4f}",
         f"{1e3 * own / steps:.4f}",
     )
-    print(aligned(("messages/s", "steps/s", "CPU ms a step: server", "client"), [figures]))
+    print(text_table(("messages/s", "steps/s", "CPU ms a step: server", "client"), [figures]))
 
 
 if __name__ == "__main__":

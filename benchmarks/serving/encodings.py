@@ -32,7 +32,15 @@ from arramon_server.sim.city import city_scene
 from arramon_server.sim.room_scene import room_scene
 from arramon_server.sim.rules import Limits, State
 from arramon_server.sim.view import view
-from benchmarks.common import add_json, add_rounds, data_or_sample, markdown, parser_of, whole, write_json
+from benchmarks.common import (
+    add_json,
+    add_rounds,
+    data_or_sample,
+    markdown_table,
+    parser_of,
+    positive_int,
+    write_json,
+)
 
 SIZES = (224, 128)
 LINK = 100.0
@@ -68,7 +76,9 @@ class EncodingCost:
 def main() -> None:
     """Run the benchmark and print its table."""
     parser = parser_of(__doc__)
-    parser.add_argument("--frames", type=whole, default=24, help="number of frames of each size (default: %(default)s)")
+    parser.add_argument(
+        "--frames", type=positive_int, default=24, help="number of frames of each size (default: %(default)s)"
+    )
     add_rounds(parser, 9)
     add_json(parser)
     options = parser.parse_args()
@@ -171,7 +181,7 @@ def measured(
 def table(rows: Sequence[EncodingCost]) -> str:
     """Return the rows as a Markdown table."""
     header = ("image", "encoding", "encode us", "decode us", "kB", f"ms at {LINK:.0f} Mbit/s")
-    return markdown(
+    return markdown_table(
         header,
         [
             (

@@ -30,9 +30,9 @@ from arramon_server.runs.play.worlds import Worlds
 from arramon_server.runs.storage.journal import Journal
 from arramon_server.runs.storage.metered_journal import MeteredJournal
 from arramon_server.sim.raster.camera import RasterCamera
-from benchmarks.common import add_data, aligned, data_or_sample, largest_split, parser_of, whole
-from benchmarks.serving.play import TimedRandomWalk, playing, run_request, see_all_sections
-from benchmarks.serving.server import ServerSetting, serving
+from benchmarks.common import add_data, data_or_sample, largest_split, parser_of, positive_int, text_table
+from benchmarks.serving.play import TimedRandomWalk, background_play, build_all_sections, run_request
+from benchmarks.serving.server import ServerSetting, running_server
 
 SAMPLES = 500
 """Samples per second."""
@@ -61,7 +61,7 @@ REST = "gRPC and the event loop"
 """The stage of all other stacks."""
 
 
-def marks(code: Code) -> str:
+def profiler_prefix(code: Code) -> str:
     """Return the prefix that py-spy gives the name of a function, or of a class's methods."""
     if isinstance(code, type):
         return f"{code.__qualname__}."
@@ -72,15 +72,15 @@ def marks(code: Code) -> str:
 def stage_of(stack: str) -> str:
     """Return the stage of a stack (`outermost;...;innermost`); empty if it waits."""
     frames = stack.split(";")
-    if frames[-1].startswith((IDLE, *map(marks, WAITS))):
+    if frames[-1].startswith((IDLE, *map(profiler_prefix, WAITS))):
         return ""
     for stage, codes in STAGES.items():
-        if any(frame.startswith(tuple(map(marks, codes))) for frame in frames):
+        if any(frame.startswith(tuple(map(profiler_prefix, codes))) for frame in frames):
             return stage
     return REST
 
 
-def shares(stacks: str) -> dict[str, float]:
+def stage_shares(stacks: str) -> dict[str, float]:
     """Return each stage's share of the samples that do not wait.
 
     Args:
@@ -97,10 +97,10 @@ def shares(stacks: str) -> dict[str, float]:
 
 def record(data: Path, setting: ServerSetting, seconds: int, output: Path) -> tuple[str, float]:
     """Play and record: return the stacks, and the steps per second meanwhile."""
-    with serving(data, setting) as process, connect(process.address) as server:
+    with running_server(data, setting) as process, connect(process.address) as server:
         request, agent = run_request(largest_split(data), setting.sensors), TimedRandomWalk()
-        see_all_sections(server, request)
-        with playing(server, request, agent, Settings(setting.parallel, setting.encoding)):
+        build_all_sections(server, request)
+        with background_play(server, request, agent, Settings(setting.parallel, setting.encoding)):
             agent.reset()
             started, stacks = time.perf_counter(), output / "server.txt"
             record_stacks(process.pid, seconds, "raw", stacks)
@@ -129,12 +129,16 @@ def main() -> None:
     """Record the profile, write its files and print the table."""
     parser = parser_of(__doc__)
     add_data(parser)
-    parser.add_argument("--parallel", type=whole, default=16, help="episodes open at once (default: %(default)s)")
+    parser.add_argument(
+        "--parallel", type=positive_int, default=16, help="episodes open at once (default: %(default)s)"
+    )
     encodings = [name.removeprefix("ENCODING_") for name in types_pb2.Encoding.keys()[1:]]
     parser.add_argument(
         "--encoding", type=str.upper, choices=encodings, default="SHARED", help="of images (default: %(default)s)"
     )
-    parser.add_argument("--seconds", type=whole, default=10, help="duration of a recording (default: %(default)s)")
+    parser.add_argument(
+        "--seconds", type=positive_int, default=10, help="duration of a recording (default: %(default)s)"
+    )
     parser.add_argument("--output", type=Path, default=Path(), help="folder for the files (default: here)")
     options = parser.parse_args()
     options.output.mkdir(parents=True, exist_ok=True)
@@ -143,7 +147,11 @@ def main() -> None:
     with data_or_sample(options.data) as data:
         stacks, rate = record(data, setting, options.seconds, options.output)
     print(f"{options.parallel} episodes, {options.encoding.lower()}: {rate:.0f} steps per second while recorded")
-    print(aligned(("of the busy time", "%"), [(name, f"{100 * share:.1f}") for name, share in shares(stacks).items()]))
+    print(
+        text_table(
+            ("of the busy time", "%"), [(name, f"{100 * share:.1f}") for name, share in stage_shares(stacks).items()]
+        )
+    )
 
 
 if __name__ == "__main__":

@@ -29,14 +29,21 @@ from benchmarks.common import (
     add_json,
     add_rounds,
     add_seconds,
-    aligned,
     data_or_sample,
     largest_split,
     parser_of,
+    text_table,
     write_json,
 )
-from benchmarks.serving.play import TimedRandomWalk, measure_play, playing, run_request, see_all_sections, some
-from benchmarks.serving.server import ServerSetting, serving
+from benchmarks.serving.play import (
+    TimedRandomWalk,
+    background_play,
+    build_all_sections,
+    limit_episodes,
+    measure_play,
+    run_request,
+)
+from benchmarks.serving.server import ServerSetting, running_server
 from benchmarks.simulation.cameras import VIEWS, drawing, views_of
 
 EPISODES = (1, 16, 128, 1000)
@@ -57,26 +64,26 @@ COLUMNS = {
 Figures = dict[str, float]
 
 
-def starts(data: Path) -> Iterator[tuple[str, Figures]]:
+def measure_starts(data: Path) -> Iterator[tuple[str, Figures]]:
     """Measure the first start of a server on a machine, and a later one."""
     with tempfile.TemporaryDirectory() as folder:
         for name in ("first start on a machine", "later start"):
-            with serving(data, ServerSetting(name), environment={"NUMBA_CACHE_DIR": folder}) as process:
+            with running_server(data, ServerSetting(name), environment={"NUMBA_CACHE_DIR": folder}) as process:
                 yield name, {"seconds": process.ready, "MB": process.memory}
 
 
-def loads(data: Path, split: Split, seconds: float) -> Iterator[tuple[str, Figures]]:
+def measure_loads(data: Path, split: Split, seconds: float) -> Iterator[tuple[str, Figures]]:
     """Measure episodes open on one stream, then 16 episodes on several streams, all on one server."""
     setting = ServerSetting("growth")
-    with serving(data, setting) as process, connect(process.address) as server:
+    with running_server(data, setting) as process, connect(process.address) as server:
         request = run_request(split)
-        see_all_sections(server, request, seconds)
+        build_all_sections(server, request, seconds)
         empty = process.memory
 
         def under(streams: int, episodes: int) -> Figures:
             agent, settings = TimedRandomWalk(), Settings(episodes // streams, setting.encoding)
-            fewer = some(server, request, 4 * episodes + 16)
-            with playing(server, fewer, agent, settings, streams=streams, warm_up=seconds):
+            fewer = limit_episodes(server, request, 4 * episodes + 16)
+            with background_play(server, fewer, agent, settings, streams=streams, warm_up=seconds):
                 found = measure_play(agent, seconds)
                 return {"steps/s": found.rate, "mean ms": found.mean, "p99 ms": found.p99, "MB": process.memory}
 
@@ -90,7 +97,7 @@ def loads(data: Path, split: Split, seconds: float) -> Iterator[tuple[str, Figur
             yield f"16 episodes on {streams} streams", under(streams, 16)
 
 
-def bodies(split: Split, seconds: float) -> Iterator[tuple[str, Figures]]:
+def measure_bodies(split: Split, seconds: float) -> Iterator[tuple[str, Figures]]:
     """Measure the largest section with shares of its bodies."""
     section = max(split.sections, key=lambda name: len(city_scene(split.sections[name]).bodies))
     whole, views = city_scene(split.sections[section]), list(islice(views_of(split, section), VIEWS))
@@ -135,7 +142,7 @@ def table(rows: dict[str, list[Figures]]) -> str:
         ]
         for name, rounds in rows.items()
     ]
-    return aligned(["", *COLUMNS], lines)
+    return text_table(["", *COLUMNS], lines)
 
 
 def main() -> None:
@@ -151,9 +158,9 @@ def main() -> None:
     with data_or_sample(options.data) as data:
         split = largest_split(data)
         parts = {
-            "starts": lambda: starts(data),
-            "loads": lambda: loads(data, split, options.seconds),
-            "bodies": lambda: bodies(split, min(options.seconds, DRAWING_SECONDS)),
+            "starts": lambda: measure_starts(data),
+            "loads": lambda: measure_loads(data, split, options.seconds),
+            "bodies": lambda: measure_bodies(split, min(options.seconds, DRAWING_SECONDS)),
         }
         for _ in range(options.rounds):
             for part in options.only or PARTS:

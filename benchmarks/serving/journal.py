@@ -18,7 +18,7 @@ from uuid import uuid4
 from arramon_server.runs.storage.database import Database
 from arramon_server.runs.storage.journal import Journal
 from arramon_server.runs.storage.records import RUNNING, CommitBatch, Run
-from benchmarks.common import add_rounds, aligned, parser_of, whole
+from benchmarks.common import add_rounds, parser_of, positive_int, text_table
 
 SIZES = (1, 16, 128)
 
@@ -72,7 +72,7 @@ def main() -> None:
     parser.add_argument("--postgres", default="", help="URL of an empty database")
     parser.add_argument("--folder", type=Path, default=Path(tempfile.gettempdir()), help="folder for SQLite's file")
     parser.add_argument(
-        "--commits", type=whole, default=100, help="number of commits in each round (default: %(default)s)"
+        "--commits", type=positive_int, default=100, help="number of commits in each round (default: %(default)s)"
     )
     add_rounds(parser, 5)
     options = parser.parse_args()
@@ -89,7 +89,7 @@ def main() -> None:
         [name, *(f"{statistics.median(each):.2f}" for each in (*(taken[name, size] for size in SIZES), read[name]))]
         for name in journals
     ]
-    print(aligned(["ms", *(f"{size} steps" for size in SIZES), "a read"], rows))
+    print(text_table(["ms", *(f"{size} steps" for size in SIZES), "a read"], rows))
 
 
 if __name__ == "__main__":

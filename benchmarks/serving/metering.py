@@ -9,7 +9,15 @@ per step, and of steps per second, which depend on more than the server.
 
 import statistics
 
-from benchmarks.common import add_data, add_rounds, add_seconds, data_or_sample, largest_split, parser_of, whole
+from benchmarks.common import (
+    add_data,
+    add_rounds,
+    add_seconds,
+    data_or_sample,
+    largest_split,
+    parser_of,
+    positive_int,
+)
 from benchmarks.serving.server import ServerSetting
 from benchmarks.serving.steps import measure
 
@@ -32,7 +40,7 @@ def main() -> None:
     add_data(parser)
     add_seconds(parser, 6.0, "duration of each round")
     add_rounds(parser, 6)
-    parser.add_argument("--parallel", type=whole, nargs="+", default=[1, 16], help="episodes open at once")
+    parser.add_argument("--parallel", type=positive_int, nargs="+", default=[1, 16], help="episodes open at once")
     options = parser.parse_args()
     with data_or_sample(options.data) as data:
         split = largest_split(data)

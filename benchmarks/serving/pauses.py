@@ -24,15 +24,15 @@ from benchmarks.common import (
     add_json,
     add_rounds,
     add_seconds,
-    aligned,
     data_or_sample,
     largest_split,
     parser_of,
-    whole,
+    positive_int,
+    text_table,
     write_json,
 )
-from benchmarks.serving.play import TimedRandomWalk, playing, run_request
-from benchmarks.serving.server import MeasuredServer, ServerSetting, serving
+from benchmarks.serving.play import TimedRandomWalk, background_play, run_request
+from benchmarks.serving.server import MeasuredServer, ServerSetting, running_server
 
 PATIENCE = 60.0
 """Seconds without an observation after which the benchmark fails."""
@@ -64,12 +64,12 @@ class TurningAgent(TimedRandomWalk):
 
 def drain_worker(server: MeasuredServer) -> None:
     """Send SIGTERM to one of two workers."""
-    os.kill(server.family[1], signal.SIGTERM)
+    os.kill(server.process_ids[1], signal.SIGTERM)
 
 
 def kill_worker(server: MeasuredServer) -> None:
     """Kill one of two workers."""
-    os.kill(server.family[1], signal.SIGKILL)
+    os.kill(server.process_ids[1], signal.SIGKILL)
 
 
 def restart_server(server: MeasuredServer) -> None:
@@ -89,10 +89,12 @@ def measure(data: Path, split: Split, parallel: int, seconds: float, row: str) -
     """Measure one round: the longest wait of an episode for its next observation, without and with the fault."""
     workers, fault = ROWS[row]
     setting = ServerSetting(row, tcp=True, workers=workers, steps=MOST_STEPS)
-    with serving(data, setting) as process, connect(process.address) as server:
+    with running_server(data, setting) as process, connect(process.address) as server:
         agent = TurningAgent()
         agent.reset()
-        with playing(server, run_request(split), agent, Settings(parallel, types_pb2.ENCODING_RAW), warm_up=seconds):
+        with background_play(
+            server, run_request(split), agent, Settings(parallel, types_pb2.ENCODING_RAW), warm_up=seconds
+        ):
             agent.reset()
             time.sleep(seconds)
             quiet, open_then = max(agent.longest.values()), dict(agent.last)
@@ -116,7 +118,9 @@ def main() -> None:
     parser = parser_of(__doc__)
     add_data(parser)
     add_rounds(parser, 5)
-    parser.add_argument("--parallel", type=whole, default=16, help="episodes open at once (default: %(default)s)")
+    parser.add_argument(
+        "--parallel", type=positive_int, default=16, help="episodes open at once (default: %(default)s)"
+    )
     add_seconds(parser, 3.0, "undisturbed play of each round")
     add_json(parser)
     options = parser.parse_args()
@@ -130,7 +134,7 @@ def main() -> None:
     for row, pairs in found.items():
         quiet, longest = zip(*pairs, strict=True)
         lines.append((row, f"{median(quiet):.3f}", f"{median(longest):.2f}", f"{max(longest):.2f}"))
-    print(aligned(("longest wait of an episode, seconds", "quiet", "median", "max"), lines))
+    print(text_table(("longest wait of an episode, seconds", "quiet", "median", "max"), lines))
     write_json(options.json, found)
 
 

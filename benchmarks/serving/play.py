@@ -109,7 +109,7 @@ def run_request(split: Split, sensors: Sequence[str] = SENSORS) -> evaluation_pb
 
 
 @contextmanager
-def playing(
+def background_play(
     server: Server,
     request: evaluation_pb2.CreateRunRequest,
     agent: TimedRandomWalk,
@@ -156,16 +156,18 @@ def _are_playing(threads: Sequence[threading.Thread]) -> bool:
     return any(thread.is_alive() for thread in threads)
 
 
-def see_all_sections(
+def build_all_sections(
     server: Server, request: evaluation_pb2.CreateRunRequest, warm_up: float = WARM_UP_SECONDS
 ) -> None:
     """Open enough episodes to build every section, so that this does not count as part of a step."""
-    fewer = some(server, request, SECTIONS)
-    with playing(server, fewer, TimedRandomWalk(), Settings(SECTIONS), warm_up=warm_up):
+    fewer = limit_episodes(server, request, SECTIONS)
+    with background_play(server, fewer, TimedRandomWalk(), Settings(SECTIONS), warm_up=warm_up):
         pass
 
 
-def some(server: Server, request: evaluation_pb2.CreateRunRequest, episodes: int) -> evaluation_pb2.CreateRunRequest:
+def limit_episodes(
+    server: Server, request: evaluation_pb2.CreateRunRequest, episodes: int
+) -> evaluation_pb2.CreateRunRequest:
     """Return the request limited to a number of episodes, as unplayed episodes must be cancelled later."""
     there = next(split.episodes[request.language] for split in server.info.splits if split.name == request.split)
     fewer = evaluation_pb2.CreateRunRequest()

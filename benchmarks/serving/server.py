@@ -108,7 +108,7 @@ class MeasuredServer:
         return self._process.pid
 
     @property
-    def family(self) -> list[int]:
+    def process_ids(self) -> list[int]:
         """Ids of all processes, the first one before the workers; Linux only."""
         children = Path(f"/proc/{self.pid}/task/{self.pid}/children").read_text().split()
         return [self.pid, *map(int, children)]
@@ -116,12 +116,12 @@ class MeasuredServer:
     @property
     def memory(self) -> float:
         """Resident memory of all processes, including shared memory, in MB."""
-        return sum(map(_resident, self.family))
+        return sum(map(_resident, self.process_ids))
 
     @property
     def cpu_seconds(self) -> float:
         """CPU seconds that all processes have used so far."""
-        return sum(map(cpu_seconds, self.family))
+        return sum(map(cpu_seconds, self.process_ids))
 
     def _end(self) -> None:
         self._process.wait()
@@ -130,7 +130,7 @@ class MeasuredServer:
 
 
 @contextmanager
-def serving(
+def running_server(
     data: Path, setting: ServerSetting, *, journal: str = "", environment: Mapping[str, str] | None = None
 ) -> Iterator[MeasuredServer]:
     """Run a server; it is stopped at the end."""

@@ -30,14 +30,14 @@ from benchmarks.common import (
     add_json,
     add_rounds,
     add_seconds,
-    aligned,
     data_or_sample,
     largest_split,
     parser_of,
+    text_table,
     write_json,
 )
-from benchmarks.serving.play import TimedRandomWalk, measure_play, playing, run_request, see_all_sections
-from benchmarks.serving.server import ServerSetting, serving
+from benchmarks.serving.play import TimedRandomWalk, background_play, build_all_sections, measure_play, run_request
+from benchmarks.serving.server import ServerSetting, running_server
 
 SETTINGS = (
     ServerSetting("1 episode", parallel=1),
@@ -126,13 +126,13 @@ def in_process(split: Split, seconds: float, size: int = 224) -> StepFigures:
 def measure(data: Path, split: Split, setting: ServerSetting, seconds: float, postgres: str = "") -> StepFigures:
     """Measure one round: warm up, then play for some seconds."""
     with (
-        serving(data, setting, journal=postgres if setting.postgres else "") as process,
+        running_server(data, setting, journal=postgres if setting.postgres else "") as process,
         connect(process.address) as server,
     ):
         request, agent = run_request(split, setting.sensors), TimedRandomWalk()
-        see_all_sections(server, request, seconds)
+        build_all_sections(server, request, seconds)
         settings = Settings(setting.parallel, setting.encoding, image_size=setting.size)
-        with playing(server, request, agent, settings, warm_up=seconds):
+        with background_play(server, request, agent, settings, warm_up=seconds):
             before, own = process.cpu_seconds, time.process_time()
             found = measure_play(agent, seconds)
             own, work = time.process_time() - own, process.cpu_seconds - before
@@ -188,7 +188,7 @@ def table(rows: dict[str, StepFigures]) -> str:
     """Return the table."""
     base = rows["in process"].rate
     header = ("", "steps/s", "ratio", "mean ms", "p50 ms", "p99 ms", "MB", "CPU ms", "client", "start s")
-    return aligned(
+    return text_table(
         header,
         [
             (

@@ -23,15 +23,15 @@ from benchmarks.common import (
     add_data,
     add_json,
     add_seconds,
-    aligned,
     data_or_sample,
     largest_split,
     parser_of,
-    whole,
+    positive_int,
+    text_table,
     write_json,
 )
 from benchmarks.serving.play import percentiles
-from benchmarks.serving.server import SENSORS, MeasuredServer, ServerSetting, serving
+from benchmarks.serving.server import SENSORS, MeasuredServer, ServerSetting, running_server
 
 Figures = dict[str, float]
 
@@ -111,15 +111,20 @@ def main() -> None:
     """Run the benchmark and print its table."""
     parser = parser_of(__doc__)
     add_data(parser)
-    parser.add_argument("--streams", type=whole, nargs="+", default=[1, 100, 1000], help="numbers of open streams")
     parser.add_argument(
-        "--playing", type=whole, default=64, help="maximum number of streams that play (default: %(default)s)"
+        "--streams", type=positive_int, nargs="+", default=[1, 100, 1000], help="numbers of open streams"
+    )
+    parser.add_argument(
+        "--playing",
+        type=positive_int,
+        default=64,
+        help="maximum number of streams that play (default: %(default)s)",
     )
     add_seconds(parser, 5.0, "duration of play")
     add_json(parser)
     options = parser.parse_args()
     rows: dict[int, Figures] = {}
-    with data_or_sample(options.data) as data, serving(data, ServerSetting("streams", tcp=True)) as server:
+    with data_or_sample(options.data) as data, running_server(data, ServerSetting("streams", tcp=True)) as server:
         split = largest_split(data)
         for streams in options.streams:
             if streams > len(split.episodes):
@@ -130,7 +135,7 @@ def main() -> None:
         sys.exit("nothing was measured: give data with more episodes")
     names = list(next(iter(rows.values())))
     lines = [[str(streams), *(f"{figures[name]:.1f}" for name in names)] for streams, figures in rows.items()]
-    print(aligned(["streams", *names], lines))
+    print(text_table(["streams", *names], lines))
     write_json(options.json, rows)
 
 

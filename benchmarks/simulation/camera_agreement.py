@@ -36,7 +36,16 @@ from arramon_server.sim.room_scene import room_scene
 from arramon_server.sim.rules import Limits
 from arramon_server.sim.scene import Scene
 from arramon_server.sim.view import View, view
-from benchmarks.common import OpenGround, add_data, add_json, aligned, data_or_sample, parser_of, whole, write_json
+from benchmarks.common import (
+    OpenGround,
+    add_data,
+    add_json,
+    data_or_sample,
+    parser_of,
+    positive_int,
+    text_table,
+    write_json,
+)
 
 NEAR_ENOUGH, SHARE = 10, 0.005
 """Tolerance of depth: in thousandths of a unit, and as a share of the depth."""
@@ -82,10 +91,10 @@ class PlaceAgreement:
         self.segmentation += int(same.sum())
         self.worst_depth = min(self.worst_depth, 1 - float(far.mean()))
         self.worst_segmentation = min(self.worst_segmentation, float(same.mean()))
-        beyond = wrong & ~edges(reference)
+        beyond = wrong & ~edge_mask(reference)
         if beyond.any():
             self.beyond_edges += int(beyond.sum())
-            explained = edges(reference, jump=0.01) | edges(reference, reach=2) | edges(fast)
+            explained = edge_mask(reference, jump=0.01) | edge_mask(reference, reach=2) | edge_mask(fast)
             self.unexplained += int((beyond & ~explained).sum())
         self.colour += _difference(reference, fast)
         self.colour_without_mipmaps += _difference(reference, plain)
@@ -101,7 +110,7 @@ def disagreement(reference: Frame, fast: Frame) -> tuple[Mask, Mask]:
     return far, reference.segmentation == fast.segmentation
 
 
-def edges(frame: Frame, *, jump: float = 0.05, reach: int = 1) -> Mask:
+def edge_mask(frame: Frame, *, jump: float = 0.05, reach: int = 1) -> Mask:
     """Return the pixels with another label, or a depth that differs by the share `jump`, within `reach` pixels."""
     assert frame.segmentation is not None
     labels = np.pad(frame.segmentation, reach, mode="edge")
@@ -199,7 +208,7 @@ def _table(rows: Sequence[PlaceAgreement]) -> str:
         for row in (*rows, total)
         if row.poses
     ]  # fmt: skip
-    return aligned(header, lines)
+    return text_table(header, lines)
 
 
 def _places(splits: Sequence[Split], own: Sequence[str]) -> Iterator[tuple[str, Scene, Iterator[View]]]:
@@ -215,9 +224,11 @@ def main() -> int:
     """Print the table; return 1 if the cameras agree on less than 99.5% of the pixels."""
     parser = parser_of(__doc__)
     add_data(parser)
-    parser.add_argument("--poses", type=whole, default=2100, help="total number of poses, the same for each place")
+    parser.add_argument(
+        "--poses", type=positive_int, default=2100, help="total number of poses, the same for each place"
+    )
     parser.add_argument("--own", nargs="*", default=plan_ids(), help="own sections to compare (default: all)")
-    parser.add_argument("--size", type=whole, default=224, help="side of the frames in pixels")
+    parser.add_argument("--size", type=positive_int, default=224, help="side of the frames in pixels")
     parser.add_argument("--pictures", type=Path, help="folder for the worst frame of each place")
     add_json(parser)
     arguments = parser.parse_args()

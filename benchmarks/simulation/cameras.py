@@ -41,10 +41,10 @@ from benchmarks.common import (
     add_json,
     add_rounds,
     add_seconds,
-    aligned,
     data_or_sample,
     parser_of,
-    whole,
+    positive_int,
+    text_table,
     write_json,
 )
 from benchmarks.simulation.peers import frames_per_second
@@ -177,7 +177,7 @@ def _table(rows: Sequence[CameraRow]) -> str:
         size = 128 if "128" in row.name else 224
         ratios = [by_name[f"tiny, {size}, RGB + depth"], *(by_name[name] for name in PEERS.values())]
         lines.append([row.name, f"{row.median:.0f}", *(_ratio(row, other) for other in ratios)])
-    return aligned(["", "frames/s", "x tiny", "x ViZDoom", "x MiniWorld"], lines)
+    return text_table(["", "frames/s", "x tiny", "x ViZDoom", "x MiniWorld"], lines)
 
 
 def _machine() -> dict[str, Any]:
@@ -195,7 +195,7 @@ def main() -> None:
     add_data(parser)
     add_rounds(parser, 7)
     add_seconds(parser, 0.5, "duration of each measurement of a camera, at least")
-    parser.add_argument("--views", type=whole, default=VIEWS, help="number of views (default: %(default)s)")
+    parser.add_argument("--views", type=positive_int, default=VIEWS, help="number of views (default: %(default)s)")
     parser.add_argument("--peers", default=sys.executable, help="interpreter that has ViZDoom and MiniWorld")
     add_json(parser)
     arguments = parser.parse_args()

@@ -39,7 +39,7 @@ from arramon_server.sim.physics import Physics
 from arramon_server.sim.rules import Limits, Phase
 from arramon_server.sim.scene import Scene
 from arramon_server.sim.section import Section
-from benchmarks.common import OpenGround, add_json, markdown, parser_of, whole, write_json
+from benchmarks.common import OpenGround, add_json, markdown_table, parser_of, positive_int, write_json
 
 SEED = "arramon"
 """Seed of the project's own sections."""
@@ -104,9 +104,9 @@ def steps_that_almost_touch(scene: Scene, plane: Footprints, random: Random) -> 
         # Moved along the line between the nearest points, these stay the nearest.
         wanted = AGENT_RADIUS + random.uniform(-TOUCHING, TOUCHING)
         dx, dy = ((here[i] - there[i]) / distance * (wanted - distance) for i in (0, 1))
-        way = (start[0] + dx, start[1] + dy), (end[0] + dx, end[1] + dy)
-        if abs(plane.distance(*way) - AGENT_RADIUS) <= TOUCHING:  # otherwise another body is nearer
-            yield way
+        move = (start[0] + dx, start[1] + dy), (end[0] + dx, end[1] + dy)
+        if abs(plane.distance(*move) - AGENT_RADIUS) <= TOUCHING:  # otherwise another body is nearer
+            yield move
 
 
 def nearest_points(footprint: Footprint, start: Place, end: Place) -> tuple[Place, Place]:
@@ -135,7 +135,7 @@ def nearest_points(footprint: Footprint, start: Place, end: Place) -> tuple[Plac
     return back[0], back[1]
 
 
-def mixed(section: Section, scene: Scene, plane: Footprints, random: Random) -> Iterator[Way]:
+def random_moves(section: Section, scene: Scene, plane: Footprints, random: Random) -> Iterator[Way]:
     """Yield random moves without end; every third one almost touches a body."""
     anywhere, near = steps_anywhere(section, random), steps_that_almost_touch(scene, plane, random)
     while True:
@@ -148,7 +148,9 @@ Check = Callable[[Place, Place], bool]
 """Returns whether the straight line between two places is free."""
 
 
-def compare(ways: Iterable[Way], engine: Check, alone: Check, distance: Callable[[Place, Place], float]) -> MoveCounts:
+def compare(
+    moves_to_check: Iterable[Way], engine: Check, alone: Check, distance: Callable[[Place, Place], float]
+) -> MoveCounts:
     """Compare the decisions of pybullet and plane geometry about moves.
 
     Args:
@@ -158,7 +160,7 @@ def compare(ways: Iterable[Way], engine: Check, alone: Check, distance: Callable
         distance: returns the exact distance of a move from the nearest body.
     """
     counts = MoveCounts()
-    for start, end in ways:
+    for start, end in moves_to_check:
         nearest = distance(start, end)
         free, excess = nearest > AGENT_RADIUS, abs(nearest - AGENT_RADIUS)
         counts.moves += 1
@@ -176,8 +178,8 @@ def in_section(section: Section, moves: int, number: int) -> MoveCounts:
     scene = _scene(section)
     plane, random = Footprints(scene), Random(f"{section.id} {section.bounds} {number}")  # noqa: S311
     with Obstacles(scene) as engine, Obstacles(scene, exact_within=0.0) as alone:
-        ways = islice(mixed(section, scene, plane, random), moves)
-        return compare(ways, engine.way_is_free, alone.way_is_free, plane.distance)
+        moves_to_check = islice(random_moves(section, scene, plane, random), moves)
+        return compare(moves_to_check, engine.way_is_free, alone.way_is_free, plane.distance)
 
 
 def on_ground_truths(split: Split, section: str) -> MoveCounts:
@@ -210,7 +212,7 @@ def _ways(episode: Episode) -> Iterator[Way]:
         session.apply(action)
 
 
-def parts(moves: int, splits: Sequence[Split]) -> Iterator[tuple[str, Callable[[], MoveCounts]]]:
+def comparison_parts(moves: int, splits: Sequence[Split]) -> Iterator[tuple[str, Callable[[], MoveCounts]]]:
     """Yield the parts of the comparison, each with its name and what computes it: section by section, then splits."""
     sections = {f"section {id_}": build_section(read_plan(id_), SEED) for id_ in plan_ids()}
     sections |= {f"section {id_}": section for id_, (_, section) in extra_sections(SEED, DRAWN).items()}
@@ -228,7 +230,7 @@ def parts(moves: int, splits: Sequence[Split]) -> Iterator[tuple[str, Callable[[
 def speed(section: Section, moves: int) -> dict[str, float]:
     """Return microseconds for each random step, and milliseconds to build a section, of both; best of three."""
     scene = _scene(section)
-    ways = list(islice(steps_anywhere(section, Random(1)), moves))  # noqa: S311
+    moves_to_check = list(islice(steps_anywhere(section, Random(1)), moves))  # noqa: S311
     makes: dict[str, Callable[[Scene], Physics]] = {
         "pybullet": partial(Obstacles, exact_within=0.0),
         "pybullet, exact near touching": Obstacles,
@@ -240,11 +242,14 @@ def speed(section: Section, moves: int) -> dict[str, float]:
             started = time.process_time()
             physics = make(scene)
             made = time.process_time()
-            for start, end in ways:
+            for start, end in moves_to_check:
                 physics.way_is_free(start, end)
             done = time.process_time()
             physics.close()
-            for key, value in (("us", 1e6 * (done - made) / len(ways)), ("ms to build", 1e3 * (made - started))):
+            for key, value in (
+                ("us", 1e6 * (done - made) / len(moves_to_check)),
+                ("ms to build", 1e3 * (made - started)),
+            ):
                 figures[f"{name}, {key}"] = min(value, figures.get(f"{name}, {key}", math.inf))
     return figures
 
@@ -252,12 +257,17 @@ def speed(section: Section, moves: int) -> dict[str, float]:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the benchmark."""
     parser = parser_of(__doc__)
-    parser.add_argument("--moves", type=whole, default=1_000_000, help="random moves in all (default: %(default)s)")
+    parser.add_argument(
+        "--moves", type=positive_int, default=1_000_000, help="random moves in all (default: %(default)s)"
+    )
     parser.add_argument("--data", type=Path, help="data folder whose splits are compared, too")
     parser.add_argument("--log", type=Path, help="log of finished chunks, to resume from")
     parser.add_argument("--minutes", type=float, default=math.inf, help="time after which no new chunk is started")
     parser.add_argument(
-        "--timed", type=whole, default=20_000, help="moves in each measurement of the speed (default: %(default)s)"
+        "--timed",
+        type=positive_int,
+        default=20_000,
+        help="moves in each measurement of the speed (default: %(default)s)",
     )
     add_json(parser)
     given = parser.parse_args(arguments)
@@ -268,7 +278,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             done[part] = MoveCounts(**record)
     splits = read_splits(given.data) if given.data else {}
     until, left = time.monotonic() + 60 * given.minutes, 0
-    for name, work in parts(given.moves, list(splits.values())):
+    for name, work in comparison_parts(given.moves, list(splits.values())):
         if name in done:
             continue
         if time.monotonic() > until:
@@ -301,7 +311,7 @@ def table(rows: dict[str, MoveCounts]) -> str:
     for name, counts in rows.items():
         values = (getattr(counts, field) for field in names)
         lines.append([name, *(f"{value:.6f}" if isinstance(value, float) else f"{value:,}" for value in values)])
-    return markdown(["where", *(name.replace("_", " ") for name in names)], lines)
+    return markdown_table(["where", *(name.replace("_", " ") for name in names)], lines)
 
 
 def _step(x: float, y: float, random: Random) -> Way:

@@ -38,10 +38,10 @@ from benchmarks.common import (
     add_data,
     add_json,
     add_rounds,
-    aligned,
     data_or_sample,
     largest_split,
     parser_of,
+    text_table,
     write_json,
 )
 from benchmarks.simulation.peers import frames_per_second
@@ -119,7 +119,9 @@ def timed(play: Callable[[], None], steps: int) -> Measured:
     return steps / (time.perf_counter() - started), 1e3 * (time.process_time() - worked) / steps
 
 
-def bare(split: Split, walk: RecordedWalk, size: int, share: slice = slice(None), *, turns: bool = True) -> Measure:
+def measure_bare(
+    split: Split, walk: RecordedWalk, size: int, share: slice = slice(None), *, turns: bool = True
+) -> Measure:
     """Return the measurement of rules and frames alone, of all episodes or a share of them.
 
     Args:
@@ -160,7 +162,7 @@ def bare(split: Split, walk: RecordedWalk, size: int, share: slice = slice(None)
     return measure
 
 
-def bare_in_processes(split: Split, walk: RecordedWalk, size: int, count: int) -> Measure:
+def measure_bare_in_processes(split: Split, walk: RecordedWalk, size: int, count: int) -> Measure:
     """Return the measurement of rules and frames alone in processes that draw at the same time; their rates are added.
 
     The processes are forked after compilation, and start together once each has rendered all its episodes.
@@ -168,7 +170,7 @@ def bare_in_processes(split: Split, walk: RecordedWalk, size: int, count: int) -
     context = multiprocessing.get_context("fork")
 
     def draw(share: slice, ready: Any, pipe: Any) -> None:
-        measure = bare(split, walk, size, share)
+        measure = measure_bare(split, walk, size, share)
         measure()
         ready.wait()
         pipe.send(measure())
@@ -188,7 +190,7 @@ def bare_in_processes(split: Split, walk: RecordedWalk, size: int, count: int) -
     return measure
 
 
-def single(data: Path, split: Split, walk: RecordedWalk, size: int) -> Measure:
+def measure_single(data: Path, split: Split, walk: RecordedWalk, size: int) -> Measure:
     """Return the measurement of one episode at a time."""
 
     def measure() -> Measured:
@@ -206,7 +208,7 @@ def single(data: Path, split: Split, walk: RecordedWalk, size: int) -> Measure:
     return measure
 
 
-def vector(data: Path, split: Split, walk: RecordedWalk, size: int, processes: int) -> Measure:
+def measure_vector(data: Path, split: Split, walk: RecordedWalk, size: int, processes: int) -> Measure:
     """Return the measurement of many episodes at once."""
 
     def measure() -> Measured:
@@ -226,7 +228,7 @@ def vector(data: Path, split: Split, walk: RecordedWalk, size: int, processes: i
     return measure
 
 
-def first_ready(data: Path, split: Split, walk: RecordedWalk, size: int, processes: int) -> Measure:
+def measure_first_ready(data: Path, split: Split, walk: RecordedWalk, size: int, processes: int) -> Measure:
     """Return the measurement of batches of the first half of the episodes that is ready.
 
     Each episode takes its own actions in order, but the faster ones take more: with the same number of steps in all, a
@@ -260,7 +262,7 @@ def first_ready(data: Path, split: Split, walk: RecordedWalk, size: int, process
     return measure
 
 
-def two_agents(data: Path, split: Split, walk: RecordedWalk, size: int) -> Measure:
+def measure_two_agents(data: Path, split: Split, walk: RecordedWalk, size: int) -> Measure:
     """Return the measurement of PettingZoo's interface."""
 
     def measure() -> Measured:
@@ -279,7 +281,7 @@ def two_agents(data: Path, split: Split, walk: RecordedWalk, size: int) -> Measu
     return measure
 
 
-def peer(python: str, name: str) -> Measure:
+def measure_peer(python: str, name: str) -> Measure:
     """Return the measurement of another environment; None if it is not installed."""
 
     def measure() -> Measured | None:
@@ -292,22 +294,22 @@ def peer(python: str, name: str) -> Measure:
 def rows_of(data: Path, split: Split, walk: RecordedWalk, peers: str) -> list[EnvironmentRow]:
     """Return the rows of the table."""
     return [
-        EnvironmentRow("bare camera with rules, 224", bare(split, walk, 224)),
-        EnvironmentRow("bare, one after another, 224", bare(split, walk, 224, turns=False)),
-        EnvironmentRow("bare camera, two processes, 224", bare_in_processes(split, walk, 224, 2)),
-        EnvironmentRow("one episode, 224", single(data, split, walk, 224)),
-        EnvironmentRow("16, one process, 224", vector(data, split, walk, 224, 1)),
-        EnvironmentRow("16, two processes, 224", vector(data, split, walk, 224, 2)),
-        EnvironmentRow("first 8 of 16, one process, 224", first_ready(data, split, walk, 224, 1)),
-        EnvironmentRow("first 8 of 16, two processes, 224", first_ready(data, split, walk, 224, 2)),
-        EnvironmentRow("two agents by turns, 224", two_agents(data, split, walk, 224)),
-        EnvironmentRow("bare camera with rules, 64", bare(split, walk, 64)),
-        EnvironmentRow("bare camera, two processes, 64", bare_in_processes(split, walk, 64, 2)),
-        EnvironmentRow("16, one process, 64", vector(data, split, walk, 64, 1)),
-        EnvironmentRow("16, two processes, 64", vector(data, split, walk, 64, 2)),
-        EnvironmentRow("first 8 of 16, one process, 64", first_ready(data, split, walk, 64, 1)),
-        EnvironmentRow("first 8 of 16, two processes, 64", first_ready(data, split, walk, 64, 2)),
-        *(EnvironmentRow(title, peer(peers, name)) for name, title in PEERS.items()),
+        EnvironmentRow("bare camera with rules, 224", measure_bare(split, walk, 224)),
+        EnvironmentRow("bare, one after another, 224", measure_bare(split, walk, 224, turns=False)),
+        EnvironmentRow("bare camera, two processes, 224", measure_bare_in_processes(split, walk, 224, 2)),
+        EnvironmentRow("one episode, 224", measure_single(data, split, walk, 224)),
+        EnvironmentRow("16, one process, 224", measure_vector(data, split, walk, 224, 1)),
+        EnvironmentRow("16, two processes, 224", measure_vector(data, split, walk, 224, 2)),
+        EnvironmentRow("first 8 of 16, one process, 224", measure_first_ready(data, split, walk, 224, 1)),
+        EnvironmentRow("first 8 of 16, two processes, 224", measure_first_ready(data, split, walk, 224, 2)),
+        EnvironmentRow("two agents by turns, 224", measure_two_agents(data, split, walk, 224)),
+        EnvironmentRow("bare camera with rules, 64", measure_bare(split, walk, 64)),
+        EnvironmentRow("bare camera, two processes, 64", measure_bare_in_processes(split, walk, 64, 2)),
+        EnvironmentRow("16, one process, 64", measure_vector(data, split, walk, 64, 1)),
+        EnvironmentRow("16, two processes, 64", measure_vector(data, split, walk, 64, 2)),
+        EnvironmentRow("first 8 of 16, one process, 64", measure_first_ready(data, split, walk, 64, 1)),
+        EnvironmentRow("first 8 of 16, two processes, 64", measure_first_ready(data, split, walk, 64, 2)),
+        *(EnvironmentRow(title, measure_peer(peers, name)) for name, title in PEERS.items()),
     ]
 
 
@@ -320,30 +322,32 @@ def table(rows: Sequence[EnvironmentRow]) -> str:
             continue
         cost = f"{row.cost:.3f}" if row.cost else ""
         cells.append((row.name, f"{row.rate:.0f}", f"{row.rate / base:.2f}", cost))
-    lines = [aligned(("RGB + depth", "steps/s", "of bare", "CPU ms a step"), cells)]
+    lines = [text_table(("RGB + depth", "steps/s", "of bare", "CPU ms a step"), cells)]
     by_name = {row.name: row for row in rows}
     one, two = by_name["16, one process, 224"], by_name["16, two processes, 224"]
     small, drawn_by_two = by_name["16, one process, 64"], by_name["bare camera, two processes, 224"]
     single_row, alone = by_name["one episode, 224"], by_name["bare, one after another, 224"]
     lines.append(
-        f"of the bare camera, one episode (one after another): {paired(single_row, alone):.2f}, by CPU time "
-        f"{alone.cost / single_row.cost:.2f}; 16 in one process: {paired(one, rows[0]):.2f}, by CPU time "
+        f"of the bare camera, one episode (one after another): {rate_ratio(single_row, alone):.2f}, by CPU time "
+        f"{alone.cost / single_row.cost:.2f}; 16 in one process: {rate_ratio(one, rows[0]):.2f}, by CPU time "
         f"{rows[0].cost / one.cost:.2f}\n"
-        f"two processes of one: {paired(two, one):.2f}, of the bare camera {paired(drawn_by_two, rows[0]):.2f}; "
-        f"64x64 of 224: {paired(small, one):.2f}"
+        f"two processes of one: {rate_ratio(two, one):.2f}, "
+        f"of the bare camera {rate_ratio(drawn_by_two, rows[0]):.2f}; "
+        f"64x64 of 224: {rate_ratio(small, one):.2f}"
     )
     lines += [
         f"at {size}, two processes of 16 in one in lockstep: "
-        f"lockstep {paired(by_name[f'16, two processes, {size}'], by_name[f'16, one process, {size}']):.2f}, "
-        f"first 8 {paired(by_name[f'first 8 of 16, two processes, {size}'], by_name[f'16, one process, {size}']):.2f}; "
+        f"lockstep {rate_ratio(by_name[f'16, two processes, {size}'], by_name[f'16, one process, {size}']):.2f}, "
+        "first 8 "
+        f"{rate_ratio(by_name[f'first 8 of 16, two processes, {size}'], by_name[f'16, one process, {size}']):.2f}; "
         "the bare camera in two of one: "
-        f"{paired(by_name[f'bare camera, two processes, {size}'], by_name[f'bare camera with rules, {size}']):.2f}"
+        f"{rate_ratio(by_name[f'bare camera, two processes, {size}'], by_name[f'bare camera with rules, {size}']):.2f}"
         for size in (224, 64)
     ]
     return "\n".join(lines)
 
 
-def paired(row: EnvironmentRow, other: EnvironmentRow) -> float:
+def rate_ratio(row: EnvironmentRow, other: EnvironmentRow) -> float:
     """Return the median over rounds of the ratio of one row's rate to another's."""
     return statistics.median(one[0] / two[0] for one, two in zip(row.results, other.results, strict=True))
 

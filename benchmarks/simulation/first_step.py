@@ -15,7 +15,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from benchmarks.common import add_data, add_rounds, aligned, data_or_sample, largest_split, parser_of
+from benchmarks.common import add_data, add_rounds, data_or_sample, largest_split, parser_of, text_table
 
 PROGRAM = """
 import json, sys, time
@@ -66,7 +66,7 @@ def main() -> None:
     for name, rounds in results.items():
         medians = [statistics.median(float(each[part]) for each in rounds) for part in PARTS]  # type: ignore[arg-type]
         lines.append([name, *(f"{median:.3f}" for median in medians)])
-    print(aligned(["CPU seconds to the first step", *PARTS], lines))
+    print(text_table(["CPU seconds to the first step", *PARTS], lines))
     for name, rounds in results.items():
         print(f"{name} imports {', '.join(rounds[-1]['imported'])}")  # type: ignore[arg-type]
 

@@ -166,7 +166,7 @@ class SoakTest:
         }
 
 
-def after_the_end(
+def collect_exits_and_warnings(
     there: SoakService, options: argparse.Namespace, folder: Path, faults: Sequence[str]
 ) -> dict[str, Any]:
     """Return the exit statuses of the stopped servers, and their logged warnings."""
@@ -276,7 +276,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             ):
                 soak.disturb(started + 60.0 * options.minutes)
                 figures = soak.figures(once)
-            ended = after_the_end(there, options, folder, [*figures["faults"]])
+            ended = collect_exits_and_warnings(there, options, folder, [*figures["faults"]])
             figures |= {**ended, "said": [*figures["said"], *ended["said"]]}
     except pytest.skip.Exception as missing:  # raised by the tests if PostgreSQL is missing
         parser.error(str(missing))

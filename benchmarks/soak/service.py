@@ -261,7 +261,7 @@ class FaultInjector:
         player.signal(signal.SIGCONT)
         return f"for {seconds:.1f} s"
 
-    def double_client(self) -> str:
+    def start_second_client(self) -> str:
         """Start a second client that plays the same run to its end."""
         first = self._player()
         run = first.run
@@ -354,7 +354,7 @@ KILL = FaultKind("server killed", FaultInjector.kill_server)
 OTHERS = (
     FaultKind("client killed", FaultInjector.kill_client),
     FaultKind("client paused", FaultInjector.pause_client),
-    FaultKind("a second client played the run", FaultInjector.double_client),
+    FaultKind("a second client played the run", FaultInjector.start_second_client),
     FaultKind("connections reset", FaultInjector.reset),
     FaultKind("connections silent", FaultInjector.silence),
     FaultKind("server paused", FaultInjector.pause_server),

@@ -32,7 +32,7 @@ def test_table(tmp_path: Path) -> None:
 def test_other_weights_and_another_reader_have_other_runs(tmp_path: Path) -> None:
     for name in ("reader", "vl"):
         (tmp_path / f"{name}.safetensors").write_bytes(b"weights")
-    players = script.players_of(["vl_map", "vl", "follower"], tmp_path)
+    players = script.setups_of(["vl_map", "vl", "follower"], tmp_path)
     assert [(each.agent, list(each.arguments)) for each in players] == [
         ("vl_map", []), ("vl_map", ["reader"]), ("vl", []), ("vl", ["weights"]), ("follower", []),
     ]  # fmt: skip
@@ -40,7 +40,7 @@ def test_other_weights_and_another_reader_have_other_runs(tmp_path: Path) -> Non
     assert len(set(marks)) == 5
     assert marks[-1] == "follower"
     assert players[3].trained == "generated text, agent fine-tuned on people's"
-    assert script.players_of(["vl"], None) == [script.TunedAgent("vl")]
+    assert script.setups_of(["vl"], None) == [script.TunedAgent("vl")]
 
 
 def test_what_fine_tuning_changes(tmp_path: Path) -> None:

@@ -17,19 +17,19 @@ def test_an_agent_plays_with_the_folders_that_have_its_weights(tmp_path: Path) -
         folder.mkdir()
         for agent in agents:
             (folder / f"{agent}.safetensors").write_bytes(folder.name.encode())
-    assert [(player.seed, player.weights) for player in results.players_of("vl", folders)] == [
+    assert [(player.seed, player.weights) for player in results.setups_of("vl", folders)] == [
         (1, folders[0] / "vl.safetensors"),
         (3, folders[2] / "vl.safetensors"),
     ]
-    first, second = results.players_of("vl_map+segmentation", folders)
+    first, second = results.setups_of("vl_map+segmentation", folders)
     assert first.name == "vl_map sensor=segmentation"
     assert first.arguments == {"weights": str(folders[0] / "vl_map.safetensors"), "sensor": "segmentation"}
     assert first.mark != second.mark
-    assert [player.arguments for player in results.players_of("random_walk", folders)] == [
+    assert [player.arguments for player in results.setups_of("random_walk", folders)] == [
         {"seed": seed} for seed in range(3)
     ]
     with pytest.raises(SystemExit, match="there are no weights of vl_grounded in"):
-        results.players_of("vl_grounded", folders)
+        results.setups_of("vl_grounded", folders)
 
 
 @pytest.mark.slow

@@ -46,7 +46,7 @@ def test_a_turn_is_judged(
     end: int,
     reached: float,
 ) -> None:
-    judged = script.judge(long_episode(), turn, script.PlayedPath(poses, took))
+    judged = script.classify(long_episode(), turn, script.PlayedPath(poses, took))
     assert judged.cause == ("" if cause < 0 else script.CAUSES[cause])
     assert judged.end == ("" if end < 0 else script.ENDS[end])
     assert judged.reached == pytest.approx(reached)
@@ -55,8 +55,8 @@ def test_a_turn_is_judged(
 
 def test_pictures_and_table(tmp_path: Path) -> None:
     split = tiny.write(tmp_path, "val_seen", 1)
-    failed = script.judge(split.episodes["0"], 1, script.PlayedPath([(0.0, 0.0, 0.0), (-4.0, 0.0, 270.0)]))
-    found = script.judge(split.episodes["0"], 1, script.PlayedPath([(0.0, 0.0, 0.0), (0.0, 2.0, 0.0)], took=True))
+    failed = script.classify(split.episodes["0"], 1, script.PlayedPath([(0.0, 0.0, 0.0), (-4.0, 0.0, 270.0)]))
+    found = script.classify(split.episodes["0"], 1, script.PlayedPath([(0.0, 0.0, 0.0), (0.0, 2.0, 0.0)], took=True))
     image = script.draw(failed, split.sections["1"], "en")
     assert image.width > 100
     assert image.height > 100
@@ -68,18 +68,18 @@ def test_pictures_and_table(tmp_path: Path) -> None:
 
 def test_the_sheet_has_the_worst_first_and_leaves_out_what_is_sorted(tmp_path: Path) -> None:
     first, second = long_episode(), replace(long_episode(), episode_id="8")
-    ways = [
+    paths = [
         (first, 1, script.PlayedPath(ahead(*range(15)))),
         (second, 1, script.PlayedPath([*ahead(0.0), (-8.0, 10.0, 0.0)], took=True)),
         (first, 2, script.PlayedPath([(9.0, 9.0, 0.0)])),
     ]
-    text = script.sheet([script.judge(*each) for each in ways], "en", 20)
+    text = script.sheet([script.classify(*each) for each in paths], "en", 20)
     assert text.startswith("# The 2 worst of 3 failures\n\nLeft out: 1 (turn 2 began elsewhere")
     assert text.index("## 1. Episode 8, turn 1") < text.index("## 2. Episode 7, turn 1")
     assert "Took: striped red mug." in text
     assert "Took: nothing." in text
     assert "![The way over the map](8-1.png)" in text
-    assert script.sheet([script.judge(*each) for each in ways], "en", 1).count("Sort:") == 1
+    assert script.sheet([script.classify(*each) for each in paths], "en", 1).count("Sort:") == 1
 
 
 def test_the_command_goes_on_where_it_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

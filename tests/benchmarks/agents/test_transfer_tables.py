@@ -44,10 +44,10 @@ def cells(table: str, *start: str) -> list[str]:
 
 
 def test_what_is_reached_is_the_mean_of_seeds() -> None:
-    reached = tables.ResultTable(results(), "PTC").reached("word", tables.LANGUAGES, "en")
+    reached = tables.ResultTable(results(), "PTC").metric_by_episode("word", tables.LANGUAGES, "en")
     assert reached is not None
     np.testing.assert_allclose(reached, [0.375, 0.875, 0.375])
-    assert tables.ResultTable(results(), "PTC").reached("word", ("hi",), "en") is None
+    assert tables.ResultTable(results(), "PTC").metric_by_episode("word", ("hi",), "en") is None
 
 
 def test_encoders_are_compared_with_words() -> None:

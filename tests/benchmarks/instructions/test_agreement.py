@@ -12,8 +12,8 @@ from benchmarks.instructions.agreement import (
     accounts_agree,
     assembly_agrees,
     navigation_agrees,
-    route_said,
     routes_agree,
+    written_route,
 )
 from benchmarks.instructions.meanings import development_meanings, second_meanings
 
@@ -153,7 +153,7 @@ def test_later_meanings_are_of_other_texts_of_the_development_half(language: str
     assert len({each.text.key for each in written}) == len(written)
     for each in written:
         assert (each.text.half, each.text.meaning) == (HALVES[0], None)
-        assert routes_agree(route_said(each.meaning), route_said(each.meaning))
+        assert routes_agree(written_route(each.meaning), written_route(each.meaning))
         if "room" in each.meaning:
             assert accounts_agree(each.meaning, each.meaning) == (True, True)
 

@@ -3,7 +3,7 @@
 import pytest
 
 from arramon_lang.meaning import Thing
-from benchmarks.instructions.names import ComparedName, name_read, name_said
+from benchmarks.instructions.names import ComparedName, parsed_name, written_name
 
 
 @pytest.mark.parametrize(
@@ -26,7 +26,7 @@ from benchmarks.instructions.names import ComparedName, name_read, name_said
     ],
 )
 def test_words_of_a_written_meaning_and_a_reading_of_them_are_one_name(words: str, thing: Thing) -> None:
-    assert name_said(words) == name_read(thing)
+    assert written_name(words) == parsed_name(thing)
 
 
 @pytest.mark.parametrize(
@@ -44,9 +44,9 @@ def test_words_of_a_written_meaning_and_a_reading_of_them_are_one_name(words: st
     ],
 )
 def test_names_fit_by_kind_and_what_they_say(one: str, other: str, fit: bool) -> None:
-    assert name_said(one).fits(name_said(other)) is fit
-    assert name_said(other).fits(name_said(one)) is fit
+    assert written_name(one).fits(written_name(other)) is fit
+    assert written_name(other).fits(written_name(one)) is fit
 
 
 def test_the_kind_is_the_last_word() -> None:
-    assert name_said("orange-white barrier") == ComparedName("barrier", frozenset({"white"}))
+    assert written_name("orange-white barrier") == ComparedName("barrier", frozenset({"white"}))

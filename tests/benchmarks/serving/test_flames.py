@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.serving.flames import REST, STAGES, marks, shares, stage_of
+from benchmarks.serving.flames import REST, STAGES, marks, stage_of, stage_shares
 from tests.benchmarks.command import numbers, printed
 
 OUTER = "main (arramon_server/cli.py:55);Engine.run (arramon_server/runs/play/engine.py:170)"
@@ -42,7 +42,7 @@ def test_marks_are_the_names_of_code() -> None:
 def test_shares_leave_out_what_waits() -> None:
     busy, *_ = STACKS
     waiting = next(stack for stack, stage in STACKS.items() if not stage)
-    found = shares(f"{busy} 3\n{OUTER} 1\n{waiting} 96\n")
+    found = stage_shares(f"{busy} 3\n{OUTER} 1\n{waiting} 96\n")
     assert found["drawing"] == 0.75
     assert sum(found.values()) == 1.0
     assert list(found) == [*STAGES, REST]
