@@ -73,8 +73,8 @@ class Variants:
             self._changes[row, number] = self._change(row, number)
         change = self._changes[row, number]
         features, actions = shown.features, shown.actions
-        if change.exchange is not None and features.shape[-1]:
-            features = features[..., change.exchange.channels]
+        if change.permutation is not None and features.shape[-1]:
+            features = features[..., change.permutation.channels]
         if change.mirrored:
             features, actions = features[:, :, ::-1], _OTHER_ACTION[actions]
         return replace(shown, texts=change.texts or shown.texts, actions=actions, features=features)

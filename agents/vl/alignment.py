@@ -8,7 +8,7 @@ from torch import Tensor
 from torch.nn import functional
 
 from arramon_agents.training.demonstrations import PhaseDemonstration
-from arramon_agents.vl.model import Text
+from arramon_agents.vl.model import EncodedText
 
 TEMPERATURE = 0.1
 """Softmax temperature; the lower, the more the hardest negatives count."""
@@ -37,7 +37,7 @@ def other_texts(
     return rows, others
 
 
-def alignment_loss(one: Text, other: Text) -> Tensor:
+def alignment_loss(one: EncodedText, other: EncodedText) -> Tensor:
     """Return the symmetric InfoNCE loss between first and second texts of a batch; 0 for an empty batch.
 
     Texts are compared by mean pooling. Minimising a plain distance would collapse all texts into one encoding.
@@ -49,7 +49,7 @@ def alignment_loss(one: Text, other: Text) -> Tensor:
     return (functional.cross_entropy(logits, targets) + functional.cross_entropy(logits.T, targets)) / 2.0
 
 
-def _mean_pool(text: Text) -> Tensor:
+def _mean_pool(text: EncodedText) -> Tensor:
     """Return the normalised mean of each text's words, (B, H)."""
     mask = (~text.padding).float()[..., None]
     return functional.normalize((text.words.float() * mask).sum(1) / mask.sum(1).clamp(min=1.0), dim=-1)

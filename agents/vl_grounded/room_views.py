@@ -12,10 +12,10 @@ from arramon_agents.perception.eyes.encoder import Eyes
 from arramon_agents.perception.eyes.encoder import load as load_eyes
 from arramon_agents.perception.eyes.predicted_segmentation import LABELS
 from arramon_agents.training.demonstrations import DemonstrationSource, backend_of, episodes_of, settings_of
-from arramon_agents.vl_grounded.look_around import DEGREES, LookAround
+from arramon_agents.vl_grounded.look_around import LookAround
 from arramon_client.agent import Action, Observation
 from arramon_client.environments.backend import Player
-from arramon_client.world import ASSEMBLY, COLUMNS, ROWS
+from arramon_client.world import ASSEMBLY, COLUMNS, ROWS, TURN_DEGREES
 from arramon_lang.room import START, Cell, RoomObject
 
 VERSION = 1
@@ -123,7 +123,7 @@ def _place(player: Player, observation: Observation | None, heading: int) -> tup
         if action == Action.FORWARD:
             column, row = _ahead(column, row, heading)
         else:
-            heading += DEGREES if action == Action.RIGHT else -DEGREES
+            heading += TURN_DEGREES if action == Action.RIGHT else -TURN_DEGREES
     column, row = _ahead(column, row, heading)
     assert 0 <= column < COLUMNS
     assert 0 <= row < ROWS

@@ -23,7 +23,7 @@ from arramon_agents.training.demonstrations import (
     PhaseDemonstration,
     data_hash_of,
 )
-from arramon_agents.training.name_permutation import InstructionVersion, versions
+from arramon_agents.training.name_permutation import InstructionVersion, instruction_versions
 from arramon_agents.training.recipe import as_json, update_settings
 from arramon_agents.training.rollouts import RolloutPlan, mean, play
 from arramon_agents.training.schedule import warm_up_cosine
@@ -129,7 +129,7 @@ def _versions(
 
     def written(each: PhaseDemonstration | RoomView, phase: str, count: int) -> list[InstructionVersion]:
         seed = f"{recipe.seed}/{phase}/{each.episode_id}/{each.turn}"
-        return versions(each.texts, phase, recipe.languages, count, seed)
+        return instruction_versions(each.texts, phase, recipe.languages, count, seed)
 
     walks = [DemonstratedWalk.of(each, written(each, NAVIGATION, recipe.versions)) for each in demonstrations]
     return walks, [DemonstratedPlacement(view, written(view, ASSEMBLY, recipe.room_versions)) for view in views]

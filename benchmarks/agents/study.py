@@ -154,11 +154,12 @@ class Study:
         while (used := (time.process_time() - began) / seconds) < 1.0:
             training.trainer.update(self.rate * (1.0 - used))
         encode = training.policy.tokenizer.encode
-        results = {
+        texts_by_language = {
             language: [text for each in shown[:400] for text in each.texts_in([language])] for language in LANGUAGES
         }
         pieces = {
-            name: sum(len(encode(text)) for text in texts) / max(len(texts), 1) for name, texts in results.items()
+            name: sum(len(encode(text)) for text in texts) / max(len(texts), 1)
+            for name, texts in texts_by_language.items()
         }
         training.policy.about |= {"updates": training.trainer.step, "pieces": pieces}
         save_policy(training.policy, path)

@@ -9,8 +9,8 @@ import pytest
 from arramon_agents.follower.navigation import Navigator
 from arramon_agents.follower.side_streets import find_side_streets
 from arramon_agents.mapping.body import AgentBody
-from arramon_agents.mapping.ground_map import GroundMap, index
-from arramon_agents.mapping.landmark_memory import MappedLandmark, fits, landmarks_ahead
+from arramon_agents.mapping.ground_map import GroundMap, cell_index
+from arramon_agents.mapping.landmark_memory import MappedLandmark, landmarks_ahead, matches_label
 from arramon_agents.mapping.motion import can_step, find_path, turns
 from arramon_client.agent import Action, Label, Observation
 from arramon_dataset.trial import AGENT_LABELS
@@ -139,9 +139,9 @@ def test_landmarks_and_free_ground_are_located_in_a_frame(street: Street) -> Non
     body.perceive(street.observe(rules.begin(layout), layout))
     (booth,) = body.landmarks.matching(BOOTH)
     assert math.dist((booth.x, booth.z), (2.4, 11.6)) < 0.5  # in the own frame, from where it begins
-    assert body.ground.blocked[index(2.4, 11.3)]
-    assert body.ground.free[index(0.0, 8.0)]
-    assert not body.ground.blocked[index(0.0, 8.0)]
+    assert body.ground.blocked[cell_index(2.4, 11.3)]
+    assert body.ground.free[cell_index(0.0, 8.0)]
+    assert not body.ground.blocked[cell_index(0.0, 8.0)]
 
 
 def test_depth_and_segmentation_are_required() -> None:
@@ -213,7 +213,7 @@ def test_near_landmarks_ahead_come_first() -> None:
     ],
 )
 def test_a_thing_matches_by_its_given_attributes(name: Thing, label: Label, fitting: bool) -> None:
-    assert fits(name, label) is fitting
+    assert matches_label(name, label) is fitting
 
 
 TWIN = thing("striped red mug", 1.5, -7.0)

@@ -8,7 +8,7 @@ import pytest
 
 import arramon_lang as lang
 from arramon_agents.perception.eyes.encoder import load as load_eyes
-from arramon_agents.perception.eyes.predicted_segmentation import LABELS, see
+from arramon_agents.perception.eyes.predicted_segmentation import LABELS, predict_percepts
 from arramon_agents.perception.eyes.vocabulary import LOOK_GROUPS
 from arramon_agents.reading.reader.reader import LearnedReader, load
 from arramon_agents.seeing_follower import Agent
@@ -80,7 +80,7 @@ def test_upright_pixels_are_no_road() -> None:
     right = total = 0
     for number in range(6):
         frame = source.frame(number)
-        seen = see(eyes, frame.rgb[None], frame.depth[None])[0].labels
+        seen = predict_percepts(eyes, frame.rgb[None], frame.depth[None])[0].labels
         kinds = np.array([label.kind for label in LABELS])[seen]
         truth = np.array([name[0] for name in label_names()])[frame.labels]
         building = truth == "building"

@@ -14,7 +14,7 @@ from arramon_agents.reading.reader.network import ReaderNetwork
 from arramon_agents.reading.reader.network import ReaderSizes as ReaderSizes
 from arramon_agents.reading.reader.vocabulary import Vocabulary
 from arramon_agents.training.demonstrations import DemonstrationSource
-from arramon_agents.training.name_permutation import NamePermutation, versions
+from arramon_agents.training.name_permutation import NamePermutation, instruction_versions
 from arramon_agents.vl_grounded.attributes import KINDS, LOOKS
 from arramon_agents.vl_grounded.initial_vocabulary import initialise_from_reader, tokenizer_with_reader
 from arramon_agents.vl_grounded.instruction_encoder import InstructionEncoder
@@ -72,14 +72,14 @@ def test_things_are_exchanged_alike_in_images_and_words(seed: int) -> None:
 
 def test_versions_say_what_is_meant() -> None:
     text = lang.load("en").write(MEANT, Random(1))
-    first, *others = versions({"en": text}, "navigation", ("en", "hi"), 3, "seed")
+    first, *others = instruction_versions({"en": text}, "navigation", ("en", "hi"), 3, "seed")
     assert (first.texts, first.exchange) == ({"en": text}, None)
     assert len(others) == 3
     for version in others:
         assert version.permutation is not None
         for language, written in version.texts.items():
             assert lang.load(language).read(written, "navigation") == version.permutation.permute_meaning(MEANT)
-    assert versions({"en": text}, "navigation", ("en", "hi"), 3, "seed")[3].texts == others[2].texts
+    assert instruction_versions({"en": text}, "navigation", ("en", "hi"), 3, "seed")[3].texts == others[2].texts
 
 
 def test_what_was_picked_up_is_named_as_it_was_seen() -> None:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.serving.flames import REST, STAGES, marks, stage_of, stage_shares
+from benchmarks.serving.flames import REST, STAGES, profiler_prefix, stage_of, stage_shares
 from tests.benchmarks.command import numbers, printed
 
 OUTER = "main (arramon_server/cli.py:55);Engine.run (arramon_server/runs/play/engine.py:170)"
@@ -34,7 +34,7 @@ def test_stage_of_a_stack(stack: str, stage: str) -> None:
 
 def test_marks_are_the_names_of_code() -> None:
     """As a profiler gives them: a function's with the class that defines it, a class's as the beginning of these."""
-    found = {mark for codes in STAGES.values() for mark in map(marks, codes)}
+    found = {mark for codes in STAGES.values() for mark in map(profiler_prefix, codes)}
     assert {"RasterCamera.render (", "Steps.commit (", "Journal.", "Engine."} <= found
     assert "object." not in found  # Every method would belong to the journal.
 
