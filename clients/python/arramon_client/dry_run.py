@@ -28,7 +28,7 @@ def dry_run_name(agent: str) -> str:
     return agent[: LONGEST_NAME - len(NAME_SUFFIX)] + NAME_SUFFIX
 
 
-def choose_split(
+def choose_dry_run_split(
     info: evaluation_pb2.ServerInfo, real: evaluation_pb2.Split, language: str, sensors: Sequence[str]
 ) -> evaluation_pb2.Split:
     """Return the open split of a dry run: the real run's split if it is open, else the server's first suitable one.

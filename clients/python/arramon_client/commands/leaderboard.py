@@ -161,7 +161,7 @@ def _show(options: argparse.Namespace) -> None:
     if options.smallest_gap is not None:
         if options.lang != BOTH:
             raise UsageError(f"--smallest-gap needs all languages together, but --lang is {options.lang!r}")
-        listing.standings = by_gap(listing, options.smallest_gap)
+        listing.standings = sorted_by_gap(listing, options.smallest_gap)
     shown = console(WIDTH)
     shown.print(table(listing, split, options.lang))
     for notice in notices:
@@ -171,7 +171,7 @@ def _show(options: argparse.Namespace) -> None:
         shown.print(f"no published runs yet{hint}", soft_wrap=True)
 
 
-def by_gap(listing: LeaderboardListing, least: float) -> list[pb.Standing]:
+def sorted_by_gap(listing: LeaderboardListing, least: float) -> list[pb.Standing]:
     """Return the standings with a score of at least `least`, sorted by the gap between languages, smallest first."""
     means = (
         (standing, found.mean)

@@ -94,7 +94,7 @@ class SingleRun:
         episodes, named = options.episodes or 0, options.episode
         if options.dry_run:
             name = dry_run.dry_run_name(name)
-            split = dry_run.choose_split(info, split, self.language, sensors)
+            split = dry_run.choose_dry_run_split(info, split, self.language, sensors)
             few = min(dry_run.EPISODES, split.episodes[self.language], options.episodes or dry_run.EPISODES)
             episodes, named = (0 if named else few), named[: dry_run.EPISODES]
         request = evaluation_pb2.CreateRunRequest(

@@ -12,7 +12,7 @@ from gymnasium.vector.utils import batch_space
 from arramon_client.agent import Label
 from arramon_client.environments.arguments import is_whole_number, whole_number
 from arramon_client.environments.batches import VectorBatch
-from arramon_client.environments.calls import check_actions, episode_starts
+from arramon_client.environments.call_checks import check_actions, episode_starts
 from arramon_client.environments.conversion import keep_texts_in_wrappers
 from arramon_client.environments.errors import BadArgument, CannotCopy
 from arramon_client.environments.group import VectorSettings

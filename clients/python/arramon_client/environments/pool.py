@@ -10,7 +10,7 @@ from arramon_client.environments.batches import BLOCKS, BatchLayout, BlockPool, 
 from arramon_client.environments.group import EpisodeGroup, EpisodeStart, EpisodeUpdates, VectorSettings
 from arramon_client.environments.options import Options
 from arramon_client.environments.players import open_backend
-from arramon_client.environments.ready import ReadyQueue
+from arramon_client.environments.ready_queue import ReadyQueue
 from arramon_client.environments.worker import Worker, WorkerTask
 
 

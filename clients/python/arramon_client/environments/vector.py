@@ -10,11 +10,11 @@ import numpy.typing as npt
 from gymnasium.vector import AutoresetMode, VectorEnv
 
 from arramon_client.environments.arguments import is_whole_number, whole_number
-from arramon_client.environments.calls import check_actions, episode_numbers, episode_starts
+from arramon_client.environments.call_checks import check_actions, episode_numbers, episode_starts
 from arramon_client.environments.conversion import keep_texts_in_wrappers
 from arramon_client.environments.errors import BadArgument
 from arramon_client.environments.lockstep import OWN_ARGUMENTS, LockstepVectorEnv, VectorStep
-from arramon_client.environments.ready import MAX_ROWS, ReadyQueue
+from arramon_client.environments.ready_queue import MAX_ROWS, ReadyQueue
 from arramon_client.environments.single import room_options
 
 

@@ -17,7 +17,7 @@ from arramon_client.environments.batches import BatchLayout
 from arramon_client.environments.errors import BadArgument
 from arramon_client.environments.group import Call, EpisodeGroup, VectorSettings
 from arramon_client.environments.options import Options
-from arramon_client.environments.rows import RowWriter
+from arramon_client.environments.row_writer import RowWriter
 from arramon_client.environments.waiter import Waiter
 from arramon_client.errors import ArramonClientError
 from arramon_client.local.lifeline import end_with_parent

@@ -123,7 +123,7 @@ def connect(
         info = None
         while info is None:
             try:
-                info = greet(stub, address, timeout)
+                info = get_server_info(stub, address, timeout)
             except EncryptionError:
                 raise
             except ServerUnreachableError as error:
@@ -133,7 +133,9 @@ def connect(
         channel.close()
 
 
-def greet(stub: evaluation_pb2_grpc.EvaluationStub, address: str, timeout: float = 15.0) -> evaluation_pb2.ServerInfo:
+def get_server_info(
+    stub: evaluation_pb2_grpc.EvaluationStub, address: str, timeout: float = 15.0
+) -> evaluation_pb2.ServerInfo:
     """Return the server's information after checking that it speaks this client's protocol.
 
     Raises:

@@ -19,7 +19,7 @@ from gymnasium import spaces
 
 from arramon_client.environments.batches import BLOCKS, BatchLayout, BlockPool, VectorBatch
 from arramon_client.environments.group import Call, EpisodeGroup, EpisodeUpdates
-from arramon_client.environments.rows import ERROR, REPORT, SLOT, UPDATES, RowWriter, reports
+from arramon_client.environments.row_writer import ERROR, REPORT, SLOT, UPDATES, RowWriter, reports
 from arramon_client.environments.waiter import Waiter
 from arramon_client.environments.worker import Worker
 
