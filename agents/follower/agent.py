@@ -17,7 +17,12 @@ class Agent(MapAgent):
 
     def __init__(self) -> None:
         super().__init__(
-            Skills(perceive=perceive_as_given, read=read, make_walk=make_rule_navigator, find_cell=find_by_rules)
+            Skills(
+                perceive=perceive_as_given,
+                read=parse_instruction,
+                make_walk=make_rule_navigator,
+                find_cell=find_by_rules,
+            )
         )
 
 
@@ -27,7 +32,7 @@ def make_rule_navigator(body: AgentBody, meaning: Navigation, turn: int) -> Next
     return lambda _: navigator.act()
 
 
-def read(language: str, text: str, phase: str) -> Navigation | Assembly:
+def parse_instruction(language: str, text: str, phase: str) -> Navigation | Assembly:
     """Return the meaning of an instruction; if it cannot be parsed, only the object that it mentions."""
     speech = lang.load(language)
     try:

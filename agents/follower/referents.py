@@ -1,4 +1,4 @@
-"""Reference resolution: the landmarks that an instruction refers to; repeated mentions get the same landmarks."""
+"""Reference resolution: the landmarks to which the mentions of an instruction refer, consistently over mentions."""
 
 import math
 from collections.abc import Sequence
@@ -13,7 +13,7 @@ Marks = tuple[MappedLandmark, ...]
 
 
 class Referents:
-    """Referents found so far for the things of one instruction.
+    """Resolves the things of one instruction to landmarks, and remembers those already resolved.
 
     Args:
         landmarks: all landmarks seen.

@@ -18,7 +18,7 @@ WIDE = 3
 
 
 def find_next_side_street(ground: GroundMap, x: float, z: float, angle: float, side: int) -> tuple[float, float] | None:
-    """Return the place at which to turn into the next side street; None if none is known yet.
+    """Return the place at which to turn into the nearest side street ahead; None if none is known yet.
 
     Args:
         ground: the agent's map.
@@ -74,10 +74,15 @@ class SideStreets:
 
 
 def find_side_streets(runs: list[float], walls: list[bool]) -> list[int]:
-    """Return the index of the first place of each side street: right after a wall, followed by clearly deeper places.
+    """Find side streets in depths measured along a walk; return the index of the first place of each.
 
-    At first only a part of a side street is visible behind the corner. So it starts right after the wall, even if its
-    first places have not been seen, and its known depth counts.
+    A side street begins right after a wall, and continues with clearly deeper places. At first only a part of it is
+    visible behind the corner: it begins right after the wall even if its first places have not been seen, and its known
+    depth counts.
+
+    Args:
+        runs: distance to the side up to which the ground is free, by place, in units.
+        walls: whether that distance ends at a wall, by place.
     """
     found: list[int] = []
     beside, last, open_places = 0.0, None, 0

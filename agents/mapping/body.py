@@ -79,7 +79,7 @@ class AgentBody:
         self._last = action
 
     def to_local(self, x: float, z: float) -> tuple[float, float]:
-        """Return a place relative to the agent: units to the right, units ahead."""
+        """Transform a place to the agent's own view: units to the right, units ahead."""
         return to_local_frame(x - self.x, z - self.z, self.angle)
 
     def distance(self, x: float, z: float) -> float:
@@ -103,6 +103,6 @@ class AgentBody:
 
 
 def to_local_frame(dx: float, dz: float, angle: float) -> tuple[float, float]:
-    """Return a vector relative to the direction `angle` (radians): units to the right, units ahead."""
+    """Rotate a vector into the frame of the direction `angle` (radians): units to the right, units ahead."""
     sin, cos = math.sin(angle), math.cos(angle)
     return dx * cos - dz * sin, dx * sin + dz * cos

@@ -62,7 +62,7 @@ class GroundMap:
         return farthest
 
     def has_line_of_sight(self, x: float, z: float, to_x: float, to_z: float) -> bool:
-        """Return whether no known obstacle is between two places."""
+        """Return whether the straight line between two places crosses no known obstacle."""
         distance = math.hypot(to_x - x, to_z - z)
         return self.free_distance(x, z, math.atan2(to_x - x, to_z - z), distance) >= distance - 2 * CELL
 
@@ -81,7 +81,7 @@ class GroundMap:
     def measure_free_widths(
         self, x: float, z: float, angle: float, side: int, offsets: npt.NDArray[np.float64], farthest: float
     ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
-        """Measure how far the ground to one side of a line is free.
+        """Return how far the ground to one side of a line is free, at several places of the line.
 
         Args:
             x, z, angle: a point on the line, and its direction in radians.
@@ -121,7 +121,7 @@ class GroundMap:
 
 
 def cell_index(x: float, z: float) -> int:
-    """Return the index of a place's cell."""
+    """Return the index of the map cell that contains a place."""
     row, column = int(x / CELL + SIDE / 2), int(z / CELL + SIDE / 2)
     return min(max(row, 0), SIDE - 1) * SIDE + min(max(column, 0), SIDE - 1)
 

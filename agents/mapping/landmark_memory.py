@@ -1,4 +1,4 @@
-"""Memory of the landmarks that the agent has seen, without duplicates."""
+"""Memory of the landmarks seen in the segmentation, without duplicates."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -40,7 +40,7 @@ class MappedLandmark:
 
 
 class LandmarkMemory:
-    """All landmarks seen so far.
+    """Landmarks seen so far, by their label in the segmentation.
 
     Args:
         labels: labels of the segmentation, by index.
@@ -93,7 +93,7 @@ class LandmarkMemory:
 
 
 def matches_label(thing: Thing, label: Label) -> bool:
-    """Return whether a label matches the given attributes of a thing."""
+    """Return whether a segmentation label matches the given attributes of a thing."""
     if thing.kind:
         if thing.kind != label.kind:
             return False

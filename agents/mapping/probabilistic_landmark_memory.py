@@ -1,4 +1,4 @@
-"""Memory of landmarks with probabilities of kind, colour and look, which are combined over all views of a landmark."""
+"""Memory of landmarks with probabilities of kind, colour and look, combined over all views of a landmark."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -113,7 +113,7 @@ class _LandmarkScores:
 
 
 class ProbabilisticLandmarkMemory(LandmarkMemory):
-    """All landmarks seen so far: things by place, with probabilities; buildings and crossings by label.
+    """Landmarks seen so far: named things with attribute probabilities; buildings and crossings by label.
 
     Args:
         labels: labels of the segmentation, by index.

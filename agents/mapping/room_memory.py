@@ -1,4 +1,4 @@
-"""Reconstruction of the contents of the assembly room from depth and segmentation, with known camera poses."""
+"""Memory of the assembly room: its contents, reconstructed from depth and segmentation with known camera poses."""
 
 import math
 from collections.abc import Sequence

@@ -21,7 +21,7 @@ RESERVE = 26
 """Steps reserved for walking to any cell and placing the object; with no more left, the agent stops looking around."""
 
 OUTLOOK: Cell = (2, 3)
-"""Cell that the agent goes to face for a second look around if a named object was not found."""
+"""Cell that the agent faces for a second look around if a named object was not found."""
 
 FindCell = Callable[[Assembly, Room], Cell]
 """Returns the target cell, given the meaning of an instruction and the contents of the room."""
@@ -33,23 +33,23 @@ def find_by_rules(meaning: Assembly, room: Room) -> Cell:
 
 
 class RoomPlayer:
-    """Player of one assembly phase by depth and segmentation alone.
+    """Plays one assembly phase by depth and segmentation, or by the named things of the visual encoder.
 
     Args:
         meaning: meaning of the instruction; parts that match nothing in the room are ignored.
-        sight: empty memory of the room.
+        memory: empty memory of the room.
         find: chooses the target cell; None for the rules of `arramon_lang.room`.
     """
 
-    def __init__(self, meaning: Assembly, sight: RoomMemory, find: FindCell | None = None) -> None:
+    def __init__(self, meaning: Assembly, memory: RoomMemory, find: FindCell | None = None) -> None:
         self._meaning, self._find = meaning, find or find_by_rules
-        self._sight = sight
+        self._memory = memory
         self._cell: Cell = START
         self._heading = 0
         self._ahead: deque[Action] = deque()
         self._looks_left = LOOKS
         self._has_outlook = False
-        self._aside = Action.LEFT if quarter_after(meaning.turns) == 3 else Action.RIGHT
+        self._turn_action = Action.LEFT if quarter_after(meaning.turns) == 3 else Action.RIGHT
 
     def act(self, observation: Observation, things: Sequence["NamedThing"] = ()) -> int:
         """Return the next action; pass it the observations of one assembly phase, from the first one on.
@@ -61,8 +61,8 @@ class RoomPlayer:
             raise ValueError("the observation has no depth or no segmentation; the room follower requires both sensors")
         if not self._ahead:
             if self._looks_left:
-                self._sight.add_things(things, self._cell, self._heading)
-                self._sight.add(observation.depth, observation.segmentation, self._cell, self._heading)
+                self._memory.add_things(things, self._cell, self._heading)
+                self._memory.add(observation.depth, observation.segmentation, self._cell, self._heading)
                 self._looks_left -= 1
             self._ahead.extend(self._next(observation.steps_left))
         action = self._ahead.popleft()
@@ -73,21 +73,21 @@ class RoomPlayer:
         """Return the next actions: look further, look from another cell, or place the object."""
         may_look = steps_left > RESERVE + 1
         if self._looks_left and may_look:
-            return [self._aside]
-        room = self._sight.room()
+            return [self._turn_action]
+        room = self._memory.room()
         if not self._has_outlook and steps_left > 2 * RESERVE and not is_all_there(self._meaning, room):
             self._has_outlook, self._looks_left = True, LOOKS
-            return self._way(OUTLOOK) or [self._aside]
+            return self._path_to(OUTLOOK) or [self._turn_action]
         self._looks_left = 0
-        return [*self._way(self._find(self._meaning, room)), Action.INTERACT]
+        return [*self._path_to(self._find(self._meaning, room)), Action.INTERACT]
 
-    def _way(self, target: Cell) -> list[Action]:
+    def _path_to(self, target: Cell) -> list[Action]:
         """Return the actions to a pose whose cell ahead is the target."""
         quarter, first = quarter_and_turns(self._heading)
-        way = plan(RoomPose(*self._cell, quarter), target, ())
-        if way is None:
+        path = plan(RoomPose(*self._cell, quarter), target, ())
+        if path is None:
             raise ValueError(f"{target} is not a cell of the room")
-        return first + way
+        return first + path
 
     def _moved(self, action: Action) -> None:
         """Update the pose by an action; plans never walk into a wall."""

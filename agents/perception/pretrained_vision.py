@@ -1,4 +1,4 @@
-"""Visual encoder from a local folder with a transformers vision model, for example a ResNet.
+"""Pretrained visual encoder: a transformers vision model from a local folder, for example a ResNet.
 
 It uses RGB at 224x224 pixels and ignores depth. The last feature map, or the patches, are average-pooled to 7x7 cells.
 """

@@ -70,7 +70,7 @@ class Scan:
 
 @dataclass(eq=False)
 class FrameScanner:
-    """Extracts obstacles and landmarks from frames.
+    """Extracts obstacles, free ground and landmarks from frames.
 
     Args:
         labels: labels of the segmentation, by index.

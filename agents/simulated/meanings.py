@@ -22,10 +22,10 @@ MIXED = 0.4
 """Share of navigation texts that combine the steps of two meanings."""
 
 EXCHANGED = 0.8
-"""Share of texts in which things are exchanged."""
+"""Share of texts in which things are replaced."""
 
 TURNED = 0.25
-"""Share of directions, sides and ordinals that are redrawn where things are exchanged."""
+"""Share of directions, sides and ordinals that are redrawn where things are replaced."""
 
 ARMS = (3, 4)
 """Possible numbers of streets at an intersection, which cannot be parsed from every text."""
@@ -116,9 +116,9 @@ def write_in_all_languages(plans: Sequence[Meaning], languages: Sequence[str], s
 
 
 def randomise_things(meaning: Meaning, random: Random) -> Meaning:
-    """Return a meaning with its things exchanged for random ones, and some directions redrawn.
+    """Replace the things of a meaning by random ones, and redraw some directions.
 
-    All mentions of a thing are exchanged for the same thing.
+    All mentions of a thing are replaced by the same thing.
     """
     others: dict[str, tuple[str, str, str]] = {}
     arms: dict[str, int] = {}
@@ -182,7 +182,7 @@ def _with_new_identities(meaning: Navigation) -> Navigation:
 
 
 def _other(thing: Thing, random: Random) -> tuple[str, str, str]:
-    """Draw kind, colour and look of a thing for which another can be exchanged."""
+    """Draw kind, colour and look of a thing that can replace another."""
     if thing.kind in COLLECTIBLES or not thing.kind:
         return random.choice(COLLECTIBLES), random.choice(COLLECTIBLE_COLOURS), random.choice(_LOOKS["pattern"])
     if thing.kind == "building":

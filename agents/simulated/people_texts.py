@@ -11,13 +11,13 @@ from arramon_server.episodes.splits import Split, folder_of, read_split
 
 
 def halves(split: Split, language: str) -> tuple[list[Episode], list[Episode]]:
-    """Return every second episode in playing order for training, and the others for testing."""
+    """Split episodes into halves: every second one in playing order for training, and the others for testing."""
     episodes = split.in_playing_order(language)
     return episodes[1::2], episodes[::2]
 
 
 def parse_people_texts(episodes: Sequence[Episode], language: str) -> list[TextSample]:
-    """Return the texts of episodes that the language's grammar can parse and that rows can express."""
+    """Parse the texts of episodes; return those that the grammar can parse and that rows can express."""
     speech = lang.load(language)
     samples = []
     for episode in episodes:
@@ -33,7 +33,7 @@ def parse_people_texts(episodes: Sequence[Episode], language: str) -> list[TextS
 
 
 def parse_training_half(data: Path, split: str, language: str) -> list[TextSample]:
-    """Return the texts of the training half of a split, with meanings parsed by the grammar.
+    """Parse the texts of the training half of a split by the grammar.
 
     Raises:
         NotFound: if there is no such split.

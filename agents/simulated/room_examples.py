@@ -1,4 +1,4 @@
-"""Training examples of placement: contents of the room, parsed instructions, and the target cell."""
+"""Training examples of the placement networks: contents of the room, parsed instructions, and the target cell."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

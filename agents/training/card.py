@@ -1,4 +1,4 @@
-"""Model cards: what a file of weights is, in Markdown."""
+"""Model cards of files of weights, in Markdown: properties, training command, limits."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -16,7 +16,7 @@ FINE_TUNED = (
 
 
 def training_text_limit(split: str, init: str) -> str:
-    """Return the line of a model card's limits about the training texts."""
+    """Return the line about the training texts for a model card's section on limits."""
     return GENERATED if not init and split == TRAIN else FINE_TUNED.format(split=split)
 
 

@@ -14,10 +14,10 @@ FORMAT = "training 1"
 GROUPS = ("network", "optimizer", "average", "best", "history")
 """Groups of tensors in a file; the group is the first part of a tensor's name."""
 
-FORMER = ".state"
+OLD_SUFFIX = ".state"
 """Part of the file names of checkpoints of earlier versions."""
 
-HINT = "name another --output, or remove it"
+RESUME_HINT = "name another --output, or remove it"
 
 
 class CheckpointMismatch(ValueError):
@@ -26,7 +26,7 @@ class CheckpointMismatch(ValueError):
 
 @dataclass(frozen=True)
 class TrainingInputs:
-    """Recipe and data of a training; they must match to resume from a checkpoint.
+    """Recipe and data that determine a training; a checkpoint is only resumed if both match.
 
     Attributes:
         recipe: settings that affect updates, as JSON values.
@@ -84,9 +84,11 @@ def find_checkpoint(folder: Path, name: str) -> Path | None:
     Raises:
         CheckpointMismatch: if there is a checkpoint of an earlier version, under another name.
     """
-    former = folder / f"{name}{FORMER}{SUFFIX}"
+    former = folder / f"{name}{OLD_SUFFIX}{SUFFIX}"
     if former.exists():
-        raise CheckpointMismatch(f"{former} is a checkpoint of an earlier version, which cannot be resumed: {HINT}")
+        raise CheckpointMismatch(
+            f"{former} is a checkpoint of an earlier version, which cannot be resumed: {RESUME_HINT}"
+        )
     path = checkpoint_path(folder, name)
     return path if path.exists() else None
 
@@ -100,13 +102,13 @@ def read_checkpoint(path: Path, training_inputs: TrainingInputs) -> TrainingChec
     """
     tensors, header = read_tensors(path)
     if header.get("format") != FORMAT:
-        raise CheckpointMismatch(f"{path} has the format {header.get('format')!r}, expected {FORMAT!r}: {HINT}")
+        raise CheckpointMismatch(f"{path} has the format {header.get('format')!r}, expected {FORMAT!r}: {RESUME_HINT}")
     if header["recipe"] != training_inputs.recipe:
         raise CheckpointMismatch(
-            f"{path} is of another recipe ({_difference(header['recipe'], training_inputs.recipe)}): {HINT}"
+            f"{path} is of another recipe ({_difference(header['recipe'], training_inputs.recipe)}): {RESUME_HINT}"
         )
     if header["data"] != training_inputs.data:
-        raise CheckpointMismatch(f"{path} is of other data: {HINT}")
+        raise CheckpointMismatch(f"{path} is of other data: {RESUME_HINT}")
     by_group: dict[str, dict[str, Tensor]] = {group: {} for group in GROUPS}
     for name, value in tensors.items():
         group, _, rest = name.partition(".")

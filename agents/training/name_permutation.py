@@ -62,7 +62,7 @@ class NamePermutation:
         return np.array(source)
 
     def permute_meaning(self, meaning: Meaning) -> Meaning:
-        """Return the meaning of an instruction with its things exchanged."""
+        """Return the meaning of an instruction with its names permuted."""
         if isinstance(meaning, Navigation):
             return Navigation(tuple(map(self._step, meaning.steps)), self.thing(meaning.target))
         return Assembly(
@@ -72,7 +72,7 @@ class NamePermutation:
         )
 
     def permute_objects(self, things: Sequence[RoomObject]) -> tuple[RoomObject, ...]:
-        """Return the objects of a room, exchanged."""
+        """Return the objects of a room with their names permuted."""
         return tuple(
             replace(
                 thing,
@@ -84,7 +84,7 @@ class NamePermutation:
         )
 
     def thing(self, thing: Thing) -> Thing:
-        """Return the thing with its new names."""
+        """Return a thing with its new names."""
         colours, looks = "", ""
         if thing.kind in COLLECTIBLES or not thing.kind:
             colours, looks = "colour", "pattern"
@@ -114,11 +114,11 @@ class NamePermutation:
 
 @dataclass(frozen=True)
 class InstructionVersion:
-    """An instruction, original or with things exchanged.
+    """An instruction, original or with its names permuted.
 
     Attributes:
         texts: instruction by language.
-        exchange: the exchange of things; None for the original.
+        permutation: the permutation of names; None for the original.
     """
 
     texts: Mapping[str, str]
@@ -128,7 +128,7 @@ class InstructionVersion:
 def instruction_versions(
     texts: Mapping[str, str], phase: str, languages: Sequence[str], count: int, seed: str
 ) -> list[InstructionVersion]:
-    """Return an instruction and augmented versions of it, with things exchanged, in every language.
+    """Return an instruction and augmented versions of it, with names permuted, in every language.
 
     Args:
         texts: the instruction by language.

@@ -1,4 +1,4 @@
-"""Data augmentation: variants of demonstrations with things exchanged, and mirrored left to right.
+"""Data augmentation: variants of demonstrations with the names of things permuted, and mirrored left to right.
 
 Visual features, instructions and actions change consistently, so that agents do not memorise the few training sections.
 """
@@ -26,7 +26,7 @@ _OTHER_ACTION[[Action.LEFT, Action.RIGHT]] = Action.RIGHT, Action.LEFT
 
 @dataclass(frozen=True)
 class _Change:
-    """Changes of a variant: exchange of things (None for none), whether it is mirrored, and its texts."""
+    """Changes of a variant: permutation of names (None for none), whether it is mirrored, and its texts."""
 
     permutation: NamePermutation | None
     mirrored: bool
@@ -40,7 +40,7 @@ class Variants:
         demonstrations: the original demonstrations.
         languages: languages of the variants' texts; none for a model that does not read.
         count: number of variants of each demonstration, besides the original.
-        channel_names: names of the visual features. Things are exchanged only if these are the features of the encoder
+        channel_names: names of the visual features. Names are permuted only if these are the features of the encoder
             "eyes", or if there are no features.
         seed: seed of all random choices.
     """

@@ -28,23 +28,23 @@ class AssemblyPlayer:
     def __init__(self, network: Grounded, tokens: Tensor, look: LookAround) -> None:
         self._network, self._tokens = network, tokens
         self.look = look
-        self._way: deque[int] = deque()
+        self._plan: deque[int] = deque()
 
     def is_looking(self) -> bool:
         """Return whether the current frame is a new view of the look around; True once for each heading."""
-        return not self._way and self.look.is_new()
+        return not self._plan and self.look.is_new()
 
     def act(self, steps_left: int) -> int:
         """Return the next action, given the number of steps left in the phase."""
-        if self._way:
-            return self._way.popleft()
+        if self._plan:
+            return self._plan.popleft()
         turn = self.look.turn() if steps_left > RESERVE + 1 else None
         if turn is not None:
             return turn
         quarter, first = quarter_and_turns(self.look.heading)
         row, column = divmod(self._cell(), COLUMNS)
-        self._way.extend([*first, *(plan(RoomPose(*START, quarter), (column, row), ()) or ()), Action.INTERACT])
-        return self._way.popleft()
+        self._plan.extend([*first, *(plan(RoomPose(*START, quarter), (column, row), ()) or ()), Action.INTERACT])
+        return self._plan.popleft()
 
     @torch.inference_mode()
     def _cell(self) -> int:

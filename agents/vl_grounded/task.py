@@ -64,7 +64,7 @@ class DemonstratedWalk:
         return cls(demonstration, places, versions or (InstructionVersion(demonstration.texts),))
 
     def features(self, version: InstructionVersion) -> npt.NDArray[np.uint8]:
-        """Return the visual features, with the things of a version of the instruction."""
+        """Return the visual features, with the names of a version of the instruction."""
         seen = self.demonstration.features
         return seen if version.permutation is None else seen[..., version.permutation.channels]
 
@@ -77,7 +77,7 @@ class DemonstratedPlacement:
     versions: Sequence[InstructionVersion]
 
     def things(self, version: InstructionVersion) -> Sequence[RoomObject]:
-        """Return the objects in the room, exchanged as in a version of the instruction."""
+        """Return the objects in the room, with the names of a version of the instruction."""
         return (
             self.view.things if version.permutation is None else version.permutation.permute_objects(self.view.things)
         )

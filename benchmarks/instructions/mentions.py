@@ -74,22 +74,22 @@ def mentions(text: str, code: str) -> Iterator[ThingMention]:
         taken = match.end()
         kind = _kinds(code)[re.sub(r"\s+", " ", _bare(match))]
         before = text[: match.start()].split()
-        told: list[str] = [word for group in match.groups()[1:] if group for word in group.split()]
+        modifiers: list[str] = [word for group in match.groups()[1:] if group for word in group.split()]
         while before and before[-1] in _describing(code):
-            told.insert(0, before.pop())
-        colours = [_colours(code)[word] for word in told if word in _colours(code)]
+            modifiers.insert(0, before.pop())
+        colours = [_colours(code)[word] for word in modifiers if word in _colours(code)]
         shown = re.match(r" (?:with|showing) (?:an? )?(\S+)", text[match.end() :])
         shown_words = [shown[1]] if shown and shown[1] in _looks(code, kind) else []
-        looks = [look for word in [*told, *shown_words] for look in _looks(code, kind).get(word, ())]
-        markers = [m for word in told for m, words in MARKERS[code].items() if m and word in words]
+        looks = [look for word in [*modifiers, *shown_words] for look in _looks(code, kind).get(word, ())]
+        markers = [m for word in modifiers for m, words in MARKERS[code].items() if m and word in words]
         if code == "hi" and " जो " in text[match.end() :]:  # "Take that mug which lies there" refers to none before.
             markers = [marker for marker in markers if marker != "same"]
         beside = " ".join(before[-2:]) if code == "en" else text[match.end() :].strip()
         away = re.search(AWAY[code], beside) is not None
         yield ThingMention(
             kind, colours[0] if colours else "", looks[0] if looks else "", markers[0] if markers else "", not away,
-            " ".join(word for word in [*told, *shown_words] if word not in _determiners(code)),
-            len(" ".join([*before, *takewhile(LINKS.__contains__, told), ""])), match.end(),
+            " ".join(word for word in [*modifiers, *shown_words] if word not in _determiners(code)),
+            len(" ".join([*before, *takewhile(LINKS.__contains__, modifiers), ""])), match.end(),
         )  # fmt: skip
 
 

@@ -62,12 +62,12 @@ COUNTED = frozenset(("first", "second", "third"))
 
 
 def parsed_name(thing: Thing) -> ComparedName:
-    """Return the name of a thing in a parsed meaning."""
+    """Return the name of a thing in a parsed meaning, in canonical form."""
     return _name(thing.kind, {word for word in (thing.colour, thing.look) if word}, thing.which)
 
 
 def written_name(words: str) -> ComparedName:
-    """Return the name of a thing in a written meaning."""
+    """Return the name of a thing in a meaning that an annotator wrote down, in canonical form."""
     *before, kind = words.lower().replace("-", " ").replace("zebra crossing", "zebra_crossing").split()
     singular = kind[:-1] if kind.endswith("s") and kind not in ("hourglass", "bags", "tires", "tyres") else kind
     which = next((word for word in before if word in ORDINALS), "")

@@ -107,7 +107,7 @@ class PlayedSection:
 
 
 def named_furniture_present(text: str, language: str, episode: Episode, turn: int, section: Section) -> str:
-    """Return how much of the furniture that a text names exists: ALL, SOME or NONE."""
+    """Return how much of the furniture that a text names exists in the section: ALL, SOME or NONE."""
     if not any(event.kind in FURNITURE for event in events_of(text, language)):
         return NONE
     return SOME if missing_furniture(text, language, episode, turn, section) else ALL

@@ -122,12 +122,12 @@ def with_share_of_bodies(scene: Scene, share: float) -> Scene:
 
 def seconds_per_check(ground: Physics, views: Sequence[View]) -> float:
     """Return the seconds per collision check of a step ahead."""
-    ways = [((seen.viewpoint.x, seen.viewpoint.y), (seen.viewpoint.x + 1.0, seen.viewpoint.y)) for seen in views]
+    steps_ahead = [((seen.viewpoint.x, seen.viewpoint.y), (seen.viewpoint.x + 1.0, seen.viewpoint.y)) for seen in views]
     started = time.perf_counter()
     for _ in range(20):
-        for start, end in ways:
+        for start, end in steps_ahead:
             ground.way_is_free(start, end)
-    return (time.perf_counter() - started) / (20 * len(ways))
+    return (time.perf_counter() - started) / (20 * len(steps_ahead))
 
 
 def table(rows: dict[str, list[Figures]]) -> str:

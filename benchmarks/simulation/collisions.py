@@ -53,7 +53,7 @@ CHUNK = 20_000
 BEYOND = 2.0
 """Distance beyond a section's bounds from which moves still start, in units."""
 
-Way = tuple[Place, Place]
+Move = tuple[Place, Place]
 
 
 @dataclass
@@ -83,14 +83,14 @@ class MoveCounts:
             setattr(self, field.name, max(mine, its) if field.name == "farthest" else mine + its)
 
 
-def steps_anywhere(section: Section, random: Random) -> Iterator[Way]:
+def steps_anywhere(section: Section, random: Random) -> Iterator[Move]:
     """Yield steps of the agent from anywhere in a section, in any direction, without end."""
     x0, y0, x1, y1 = section.bounds
     while True:
         yield _step(random.uniform(x0 - BEYOND, x1 + BEYOND), random.uniform(y0 - BEYOND, y1 + BEYOND), random)
 
 
-def steps_that_almost_touch(scene: Scene, plane: Footprints, random: Random) -> Iterator[Way]:
+def steps_that_almost_touch(scene: Scene, plane: Footprints, random: Random) -> Iterator[Move]:
     """Yield steps of the agent whose distance from the nearest body of a scene is within TOUCHING of its radius."""
     footprints = [Footprint.of(body) for body in scene.bodies if body.collider is not None]
     while True:
@@ -135,7 +135,7 @@ def nearest_points(footprint: Footprint, start: Place, end: Place) -> tuple[Plac
     return back[0], back[1]
 
 
-def random_moves(section: Section, scene: Scene, plane: Footprints, random: Random) -> Iterator[Way]:
+def random_moves(section: Section, scene: Scene, plane: Footprints, random: Random) -> Iterator[Move]:
     """Yield random moves without end; every third one almost touches a body."""
     anywhere, near = steps_anywhere(section, random), steps_that_almost_touch(scene, plane, random)
     while True:
@@ -149,12 +149,12 @@ Check = Callable[[Place, Place], bool]
 
 
 def compare(
-    moves_to_check: Iterable[Way], engine: Check, alone: Check, distance: Callable[[Place, Place], float]
+    moves_to_check: Iterable[Move], engine: Check, alone: Check, distance: Callable[[Place, Place], float]
 ) -> MoveCounts:
     """Compare the decisions of pybullet and plane geometry about moves.
 
     Args:
-        ways: the moves.
+        moves_to_check: the moves.
         engine: pybullet's collision checks, as the rules use them.
         alone: collision checks of pybullet by itself.
         distance: returns the exact distance of a move from the nearest body.
@@ -196,7 +196,7 @@ def on_ground_truths(split: Split, section: str) -> MoveCounts:
     return counts
 
 
-def _ways(episode: Episode) -> Iterator[Way]:
+def _ways(episode: Episode) -> Iterator[Move]:
     """Yield the steps of an episode's ground truth, and one in each direction from each place on it."""
     session, seen = EpisodeSession(episode, OpenGround(), Limits(10_000)), set[tuple[float, float]]()
     for action in (action for turn in episode.turns for action in (*turn.actions, *turn.room_actions)):
@@ -314,7 +314,7 @@ def table(rows: dict[str, MoveCounts]) -> str:
     return markdown_table(["where", *(name.replace("_", " ") for name in names)], lines)
 
 
-def _step(x: float, y: float, random: Random) -> Way:
+def _step(x: float, y: float, random: Random) -> Move:
     after = Pose(x, y, random.uniform(0.0, 360.0)).ahead()
     return (x, y), (after.x, after.z)
 

@@ -1,4 +1,4 @@
-"""Cutting things out of frames and predicting their attributes."""
+"""Things cut out of frames, with the attribute probabilities that the naming network predicts."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""Camera geometry: ray directions of pixels."""
+"""Ray directions of a frame's pixels, from the field of view."""
 
 import math
 from functools import cache

@@ -71,13 +71,13 @@ def _examples(recipe: ReaderRecipe, data: Path) -> tuple[Examples, Examples, Voc
     given = read_samples(data, recipe.split)
     each = 4 * len(lang.available())  # Texts of an episode.
     parts = [number // each % HELD_OUT == 0 for number in range(len(given))]
-    plans, held = (
+    plans, held_out = (
         [one.meaning for one, is_held in zip(given, parts, strict=True) if is_held is wanted]
         for wanted in (False, True)
     )
     drawn = list(draw_samples(plans, lang.available(), recipe.texts, recipe.seed))
     vocabulary = Vocabulary.of(sample.text for sample in drawn)
-    written = write_in_all_languages(held, lang.available(), recipe.seed)
+    written = write_in_all_languages(held_out, lang.available(), recipe.seed)
     return examples_of(drawn, vocabulary), examples_of(list(written), vocabulary), vocabulary
 
 

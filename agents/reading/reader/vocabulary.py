@@ -1,4 +1,4 @@
-"""Word tokenization in any script, and the vocabulary of the learned reader."""
+"""Vocabulary of the learned reader, and tokenization of texts into words in any script."""
 
 import re
 import unicodedata

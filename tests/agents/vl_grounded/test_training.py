@@ -73,7 +73,7 @@ def test_things_are_exchanged_alike_in_images_and_words(seed: int) -> None:
 def test_versions_say_what_is_meant() -> None:
     text = lang.load("en").write(MEANT, Random(1))
     first, *others = instruction_versions({"en": text}, "navigation", ("en", "hi"), 3, "seed")
-    assert (first.texts, first.exchange) == ({"en": text}, None)
+    assert (first.texts, first.permutation) == ({"en": text}, None)
     assert len(others) == 3
     for version in others:
         assert version.permutation is not None
