@@ -106,7 +106,7 @@ def card(about: Mapping[str, Any]) -> str:
     recipe = about["recipe"]
     rows = {
         "agent": "`agents.vl_map`. It chooses waypoints on the landmarks and the free ground that it remembers.",
-        "model": f"`agents/vl_map/network.py`, {about['parameters']:,} parameters, and `room.py`, "
+        "model": f"`agents/vl_map/network.py`, {about['parameters']:,} parameters, and `placement_network.py`, "
         f"{about['room_parameters']:,}; with them come the visual encoder `eyes` and the learned reader",
         "training data": f"{about['data']}, {about['rooms']} rooms; SHA-256 of `train` {about['data_hash'][:12]}",
         "command": f"`{training_command(NAME, recipe, as_json(MapRecipe()))}`",

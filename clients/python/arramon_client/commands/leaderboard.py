@@ -287,10 +287,10 @@ def _withdraw(options: argparse.Namespace) -> None:
     sys.stdout.write(f"withdrawn: {options.run}\n")
 
 
-def _choose_split(server: Server, asked: str | None) -> str:
+def _choose_split(server: Server, requested: str | None) -> str:
     names = [split.name for split in server.info.splits]
-    if asked is not None:
-        return asked
+    if requested is not None:
+        return requested
     if len(names) != 1:
         raise UsageError(f"select a split with --split: {', '.join(names)}")
     return names[0]

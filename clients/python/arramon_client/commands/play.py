@@ -140,20 +140,20 @@ class PlayCommand:
 
     def _languages(self, server: Server, resumed: Sequence[evaluation_pb2.Run]) -> tuple[str, ...]:
         """Return the languages to play, resumed runs first, after checking that the split has all of them."""
-        asked: tuple[str, ...] = self.options.languages or tuple(run.language for run in resumed)
+        requested: tuple[str, ...] = self.options.languages or tuple(run.language for run in resumed)
         splits = dict.fromkeys(run.split for run in resumed)
         if len(splits) > 1:
             raise UsageError(f"the runs to resume are of different splits, {', '.join(splits)}: resume them one by one")
         for run in resumed:
-            if run.language not in asked:
-                raise UsageError(f"run {run.run_id} was started with --lang {run.language}, not {','.join(asked)}")
+            if run.language not in requested:
+                raise UsageError(f"run {run.run_id} was started with --lang {run.language}, not {','.join(requested)}")
             if sum(each.language == run.language for each in resumed) > 1:
                 raise UsageError(f"run {run.run_id} is not the only one with the language {run.language!r}")
             self.options.split = self.options.split or run.split  # Further languages are played on the same.
-        for language in asked if len(resumed) < len(asked) else ():
-            run_settings.choose_split(server.info, language, self.options.split, asked)
+        for language in requested if len(resumed) < len(requested) else ():
+            run_settings.choose_split(server.info, language, self.options.split, requested)
         begun = [run.language for run in resumed]
-        return (*(each for each in asked if each in begun), *(each for each in asked if each not in begun))
+        return (*(each for each in requested if each in begun), *(each for each in requested if each not in begun))
 
     def _embedded(self) -> AbstractContextManager[EmbeddedServer]:
         # Only this client uses the server: a step must survive the end of the process, but not a power failure.

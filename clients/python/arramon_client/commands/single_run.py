@@ -120,20 +120,20 @@ class SingleRun:
             UsageError: if not.
         """
         options = self.options
-        for option, asked, kept in (
+        for option, requested, kept in (
             ("--agent", agent_name(self.agent, options.agent), run.agent),
             ("--split", options.split, run.split),
             ("--sensors", options.sensors and tuple(sorted(options.sensors)), tuple(sorted(run.sensors))),
         ):
-            if asked is not None and asked != kept:
-                raise UsageError(f"run {run.run_id} was started with {option} {kept}, not {asked}")
+            if requested is not None and requested != kept:
+                raise UsageError(f"run {run.run_id} was started with {option} {kept}, not {requested}")
         code = _code(options)
         if code is not None and code != run.code:
             raise UsageError(f"run {run.run_id} was started with other code than --code-url and the like name")
         kept_arguments = {argument.name: argument.value for argument in run.agent_arguments}
         if options.agent_arguments != kept_arguments:
-            begun, asked = (_typed(each) or "no --agent-arg" for each in (kept_arguments, options.agent_arguments))
-            raise UsageError(f"run {run.run_id} was started with {begun}, not with {asked}")
+            begun, requested = (_typed(each) or "no --agent-arg" for each in (kept_arguments, options.agent_arguments))
+            raise UsageError(f"run {run.run_id} was started with {begun}, not with {requested}")
 
     def finish(self, run: evaluation_pb2.Run) -> FinishedRun:
         """Play a run to its end, show its scores and write its files.

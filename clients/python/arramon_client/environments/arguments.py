@@ -16,15 +16,15 @@ def check_names(given: Iterable[str], known: Iterable[str]) -> None:
     Raises:
         UnknownArgument: if one is unknown; the message lists the known ones.
     """
-    there = list(known)
+    names = list(known)
     for name in given:
-        if name not in there:
-            near = difflib.get_close_matches(name, there, 1)
+        if name not in names:
+            near = difflib.get_close_matches(name, names, 1)
             hint = f"; did you mean {near[0]!r}?" if near else ""
             # The first half is worded like Python's own TypeError: TorchRL, for example, looks for it.
             raise UnknownArgument(
                 f"got an unexpected keyword argument {name!r}: there is no argument {name!r}; there are "
-                f"{listed(there)}{hint}"
+                f"{listed(names)}{hint}"
             )
 
 

@@ -226,5 +226,5 @@ def _autoreset_mode(mode: AutoresetMode | str) -> AutoresetMode:
     try:
         return AutoresetMode(mode)
     except ValueError:
-        there = ", ".join(repr(each.value) for each in AutoresetMode)
-        raise BadArgument(f"autoreset_mode is {mode!r}, expected {there}") from None
+        modes = ", ".join(repr(each.value) for each in AutoresetMode)
+        raise BadArgument(f"autoreset_mode is {mode!r}, expected {modes}") from None

@@ -131,10 +131,10 @@ def _observed(
     chosen: tuple[str, ...], sensors: tuple[str, ...] | None, keys: Sequence[str]
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return the observed keys, and the sensors among them, after checking them."""
-    there = (*KEYS, *keys)
+    known_keys = (*KEYS, *keys)
     for key in chosen:
-        if key not in there:
-            raise BadArgument(f"there is no key {key!r} to observe; there are {listed(there)}")
+        if key not in known_keys:
+            raise BadArgument(f"there is no key {key!r} to observe; there are {listed(known_keys)}")
     if not set(chosen) & set(KEYS):
         raise BadArgument(f"observe is {chosen}, expected at least one of {listed(KEYS)}")
     wanted = tuple(key for key in chosen if key in OBSERVED_SENSORS)

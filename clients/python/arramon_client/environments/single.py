@@ -179,8 +179,8 @@ def room_options(options: dict[str, object], own: Sequence[str] = OWN_ARGUMENTS)
     for name in NOT_IN_ROOM:
         if options.get(name) is not None:
             raise BadArgument(f"{name} is {options[name]!r}, but tasks in the room alone have no such argument")
-    there = (name for name in Options.__dataclass_fields__ if name not in NOT_IN_ROOM)
-    check_names((name for name in options if name not in NOT_IN_ROOM), (*there, *own))
+    inherited = (name for name in Options.__dataclass_fields__ if name not in NOT_IN_ROOM)
+    check_names((name for name in options if name not in NOT_IN_ROOM), (*inherited, *own))
     return {**options, "split": DRAWN_ROOM_SPLIT if options.get("data") is None else ROOM_SPLIT, "phases": (ASSEMBLY,)}
 
 

@@ -89,8 +89,8 @@ def observation_space(
         "steps_left": lambda: spaces.Box(0, steps_per_phase, (1,), np.int32),
         "last_action": lambda: spaces.Discrete(len(Action) + 1),
     }
-    there = (key for key in KEYS if key not in OBSERVED_SENSORS or key in settings.sensors)
-    return spaces.Dict({key: made[key]() for key in there if keys is None or key in keys})
+    available = (key for key in KEYS if key not in OBSERVED_SENSORS or key in settings.sensors)
+    return spaces.Dict({key: made[key]() for key in available if keys is None or key in keys})
 
 
 @dataclass
