@@ -26,7 +26,11 @@ class Agent(MapAgent):
         )
 
 
-def make_rule_navigator(body: AgentBody, meaning: Navigation, turn: int) -> NextAction:  # noqa: ARG001 - both turns are alike
+def make_rule_navigator(
+    body: AgentBody,
+    meaning: Navigation,
+    turn: int,  # noqa: ARG001 - both turns are alike
+) -> NextAction:
     """Return a function that plays a navigation phase by rules."""
     navigator = Navigator(body, meaning)
     return lambda _: navigator.act()

@@ -32,7 +32,7 @@ class NamingNetwork(nn.Module):
         """Return logits of kinds, colours and looks, (B, n) each.
 
         Args:
-            crops: (B, 6, 32, 32) from `objects.crop`, channels first.
+            crops: (B, 6, 32, 32) from `depth_segmentation.crop`, channels first.
             measures: (B, 5) from `objects.FrameThing.measures`.
         """
         features = self.convolutions(crops).flatten(1)

@@ -19,7 +19,7 @@ REMEMBERED = 512
 
 
 class EyesPerception:
-    """Perceives observations by RGB and depth; the labels of the predicted segmentation are `sight.LABELS`.
+    """Perceives observations by RGB and depth; the labels of the predicted segmentation are `predicted_segmentation.LABELS`.
 
     Args:
         eyes: the visual encoder.
