@@ -5,7 +5,7 @@ from importlib.util import find_spec
 
 from arramon_client.errors import AgentLoadError
 
-PLAYING = ("torch", "safetensors")
+REQUIRED_AT_PLAY = ("torch", "safetensors")
 """Modules that all trained agents need at play."""
 
 COMMAND = "scripts/setup"

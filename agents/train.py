@@ -10,23 +10,23 @@ from pathlib import Path
 from typing import Any
 
 from arramon_agents.perception.encoder import FOLDER
-from arramon_agents.requirements import PLAYING, require
+from arramon_agents.requirements import REQUIRED_AT_PLAY, require
 from arramon_agents.training.workspace import Workspace
 from arramon_client.errors import ArramonClientError
 
 PACKAGES = ("reading.reader", "vl", "vl_grounded", "vl_map", "reading", "perception.eyes")
 """Packages with a training; each has a module `recipe` (`RECIPES`, `smoke`) and a module `train` (`train`)."""
 
-ON_REQUEST = ("reader_tuning", "sentencepiece", "eyes")
+NOT_IN_ALL = ("reader_tuning", "sentencepiece", "eyes")
 """Trainings that `--all` skips: the agents are trained with the shipped results of these."""
 
 LANGUAGES = {"languages": "--lang", "aligned": "--align-lang"}
 """Options with comma-separated languages, by recipe field."""
 
-FIXED = ("agent", "sees", "reads")
+FIELDS_WITHOUT_OPTION = ("agent", "sees", "reads")
 """Recipe fields without an option."""
 
-NEEDED = (*PLAYING, "sentencepiece", "tensorboardX", "gymnasium")
+NEEDED = (*REQUIRED_AT_PLAY, "sentencepiece", "tensorboardX", "gymnasium")
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ def main(arguments: list[str] | None = None) -> int:
     given = parser.parse_args(arguments)
     if not given.agent and not given.all:
         parser.error("name an agent with --agent, or take all with --all")
-    names = [name for name in known if name not in ON_REQUEST] if given.all else given.agent.split(",")
+    names = [name for name in known if name not in NOT_IN_ALL] if given.all else given.agent.split(",")
     unknown = [name for name in names if name not in known]
     if unknown:
         parser.error(f"there is no recipe {unknown[0]!r}; there are {', '.join(known)}")
@@ -128,7 +128,7 @@ def _ship(name: str, package: str, weights: Path) -> None:
 def _parser(known: Mapping[str, Training]) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="arramon-train", description="Train agents, and what they see and read with.")
     parser.add_argument("--agent", help=f"what to train, separated by commas: {', '.join(known)}")
-    parser.add_argument("--all", action="store_true", help=f"train all of them but {', '.join(ON_REQUEST)}")
+    parser.add_argument("--all", action="store_true", help=f"train all of them but {', '.join(NOT_IN_ALL)}")
     parser.add_argument("--ship", action="store_true", help="copy weights and model card to the shipped ones")
     parser.add_argument("--smoke", action="store_true", help="take seconds: a few episodes, a few updates")
     parser.add_argument("--data", type=Path, default=Path("arramon-data"), help="data folder (default: %(default)s)")
@@ -149,7 +149,7 @@ def _options(known: Mapping[str, Training]) -> dict[str, tuple[Any, list[str]]]:
     options: dict[str, tuple[Any, list[str]]] = {}
     for name, training in known.items():
         for each in fields(training.recipe):
-            if each.name not in FIXED:
+            if each.name not in FIELDS_WITHOUT_OPTION:
                 kind = _languages if each.name in LANGUAGES else type(getattr(training.recipe, each.name))
                 options.setdefault(each.name, (kind, []))[1].append(name)
     return options

@@ -9,7 +9,7 @@ from arramon_agents.follower.side_streets import SideStreets, find_next_side_str
 from arramon_agents.mapping.body import AgentBody, to_local_frame
 from arramon_agents.mapping.landmark_memory import MappedLandmark, landmarks_ahead
 from arramon_agents.mapping.motion import TURN, turns
-from arramon_agents.mapping.target import REACH_TO, find_target, has_seen_reference, is_near_reference, is_reached
+from arramon_agents.mapping.target import PICK_UP_TO, find_target, has_seen_reference, is_near_reference, is_reached
 from arramon_client.agent import Action
 from arramon_client.world import HEADINGS
 from arramon_lang.meaning import PLACES, Face, Navigation, Rotate, Step, Thing, Walk
@@ -21,7 +21,7 @@ PASSED_DISTANCE = 0.5
 NEAR_TARGET = 10.0
 """Distance in units below which a visible target is approached at once, skipping the remaining steps."""
 
-LOOK = (Action.LEFT, Action.RIGHT, Action.RIGHT, Action.LEFT)
+LOOK_BOTH_SIDES = (Action.LEFT, Action.RIGHT, Action.RIGHT, Action.LEFT)
 """Actions that look to both sides."""
 
 LOCK_DISTANCE = 4.0
@@ -30,7 +30,7 @@ LOCK_DISTANCE = 4.0
 SEEN_DISTANCE = 14.0
 """Maximum distance in units of a landmark for the step "walk until you see it" to end."""
 
-AT_BUILDING = 9.0
+MAX_DISTANCE_TO_BUILDING = 9.0
 """Maximum distance in units between a side street and the centre of the building where the instruction says to turn."""
 
 SEEK_DISTANCE = 15.0
@@ -104,7 +104,7 @@ class Navigator:
             self._interacted = target
             return Action.INTERACT
         return self._walker.go_to(
-            (target.x, target.z), REACH_TO + 0.2, lambda x, z, heading: is_reached(body, target, x, z, heading)
+            (target.x, target.z), PICK_UP_TO + 0.2, lambda x, z, heading: is_reached(body, target, x, z, heading)
         )
 
     def _is_worth_going_for(self, target: MappedLandmark) -> bool:
@@ -244,7 +244,7 @@ class Navigator:
         if building is not None:
             marks = self._resolve((building,))
             place = None if marks is None else self._side_streets.nearest(side, *marks)
-            near = place is not None and marks is not None and math.dist(place, marks) < AT_BUILDING
+            near = place is not None and marks is not None and math.dist(place, marks) < MAX_DISTANCE_TO_BUILDING
             return place if near else None
         number = max(ORDINALS.get(thing.which, 0), 0)
         if number or side == 0:
@@ -293,7 +293,7 @@ class Navigator:
         """Look to both sides for a landmark not seen yet, then walk on; None if blocked or after SEEK_DISTANCE."""
         if not self._looked:
             self._looked = True
-            self._looks = list(LOOK)
+            self._looks = list(LOOK_BOTH_SIDES)
         if self._looks:
             return self._looks.pop(0)
         return self._walker.go_ahead(self._course) if self._body.distance(*self._start) < SEEK_DISTANCE else None
@@ -302,7 +302,7 @@ class Navigator:
         """Search for the target after the last step: at its reference object, along the street, then anywhere."""
         if not self._looked:
             self._looked = True
-            self._looks = list(LOOK)
+            self._looks = list(LOOK_BOTH_SIDES)
         while self._searches:
             if self._looks:
                 return self._looks.pop(0)

@@ -10,10 +10,10 @@ from arramon_lang.street import OPENING_DEPTH, OPENING_INSET, OPENING_RANGE, SAM
 OFFSETS = np.arange(-3.0, 14.0, 0.5)
 """Places along the walk to examine, in units from the agent."""
 
-SEEN = 1.0
+MIN_DEPTH = 1.0
 """Minimum depth of a side street beyond the walls before it, in units."""
 
-WIDE = 3
+MIN_PLACES = 3
 """Minimum number of consecutive places of a side street."""
 
 
@@ -89,9 +89,9 @@ def find_side_streets(runs: list[float], walls: list[bool]) -> list[int]:
     for i, (run, wall) in enumerate(zip(runs, walls, strict=True)):
         if wall and run < OPENING_RANGE - OPENING_DEPTH and (last is None or run < beside + OPENING_DEPTH):
             beside, last, open_places = run, i, 0
-        elif last is not None and run >= beside + SEEN:
+        elif last is not None and run >= beside + MIN_DEPTH:
             open_places += 1
-            if open_places == WIDE:
+            if open_places == MIN_PLACES:
                 found.append(last + 1)
                 last = None
     return found

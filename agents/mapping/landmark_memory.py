@@ -14,7 +14,7 @@ from arramon_lang.street import OFF_AXIS_WEIGHT, is_of_colour
 if TYPE_CHECKING:
     from arramon_agents.perception.eyes.named_things import NamedThing  # It needs PyTorch.
 
-APART, BUILDINGS_APART = 1.2, 3.0
+SAME_LANDMARK_DISTANCE, SAME_LARGE_LANDMARK_DISTANCE = 1.2, 3.0
 """Distance below which two sightings with one label are the same landmark, in units: small things, and LARGE ones."""
 
 LARGE = ("building", "car", "zebra_crossing", "awning")
@@ -22,11 +22,11 @@ LARGE = ("building", "car", "zebra_crossing", "awning")
 MIN_SAMPLES, MIN_SAMPLES_OF_COLLECTIBLE = 6, 2
 """Minimum number of samples of a sighting: of a landmark, and of a collectible."""
 
-BEHIND = -1.0
+MIN_AHEAD = -1.0
 """Distance behind the agent, in units, beyond which a landmark is ignored."""
 
-ASIDE, BESIDE = math.radians(65.0), 3.0
-"""Angle off the course in radians beyond which a landmark is ignored, unless it is nearer than BESIDE units."""
+MAX_OFF_COURSE, ALWAYS_NEAR = math.radians(65.0), 3.0
+"""Angle off the course in radians beyond which a landmark is ignored, unless it is nearer than ALWAYS_NEAR units."""
 
 
 @dataclass(slots=True)
@@ -57,7 +57,7 @@ class LandmarkMemory:
             if seen.pixels < (MIN_SAMPLES_OF_COLLECTIBLE if label.kind in COLLECTIBLES else MIN_SAMPLES):
                 continue
             known = self._by_label.setdefault(seen.label, [])
-            apart = BUILDINGS_APART if label.kind in LARGE else APART
+            apart = SAME_LARGE_LANDMARK_DISTANCE if label.kind in LARGE else SAME_LANDMARK_DISTANCE
             for landmark in known:
                 if abs(landmark.x - seen.x) < apart and abs(landmark.z - seen.z) < apart:
                     if seen.distance < 0.8 * landmark.nearest:
@@ -108,9 +108,9 @@ def landmarks_ahead(landmarks: Iterable[MappedLandmark], x: float, z: float, ang
     scored = []
     for landmark in landmarks:
         dx, dz = landmark.x - x, landmark.z - z
-        if dx * sin + dz * cos < BEHIND:
+        if dx * sin + dz * cos < MIN_AHEAD:
             continue
         off, distance = math.atan2(dx * cos - dz * sin, dx * sin + dz * cos), math.hypot(dx, dz)
-        if abs(off) < ASIDE or distance < BESIDE:
+        if abs(off) < MAX_OFF_COURSE or distance < ALWAYS_NEAR:
             scored.append((distance * (1.0 + OFF_AXIS_WEIGHT * off * off), landmark.x, landmark))
     return [landmark for _, _, landmark in sorted(scored, key=lambda item: item[:2])]

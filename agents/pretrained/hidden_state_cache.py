@@ -16,7 +16,7 @@ from arramon_agents.pretrained.encoders import TextEncoder, open_text_encoder
 Key = tuple[int, ...]
 States = npt.NDArray[np.float16]
 
-REMEMBERED = 64
+MAX_CACHED_TEXTS = 64
 """Maximum number of texts whose states are cached in memory at play."""
 
 ENCODED_PER_WRITE = 256
@@ -33,7 +33,7 @@ class HiddenStateCache:
     def __init__(self, encoder: TextEncoder) -> None:
         self.encoder = encoder
         self._known: OrderedDict[Key, States] = OrderedDict()
-        self._most = REMEMBERED
+        self._most = MAX_CACHED_TEXTS
 
     def prepare(
         self, texts: Iterable[Sequence[int]], cache: Path, report: Callable[[str], None], precision: str = "float32"

@@ -24,7 +24,7 @@ PAD, UNKNOWN, SPECIAL = 0, 1, 2
 PIECES = 1000
 """Maximum vocabulary size of a SentencePiece model."""
 
-LONGEST_PIECE = 24
+MAX_PIECE_CHARACTERS = 24
 """Maximum number of characters of a piece."""
 
 SHIPPED = Path(__file__).with_name("sentencepiece.model")
@@ -124,7 +124,7 @@ class SentencePieceTokenizer:
             sentencepiece.SentencePieceTrainer.train(
                 sentence_iterator=iter(plain),
                 seed_sentencepieces_file=str(seeds),
-                max_sentencepiece_length=LONGEST_PIECE,
+                max_sentencepiece_length=MAX_PIECE_CHARACTERS,
                 model_prefix=str(prefix),
                 vocab_size=pieces,
                 hard_vocab_limit=False,  # Texts with few distinct words may have fewer pieces.
@@ -176,7 +176,7 @@ def _seeds(texts: Sequence[str]) -> list[tuple[str, int]]:
     pieces: Counter[str] = Counter()
     for word, count in words_.items():
         for start in range(len(word)):
-            for end in range(start + 1, min(len(word), start + LONGEST_PIECE) + 1):
+            for end in range(start + 1, min(len(word), start + MAX_PIECE_CHARACTERS) + 1):
                 pieces[word[start:end]] += count
     kept = [(piece, count) for piece, count in pieces.items() if count > 1 or len(piece) == 1]
     return sorted(kept, key=lambda item: (-item[1] * len(item[0]), item[0]))

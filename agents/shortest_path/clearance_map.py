@@ -13,10 +13,10 @@ from arramon.v1.evaluation_pb2 import Obstacle
 CELL = 0.2
 """Side of a raster cell, in units."""
 
-FAR = 1.5
+MAX_CLEARANCE = 1.5
 """Maximum clearance stored in the raster, in units."""
 
-BUCKET = 4.0
+INDEX_SQUARE = 4.0
 """Side of the squares of the spatial index of obstacles, in units."""
 
 MARGIN = 0.01
@@ -72,7 +72,7 @@ class ClearanceMap:
     Attributes:
         radius: radius of the agent's disc.
         clearance: (columns along x, rows along z) float32, the distance from a cell's centre to the nearest obstacle,
-            in units, at most FAR.
+            in units, at most MAX_CLEARANCE.
     """
 
     def __init__(self, obstacles: Iterable[Obstacle], radius: float, include: Sequence[Place] = ()) -> None:
@@ -80,7 +80,7 @@ class ClearanceMap:
         self._rectangles = [_rectangle(obstacle) for obstacle in obstacles]
         xs = [r.x for r in self._rectangles] + [x for x, _ in include]
         zs = [r.z for r in self._rectangles] + [z for _, z in include]
-        border = FAR + 2.0
+        border = MAX_CLEARANCE + 2.0
         self._left, self._bottom = min(xs, default=0.0) - border, min(zs, default=0.0) - border
         columns = math.ceil((max(xs, default=0.0) + border - self._left) / CELL)
         rows = math.ceil((max(zs, default=0.0) + border - self._bottom) / CELL)
@@ -124,13 +124,13 @@ class ClearanceMap:
         clearance = float(self.clearance[self.cell(*middle)])
         if clearance - slack >= distance:
             return True
-        bucket = math.floor(middle[0] / BUCKET), math.floor(middle[1] / BUCKET)
+        bucket = math.floor(middle[0] / INDEX_SQUARE), math.floor(middle[1] / INDEX_SQUARE)
         return not any(rectangle.is_nearer(start, end, distance) for rectangle in self._near.get(bucket, ()))
 
     def _rasterise(self, columns: int, rows: int) -> Clearance:
-        clearance = np.full((columns, rows), FAR, np.float32)
+        clearance = np.full((columns, rows), MAX_CLEARANCE, np.float32)
         for rectangle in self._rectangles:
-            reach = math.hypot(rectangle.half_width, rectangle.half_length) + FAR
+            reach = math.hypot(rectangle.half_width, rectangle.half_length) + MAX_CLEARANCE
             first = int((rectangle.x - reach - self._left) / CELL), int((rectangle.z - reach - self._bottom) / CELL)
             last = int((rectangle.x + reach - self._left) / CELL), int((rectangle.z + reach - self._bottom) / CELL)
             window = (
@@ -146,10 +146,12 @@ class ClearanceMap:
         return clearance
 
     def _enter(self, rectangle: SolidRectangle) -> None:
-        reach = math.hypot(rectangle.half_width, rectangle.half_length) + FAR
-        for column in range(math.floor((rectangle.x - reach) / BUCKET), math.floor((rectangle.x + reach) / BUCKET) + 1):
+        reach = math.hypot(rectangle.half_width, rectangle.half_length) + MAX_CLEARANCE
+        for column in range(
+            math.floor((rectangle.x - reach) / INDEX_SQUARE), math.floor((rectangle.x + reach) / INDEX_SQUARE) + 1
+        ):
             for row in range(
-                math.floor((rectangle.z - reach) / BUCKET), math.floor((rectangle.z + reach) / BUCKET) + 1
+                math.floor((rectangle.z - reach) / INDEX_SQUARE), math.floor((rectangle.z + reach) / INDEX_SQUARE) + 1
             ):
                 self._near[column, row].append(rectangle)
 

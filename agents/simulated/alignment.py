@@ -12,7 +12,7 @@ from arramon_agents.vl_map.features import NamedAttributes, named_attributes
 from arramon_dataset.layout.solids import to_rectangle
 from arramon_lang.street import DEGREES
 
-FAR, TURNED = 6.0, math.radians(60.0)
+MAX_COST_DISTANCE, MAX_COST_TURN = 6.0, math.radians(60.0)
 """Distance from the thing of a row, in units, and difference from the turn of a row at which the cost reaches its
 maximum, 1."""
 
@@ -68,7 +68,7 @@ def _costs(course: Course, row: Row) -> Costs:
         turn = SLOTS["direction"][row[_NAMES.index("direction")]]
         found.append(_turns(course, math.radians(DEGREES[turn])) if turn else np.full(len(path), UNKNOWN))
     if away is not None and type_ != FACE:
-        found.append(np.minimum(away.min(1) / FAR, 1.0))
+        found.append(np.minimum(away.min(1) / MAX_COST_DISTANCE, 1.0))
     return np.mean(found, 0) if found else np.full(len(path), UNKNOWN)
 
 
@@ -100,7 +100,7 @@ def _turns(course: Course, wanted: float) -> Costs:
     after = np.array([_heading(path, at, min(at + 2, len(path) - 1)) for at in range(len(path))])
     before = np.array([course.start[2] if at < 1 else _heading(path, max(at - 2, 0), at) for at in range(len(path))])
     off = (after - before - wanted + math.pi) % (2.0 * math.pi) - math.pi
-    turned: Costs = np.minimum(np.abs(off) / TURNED, 1.0)
+    turned: Costs = np.minimum(np.abs(off) / MAX_COST_TURN, 1.0)
     return turned
 
 

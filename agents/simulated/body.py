@@ -10,11 +10,11 @@ from arramon_agents.mapping.body import AgentBody
 from arramon_agents.mapping.ground_map import CELL
 from arramon_agents.mapping.motion import STEPS
 from arramon_agents.mapping.probabilistic_landmark_memory import ProbabilisticLandmarkMemory
-from arramon_agents.perception.eyes.depth_segmentation import FARTHEST, FEWEST_PIXELS, FrameThing
+from arramon_agents.perception.eyes.depth_segmentation import MAX_DISTANCE_AHEAD, MIN_THING_PIXELS, FrameThing
 from arramon_agents.perception.eyes.named_things import NamedThing
 from arramon_agents.perception.eyes.predicted_segmentation import LABELS
 from arramon_agents.perception.eyes.vocabulary import COLOURS, KINDS, LOOKS, NONE, look_slices
-from arramon_agents.perception.scan import BEAM, CLUSTER, MAX_DISTANCE, Scan, Sighting
+from arramon_agents.perception.scan import FREE_POINT_DISTANCES, MAX_DISTANCE, SIGHTING_SQUARE, Scan, Sighting
 from arramon_agents.simulated.world import FOCAL, StreetWorld, Things
 from arramon_agents.vl_map.features import relative_to
 from arramon_client.agent import Action
@@ -170,7 +170,7 @@ class SimulatedBody(AgentBody):
             points = _to_own(_RIGHT[hit] * wall[hit], wall[hit], own)
             keys: dict[tuple[int, int, int], list[int]] = {}
             for number, (label, cell) in enumerate(
-                zip(labels.tolist(), np.floor(points / CLUSTER).astype(int), strict=True)
+                zip(labels.tolist(), np.floor(points / SIGHTING_SQUARE).astype(int), strict=True)
             ):
                 keys.setdefault((label, int(cell[0]), int(cell[1])), []).append(number)
             for (label, _, _), numbers in keys.items():
@@ -193,7 +193,7 @@ class SimulatedBody(AgentBody):
         """Return the things in view as the visual encoder would cut them out and name them."""
         things, random = self._things, self._random
         right, ahead = relative_to(things.places, (x, z, heading))
-        shown = (ahead > 0.4) & (ahead < FARTHEST) & (np.abs(right) < ahead * math.tan(math.radians(30.0)))
+        shown = (ahead > 0.4) & (ahead < MAX_DISTANCE_AHEAD) & (np.abs(right) < ahead * math.tan(math.radians(30.0)))
         shown &= ~things.is_crossing
         away = np.arctan2(x - things.places[:, 0], z - things.places[:, 1])
         with np.errstate(invalid="ignore"):
@@ -207,7 +207,7 @@ class SimulatedBody(AgentBody):
             width, height = things.sizes[number]
             pixels = int(0.55 * width * min(height, far * 0.57 + 0.5) * (FOCAL / far) ** 2)
             missed = self._faults.missed * (1.0 if pixels < 60 else 0.35 if pixels < 200 else 0.05)
-            if pixels < FEWEST_PIXELS or random.random() < missed:
+            if pixels < MIN_THING_PIXELS or random.random() < missed:
                 continue
             error = random.normal(0.0, self._faults.place * far, 2)
             if random.random() < self._faults.displaced:
@@ -272,8 +272,8 @@ def _scan(solid: npt.NDArray[np.float64], wall: npt.NDArray[np.float64], own: tu
         points.append(_to_own(_RIGHT[hit] * distance[hit], distance[hit], own))
         at_wall = np.full(len(hit), is_wall) if is_wall else np.isclose(distance[hit], wall[hit], atol=CELL)
         walls.append(at_wall)
-    columns, steps = np.nonzero(BEAM[None, :] < near[:, None])
-    ahead = BEAM[steps]
+    columns, steps = np.nonzero(FREE_POINT_DISTANCES[None, :] < near[:, None])
+    ahead = FREE_POINT_DISTANCES[steps]
     free = _to_own(_RIGHT[columns] * ahead, ahead, own)
     return Scan(np.concatenate(points).astype(np.float32), np.concatenate(walls), free.astype(np.float32))
 

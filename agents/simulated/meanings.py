@@ -15,19 +15,19 @@ from arramon_lang.meaning import TURNS, Assembly, Face, Meaning, Navigation, Rot
 from arramon_server.episodes.splits import folder_of, read_split
 from arramon_server.sim.assets.furniture import COLOURS
 
-NAVIGATION = 0.7
+NAVIGATION_SHARE = 0.7
 """Share of navigation texts: they are longer and more varied than assembly texts."""
 
-MIXED = 0.4
+COMBINED_SHARE = 0.4
 """Share of navigation texts that combine the steps of two meanings."""
 
-EXCHANGED = 0.8
+REPLACED_SHARE = 0.8
 """Share of texts in which things are replaced."""
 
-TURNED = 0.25
+REDRAWN_SHARE = 0.25
 """Share of directions, sides and ordinals that are redrawn where things are replaced."""
 
-ARMS = (3, 4)
+INTERSECTION_ARMS = (3, 4)
 """Possible numbers of streets at an intersection, which cannot be parsed from every text."""
 
 ORDINALS = ("first", "second", "third", "last")
@@ -83,11 +83,11 @@ def draw_samples(plans: Sequence[Meaning], languages: Sequence[str], count: int,
     rooms = [plan for plan in plans if isinstance(plan, Assembly)]
     made = 0
     while made < count:
-        in_street = not rooms or (walks and random.random() < NAVIGATION)
+        in_street = not rooms or (walks and random.random() < NAVIGATION_SHARE)
         meaning: Meaning = random.choice(walks) if in_street else random.choice(rooms)
-        if isinstance(meaning, Navigation) and random.random() < MIXED:
+        if isinstance(meaning, Navigation) and random.random() < COMBINED_SHARE:
             meaning = _splice(meaning, random.choice(walks), random)
-        if random.random() < EXCHANGED:
+        if random.random() < REPLACED_SHARE:
             meaning = randomise_things(meaning, random)
         language = languages[made % len(languages)]
         try:
@@ -127,7 +127,7 @@ def randomise_things(meaning: Meaning, random: Random) -> Meaning:
         key = thing.identity or repr(thing)
         if key not in others:
             others[key] = _other(thing, random)
-            arms[key] = random.choice(ARMS) if thing.kind == "intersection" else 0
+            arms[key] = random.choice(INTERSECTION_ARMS) if thing.kind == "intersection" else 0
         kind, colour, look = others[key]
         # Name the new thing by the same attributes as the old one.
         colour, look = colour if thing.colour else "", look if thing.look else ""
@@ -137,7 +137,7 @@ def randomise_things(meaning: Meaning, random: Random) -> Meaning:
         return replace(thing, kind=kind, colour=colour, look=look, which=which, where=where, arms=arms[key])
 
     def drawn(said: str, values: Sequence[str]) -> str:
-        return random.choice(values) if said and random.random() < TURNED else said
+        return random.choice(values) if said and random.random() < REDRAWN_SHARE else said
 
     def step_with(step: Step) -> Step:
         if isinstance(step, Walk):

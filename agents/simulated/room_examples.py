@@ -15,7 +15,7 @@ from arramon_server.episodes.episode import Episode
 WALLS = {"brick": 0, "wood": 1, "striped": 2, "spotted": 3}
 """Direction of each wall of the room, by its look."""
 
-MISNAMED = 0.05
+NAMING_ERROR_RATE = 0.05
 """Share of wrong kinds, colours and patterns in a room, to simulate errors of the visual encoder."""
 
 
@@ -65,11 +65,11 @@ def with_naming_errors(room: Room, random: Random) -> Room:
     things = []
     for thing in room.things:
         kind, colour, look = thing.kind, thing.colour, thing.look
-        if random.random() < MISNAMED:
+        if random.random() < NAMING_ERROR_RATE:
             kind = random.choice(COLLECTIBLES)
-        if random.random() < MISNAMED:
+        if random.random() < NAMING_ERROR_RATE:
             colour = random.choice(COLLECTIBLE_COLOURS)
-        if random.random() < MISNAMED:
+        if random.random() < NAMING_ERROR_RATE:
             look = random.choice(LOOK_GROUPS[0].looks)
         things.append(RoomObject(kind, colour, look, thing.column, thing.row, thing.level))
     return Room(tuple(things), room.walls)

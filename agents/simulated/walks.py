@@ -22,16 +22,16 @@ from arramon_server.scoring.metrics import ndtw
 
 Choices = npt.NDArray[np.float32]
 
-IN_SIGHT, LONGER, SPARE = 10.0, 1.3, 2.0
+MAX_LABEL_DISTANCE, MAX_DETOUR_FACTOR, MAX_DETOUR_UNITS = 10.0, 1.3, 2.0
 """Maximum distance of a label, in units; maximum length of the path to it: a factor of its distance, plus units."""
 
 WINDOW, BACK = 20, 0.15
 """Number of path points ahead among which to search the nearest to the agent; penalty per later point, in units."""
 
-TAKING = 7.0
+TARGET_PATH_LENGTH = 7.0
 """Length of the remaining path below which the label is the target, if the agent has seen it, in units."""
 
-SAME = 1.2
+SAME_LANDMARK_DISTANCE = 1.2
 """Maximum distance between a landmark and the target for it to be the target, in units."""
 
 
@@ -80,7 +80,7 @@ class CourseGuide:
             return onward
         seen = [place for place in self._way if self._course.world.is_free(x, z, *place)]
         self._way.append((x, z))
-        near = [place for place in seen if 0.7 < math.hypot(place[0] - x, place[1] - z) <= IN_SIGHT]
+        near = [place for place in seen if 0.7 < math.hypot(place[0] - x, place[1] - z) <= MAX_LABEL_DISTANCE]
         return self._to(near[0], -1) if near else None
 
     def _onward(self, beliefs: Sequence[LandmarkBelief]) -> DecisionLabel | None:
@@ -90,7 +90,7 @@ class CourseGuide:
         window = slice(self._at, min(self._at + WINDOW, len(path)))
         away = np.hypot(path[window, 0] - x, path[window, 1] - z) + BACK * np.arange(window.stop - window.start)
         self._at += int(away.argmin())
-        if arcs[-1] - arcs[self._at] <= TAKING:
+        if arcs[-1] - arcs[self._at] <= TARGET_PATH_LENGTH:
             thing = self._target(beliefs)
             if thing is not None and course.world.is_free(x, z, *course.target, clearance=0.05):
                 return self._to(course.target, thing)
@@ -98,7 +98,7 @@ class CourseGuide:
         for number in range(len(path) - 1, self._at - 1, -1):
             distance = float(distances[number])
             along = float(arcs[number] - arcs[self._at])
-            if distance > IN_SIGHT or along > LONGER * distance + SPARE:
+            if distance > MAX_LABEL_DISTANCE or along > MAX_DETOUR_FACTOR * distance + MAX_DETOUR_UNITS:
                 continue
             if distance < 0.7 and number == len(path) - 1:
                 return self._to(course.target, -1)
@@ -116,7 +116,7 @@ class CourseGuide:
         for number, belief in enumerate(beliefs):
             x, z = body.to_world(belief.mark.x, belief.mark.z)
             far = math.hypot(x - course.target[0], z - course.target[1])
-            if far < SAME and belief.mark.label.kind == course.items[0].type.kind:
+            if far < SAME_LANDMARK_DISTANCE and belief.mark.label.kind == course.items[0].type.kind:
                 near.append((far, number))
         return min(near)[1] if near else None
 

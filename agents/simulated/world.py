@@ -20,13 +20,13 @@ from arramon_server.sim.section import ON_WALLS, Prop, Section
 FOCAL = 112.0 / math.tan(math.radians(30.0))
 """Pixels per unit at a distance of one unit, in frames of 224 pixels."""
 
-FILLED = 0.55
+FILLED_SHARE = 0.55
 """Share of a thing's bounding box that its pixels fill."""
 
 COLLECTIBLE_SIZE = 0.24
 """Approximate width and height of collectibles, in units."""
 
-IN_FRONT = 0.45
+SIGHT_MARGIN = 0.45
 """Distance in front of a thing's centre at which lines of sight end, in units: the thing or a wall may be solid."""
 
 Doubles = npt.NDArray[np.float64]
@@ -115,7 +115,7 @@ class StreetWorld:
         """Return which places, (n, 2), are visible from a place, that is, not hidden by buildings, (n,)."""
         seen = np.zeros(len(places), np.bool_)
         _see(self.houses, (x - self.left) / CELL, (z - self.bottom) / CELL,
-             (places[:, 0] - self.left) / CELL, (places[:, 1] - self.bottom) / CELL, IN_FRONT / CELL, seen)  # fmt: skip
+             (places[:, 0] - self.left) / CELL, (places[:, 1] - self.bottom) / CELL, SIGHT_MARGIN / CELL, seen)  # fmt: skip
         return seen
 
     def is_free(self, x: float, z: float, to_x: float, to_z: float, clearance: float = AGENT_RADIUS) -> bool:

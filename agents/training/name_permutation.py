@@ -24,7 +24,7 @@ Names = Mapping[str, str]
 
 _LOOKS = {group.name: group.looks for group in LOOK_GROUPS}
 
-PLAIN = tuple(kind for kind in FURNITURE if kind not in (*COLOURED, "banner", "shop_sign", "zebra_crossing"))
+PLAIN_FURNITURE = tuple(kind for kind in FURNITURE if kind not in (*COLOURED, "banner", "shop_sign", "zebra_crossing"))
 """Kinds of furniture without colour or look."""
 
 
@@ -44,7 +44,7 @@ class NamePermutation:
         groups: dict[str, Sequence[str]] = {
             "kind": COLLECTIBLES,
             "colour": COLLECTIBLE_COLOURS,
-            "furniture": PLAIN,
+            "furniture": PLAIN_FURNITURE,
             "banner colour": BANNER_COLOURS,
             **{name: _LOOKS[name] for name in ("pattern", "shape", "shop", "facade")},
         }

@@ -17,7 +17,7 @@ from arramon_client.agent import Action
 from arramon_client.world import NAVIGATION
 from arramon_lang.meaning import OTHER_SIDE, Face, Meaning, Navigation, Rotate, Step, Thing, Walk, Where
 
-MIRRORED = 0.5
+MIRRORED_SHARE = 0.5
 """Share of navigation variants that are mirrored. Rooms are never mirrored, as each of their walls has a fixed side."""
 
 _OTHER_ACTION = np.arange(len(Action), dtype=np.uint8)
@@ -83,7 +83,7 @@ class Variants:
         shown = self._demonstrations[row]
         random = Random(f"{self._seed}/{shown.phase}/{shown.episode_id}/{shown.turn}/{number}")  # noqa: S311
         permutation = NamePermutation.draw(random) if self._exchanges else None
-        mirrors = shown.phase == NAVIGATION and random.random() < MIRRORED
+        mirrors = shown.phase == NAVIGATION and random.random() < MIRRORED_SHARE
         if not self._languages:
             return _Change(permutation, mirrors, {})
         try:

@@ -7,14 +7,14 @@ training, and `card.md` is the model card of the shipped weights. Other agents a
 
 from collections.abc import Callable, Sequence
 
-from arramon_agents.requirements import PLAYING, require
+from arramon_agents.requirements import REQUIRED_AT_PLAY, require
 from arramon_client.agent import Agent
 from arramon_client.errors import AgentLoadError
 
 __all__ = ["make_agent", "make_factory"]
 
 
-def make_factory(name: str, needs: Sequence[str] = PLAYING) -> Callable[..., Agent]:
+def make_factory(name: str, needs: Sequence[str] = REQUIRED_AT_PLAY) -> Callable[..., Agent]:
     """Return the function `make_agent` of an agent that plays by the paper's model.
 
     Args:

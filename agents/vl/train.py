@@ -34,7 +34,7 @@ from arramon_agents.weights import SUFFIX
 CHOSEN_BY = {"navigation": "nDTW", "assembly": "PTC"}
 """Metric of each phase by which the best weights are chosen; in validation, the ground truth plays the other phase."""
 
-PART = "modules_by_phase.{phase}."
+PHASE_PREFIX = "modules_by_phase.{phase}."
 """Prefix of the tensor names of a phase's module."""
 
 
@@ -109,7 +109,7 @@ class Imitation:
             average=recipe.average,
             validate_steps=recipe.validate_steps,
             checkpoint_steps=workspace.checkpoint_steps,
-            chosen_by={PART.format(phase=phase): metric for phase, metric in CHOSEN_BY.items()},
+            chosen_by={PHASE_PREFIX.format(phase=phase): metric for phase, metric in CHOSEN_BY.items()},
             training_inputs=TrainingInputs(
                 update_settings(replace(recipe, passes=0)), digest_of(demonstrations)
             ),  # More may follow.

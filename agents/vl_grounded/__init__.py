@@ -1,6 +1,6 @@
 """Agent that attends to the words at each step and matches them with what it sees (extra `torch`)."""
 
-from arramon_agents.requirements import PLAYING, require
+from arramon_agents.requirements import REQUIRED_AT_PLAY, require
 from arramon_client.agent import Agent
 from arramon_client.errors import AgentLoadError
 
@@ -21,7 +21,7 @@ def make_agent(weights: str | None = None, sensor: str = SENSORS[0]) -> Agent:
     """
     if sensor not in SENSORS:
         raise AgentLoadError(f"agents.vl_grounded has no sensor {sensor!r}; expected one of {', '.join(SENSORS)}")
-    require(PLAYING, "agents.vl_grounded")
+    require(REQUIRED_AT_PLAY, "agents.vl_grounded")
     from arramon_agents.perception.eyes.encoder import load as load_eyes
     from arramon_agents.process_settings import prepare_process
     from arramon_agents.vl_grounded.agent import GroundedAgent

@@ -12,7 +12,7 @@ from arramon_client.agent import Action
 from arramon_client.world import COLUMNS
 from arramon_lang.room import START
 
-RESERVE = 26
+RESERVED_STEPS = 26
 """Steps reserved for walking to any cell and placing the object; with no more left, the agent stops looking around."""
 
 
@@ -38,7 +38,7 @@ class AssemblyPlayer:
         """Return the next action, given the number of steps left in the phase."""
         if self._plan:
             return self._plan.popleft()
-        turn = self.look.turn() if steps_left > RESERVE + 1 else None
+        turn = self.look.turn() if steps_left > RESERVED_STEPS + 1 else None
         if turn is not None:
             return turn
         quarter, first = quarter_and_turns(self.look.heading)

@@ -26,7 +26,7 @@ _MIDDLE = [cell for cell in range(GRID * GRID) if 2 <= cell % GRID <= 4]
 _OPPOSITE = {Action.LEFT: Action.RIGHT, Action.RIGHT: Action.LEFT}
 
 
-MOST_TURNS = 6
+MAX_TURNS_IN_A_ROW = 6
 """Maximum number of consecutive turns in one direction, half a circle: the expert never makes more."""
 
 
@@ -104,7 +104,7 @@ class NavigationPlayer:
         if not self._actions or self._actions[-1] not in _OPPOSITE:
             return set()
         turn = Action(self._actions[-1])
-        is_enough = self._actions[-MOST_TURNS:] == [turn] * MOST_TURNS and not self._is_at_wall
+        is_enough = self._actions[-MAX_TURNS_IN_A_ROW:] == [turn] * MAX_TURNS_IN_A_ROW and not self._is_at_wall
         return {_OPPOSITE[turn], turn} if is_enough else {_OPPOSITE[turn]}
 
 

@@ -12,7 +12,7 @@ from arramon_agents.perception.encoder import GRID, FeatureCache, quantise, resi
 from arramon_agents.perception.eyes.encoder import Eyes
 from arramon_agents.perception.eyes.grid import CHANNEL_NAMES
 from arramon_agents.perception.eyes.predicted_segmentation import LABELS
-from arramon_agents.perception.eyes.scores import LEAST_PIXELS, cells_showing, channels_of
+from arramon_agents.perception.eyes.scores import MIN_LABEL_PIXELS, cells_showing, channels_of
 from arramon_agents.vl_grounded.look_around import LookAround
 from arramon_client.agent import Episode, Label, Observation
 from arramon_client.world import COLLECTIBLES
@@ -139,7 +139,7 @@ def true_features(
     """
     nearest = (np.arange(SIZE) * 2 + 1) * len(depth) // (2 * SIZE)
     segmentation, depth = segmentation[nearest][:, nearest], depth[nearest][:, nearest]
-    is_shown = cells_showing(segmentation, len(labels)) >= LEAST_PIXELS
+    is_shown = cells_showing(segmentation, len(labels)) >= MIN_LABEL_PIXELS
     label_channels = channels_of((label.kind, label.colour, label.look) for label in labels)
     found = (is_shown @ label_channels > 0).astype(np.float32)
     nearness = np.where(depth > 0.0, 1.0 / (1.0 + depth), 0.0).astype(np.float32)

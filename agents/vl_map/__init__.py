@@ -3,7 +3,7 @@
 Perception and reading of instructions are learned as well.
 """
 
-from arramon_agents.requirements import PLAYING, require
+from arramon_agents.requirements import REQUIRED_AT_PLAY, require
 from arramon_client.agent import Agent
 from arramon_client.errors import AgentLoadError
 
@@ -36,7 +36,7 @@ def make_agent(
     """
     if sensor not in SENSORS:
         raise AgentLoadError(f"agents.vl_map has no sensor {sensor!r}; expected one of {', '.join(SENSORS)}")
-    require(PLAYING, "agents.vl_map")
+    require(REQUIRED_AT_PLAY, "agents.vl_map")
     from pathlib import Path
 
     from arramon_agents.process_settings import prepare_process

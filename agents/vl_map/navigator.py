@@ -15,7 +15,7 @@ from arramon_agents.mapping.probabilistic_landmark_memory import (
     ProbabilisticLandmarkMemory,
     certain_beliefs,
 )
-from arramon_agents.mapping.target import REACH_TO, is_reached
+from arramon_agents.mapping.target import PICK_UP_TO, is_reached
 from arramon_agents.reading.reader.slots import Row
 from arramon_agents.vl_map.features import DIRECTIONS, AgentKnowledge, PolicyInput, policy_input
 from arramon_agents.vl_map.options import DISTANCES, WAYPOINTS
@@ -168,7 +168,7 @@ class MapNavigator:
         def is_there(x: float, z: float, heading: int) -> bool:
             return is_reached(body, mark, x, z, heading)
 
-        plan = find_path(body.ground, body.pose, (mark.x, mark.z), REACH_TO + 0.2, is_there, body.closed_steps)
+        plan = find_path(body.ground, body.pose, (mark.x, mark.z), PICK_UP_TO + 0.2, is_there, body.closed_steps)
         if not plan:
             self._wanted = None
         return plan

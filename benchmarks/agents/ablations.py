@@ -25,7 +25,7 @@ from arramon_agents.training.demonstrations import DemonstrationSource, episodes
 from arramon_agents.weights import find_weights
 from arramon_client import load_agent
 from benchmarks.agents.ablations_tables import BASE, PhaseScores, tables
-from benchmarks.agents.study import BRIEF, METRICS, Study, TrainingSet, study_options, write_page
+from benchmarks.agents.study import METRICS, SHORT_RECIPE, Study, TrainingSet, study_options, write_page
 
 BEGIN, END = "<!-- tables: benchmarks/agents/ablations.py -->", "<!-- end of tables -->"
 
@@ -119,7 +119,7 @@ def measure(study: Study, given: argparse.Namespace, name: str, phase: str, seed
     """Return the scores of a variation of `vl` in a phase, from the folder of runs or by training and playing it."""
     row = ROWS[name]
     changes = {"episodes": given.train_episodes, "rooms": given.rooms, **row.recipe}
-    recipe = replace(BRIEF, seed=seed, **changes)
+    recipe = replace(SHORT_RECIPE, seed=seed, **changes)
     if row.share < 1.0:
         count = recipe.episodes or len(episodes_of(DemonstrationSource(given.data, "train", ("en",), "", 0))[0])
         recipe = replace(recipe, episodes=max(1, round(row.share * count)))

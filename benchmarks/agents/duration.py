@@ -18,7 +18,7 @@ from pathlib import Path
 from benchmarks.common import markdown_table, parser_of
 
 LANGUAGES = ("en", "hi")
-WHOLE = 1155
+HIDDEN_SPLIT_EPISODES = 1155
 """Episodes of the paper's hidden split."""
 
 REPORT = re.compile(r"(\d+) steps in ([\d.]+) s")
@@ -39,7 +39,7 @@ def main() -> None:
         seconds, steps, start = play(agent, given)
         rate = steps / seconds
         baseline = baseline or rate
-        minutes = WHOLE / (len(LANGUAGES) * given.episodes) * seconds / 60
+        minutes = HIDDEN_SPLIT_EPISODES / (len(LANGUAGES) * given.episodes) * seconds / 60
         rows.append((f"`{agent}`", f"{rate:.0f}", f"{rate / baseline:.2f}", f"{start:.0f}", f"{minutes:.1f}"))
     print(markdown_table(("agent", "steps/s", "ratio", "start, s", "minutes for 1,155"), rows))
 

@@ -31,7 +31,7 @@ from benchmarks.agents.results_tables import AgentScores, HiddenScores, hidden_s
 from benchmarks.agents.study import write_page
 from benchmarks.common import parser_of
 
-LEARNED = ("language_only", "vision_only", "vl", "vl_sentencepiece", "vl_multilingual", "vl_grounded", "vl_map")
+TRAINED_AGENTS = ("language_only", "vision_only", "vl", "vl_sentencepiece", "vl_multilingual", "vl_grounded", "vl_map")
 """Agents that have learned; the one that reads by a pretrained encoder needs a package that is no part of the extra."""
 
 AGENTS = (
@@ -136,7 +136,7 @@ def setups_of(agent: str, folders: Sequence[Path]) -> list[AgentSetup]:
         SystemExit: if no folder has weights of an agent that has learned.
     """
     agent, _, sensor = agent.partition("+")
-    if agent not in LEARNED:
+    if agent not in TRAINED_AGENTS:
         return [AgentSetup(agent, seed, None) for seed in (CHANCE_SEEDS if agent == CHANCE else (0,))]
     files = [file_of(folder, agent) for folder in folders]
     found = [AgentSetup(agent, seed, file, sensor) for seed, file in enumerate(files, 1) if file.exists()]

@@ -33,7 +33,7 @@ SPLITS = ("val_seen", "val_unseen")
 METRICS = {"navigation": ("nDTW", "CTC-3"), "assembly": ("PTC",)}
 """Metrics of each phase; the ground truth plays the other one."""
 
-BRIEF = replace(RECIPES["vl"], variants=0, average=0.0, validate_episodes=0)
+SHORT_RECIPE = replace(RECIPES["vl"], variants=0, average=0.0, validate_episodes=0)
 """The recipe of `vl` for minutes of training: variants of demonstrations would take most of them to be written."""
 
 Scores = Mapping[str, Mapping[str, Mapping[str, float]]]

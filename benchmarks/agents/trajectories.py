@@ -45,7 +45,7 @@ from benchmarks.common import parser_of
 SCALE, MARGIN = 14.0, 8.0
 """Pixels per unit, and margin around the paths, in units."""
 
-LEFT = 3.0
+MAX_DEVIATION = 3.0
 """Distance from the ground truth beyond which the agent has left it, in units."""
 
 ELSEWHERE = "turn 2 began elsewhere, as turn 1 ended there"
@@ -132,7 +132,7 @@ def classify(episode: Episode, turn: int, played_path: PlayedPath) -> JudgedTurn
     path, reference = np.array([pose[:2] for pose in played_path.poses]), np.array(truth.path)
     reached = 0
     for place in path:
-        near = np.hypot(*(reference[reached : reached + 6] - place).T) < LEFT
+        near = np.hypot(*(reference[reached : reached + 6] - place).T) < MAX_DEVIATION
         reached += int(np.flatnonzero(near).max(initial=0))
     share = reached / max(len(reference) - 1, 1)
     x, z, heading = played_path.poses[-1]
@@ -142,7 +142,7 @@ def classify(episode: Episode, turn: int, played_path: PlayedPath) -> JudgedTurn
         same = taken is not None and truth.street[taken].type == truth.target.type
         end = ENDS[2] if taken is None else ENDS[0] if same else ENDS[1]
         began = float(np.hypot(*(path[0] - reference[0])))
-        cause = CAUSES[0 if began > LEFT else 1 if share < 0.25 else 2 if share < 0.9 else 3]
+        cause = CAUSES[0 if began > MAX_DEVIATION else 1 if share < 0.25 else 2 if share < 0.9 else 3]
     score = ndtw([tuple(each) for each in path.tolist()], [tuple(each) for each in reference.tolist()])
     return JudgedTurn(
         episode, turn, path, score, cause, end, share, "" if taken is None else str(truth.street[taken].type)

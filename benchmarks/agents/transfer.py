@@ -21,7 +21,7 @@ from dataclasses import dataclass, replace
 import torch
 
 from arramon_agents.perception.encoder import DEFAULT
-from benchmarks.agents.study import BRIEF, LANGUAGES, METRICS, Study, TrainingSet, study_options, write_page
+from benchmarks.agents.study import LANGUAGES, METRICS, SHORT_RECIPE, Study, TrainingSet, study_options, write_page
 from benchmarks.agents.transfer_tables import ENCODERS, TransferResult, tables
 
 TRANSFERRED = ("word", "sentencepiece", "multilingual", "random")
@@ -100,7 +100,7 @@ def result(study: Study, given: argparse.Namespace, row: TrainingSetup, phase: s
     """Return the scores of a row in a phase, from the folder of runs or by training and playing it."""
     encoder = ENCODERS[row.encoder]
     recipe = replace(
-        BRIEF,
+        SHORT_RECIPE,
         languages=row.trained,
         tokenizer=encoder.tokenizer,
         reader=encoder.reader,

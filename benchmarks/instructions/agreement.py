@@ -34,7 +34,7 @@ from typing import Any
 from arramon_lang.meaning import Assembly, Face, Navigation, Rotate, Step, Where
 from benchmarks.instructions.names import ComparedName, parsed_name, written_name
 
-LEFT_OUT = 1
+MAX_OMITTED = 1
 """Number of things in a navigation that one account may omit."""
 
 _POSITIONS = {"to": {"at"}, "past": {"after"}}
@@ -149,7 +149,7 @@ def routes_agree(one: ComparedRoute, other: ComparedRoute) -> bool:
     if not all(map(_turned_alike, one.legs[:-1], other.legs[:-1])):
         return False
     left_out = [(_left_out(one, other)), (_left_out(other, one))]
-    return any(count is not None and count <= LEFT_OUT for count in left_out)
+    return any(count is not None and count <= MAX_OMITTED for count in left_out)
 
 
 def _left_out(full: ComparedRoute, short: ComparedRoute) -> int | None:

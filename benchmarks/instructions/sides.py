@@ -79,16 +79,16 @@ BY = {
 }
 """Phrases for being next to a thing: before its noun phrase in English, after it in Hindi."""
 
-AT_START = 2.5
+START_LENGTH = 2.5
 """Length of the path within which a walker told to face a thing at the start has turned to it, in units."""
 
-STEP_ASIDE, AROUND, MAY_BE_AROUND = 4.5, 165.0, 120.0
+MAX_SIDESTEP, AROUND, MAY_BE_AROUND = 4.5, 165.0, 120.0
 """Maximum length of a step aside, in units; a turn by more degrees may be called one to either side, and one around."""
 
 IN_NOUN = 14
 """Maximum number of letters of a Hindi noun phrase before the words that `mentions` finds."""
 
-LAST = 3
+LAST_MENTIONS = 3
 """Number of last mentions that may describe the target's place."""
 
 
@@ -159,7 +159,9 @@ def applicable_spans(stated: StatedSide, way: NavigationPath) -> Iterator[tuple[
     """
     turns = [turn for turn in (*stated.before, *stated.after) if not turn.startswith("slightly")]
     number = sum(not turn.startswith("slightly") for turn in stated.before)
-    bends = [bend for bend in way.bends if abs(bend.angle) >= MIN_BEND and not (stated.faced and bend.end <= AT_START)]
+    bends = [
+        bend for bend in way.bends if abs(bend.angle) >= MIN_BEND and not (stated.faced and bend.end <= START_LENGTH)
+    ]
     found: list[tuple[int, tuple[Bend, ...]]] = []
     for listed in (bends, _without_steps_aside(bends)):
         for count in {len(turns), max(len(turns) - 1, 0)}:
@@ -180,7 +182,7 @@ def _without_steps_aside(bends: Sequence[Bend]) -> list[Bend]:
     """Drop bends that the next one reverses at once."""
     kept: list[Bend] = []
     for bend in bends:
-        if kept and bend.start - kept[-1].end <= STEP_ASIDE and abs(bend.angle + kept[-1].angle) < MIN_BEND:
+        if kept and bend.start - kept[-1].end <= MAX_SIDESTEP and abs(bend.angle + kept[-1].angle) < MIN_BEND:
             kept.pop()
         else:
             kept.append(bend)
@@ -219,7 +221,7 @@ def neighbours(
     """Return the number of stated neighbours of the target on which it could lie, and those on which it does lie."""
     text, stated = plain(text, code), list(mentions(text, code))
     count, faults = 0, []
-    for mention in stated[-LAST:]:
+    for mention in stated[-LAST_MENTIONS:]:
         around = text[: mention.start].strip() if code == "en" else text[mention.end :]
         if mention.kind not in ON_GROUND or re.search(BY[code], around) is None:
             continue

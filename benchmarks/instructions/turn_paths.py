@@ -8,19 +8,19 @@ from typing import Any
 
 Place = tuple[float, float]
 
-OFF_LEG = 1.0
+MAX_LEG_DEVIATION = 1.0
 """Maximum distance of a path from the straight legs that it is reduced to, in units."""
 
 MIN_BEND, MIN_STATED_BEND = 35.0, 50.0
 """Minimum angles of a bend that a text can call a turn, and of one that it must mention, in degrees."""
 
-ONE_BEND = 4.6
+MERGE_DISTANCE = 4.6
 """Distance below which bends are merged, in units, as walkers turn over several steps."""
 
 ABEAM = (60.0, 120.0)
 """Range of angles between the path and a thing beside the walker, in degrees."""
 
-REACH, ASIDE = 7.0, 0.7
+MAX_PASSING_DISTANCE, MIN_SIDE_DISTANCE = 7.0, 0.7
 """Maximum distance of a passed thing, and minimum distance from the path of a thing on one side, in units."""
 
 SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
@@ -94,7 +94,7 @@ class NavigationPath:
             for place in (_between(step.start, step.end, share) for share in SHARES):
                 to = nearest(ground, place)
                 far, angle = math.dist(place, to), sign * turned(step.heading, bearing(place, to))
-                if ABEAM[0] <= angle <= ABEAM[1] and ASIDE <= far <= REACH:
+                if ABEAM[0] <= angle <= ABEAM[1] and MIN_SIDE_DISTANCE <= far <= MAX_PASSING_DISTANCE:
                     return True
         return False
 
@@ -103,7 +103,7 @@ def _joined_bends(legs: Sequence[tuple[float, float]]) -> Iterator[Bend]:
     """Yield the bends between legs, merging close ones to the same side."""
     group: list[tuple[float, float]] = []
     for since, angle in legs:
-        is_apart = group and (since - group[-1][0] > ONE_BEND or group[-1][0] == 0.0)
+        is_apart = group and (since - group[-1][0] > MERGE_DISTANCE or group[-1][0] == 0.0)
         if group and (is_apart or angle * group[-1][1] < 0.0):
             yield Bend(group[0][0], group[-1][0], sum(each for _, each in group))
             group = []
@@ -158,7 +158,7 @@ def _reduced(path: Sequence[Place], first: int, last: int) -> list[int]:
     """Return the indices of a path's ends and bends, by Douglas and Peucker."""
     apart = [math.dist(path[at], _onto(path[at], path[first], path[last])) for at in range(first, last + 1)]
     farthest = max(range(len(apart)), key=apart.__getitem__)
-    if apart[farthest] <= OFF_LEG:
+    if apart[farthest] <= MAX_LEG_DEVIATION:
         return [first, last] if last > first else [first]
     return _reduced(path, first, first + farthest)[:-1] + _reduced(path, first + farthest, last)
 

@@ -31,12 +31,12 @@ SPLITS = {"val_seen": 1065, "val_unseen": 1155, "test_unseen": 1205, "train": 42
 
 SECTIONS, MEANS = (1, 2, 5, 7, 30), (0.01, 0.1, 0.5, 0.99)
 
-ALIKE = 0.003
+SECTION_VARIANCE = 0.003
 """Variance between sections' means, as a share of the largest: a deviation of 0.027 at a mean of 0.5."""
 
 LEVEL = 0.05
 
-MANY = 100_000
+REFERENCE_EPISODES = 100_000
 """Episodes from which the true means and variances of differences are taken."""
 
 BATCH = 100
@@ -99,7 +99,7 @@ def _coverage(draw_scores: Draw, mean: float, sections: int, episodes: int, repe
     of = np.arange(episodes) % sections
     here = other = old = 0
     batch = min(BATCH, repeats)
-    strength = 1.0 / ALIKE - 1.0
+    strength = 1.0 / SECTION_VARIANCE - 1.0
     for _ in range(repeats // batch):
         truths = draw.beta(mean * strength, (1.0 - mean) * strength, size=(batch, sections))
         if sections == 1:
@@ -189,7 +189,7 @@ def _predicted(kind: str, truth: Floats, episodes: int) -> float:
     share is where both agree.
     """
     upper = np.triu_indices(len(truth), 1)
-    runs = _runs(np.random.default_rng(0), kind, truth, MANY)
+    runs = _runs(np.random.default_rng(0), kind, truth, REFERENCE_EPISODES)
     means, moments = runs.mean(axis=1), np.cov(runs)
     alone = np.diag(moments)
     errors = np.sqrt((alone[:, None] + alone - 2.0 * moments)[upper] / episodes)

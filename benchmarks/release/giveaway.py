@@ -28,10 +28,10 @@ from benchmarks.common import parser_of
 
 Numbers = npt.NDArray[np.float64]
 
-BESIDE, NEAR, ARRIVED = 2.2, 3.0, 3.0
+BESIDE_DISTANCE, NEAR_DISTANCE, ARRIVAL_DISTANCE = 2.2, 3.0, 3.0
 """Maximum distances in units: of furniture beside an object, of furniture near a place, of the target on arrival."""
 
-AS_FAR = (0.75, 1.33)
+START_DISTANCE_RANGE = (0.75, 1.33)
 """Range of the distance from the start, relative to the target's, of the places among which a walker chooses."""
 
 
@@ -81,13 +81,13 @@ def _count(
         counts[name] += number
     for turn in episode.turns:
         objects = np.array([(each.position.x, each.position.z) for each in turn.street])
-        beside = _around(objects, things, BESIDE)
+        beside = _around(objects, things, BESIDE_DISTANCE)
         best = beside == beside.max()
         far = math.dist(turn.path[0], objects[0])
         distances = np.hypot(*(walkable - turn.path[0]).T)
-        places = walkable[(distances >= AS_FAR[0] * far) & (distances <= AS_FAR[1] * far)]
-        furnished = _around(places, things, NEAR)
-        arrived = np.hypot(*(places - objects[0]).T) < ARRIVED
+        places = walkable[(distances >= START_DISTANCE_RANGE[0] * far) & (distances <= START_DISTANCE_RANGE[1] * far)]
+        furnished = _around(places, things, NEAR_DISTANCE)
+        arrived = np.hypot(*(places - objects[0]).T) < ARRIVAL_DISTANCE
         counts["turns"] += 1
         counts["target"] += best[0] / best.sum()
         counts["chance"] += 1.0 / len(objects)

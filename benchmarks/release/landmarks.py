@@ -37,7 +37,7 @@ from arramon_server.sim.section import Prop, Section
 from benchmarks.common import add_json, parser_of, positive_int, write_json
 from benchmarks.release.drawn_furniture import reconstruct
 
-BEFORE = 6
+STEPS_BEFORE = 6
 """Number of steps before a mention's place in which its thing may be visible."""
 
 SIZE, PIXELS = 224, 6
@@ -180,7 +180,7 @@ def _count(
 def is_seen(camera: RasterCamera, text: TurnText, place: int, prop: Prop) -> bool:
     """Return whether the camera shows a prop's label in its direction, in the steps up to a place of the walk."""
     label = camera.labels.index(str(label_of_prop(prop)))
-    for at in range(max(0, place - BEFORE), place + 1):
+    for at in range(max(0, place - STEPS_BEFORE), place + 1):
         (x, z), heading = text.path.places[at], float(text.path.going[at])
         frame = camera.render(Viewpoint(float(x), float(z), heading), (), SIZE, segmentation=True)
         assert frame.segmentation is not None

@@ -47,7 +47,7 @@ from benchmarks.serving.server import ServerSetting, running_server
 from benchmarks.simulation.cameras import VIEWS, drawing, views_of
 
 EPISODES = (1, 16, 128, 1000)
-ENOUGH = 100
+MIN_MEASURED_EPISODES = 100
 """Minimum number of open episodes for which their memory exceeds the noise."""
 
 STREAMS = (1, 2, 4, 16)
@@ -90,7 +90,7 @@ def measure_loads(data: Path, split: Split, seconds: float) -> Iterator[tuple[st
         for episodes in EPISODES:
             if episodes <= len(split.episodes):
                 figures = under(1, episodes)
-                if episodes >= ENOUGH:
+                if episodes >= MIN_MEASURED_EPISODES:
                     figures["MB each"] = (figures["MB"] - empty) / episodes
                 yield f"{episodes} open episodes", figures
         for streams in STREAMS:

@@ -38,7 +38,7 @@ PATIENCE = 60.0
 """Seconds without an observation after which the benchmark fails."""
 
 
-MOST_STEPS = 10_000
+STEP_LIMIT = 10_000
 """Step limit of a phase: the agent only turns, and its episodes must still be open after the fault."""
 
 
@@ -88,7 +88,7 @@ ROWS: dict[str, tuple[int, Callable[[MeasuredServer], None]]] = {
 def measure(data: Path, split: Split, parallel: int, seconds: float, row: str) -> tuple[float, float]:
     """Measure one round: the longest wait of an episode for its next observation, without and with the fault."""
     workers, fault = ROWS[row]
-    setting = ServerSetting(row, tcp=True, workers=workers, steps=MOST_STEPS)
+    setting = ServerSetting(row, tcp=True, workers=workers, steps=STEP_LIMIT)
     with running_server(data, setting) as process, connect(process.address) as server:
         agent = TurningAgent()
         agent.reset()

@@ -14,7 +14,7 @@ OUTAGE = (
 )
 """What a server logs while its database is away or its disk is full."""
 
-ALWAYS = (r"^no heartbeat for \d+ seconds: ",)
+ALWAYS_EXPECTED = (r"^no heartbeat for \d+ seconds: ",)
 """What a busy machine explains by itself."""
 
 EXPLAINED = {
@@ -54,5 +54,5 @@ def _shortened(match: re.Match[str]) -> str:
 
 def unexplained(found: Collection[str], faults: Collection[str]) -> list[str]:
     """Return the messages of `warnings` that none of these faults explains."""
-    patterns = [*ALWAYS, *(pattern for fault in faults for pattern in EXPLAINED.get(fault, ()))]
+    patterns = [*ALWAYS_EXPECTED, *(pattern for fault in faults for pattern in EXPLAINED.get(fault, ()))]
     return [text for text in found if not any(re.search(each, text.partition(": ")[2]) for each in patterns)]

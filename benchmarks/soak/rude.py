@@ -14,7 +14,7 @@ from benchmarks.soak.rude_stream import PATIENCE, WAYS
 
 PROGRAM = Path(__file__).with_name("rude_stream.py")
 
-AT_ONCE = 4
+MAX_OPEN_STREAMS = 4
 """Streams that may be open at the same time."""
 
 
@@ -44,11 +44,11 @@ class RudeStreams:
         self.ended, self.refused = Counter[str](), Counter[str]()
         self._players, self._credentials, self._chance = players, credentials, chance
         self._number, self._pause = number, seconds / max(1, number)
-        self._pause *= AT_ONCE
+        self._pause *= MAX_OPEN_STREAMS
         self._begun = 0
         self._lock = threading.Lock()
         self._over = threading.Event()
-        self._threads = [threading.Thread(target=self._work) for _ in range(AT_ONCE)]
+        self._threads = [threading.Thread(target=self._work) for _ in range(MAX_OPEN_STREAMS)]
 
     def start(self) -> None:
         """Start the threads."""

@@ -53,10 +53,10 @@ from benchmarks.soak.service import (
 from tests import tiny
 from tests.faults.clients import EPISODES, UndisturbedRun, client, differences, finish, journal_url, results
 
-SIGHT = ("--sensors", "rgb,depth", "--image-size", "128", "--parallel", "8")
+IMAGE_ARGUMENTS = ("--sensors", "rgb,depth", "--image-size", "128", "--parallel", "8")
 """Arguments of players on servers with a host's settings: they get images, and leave episodes to rude streams."""
 
-SHARE_OF_OTHERS = 0.6
+OTHER_FAULT_PROBABILITY = 0.6
 """Probability of another fault after a kill."""
 
 
@@ -66,7 +66,7 @@ def plan(kills: int, kind: str, seed: int) -> Iterator[FaultKind]:
     others = (*OTHERS, OF_DATABASE[kind])
     for _ in range(kills):
         yield KILL
-        if chance.random() < SHARE_OF_OTHERS:
+        if chance.random() < OTHER_FAULT_PROBABILITY:
             yield chance.choice(others)
 
 
@@ -83,7 +83,7 @@ class SoakTest:
         self._chance = random.Random(options.seed)  # noqa: S311 - the same faults for a seed
         addresses = itertools.islice(itertools.cycle(host.address for host in there.hosts), options.clients)
         self._players = [
-            SoakPlayer(address, folder / f"player-{number}", access, SIGHT if options.hosted else ())
+            SoakPlayer(address, folder / f"player-{number}", access, IMAGE_ARGUMENTS if options.hosted else ())
             for number, address in enumerate(addresses)
             for access in (credentials(there, folder, f"team-{number}", options.hosted),)
         ]

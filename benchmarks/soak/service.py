@@ -26,7 +26,7 @@ from tests.serving import Server
 PATIENCE = 120.0
 """Seconds within which a step must be recorded after any fault."""
 
-FULL = (4096, resource.RLIM_INFINITY)
+FULL_DISK_LIMIT = (4096, resource.RLIM_INFINITY)
 """Limit of the size of a process's files: every write beyond it fails, as on a full disk."""
 
 Steps = dict[tuple[str, str], tuple[int, int]]
@@ -289,12 +289,12 @@ class FaultInjector:
     def fill_disk(self) -> str:
         """Prevent the server's files from growing for a while, as on a full disk."""
         host, seconds = self._host(), self._chance.uniform(0.3, 2.0)
-        for limits in (FULL, (resource.RLIM_INFINITY, resource.RLIM_INFINITY)):
+        for limits in (FULL_DISK_LIMIT, (resource.RLIM_INFINITY, resource.RLIM_INFINITY)):
             # A worker that was started meanwhile has its parent's limit; one that has ended needs none.
             for process in (host.process.pid, *children(host.process.pid)):
                 with suppress(ProcessLookupError):
                     resource.prlimit(process, resource.RLIMIT_FSIZE, limits)
-            if limits is FULL:
+            if limits is FULL_DISK_LIMIT:
                 time.sleep(seconds)
         return f"for {seconds:.1f} s"
 

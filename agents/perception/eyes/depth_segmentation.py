@@ -11,25 +11,25 @@ from arramon_agents.perception.eyes.kernels import fill_crop, find_walls, mark_s
 from arramon_agents.perception.eyes.pixel_rays import rays
 from arramon_client.world import EYE_HEIGHT
 
-LOWEST, HIGHEST = 0.018, 2.2
+MIN_HEIGHT, MAX_HEIGHT = 0.018, 2.2
 """Range of heights above the ground, in units, in which pixels are considered: above painted lines and pavements."""
 
-WALL, FOOT, WALL_WIDTH = 1.25, 0.6, 0.6
+WALL_TOP, WALL_BOTTOM, WALL_WIDTH = 1.25, 0.6, 0.6
 """Heights above and below which parts of a wall must be visible, and minimum width of a wall, in units."""
 
-FARTHEST = 16.0
+MAX_DISTANCE_AHEAD = 16.0
 """Maximum distance ahead of things, in units."""
 
 JUMP, RELATIVE_JUMP = 0.06, 0.03
 """Minimum jump in depth between neighbouring pixels of two things: in units, plus a share of their depth."""
 
-FEWEST_PIXELS = 18
+MIN_THING_PIXELS = 18
 """Minimum number of pixels of a thing."""
 
-WIDEST = 3.0
+MAX_THING_WIDTH = 3.0
 """Maximum width of a thing, in units; anything wider is a wall."""
 
-CROP = 32
+CROP_SIZE = 32
 """Side length of a crop, in pixels."""
 
 MARGIN = 0.12
@@ -81,8 +81,8 @@ def find_things(depth: Floats) -> list[FrameThing]:
     size = len(depth)
     down = right = rays(size)
     walls, marked = np.empty(size, np.float32), np.empty((size, size), np.bool_)
-    find_walls(depth, down, EYE_HEIGHT, WALL, FOOT, WALL_WIDTH, walls)
-    mark_solid(depth, walls, down, EYE_HEIGHT, LOWEST, HIGHEST, FARTHEST, JUMP, RELATIVE_JUMP, marked)
+    find_walls(depth, down, EYE_HEIGHT, WALL_TOP, WALL_BOTTOM, WALL_WIDTH, walls)
+    mark_solid(depth, walls, down, EYE_HEIGHT, MIN_HEIGHT, MAX_HEIGHT, MAX_DISTANCE_AHEAD, JUMP, RELATIVE_JUMP, marked)
     numbers, count = ndimage.label(marked)
     boxes, pixels = np.empty((count, 4), np.int64), np.zeros(count, np.int64)
     spans = np.empty((count, 4), np.float32)
@@ -90,7 +90,7 @@ def find_things(depth: Floats) -> list[FrameThing]:
     first, last, low, high = spans.T
     widths, middles = last - first, (first + last) / 2
     things = []
-    for part in np.flatnonzero((pixels >= FEWEST_PIXELS) & (widths <= WIDEST)):
+    for part in np.flatnonzero((pixels >= MIN_THING_PIXELS) & (widths <= MAX_THING_WIDTH)):
         rows, columns = slice(*boxes[part, ::2].tolist()), slice(*boxes[part, 1::2].tolist())
         mask = numbers[rows, columns] == part + 1
         ahead = float(depth[rows, columns][mask].mean())
@@ -109,10 +109,10 @@ def crop(rgb: npt.NDArray[np.uint8], depth: Floats, thing: FrameThing) -> Floats
     """
     height, width = thing.mask.shape
     half = (0.5 + MARGIN) * max(height, width)
-    steps = (np.arange(CROP) + 0.5) / CROP * 2 * half - half
+    steps = (np.arange(CROP_SIZE) + 0.5) / CROP_SIZE * 2 * half - half
     rows = np.floor(thing.rows.start + height / 2 + steps).astype(np.int64)
     columns = np.floor(thing.columns.start + width / 2 + steps).astype(np.int64)
-    found = np.zeros((CROP, CROP, CROP_CHANNELS), np.float32)
+    found = np.zeros((CROP_SIZE, CROP_SIZE, CROP_CHANNELS), np.float32)
     first = thing.rows.start, thing.columns.start
     fill_crop(rgb, depth, rows, columns, thing.mask, first, rays(len(depth)), EYE_HEIGHT, thing.ahead, found)
     return found

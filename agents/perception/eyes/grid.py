@@ -25,7 +25,7 @@ GRID = 7
 
 GROUND = ("road", "pavement", "floor")
 
-SHARE = 0.012
+MIN_CELL_SHARE = 0.012
 """Minimum share of a cell's pixels that a thing must cover to be in the cell."""
 
 THING_CHANNELS = (
@@ -132,11 +132,11 @@ def _channel_values(named: NamedThing) -> Floats:
 
 
 def _cells_of(named: NamedThing, side: int) -> list[tuple[int, int]]:
-    """Return the cells of which a thing covers a share of at least SHARE, or else the cell it covers most."""
+    """Return the cells of which a thing covers a share of at least MIN_CELL_SHARE, or else the cell it covers most."""
     rows, columns = np.nonzero(named.thing.mask)
     cells = (rows + named.thing.rows.start) // side * GRID + (columns + named.thing.columns.start) // side
     counts = np.bincount(cells, minlength=GRID * GRID)
-    chosen = np.flatnonzero(counts >= min(SHARE * side * side, counts.max()))
+    chosen = np.flatnonzero(counts >= min(MIN_CELL_SHARE * side * side, counts.max()))
     return [divmod(int(cell), GRID) for cell in chosen]
 
 

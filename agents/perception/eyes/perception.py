@@ -14,12 +14,12 @@ from arramon_agents.perception.frame_cache import FrameCache
 from arramon_agents.perception.percept import Percept
 from arramon_client.agent import Observation
 
-REMEMBERED = 512
+MAX_CACHED_FRAMES = 512
 """Number of cached frames over all episodes, 0.1 MB each; a third of all frames are repetitions."""
 
 
 class EyesPerception:
-    """Perceives observations by RGB and depth; the labels of the predicted segmentation are `predicted_segmentation.LABELS`.
+    """Perceives observations by RGB and depth; its labels are `predicted_segmentation.LABELS`.
 
     Args:
         eyes: the visual encoder.
@@ -27,7 +27,7 @@ class EyesPerception:
 
     def __init__(self, eyes: Eyes) -> None:
         self._size = eyes.image_size
-        self._frames = FrameCache(partial(predict_percepts, eyes), REMEMBERED)
+        self._frames = FrameCache(partial(predict_percepts, eyes), MAX_CACHED_FRAMES)
 
     def __call__(self, observations: Sequence[Observation]) -> list[Percept]:
         """Perceive observations; new frames are encoded as one batch.

@@ -36,17 +36,17 @@ _CROSSING, _ROAD = FLAT.index("zebra_crossing"), FLAT.index("road")
 _FLAT_KINDS = [_KIND[kind] for kind in FLAT]
 
 
-UPRIGHT = 0.03
+MIN_UPRIGHT_HEIGHT = 0.03
 """Height above the ground above which a pixel cannot show the road, in units."""
 
-BRIGHT = 214
+MIN_STRIPE_BRIGHTNESS = 214
 """Minimum of red, green and blue, of 255, of a zebra crossing's stripes; nothing else on the ground is as bright. In a
 block with part of a far crossing, the other pixels are road."""
 
-AT_EYE = slice(9, 17)
+EYE_LEVEL_BLOCKS = slice(9, 17)
 """Rows of blocks at eye height."""
 
-CLEAR = 0.6
+MIN_FACADE_PROBABILITY = 0.6
 """Minimum probability of the most likely facade in a column for it to be the label."""
 
 
@@ -93,10 +93,10 @@ def _labels(
     upright = _rooms(looks) if kinds[_KIND["wall"]].sum() > kinds[_KIND["building"]].sum() else _houses(kinds, looks)
     side = len(depth) // len(flat)
     height = EYE_HEIGHT - rays(len(depth))[:, None] * depth
-    is_upright = (depth > 0.0) & (height > UPRIGHT)
+    is_upright = (depth > 0.0) & (height > MIN_UPRIGHT_HEIGHT)
     labels = np.where(is_upright, _pixels(upright, side), _pixels(flat, side))
     crossing = labels == _CROSSING
-    labels[crossing] = np.where((rgb[crossing] < BRIGHT).any(1), _ROAD, _CROSSING)
+    labels[crossing] = np.where((rgb[crossing] < MIN_STRIPE_BRIGHTNESS).any(1), _ROAD, _CROSSING)
     for named in things:
         kind = int(named.kinds.argmax())
         if kind >= len(SURFACES):
@@ -116,9 +116,9 @@ def _houses(kinds: npt.NDArray[np.float32], looks: npt.NDArray[np.float32]) -> n
     If it is uncertain, the label is a building without facade: solid, but never a referent of an instruction. Blocks
     are not labelled one by one, because blocks at the horizon also show the ground in front of a far building.
     """
-    chances = kinds[_KIND["building"]][AT_EYE] * looks[_SLICES["facade"]][:, AT_EYE]
+    chances = kinds[_KIND["building"]][EYE_LEVEL_BLOCKS] * looks[_SLICES["facade"]][:, EYE_LEVEL_BLOCKS]
     mean = chances.sum(1) / np.maximum(chances.sum((0, 1)), 1e-6)  # (facades, columns)
-    houses = np.where(mean.max(0) > CLEAR, _FIRST_FACADE + mean.argmax(0), _UNCLEAR)
+    houses = np.where(mean.max(0) > MIN_FACADE_PROBABILITY, _FIRST_FACADE + mean.argmax(0), _UNCLEAR)
     return np.broadcast_to(houses, kinds.shape[1:])
 
 

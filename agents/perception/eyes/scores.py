@@ -11,7 +11,7 @@ from arramon_agents.perception.eyes.named_things import NamedThing
 from arramon_agents.perception.eyes.vocabulary import COLOURS, KINDS, LOOK_GROUPS, look_slices
 from arramon_client.world import COLLECTIBLES, FURNITURE
 
-LEAST_PIXELS = 16
+MIN_LABEL_PIXELS = 16
 """Minimum number of pixels that show a label for it to be in a cell; a cell has 1,024 pixels at image size 224."""
 
 NEARNESS = ("nearness of collectible", "nearness", "mean nearness")
@@ -52,7 +52,7 @@ class GridScores:
             segmentation: (size, size) numbers of labels.
         """
         shown = cells_showing(segmentation, len(self.labels))
-        least = LEAST_PIXELS * (len(segmentation) / 224.0) ** 2
+        least = MIN_LABEL_PIXELS * (len(segmentation) / 224.0) ** 2
         truth = (shown @ channels_of(self.labels)) >= least
         said = features >= 0.5
         for number, name in enumerate(CHANNEL_NAMES):
@@ -72,7 +72,7 @@ class GridScores:
         return {group: sum(values) / len(values) for group, values in by_group.items()}
 
 
-RANGES = ((45, 100), (100, 400), (400, 1 << 30))
+PIXEL_RANGES = ((45, 100), (100, 400), (400, 1 << 30))
 """Ranges of a collectible's number of pixels; people recognise collectibles from 45 pixels on."""
 
 
@@ -106,7 +106,7 @@ class NameScores:
             elif KINDS[int(named.kinds.argmax())] in COLLECTIBLES:
                 self.false += 1
         for number, count in zip(*np.unique(segmentation, return_counts=True), strict=True):
-            bounds = next((bounds for bounds in RANGES if bounds[0] <= count < bounds[1]), None)
+            bounds = next((bounds for bounds in PIXEL_RANGES if bounds[0] <= count < bounds[1]), None)
             if self.labels[number][0] in COLLECTIBLES and bounds is not None:
                 said = self._right(number, found[number][1]) if number in found else (False,) * 3
                 row = np.array([1, number in found, *said, all(said)], np.int64)
@@ -116,7 +116,7 @@ class NameScores:
         """Return by range of pixels the shares cut out, and with correct kind, colour, pattern, all three."""
         names = ("found", "kind", "colour", "pattern", "all")
         return {
-            f"{low} to {high - 1} pixels" if high < RANGES[-1][1] else f"{low} pixels and more": {
+            f"{low} to {high - 1} pixels" if high < PIXEL_RANGES[-1][1] else f"{low} pixels and more": {
                 "count": int(row[0]),
                 **{name: round(float(value / row[0]), 3) for name, value in zip(names, row[1:], strict=True)},
             }

@@ -19,7 +19,7 @@ WEIGHTS = {**dict.fromkeys(SURFACES, 0.5), **dict.fromkeys(FURNITURE, 1.0), **di
 LOOK_WEIGHTS = {"facade": 1.0, "wall": 0.5, "pattern": 0.1, "shape": 0.2, "shop": 0.1}
 """Loss weights of looks, by group."""
 
-LEAST = 0.04
+MIN_BLOCK_SHARE = 0.04
 """Minimum share of a block's pixels that show a category for it to be in the block."""
 
 _FIRST_THING, _FIRST_PROP = len(KINDS) - len(COLLECTIBLES), len(SURFACES)
@@ -43,7 +43,7 @@ class LabelTable:
     def blocks(self, labels: npt.NDArray[np.uint16]) -> npt.NDArray[np.int64]:
         """Return kind, colour and look of each block, (3, 28, 28), NONE for none.
 
-        Collectibles take precedence over furniture, and furniture over all else, if they cover LEAST of the block.
+        Collectibles take precedence over furniture, and furniture over all else, if they cover MIN_BLOCK_SHARE of it.
 
         Args:
             labels: (size, size), a segmentation.
@@ -52,7 +52,7 @@ class LabelTable:
         pixels = labels.reshape(BLOCKS, side, BLOCKS, side).transpose(0, 2, 1, 3).reshape(BLOCKS, BLOCKS, -1)
         pixels = pixels[:, :, _from_middle(side)]
         ranks = self._ranks[pixels]
-        shown = [(ranks == rank).mean(2) >= LEAST for rank in (2, 1)]
+        shown = [(ranks == rank).mean(2) >= MIN_BLOCK_SHARE for rank in (2, 1)]
         rank = np.where(shown[0], 2, np.where(shown[1], 1, 0))
         chosen = (ranks == rank[:, :, None]).argmax(2)[:, :, None]
         label = np.take_along_axis(pixels, chosen, 2)[:, :, 0]

@@ -6,12 +6,12 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from arramon_agents.reading.reader.slots import ACTION_SLOTS, MOST_ROWS, SLOTS, THING_SLOTS
+from arramon_agents.reading.reader.slots import ACTION_SLOTS, MAX_ROWS, SLOTS, THING_SLOTS
 
 PARTS = (ACTION_SLOTS, *THING_SLOTS)
 """Groups of slots, each with an attention head: the action, the first thing, the second thing."""
 
-PHRASE, MOVE = 5, 15
+EMBEDDING_KERNEL, ATTENTION_KERNEL = 5, 15
 """Kernel widths, in words: of the convolution over embeddings, and of the one over the previous attention weights."""
 
 State = tuple[Tensor, Tensor, Tensor, Tensor]
@@ -52,13 +52,13 @@ class ReaderNetwork(nn.Module):
         self.sizes = sizes
         embedding, both, state = sizes.embedding, 2 * sizes.encoder, sizes.decoder
         self.words = nn.Embedding(sizes.words, embedding, padding_idx=0)
-        self.phrases = nn.Conv1d(embedding, embedding, PHRASE, padding=PHRASE // 2)
+        self.phrases = nn.Conv1d(embedding, embedding, EMBEDDING_KERNEL, padding=EMBEDDING_KERNEL // 2)
         self.encoder = nn.LSTM(embedding, sizes.encoder, batch_first=True, bidirectional=True)
         self.start = nn.Linear(both, state)
         self.slots = nn.ModuleList(nn.Embedding(len(values), embedding) for values in SLOTS.values())
         self.decoder = nn.LSTMCell(embedding + len(PARTS) * both, state)
         self.queries = nn.Linear(state, len(PARTS) * both)
-        self.moves = nn.Conv1d(2 * len(PARTS), len(PARTS), MOVE, padding=MOVE // 2)
+        self.moves = nn.Conv1d(2 * len(PARTS), len(PARTS), ATTENTION_KERNEL, padding=ATTENTION_KERNEL // 2)
         self.heads = nn.ModuleList(nn.Linear(state + both, len(values)) for values in SLOTS.values())
         self.dropout = nn.Dropout(sizes.dropout)
 
@@ -85,7 +85,7 @@ class ReaderNetwork(nn.Module):
         state = self._first(texts, memory)
         row = torch.zeros(len(texts), 1, len(SLOTS), dtype=torch.long)
         rows = []
-        for _ in range(MOST_ROWS):
+        for _ in range(MAX_ROWS):
             state, found = self._step(self._embed(row)[:, 0], state, memory, texts == 0)
             logits = self._slots(found[:, None])
             row = torch.stack([logits[name].argmax(2) for name in SLOTS], dim=2)

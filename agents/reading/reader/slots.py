@@ -29,7 +29,7 @@ from arramon_lang.meaning import (
 
 END, ROTATE, FACE, WALK, TARGET, PLACE, WHERE = TYPES = ("end", "rotate", "face", "walk", "target", "place", "where")
 
-MOST_STEPS = 12
+MAX_WALK_STEPS = 12
 """Maximum of a walk's number of steps; larger numbers are clipped to it."""
 
 _KINDS = ("", *COLLECTIBLES, *FURNITURE, "building", "wall", *PLACES, "you")
@@ -42,7 +42,7 @@ SLOTS: dict[str, tuple[str, ...]] = {
     "at": ("", *TURN_POSITIONS),
     "way": ("", *WAYS),
     "side": ("", "left", "right"),
-    "count": tuple(map(str, range(MOST_STEPS + 1))),
+    "count": tuple(map(str, range(MAX_WALK_STEPS + 1))),
     "relation": ("", *RELATIONS),
     "exactly": ("", "exactly"),
     **{
@@ -62,7 +62,7 @@ SLOTS: dict[str, tuple[str, ...]] = {
 ACTION_SLOTS = tuple(SLOTS)[:8]
 THING_SLOTS = tuple(tuple(name for name in SLOTS if name.endswith(str(number))) for number in (1, 2))
 
-MOST_ROWS = 20
+MAX_ROWS = 20
 """Maximum number of rows of an instruction."""
 
 Row = tuple[int, ...]
@@ -87,8 +87,8 @@ def rows_of(meaning: Meaning) -> list[Row]:
     else:
         rows += [_row(type=ROTATE, direction=turn) for turn in meaning.turns]
         rows += _named(PLACE, replace(meaning.thing, where=meaning.where))
-    if len(rows) >= MOST_ROWS:
-        raise ValueError(f"{len(rows)} rows; expected less than {MOST_ROWS}")
+    if len(rows) >= MAX_ROWS:
+        raise ValueError(f"{len(rows)} rows; expected less than {MAX_ROWS}")
     return rows
 
 
@@ -124,7 +124,7 @@ def _step_rows(step: Step) -> list[Row]:
         return _named(ROTATE, step.thing, direction=step.direction, at=step.at)
     if isinstance(step, Face):
         return _named(FACE, step.thing)
-    said = {"way": step.way, "side": step.side, "count": str(min(step.count, MOST_STEPS))}
+    said = {"way": step.way, "side": step.side, "count": str(min(step.count, MAX_WALK_STEPS))}
     if not step.things:
         return [_row(type=WALK, **said)]
     second = step.things[1] if len(step.things) > 1 else None

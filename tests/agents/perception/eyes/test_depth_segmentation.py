@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from arramon_agents.perception.eyes.depth_segmentation import CROP, crop, find_things
+from arramon_agents.perception.eyes.depth_segmentation import CROP_SIZE, crop, find_things
 from arramon_agents.perception.eyes.pixel_rays import rays
 from arramon_client.world import EYE_HEIGHT
 
@@ -56,7 +56,7 @@ def test_a_crop_holds_the_whole_thing_at_one_scale() -> None:
         rgb = np.zeros((SIZE, SIZE, 3), np.uint8)
         rgb[thing.rows, thing.columns][thing.mask] = 255
         cut = crop(rgb, depth, thing)
-        assert cut.shape == (CROP, CROP, 6)
+        assert cut.shape == (CROP_SIZE, CROP_SIZE, 6)
         np.testing.assert_array_equal(cut[..., 0] == 1.0, cut[..., 3] == 1.0)
         assert math.isclose(cut[..., 3].mean(), 0.64 * thing.mask.mean() * _squareness(thing.mask.shape), rel_tol=0.15)
 
