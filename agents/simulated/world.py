@@ -114,8 +114,15 @@ class StreetWorld:
     def are_in_sight(self, x: float, z: float, places: Doubles) -> npt.NDArray[np.bool_]:
         """Return which places, (n, 2), are visible from a place, that is, not hidden by buildings, (n,)."""
         seen = np.zeros(len(places), np.bool_)
-        _see(self.houses, (x - self.left) / CELL, (z - self.bottom) / CELL,
-             (places[:, 0] - self.left) / CELL, (places[:, 1] - self.bottom) / CELL, SIGHT_MARGIN / CELL, seen)  # fmt: skip
+        _see(
+            self.houses,
+            (x - self.left) / CELL,
+            (z - self.bottom) / CELL,
+            (places[:, 0] - self.left) / CELL,
+            (places[:, 1] - self.bottom) / CELL,
+            SIGHT_MARGIN / CELL,
+            seen,
+        )
         return seen
 
     def is_free(self, x: float, z: float, to_x: float, to_z: float, clearance: float = AGENT_RADIUS) -> bool:

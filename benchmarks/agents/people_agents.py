@@ -69,7 +69,7 @@ class TunedAgent:
         return {name: str(path) for name, path in given.items() if path}
 
     @property
-    def mark(self) -> str:
+    def run_name(self) -> str:
         """Name of its runs, which includes a hash of weights and reader."""
         shipped = file_of(SHIPPED, self.agent)
         files = [self.weights or shipped, *([self.reader or READER] if self.agent in READING else [])]
@@ -87,15 +87,15 @@ class TunedAgent:
 
 def setups_of(agents: Sequence[str], tuned: Path | None) -> list[TunedAgent]:
     """Return each agent as shipped, and again with the fine-tuned weights that a folder has for it."""
-    players = []
+    setups = []
     for agent in agents:
-        players.append(TunedAgent(agent))
+        setups.append(TunedAgent(agent))
         reader = tuned / f"reader{SUFFIX}" if tuned and agent in READING else None
         weights = tuned / f"{agent}{SUFFIX}" if tuned else None
         found = [path if path and path.exists() else None for path in (reader, weights)]
         if any(found):
-            players.append(TunedAgent(agent, *found))
-    return players
+            setups.append(TunedAgent(agent, *found))
+    return setups
 
 
 def main() -> None:
@@ -114,7 +114,7 @@ def main() -> None:
     split = read_split(folder_of(given.data, given.split))
     _, tested = halves(split, given.lang)
     chosen = tuple(episode.episode_id for episode in tested[: given.episodes or None])
-    rows = [(player, _scores(given, player, chosen)) for player in setups_of(given.agents.split(","), given.tuned)]
+    rows = [(setup, _scores(given, setup, chosen)) for setup in setups_of(given.agents.split(","), given.tuned)]
     if not given.play_only:
         write_page(given.page, BEGIN, END, "\n\n".join(filter(None, (table(rows), tuned_table(rows)))))
 
@@ -123,28 +123,28 @@ def table(rows: Sequence[tuple[TunedAgent, Scores]]) -> str:
     """Return the table in Markdown: means with standard errors over episodes."""
     lines = [
         [
-            f"`{player.agent}`",
-            player.trained,
+            f"`{setup.agent}`",
+            setup.trained,
             str(len(scores)),
             *(_mean([each[metric] for each in scores.values()]) for metric in COLUMNS),
         ]
-        for player, scores in rows
+        for setup, scores in rows
     ]
     return markdown_table(["agent", "trained on", "episodes", *COLUMNS], lines)
 
 
 def tuned_table(rows: Sequence[tuple[TunedAgent, Scores]]) -> str:
     """Return the effect of fine-tuning, paired by episode, with 95% intervals; empty without fine-tuned weights."""
-    plain = {player.agent: scores for player, scores in rows if player == TunedAgent(player.agent)}
+    plain = {setup.agent: scores for setup, scores in rows if setup == TunedAgent(setup.agent)}
     lines = []
-    for player, scores in rows:
-        if player.arguments and player.agent in plain:
-            common = sorted(scores.keys() & plain[player.agent].keys())
+    for setup, scores in rows:
+        if setup.arguments and setup.agent in plain:
+            common = sorted(scores.keys() & plain[setup.agent].keys())
             pairs = [
-                [np.array([each[name][metric] for name in common]) for each in (scores, plain[player.agent])]
+                [np.array([each[name][metric] for name in common]) for each in (scores, plain[setup.agent])]
                 for metric in COLUMNS
             ]
-            lines.append([f"`{player.agent}`", *(shown_difference(*pair) for pair in pairs)])
+            lines.append([f"`{setup.agent}`", *(shown_difference(*pair) for pair in pairs)])
     return "What fine-tuning changes:\n\n" + markdown_table(["agent", *COLUMNS], lines) if lines else ""
 
 
@@ -153,13 +153,13 @@ def _mean(values: Sequence[float]) -> str:
     return f"{average:.3f} ± {error:.3f}"
 
 
-def _scores(given: argparse.Namespace, player: TunedAgent, chosen: tuple[str, ...]) -> Scores:
+def _scores(given: argparse.Namespace, setup: TunedAgent, chosen: tuple[str, ...]) -> Scores:
     """Return the scores of each episode by id, from the folder of runs or by playing."""
-    path = given.runs / f"{player.mark}-{given.split}-{given.lang}-{len(chosen)}.json"
+    path = given.runs / f"{setup.run_name}-{given.split}-{given.lang}-{len(chosen)}.json"
     if not path.exists():
         played = [
             play(
-                load_agent(f"agents.{player.agent}", player.arguments),
+                load_agent(f"agents.{setup.agent}", setup.arguments),
                 RolloutPlan(given.data, given.split, (given.lang,), 0, 224, phases, chosen),
             )
             for phases in (PHASES, ("assembly",))
@@ -170,7 +170,7 @@ def _scores(given: argparse.Namespace, player: TunedAgent, chosen: tuple[str, ..
         }
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(json.dumps(kept))
-        print(f"{player.mark}: done", file=sys.stderr, flush=True)
+        print(f"{setup.run_name}: done", file=sys.stderr, flush=True)
     found: Scores = json.loads(path.read_text())
     return found
 

@@ -84,7 +84,7 @@ class AgentSetup:
         return {"seed": self.seed} if self.agent == CHANCE else {}
 
     @property
-    def mark(self) -> str:
+    def run_name(self) -> str:
         """Name of its runs, which includes a hash of its weights."""
         if self.weights is not None:
             agent = f"{self.agent}+{self.sensor}" if self.sensor else self.agent
@@ -107,14 +107,14 @@ def main() -> None:
     given = parser.parse_args()
     splits = [split for split in given.splits.split(",") if split]
     runs = [
-        play_one(given, player, split, language)
-        for player in _players(given.agents, given.weights)
+        play_one(given, setup, split, language)
+        for setup in _setups(given.agents, given.weights)
         for split in splits
         for language in LANGUAGES
     ]
     hidden = [
-        play_hidden(given, player, language)
-        for player in _players(given.hidden_agents, given.weights[:1])
+        play_hidden(given, setup, language)
+        for setup in _setups(given.hidden_agents, given.weights[:1])
         for language in LANGUAGES
     ]
     if given.play_only:
@@ -125,8 +125,8 @@ def main() -> None:
     write_page(given.page, BEGIN, END, "\n\n".join(tables))
 
 
-def _players(agents: str, folders: Sequence[Path]) -> list[AgentSetup]:
-    return [player for agent in agents.split(",") if agent for player in setups_of(agent, folders)]
+def _setups(agents: str, folders: Sequence[Path]) -> list[AgentSetup]:
+    return [setup for agent in agents.split(",") if agent for setup in setups_of(agent, folders)]
 
 
 def setups_of(agent: str, folders: Sequence[Path]) -> list[AgentSetup]:
@@ -145,29 +145,29 @@ def setups_of(agent: str, folders: Sequence[Path]) -> list[AgentSetup]:
     return found
 
 
-def play_one(given: argparse.Namespace, player: AgentSetup, split: str, language: str) -> AgentScores:
+def play_one(given: argparse.Namespace, setup: AgentSetup, split: str, language: str) -> AgentScores:
     """Return the scores of an agent on a split in a language, from the folder of runs or by playing."""
-    played_in = LANGUAGES[0] if player.agent in LANGUAGE_BLIND else language
-    path = _results(given, player, split, played_in)
+    played_in = LANGUAGES[0] if setup.agent in LANGUAGE_BLIND else language
+    path = _results(given, setup, split, played_in)
     kept: dict[str, Any] = json.loads(path.read_text())
-    if player.agent not in NOT_PLACED_ALONE and "alone" not in kept:
+    if setup.agent not in NOT_PLACED_ALONE and "alone" not in kept:
         plan = RolloutPlan(given.data, split, (played_in,), len(kept["episodes"]), 224, phases=("assembly",))
-        scores = play(load_agent(f"agents.{player.agent}", player.arguments), plan)
+        scores = play(load_agent(f"agents.{setup.agent}", setup.arguments), plan)
         kept["alone"] = {episode_id: each["PTC"] for episode_id, each in scores.items()}
         path.write_text(json.dumps(kept))
-    return AgentScores.of_results(player.name, player.seed, split, language, kept)
+    return AgentScores.of_results(setup.name, setup.seed, split, language, kept)
 
 
-def play_hidden(given: argparse.Namespace, player: AgentSetup, language: str) -> HiddenScores:
+def play_hidden(given: argparse.Namespace, setup: AgentSetup, language: str) -> HiddenScores:
     """Return the scores of an agent on the hidden split in a language, from the folder of runs or by playing."""
     whole = argparse.Namespace(**{**vars(given), "episodes": 0})  # A hidden split is played whole.
-    kept: dict[str, Any] = json.loads(_results(whole, player, HIDDEN, language).read_text())
-    return HiddenScores(player.name, player.seed, language, kept["run"]["episodes"], kept["metrics"])
+    kept: dict[str, Any] = json.loads(_results(whole, setup, HIDDEN, language).read_text())
+    return HiddenScores(setup.name, setup.seed, language, kept["run"]["episodes"], kept["metrics"])
 
 
-def _results(given: argparse.Namespace, player: AgentSetup, split: str, language: str) -> Path:
+def _results(given: argparse.Namespace, setup: AgentSetup, split: str, language: str) -> Path:
     """Return the results file of an agent on a split, after playing the run if it is missing."""
-    name = f"{player.mark}-{split}-{language}"
+    name = f"{setup.run_name}-{split}-{language}"
     runs: Path = given.runs
     whole = runs / f"{name}-all.json"
     parts = {int(each.stem.rsplit("-", 1)[1]): each for each in runs.glob(f"{name}-[0-9]*.json")}
@@ -177,28 +177,28 @@ def _results(given: argparse.Namespace, player: AgentSetup, split: str, language
     else:
         path = parts[most] if most >= given.episodes else runs / f"{name}-{given.episodes}.json"
     if not path.exists():
-        _play_run(given, player, split, language, path)
+        _play_run(given, setup, split, language, path)
     return path
 
 
-def _play_run(given: argparse.Namespace, player: AgentSetup, split: str, language: str, path: Path) -> None:
+def _play_run(given: argparse.Namespace, setup: AgentSetup, split: str, language: str, path: Path) -> None:
     with tempfile.TemporaryDirectory() as folder:
         command = [
-            str(Path(sys.executable).with_name("arramon-client")), "--agent", f"agents.{player.agent}",
+            str(Path(sys.executable).with_name("arramon-client")), "--agent", f"agents.{setup.agent}",
             "--lang", language, "--split", split, "--data", str(given.data), "--output", folder,
             "--parallel", "16", "--quiet",
             *(("--episodes", str(given.episodes)) if given.episodes else ()),
-            *(("--sensors", SENSORS[player.agent]) if player.agent in SENSORS else ()),
-            *(part for name, value in player.arguments.items() for part in ("--agent-arg", f"{name}={value}")),
+            *(("--sensors", SENSORS[setup.agent]) if setup.agent in SENSORS else ()),
+            *(part for name, value in setup.arguments.items() for part in ("--agent-arg", f"{name}={value}")),
         ]  # fmt: skip
         if status := subprocess.run(command, check=False, stdout=subprocess.DEVNULL).returncode:
             sys.exit(
-                f"{player.agent} did not play {split} in {language} to the end: its client ended with status {status}"
+                f"{setup.agent} did not play {split} in {language} to the end: its client ended with status {status}"
             )
         (results,) = [each for each in Path(folder).glob("*.json") if not each.name.endswith(".receipt.json")]
         path.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(results, path)
-    print(f"{player.agent}, seed {player.seed}, {split} {language}: done", file=sys.stderr, flush=True)
+    print(f"{setup.agent}, seed {setup.seed}, {split} {language}: done", file=sys.stderr, flush=True)
 
 
 if __name__ == "__main__":

@@ -36,7 +36,7 @@ def test_other_weights_and_another_reader_have_other_runs(tmp_path: Path) -> Non
     assert [(each.agent, list(each.arguments)) for each in players] == [
         ("vl_map", []), ("vl_map", ["reader"]), ("vl", []), ("vl", ["weights"]), ("follower", []),
     ]  # fmt: skip
-    marks = [each.mark for each in players]
+    marks = [each.run_name for each in players]
     assert len(set(marks)) == 5
     assert marks[-1] == "follower"
     assert players[3].trained == "generated text, agent fine-tuned on people's"

@@ -24,7 +24,7 @@ def test_an_agent_plays_with_the_folders_that_have_its_weights(tmp_path: Path) -
     first, second = results.setups_of("vl_map+segmentation", folders)
     assert first.name == "vl_map sensor=segmentation"
     assert first.arguments == {"weights": str(folders[0] / "vl_map.safetensors"), "sensor": "segmentation"}
-    assert first.mark != second.mark
+    assert first.run_name != second.run_name
     assert [player.arguments for player in results.setups_of("random_walk", folders)] == [
         {"seed": seed} for seed in range(3)
     ]
