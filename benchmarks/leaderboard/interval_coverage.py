@@ -57,29 +57,29 @@ def main() -> None:
     write_json(arguments.json, results)
 
 
-def ptc(draw: np.random.Generator, means: Floats) -> Floats:
-    """Return scores like PTC: the mean of two trials; in 3 of 10 episodes the second equals the first."""
+def draw_ptc(draw: np.random.Generator, means: Floats) -> Floats:
+    """Draw scores like PTC: the mean of two trials; in 3 of 10 episodes the second equals the first."""
     first = draw.random(means.shape) < means
     second = np.where(draw.random(means.shape) < 0.3, first, draw.random(means.shape) < means)
     return (first.astype(np.float64) + second) / 2.0
 
 
-def rpod(draw: np.random.Generator, means: Floats) -> Floats:
-    """Return scores like rPOD: 1, 1/2, 1/5 or 1/10 in some episodes, otherwise 0; turned round for means above 0.6."""
+def draw_rpod(draw: np.random.Generator, means: Floats) -> Floats:
+    """Draw scores like rPOD: 1, 1/2, 1/5 or 1/10 in some episodes, otherwise 0; turned round for means above 0.6."""
     values, shares = np.array([1.0, 0.5, 0.2, 0.1]), np.array([0.6, 0.2, 0.1, 0.1])
     if means.mean() > 0.6:
-        return 1.0 - rpod(draw, 1.0 - means)
+        return 1.0 - draw_rpod(draw, 1.0 - means)
     scored = draw.random(means.shape) < np.minimum(means / (values @ shares), 1.0)
     scores: Floats = scored * draw.choice(values, p=shares, size=means.shape)
     return scores
 
 
-def ndtw(draw: np.random.Generator, means: Floats) -> Floats:
-    """Return scores like nDTW: of a beta distribution with a fifth of the largest variance."""
+def draw_ndtw(draw: np.random.Generator, means: Floats) -> Floats:
+    """Draw scores like nDTW: of a beta distribution with a fifth of the largest variance."""
     return draw.beta(np.maximum(4.0 * means, 1e-9), np.maximum(4.0 * (1.0 - means), 1e-9))
 
 
-KINDS: dict[str, Draw] = {"PTC": ptc, "rPOD": rpod, "nDTW": ndtw}
+KINDS: dict[str, Draw] = {"PTC": draw_ptc, "rPOD": draw_rpod, "nDTW": draw_ndtw}
 
 
 def _intervals(repeats: int) -> Iterator[dict[str, object]]:

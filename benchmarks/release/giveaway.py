@@ -1,4 +1,4 @@
-"""What furniture reveals in an imported split: `python -m benchmarks.release.giveaway DATA --split val_seen`.
+"""Targets guessed from furniture alone: `python -m benchmarks.release.giveaway DATA --split val_seen`.
 
 People name what stands near their path. If nothing else stood in an episode, a follower that reads nothing could walk
 towards furniture. Prints, with all furniture of an episode and with what its own texts name alone: how often the object

@@ -78,18 +78,18 @@ class SoakTest:
         stuck: descriptions of work that did not finish in time.
     """
 
-    def __init__(self, there: SoakService, options: argparse.Namespace, folder: Path) -> None:
-        self._there, self._options, self._folder = there, options, folder
+    def __init__(self, soak_service: SoakService, options: argparse.Namespace, folder: Path) -> None:
+        self._service, self._options, self._folder = soak_service, options, folder
         self._chance = random.Random(options.seed)  # noqa: S311 - the same faults for a seed
-        addresses = itertools.islice(itertools.cycle(host.address for host in there.hosts), options.clients)
+        addresses = itertools.islice(itertools.cycle(host.address for host in soak_service.hosts), options.clients)
         self._players = [
             SoakPlayer(address, folder / f"player-{number}", access, IMAGE_ARGUMENTS if options.hosted else ())
             for number, address in enumerate(addresses)
-            for access in (credentials(there, folder, f"team-{number}", options.hosted),)
+            for access in (credentials(soak_service, folder, f"team-{number}", options.hosted),)
         ]
         seconds = 60.0 * (options.spread or 0.2)
         self._rude = RudeStreams(self._players, self._shown, options.rude, seconds, random.Random(options.seed))  # noqa: S311
-        self._faults = FaultInjector(there, self._players, self._chance, folder)
+        self._faults = FaultInjector(soak_service, self._players, self._chance, folder)
         self.made, self.stuck = Counter[str](), list[str]()
         self._started = time.monotonic()
 
@@ -118,11 +118,11 @@ class SoakTest:
         rest = 60.0 * self._options.spread / len(faults) if faults else 0.0
         try:
             for number, fault in enumerate(faults):
-                self._there.rest(self._started + number * rest - time.monotonic())
+                self._service.wait_and_revive(self._started + number * rest - time.monotonic())
                 if time.monotonic() > until:
                     self.stuck.append(f"out of time after {self.made[KILL.name]} of {self._options.kills} kills")
                     break
-                self._there.wait_for_steps()
+                self._service.wait_for_steps()
                 time.sleep(self._chance.uniform(0.0, 0.5))
                 said = fault.make(self._faults)
                 self.made[fault.name] += 1
@@ -141,8 +141,8 @@ class SoakTest:
         """Compare every run with the undisturbed one, and return the results."""
         played = [(player, run) for player in self._everyone for run in player.finished]
         print(f"comparing {len(played)} runs with the undisturbed one ...", flush=True)
-        wrong = [f"run {run}: {text}" for player, run in played for text in compare(self._there, once, player, run)]
-        wrong += rescore(self._there, sorted({run for _, run in played})) if played else ["no run was finished"]
+        wrong = [f"run {run}: {text}" for player, run in played for text in compare(self._service, once, player, run)]
+        wrong += rescore(self._service, sorted({run for _, run in played})) if played else ["no run was finished"]
         complaints = [text for player in self._everyone for text in player.complaints]
         complaints += [*self.stuck, *self._faults.complaints]
         if sum(self._rude.ended.values()) < self._options.rude:
@@ -167,16 +167,16 @@ class SoakTest:
 
 
 def collect_exits_and_warnings(
-    there: SoakService, options: argparse.Namespace, folder: Path, faults: Sequence[str]
+    soak_service: SoakService, options: argparse.Namespace, folder: Path, faults: Sequence[str]
 ) -> dict[str, Any]:
     """Return the exit statuses of the stopped servers, and their logged warnings."""
     # Of several workers, all may have been killed too often in a row: then their host exits with status 1.
-    wrong = [status for status in there.exits if status != 1 or options.workers == 1]
+    wrong = [status for status in soak_service.exits if status != 1 or options.workers == 1]
     said = [f"a server exited on its own with status {status}" for status in wrong]
     logged = warnings(folder) if options.hosted else Counter[str]()
     said += [f"no fault explains in a log: {text}" for text in unexplained(logged, faults)]
     return {
-        "hosts started again as a whole": len(there.exits) - len(wrong),
+        "hosts started again as a whole": len(soak_service.exits) - len(wrong),
         "warnings and errors in the logs": dict(logged),
         "said": said,
     }
@@ -189,31 +189,33 @@ def embedded(folder: Path) -> UndisturbedRun:
     return UndisturbedRun(results(folder / "results"), journal_url(folder / "data"))
 
 
-def credentials(there: SoakService, folder: Path, participant: str, hosted: bool) -> Sequence[str]:
+def credentials(soak_service: SoakService, folder: Path, participant: str, hosted: bool) -> Sequence[str]:
     """Return a participant's client arguments: files of a new token and of the authority; none without --hosted."""
     if not hosted:
         return ()
     token = folder / f"token-{participant}"
-    with closing(Database(there.url)) as database:
+    with closing(Database(soak_service.url)) as database:
         token.write_text(Accounts(database).create_token(participant, Role.PARTICIPANT))
     return "--token-file", str(token), "--tls-ca", str(folder / AUTHORITY)
 
 
-def compare(there: SoakService, once: UndisturbedRun, player: SoakPlayer, run: str) -> Iterator[str]:
+def compare(soak_service: SoakService, once: UndisturbedRun, player: SoakPlayer, run: str) -> Iterator[str]:
     """Yield the differences from the undisturbed run, and the errors of the receipt."""
-    yield from differences(there.url, once.results, player.results(run), once_url=once.url)
+    yield from differences(soak_service.url, once.results, player.results(run), once_url=once.url)
     said = io.StringIO()
     with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
-        status = verify.main([str(player.receipt(run)), "--server", there.hosts[0].address, *player.access])
+        status = verify.main([str(player.receipt(run)), "--server", soak_service.hosts[0].address, *player.access])
     if status:
         yield f"its receipt: {said.getvalue().strip()}"
 
 
-def rescore(there: SoakService, runs: Sequence[str]) -> list[str]:
+def rescore(soak_service: SoakService, runs: Sequence[str]) -> list[str]:
     """Replay the journal; return descriptions of the differences."""
     said, errors = io.StringIO(), io.StringIO()
     with contextlib.redirect_stdout(said), contextlib.redirect_stderr(errors):
-        status = arramon_server.cli.main(["rescore", "--data", str(there.data), "--journal", there.url, *runs])
+        status = arramon_server.cli.main(
+            ["rescore", "--data", str(soak_service.data), "--journal", soak_service.url, *runs]
+        )
     lines = [line for line in said.getvalue().splitlines() if not line.endswith(": identical")]
     if status and not lines:
         lines = [errors.getvalue().strip()]
@@ -271,12 +273,12 @@ def main(argv: Sequence[str] | None = None) -> int:
             print("an undisturbed run ...", flush=True)
             once = embedded(folder / "embedded")
             with (
-                service(options.database, options.workers, folder, hosted=options.hosted) as there,
-                closing(SoakTest(there, options, folder)) as soak,
+                service(options.database, options.workers, folder, hosted=options.hosted) as soak_service,
+                closing(SoakTest(soak_service, options, folder)) as soak,
             ):
                 soak.disturb(started + 60.0 * options.minutes)
                 figures = soak.figures(once)
-            ended = collect_exits_and_warnings(there, options, folder, [*figures["faults"]])
+            ended = collect_exits_and_warnings(soak_service, options, folder, [*figures["faults"]])
             figures |= {**ended, "said": [*figures["said"], *ended["said"]]}
     except pytest.skip.Exception as missing:  # raised by the tests if PostgreSQL is missing
         parser.error(str(missing))

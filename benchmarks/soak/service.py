@@ -82,8 +82,8 @@ class SoakService:
             if any(steps > before.get(episode, (0, 0))[1] for episode, (_, steps) in now.items()):
                 return
 
-    def rest(self, seconds: float) -> None:
-        """Wait, and restart hosts that exit meanwhile."""
+    def wait_and_revive(self, seconds: float) -> None:
+        """Wait for some seconds, and restart hosts that exit meanwhile."""
         until = time.monotonic() + seconds
         while time.monotonic() < until:
             self.revive()
