@@ -25,7 +25,7 @@ Choices = npt.NDArray[np.float32]
 MAX_LABEL_DISTANCE, MAX_DETOUR_FACTOR, MAX_DETOUR_UNITS = 10.0, 1.3, 2.0
 """Maximum distance of a label, in units; maximum length of the path to it: a factor of its distance, plus units."""
 
-WINDOW, BACK = 20, 0.15
+WINDOW, BACK_PENALTY = 20, 0.15
 """Number of path points ahead among which to search the nearest to the agent; penalty per later point, in units."""
 
 TARGET_PATH_LENGTH = 7.0
@@ -63,7 +63,7 @@ class CourseGuide:
         self._course, self._rows, self._body = course, rows, body
         self._places = places_of(course, rows)
         self._at = 0
-        self._way: list[tuple[float, float]] = []
+        self._trail: list[tuple[float, float]] = []
 
     def label(self, beliefs: Sequence[LandmarkBelief]) -> DecisionLabel | None:
         """Return the label at the current pose; None if there is none.
@@ -76,10 +76,10 @@ class CourseGuide:
         onward = self._onward(beliefs)
         x, z, _ = self._body.world_pose
         if onward is not None:
-            self._way = [(x, z)]
+            self._trail = [(x, z)]
             return onward
-        seen = [place for place in self._way if self._course.world.is_free(x, z, *place)]
-        self._way.append((x, z))
+        seen = [place for place in self._trail if self._course.world.is_free(x, z, *place)]
+        self._trail.append((x, z))
         near = [place for place in seen if 0.7 < math.hypot(place[0] - x, place[1] - z) <= MAX_LABEL_DISTANCE]
         return self._to(near[0], -1) if near else None
 
@@ -88,7 +88,7 @@ class CourseGuide:
         x, z, _ = body.world_pose
         path, arcs = course.path, course.arcs
         window = slice(self._at, min(self._at + WINDOW, len(path)))
-        away = np.hypot(path[window, 0] - x, path[window, 1] - z) + BACK * np.arange(window.stop - window.start)
+        away = np.hypot(path[window, 0] - x, path[window, 1] - z) + BACK_PENALTY * np.arange(window.stop - window.start)
         self._at += int(away.argmin())
         if arcs[-1] - arcs[self._at] <= TARGET_PATH_LENGTH:
             thing = self._target(beliefs)

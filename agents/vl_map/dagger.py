@@ -31,7 +31,7 @@ NAME = "vl_map"
 DECAY = 0.01
 """Weight decay."""
 
-PERFECT = 0.25
+PERFECT_SHARE = 0.25
 """Share of walks without perception errors; the others have 0.5 to 1.5 times the measured error rates."""
 
 
@@ -88,10 +88,10 @@ def train_policy(recipe: MapRecipe, workspace: Workspace, report: Report) -> Tra
     for number in range(recipe.rounds):
         share = recipe.first + (1.0 - recipe.first) / recipe.rounds * number
         trainers[0].run(until=round(steps * share))
-        task.add(walks.by_itself(number + 1, network))
+        task.add(walks.dagger_round(number + 1, network))
     trainers[0].run()
     if recipe.again:
-        task.add(walks.by_itself(recipe.rounds + 1, network))
+        task.add(walks.dagger_round(recipe.rounds + 1, network))
         trainers.append(trainer(f"{NAME}.again", recipe.again * task.count, recipe.learning_rate / 2))
         trainers[1].run()
     updates, seconds = sum(each.step for each in trainers), sum(each.cpu_seconds for each in trainers)
@@ -132,14 +132,14 @@ class SimulatedWalks:
         """Return the decisions of walks along the episodes' paths."""
         return self._part(0, self._walk_along_paths)
 
-    def by_itself(self, number: int, network: PolicyNetwork) -> Arrays:
+    def dagger_round(self, number: int, network: PolicyNetwork) -> Arrays:
         """Return the decisions of a DAgger round, in which the policy walks.
 
         Args:
             number: number of the round, from 1 on.
             network: network of the policy.
         """
-        return self._part(number, partial(self._walk_by_itself, number, network))
+        return self._part(number, partial(self._walk_by_policy, number, network))
 
     def _part(self, number: int, make: Callable[[], list[LabelledDecision]]) -> Arrays:
         """Return the decisions of a round from its file; if there is none, make them and write the file."""
@@ -162,7 +162,7 @@ class SimulatedWalks:
                 self._report(f"{NAME}: walks of {number + 1} episodes, {len(decided)} decisions")
         return decided
 
-    def _walk_by_itself(self, number: int, network: PolicyNetwork) -> list[LabelledDecision]:
+    def _walk_by_policy(self, number: int, network: PolicyNetwork) -> list[LabelledDecision]:
         seed = self._recipe.seed
         chance = random.Random(f"{seed}/{number}")  # noqa: S311 - nothing here is a secret
         policy = MapPolicy(network.eval())
@@ -194,7 +194,7 @@ def walk_turns(
         The decisions, and the number of targets that were picked up.
     """
     draws = np.random.default_rng(tuple(seed))
-    faults = PerceptionErrorRates().scaled(0.0 if draws.random() < PERFECT else draws.uniform(0.5, 1.5))
+    faults = PerceptionErrorRates().scaled(0.0 if draws.random() < PERFECT_SHARE else draws.uniform(0.5, 1.5))
     decided: list[LabelledDecision] = []
     picked, body = 0, None
     for course in pair:

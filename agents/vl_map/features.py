@@ -34,7 +34,7 @@ REFERENCE_FAR, MIN_MATCH = 10.0, 0.4
 """Distance at which a landmark counts as far from the target's reference object, in units; minimum match of a landmark
 with the reference object."""
 
-FAR = 30.0
+MAX_LANDMARK_DISTANCE = 30.0
 """Distance beyond which landmarks are ignored, in units."""
 
 Floats = npt.NDArray[np.float32]
@@ -96,7 +96,7 @@ def _slot(name: str) -> int:
 
 
 _TYPE = _slot("type")
-_SAID = [[_slot(f"{name}{number}") for name in ("kind", "colour", "look")] for number in (1, 2)]
+_NAME_SLOTS = [[_slot(f"{name}{number}") for name in ("kind", "colour", "look")] for number in (1, 2)]
 _TARGET = SLOTS["type"].index("target")
 
 _LOOK_PLACES = look_slices()
@@ -156,7 +156,7 @@ def named_attributes(row: Row, number: int) -> NamedAttributes | None:
         row: a row of an instruction.
         number: 0 for the first thing, 1 for the second.
     """
-    kind, colour, look = (SLOTS[list(SLOTS)[slot]][row[slot]] for slot in _SAID[number])
+    kind, colour, look = (SLOTS[list(SLOTS)[slot]][row[slot]] for slot in _NAME_SLOTS[number])
     if not (kind or colour or look) or (kind and kind not in KINDS):
         return None
     kinds = (KINDS.index(kind),) if kind else tuple(_COLLECTIBLE)
@@ -189,18 +189,18 @@ def match_of(rows: Sequence[Row], beliefs: Sequence[LandmarkBelief]) -> Floats:
     return found
 
 
-def policy_input(rows: Sequence[Row], moment: AgentKnowledge) -> tuple[PolicyInput, list[LandmarkBelief]]:
+def policy_input(rows: Sequence[Row], knowledge: AgentKnowledge) -> tuple[PolicyInput, list[LandmarkBelief]]:
     """Return the input of the policy, and the landmarks in it, in order.
 
     Args:
         rows: rows of the instruction; only the first ROWS are used.
-        moment: the agent's knowledge.
+        knowledge: the agent's knowledge.
     """
     rows = list(rows)[:ROWS]
-    match = match_of(rows, moment.beliefs)
+    match = match_of(rows, knowledge.beliefs)
     is_target = np.array([row[_TYPE] == _TARGET for row in rows], bool)
-    chosen = _choose(match, moment)
-    beliefs = [moment.beliefs[place] for place in chosen]
+    chosen = _choose(match, knowledge)
+    beliefs = [knowledge.beliefs[place] for place in chosen]
     match = match[:, :, chosen]
     is_place = np.cumsum(is_target).astype(bool) & ~is_target
     to_target = match[0][is_target].max(0, initial=0.0) if len(chosen) else np.zeros(0, np.float32)
@@ -209,13 +209,15 @@ def policy_input(rows: Sequence[Row], moment: AgentKnowledge) -> tuple[PolicyInp
     padded[:, : len(rows), : len(chosen)] = match
     things = np.zeros((THINGS, THING_VALUES), np.float32)
     if beliefs:
-        things[: len(beliefs)] = _things(beliefs, moment, to_target, best, match[:, is_place].max((0, 1), initial=0.0))
-    moves = len(moment.trace) - 1
+        things[: len(beliefs)] = _things(
+            beliefs, knowledge, to_target, best, match[:, is_place].max((0, 1), initial=0.0)
+        )
+    moves = len(knowledge.trace) - 1
     state = np.array(
         [
             moves / 100.0,
-            moment.steps_left / 100.0,
-            moment.turn - 1.0,
+            knowledge.steps_left / 100.0,
+            knowledge.turn - 1.0,
             min(moves / 10.0, 1.0),
             float(to_target.max(initial=0.0)),
             1.0,
@@ -223,31 +225,37 @@ def policy_input(rows: Sequence[Row], moment: AgentKnowledge) -> tuple[PolicyInp
         np.float32,
     )
     numbers = without_names(np.array([*rows, *[EMPTY] * (ROWS - len(rows))], np.int64))
-    return PolicyInput(numbers, _ground(moment), things, padded, _trace(moment), state), beliefs
+    return PolicyInput(numbers, _ground(knowledge), things, padded, _trace(knowledge), state), beliefs
 
 
-def _choose(match: Floats, moment: AgentKnowledge) -> list[int]:
+def _choose(match: Floats, knowledge: AgentKnowledge) -> list[int]:
     """Select the landmarks for the input, by index: matches with named things first, then the nearest."""
-    x, z, _ = moment.pose
+    x, z, _ = knowledge.pose
     best = match.max((0, 1), initial=0.0)
     ranked = []
-    for place, belief in enumerate(moment.beliefs):
+    for place, belief in enumerate(knowledge.beliefs):
         distance = math.hypot(belief.mark.x - x, belief.mark.z - z)
-        if distance < FAR:
+        if distance < MAX_LANDMARK_DISTANCE:
             ranked.append((distance - 30.0 * float(best[place]), place))
     return [place for _, place in sorted(ranked)[:THINGS]]
 
 
 def _things(
-    beliefs: Sequence[LandmarkBelief], moment: AgentKnowledge, to_target: Floats, best: Floats, tells_place: Floats
+    beliefs: Sequence[LandmarkBelief],
+    knowledge: AgentKnowledge,
+    to_target: Floats,
+    best: Floats,
+    reference_match: Floats,
 ) -> Floats:
     places = np.array([(belief.mark.x, belief.mark.z) for belief in beliefs])
-    right, ahead = relative_to(places, moment.pose)
-    trace = np.array(moment.trace)
+    right, ahead = relative_to(places, knowledge.pose)
+    trace = np.array(knowledge.trace)
     away = np.hypot(places[:, 0, None] - trace[:, 0], places[:, 1, None] - trace[:, 1])
     # Among equally near positions take the last: the agent may have turned there.
     nearest = away.shape[1] - 1 - away[:, ::-1].argmin(1)
-    then = np.array([relative_to(places[number : number + 1], moment.trace[at]) for number, at in enumerate(nearest)])
+    then = np.array(
+        [relative_to(places[number : number + 1], knowledge.trace[at]) for number, at in enumerate(nearest)]
+    )
     kinds = np.stack([belief.kinds for belief in beliefs])
     collectible, building, crossing = kinds[:, _COLLECTIBLE].sum(1), kinds[:, _BUILDING], kinds[:, _CROSSING]
     values = [
@@ -263,7 +271,7 @@ def _things(
         1.0 - collectible - building - crossing,
         to_target,
         best,
-        _distance_to(places, places[tells_place > MIN_MATCH]),
+        _distance_to(places, places[reference_match > MIN_MATCH]),
     ]
     return np.stack(values, 1).astype(np.float32)
 
@@ -286,14 +294,14 @@ def relative_to(
     return dx * cos - dz * sin, dx * sin + dz * cos
 
 
-def _trace(moment: AgentKnowledge) -> Floats:
-    last = len(moment.trace) - 1
+def _trace(knowledge: AgentKnowledge) -> Floats:
+    last = len(knowledge.trace) - 1
     numbers = [*range(last - TRACE_STRIDE, 0, -TRACE_STRIDE)][: TRACE - 1]
     found = np.zeros((TRACE, TRACE_VALUES), np.float32)
     for place, number in [*enumerate(numbers), (TRACE - 1, 0)]:
-        x, z, heading = moment.trace[number]
-        right, ahead = relative_to(np.array([(x, z)]), moment.pose)
-        turned = heading - moment.pose[2]
+        x, z, heading = knowledge.trace[number]
+        right, ahead = relative_to(np.array([(x, z)]), knowledge.pose)
+        turned = heading - knowledge.pose[2]
         found[place] = 1.0, right[0], ahead[0], math.sin(turned), math.cos(turned), last - number
     return found
 
@@ -305,14 +313,14 @@ _FINE = np.arange(1, len(RADII) * _PARTS + 1) * (float(RADII[0]) / _PARTS)
 """Distances at which the map is sampled: three for each of RADII."""
 
 
-def _ground(moment: AgentKnowledge) -> Bytes:
+def _ground(knowledge: AgentKnowledge) -> Bytes:
     """Return the ground map in polar coordinates, max-pooled, (DIRECTIONS, radii, GROUND_CHANNELS)."""
-    x, z, heading = moment.pose
+    x, z, heading = knowledge.pose
     angles = (heading + _ANGLES)[:, None, None] + _BETWEEN[None, :, None]
     rows = ((x + np.sin(angles) * _FINE) / CELL + SIDE / 2).astype(np.int64).clip(0, SIDE - 1)
     columns = ((z + np.cos(angles) * _FINE) / CELL + SIDE / 2).astype(np.int64).clip(0, SIDE - 1)
     cells = (rows * SIDE + columns).reshape(DIRECTIONS, len(_BETWEEN), len(RADII), _PARTS)
-    layers = moment.ground.free, moment.ground.blocked, moment.ground.wall
+    layers = knowledge.ground.free, knowledge.ground.blocked, knowledge.ground.wall
     free, blocked, wall = (np.frombuffer(layer, np.uint8)[cells] for layer in layers)
     # Free ground has gaps between the rays of a scan, so it is pooled across; blocked cells are not.
     return np.stack([free.max((1, 3)), blocked[:, 1].max(2), wall.max((1, 3))], -1)

@@ -22,19 +22,19 @@ from arramon_agents.vl_map.options import DISTANCES, WAYPOINTS
 from arramon_client.agent import Action
 from arramon_client.world import HEADINGS
 
-MOVES = 3
+MAX_MOVES = 3
 """Maximum number of moves between two decisions."""
 
-ARRIVED = 0.75
+ARRIVAL_DISTANCE = 0.75
 """Distance to a waypoint at which it counts as reached, in units."""
 
-TRIED = 8
+MAX_TRIED_OPTIONS = 8
 """Number of options to try, best first, before turning on the spot."""
 
-LOOK = (Action.LEFT, Action.RIGHT, Action.RIGHT, Action.LEFT)
+LOOK_BOTH_SIDES = (Action.LEFT, Action.RIGHT, Action.RIGHT, Action.LEFT)
 """Actions that look to both sides."""
 
-RESERVE = 70
+RESERVED_STEPS = 70
 """Steps reserved for walking: with fewer left, the agent no longer looks around."""
 
 OptionValues = Callable[[PolicyInput, Sequence[LandmarkBelief]], npt.NDArray[np.float32]]
@@ -78,7 +78,7 @@ class MapNavigator:
         self._walked = 0
         self._has_looked = True
         self._missed: list[tuple[float, float]] = []
-        self._wanted: MappedLandmark | None = None
+        self._approached: MappedLandmark | None = None
         self._taking: MappedLandmark | None = None
         self.decision: Decision | None = None
 
@@ -91,15 +91,15 @@ class MapNavigator:
         self._follow()
         if self._plan and self._plan[0] is Action.FORWARD and not self._can_step():
             self._plan.clear()
-        if self._walked >= MOVES:
+        if self._walked >= MAX_MOVES:
             self._plan.clear()
         if not self._plan:
-            if self._wanted is not None and is_reached(self._body, self._wanted, *self._body.pose):
-                self._taking = self._wanted
+            if self._approached is not None and is_reached(self._body, self._approached, *self._body.pose):
+                self._taking = self._approached
                 return Action.INTERACT
-            if not self._has_looked and steps_left > RESERVE:
+            if not self._has_looked and steps_left > RESERVED_STEPS:
                 self._has_looked, self._walked = True, 0
-                self._plan = list(LOOK)
+                self._plan = list(LOOK_BOTH_SIDES)
             else:
                 self._plan = self._decide(steps_left)
                 self._has_looked, self._walked = not self._looks, 0
@@ -116,18 +116,18 @@ class MapNavigator:
             self._trace[-1] = (x, z, body.angle)
         if self._taking is not None:
             self._missed.append((self._taking.x, self._taking.z))
-            self._taking = self._wanted = None
+            self._taking = self._approached = None
 
     def _can_step(self) -> bool:
         return can_step(self._body.ground, *self._body.pose)
 
     def _decide(self, steps_left: int) -> list[Action]:
         """Return the actions of the best option that has a plan."""
-        moment = AgentKnowledge(self._body.ground, self._trace, self._beliefs(), steps_left, self._turn)
-        sample, beliefs = policy_input(self._rows, moment)
+        knowledge = AgentKnowledge(self._body.ground, self._trace, self._beliefs(), steps_left, self._turn)
+        sample, beliefs = policy_input(self._rows, knowledge)
         values = self._option_values(sample, beliefs)
-        self._wanted = None
-        for option in np.argsort(-values)[:TRIED].tolist():
+        self._approached = None
+        for option in np.argsort(-values)[:MAX_TRIED_OPTIONS].tolist():
             plan = self._plan_for(option, beliefs)
             if plan:
                 self.decision = Decision(sample, beliefs, option)
@@ -155,7 +155,7 @@ class MapNavigator:
         body = self._body
         far = max(distance, 1.0)
         goal = body.ground.nearest_free(body.x + far * math.sin(angle), body.z + far * math.cos(angle))
-        plan = find_path(body.ground, body.pose, goal, ARRIVED, None, body.closed_steps)
+        plan = find_path(body.ground, body.pose, goal, ARRIVAL_DISTANCE, None, body.closed_steps)
         return plan if Action.FORWARD in plan else []
 
     def _take(self, mark: MappedLandmark) -> list[Action]:
@@ -163,12 +163,12 @@ class MapNavigator:
         if is_reached(body, mark, *body.pose):
             self._taking = mark
             return [Action.INTERACT]
-        self._wanted = mark
+        self._approached = mark
 
         def is_there(x: float, z: float, heading: int) -> bool:
             return is_reached(body, mark, x, z, heading)
 
         plan = find_path(body.ground, body.pose, (mark.x, mark.z), PICK_UP_TO + 0.2, is_there, body.closed_steps)
         if not plan:
-            self._wanted = None
+            self._approached = None
         return plan

@@ -103,15 +103,15 @@ class ComparedRoute:
 Relation = tuple[str, tuple[ComparedName, ...]]
 
 
-def navigation_agrees(meaning: Navigation, said: Mapping[str, Any]) -> bool:
+def navigation_agrees(meaning: Navigation, written: Mapping[str, Any]) -> bool:
     """Return whether a parsed navigation agrees with a written meaning (see the module's docstring)."""
-    return routes_agree(parsed_route(meaning), written_route(said))
+    return routes_agree(parsed_route(meaning), written_route(written))
 
 
-def assembly_agrees(meaning: Assembly, said: Mapping[str, Any]) -> bool:
+def assembly_agrees(meaning: Assembly, written: Mapping[str, Any]) -> bool:
     """Return whether a parsed assembly agrees with a written meaning (see the module's docstring)."""
-    placing = meaning.turns, parsed_name(meaning.thing), [*_relations_read(meaning.where)]
-    return _placements_agree(placing, _written_placement(said))
+    placement = meaning.turns, parsed_name(meaning.thing), [*_parsed_relations(meaning.where)]
+    return _placements_agree(placement, _written_placement(written))
 
 
 def accounts_agree(one: Mapping[str, Any], other: Mapping[str, Any]) -> tuple[bool, bool]:
@@ -126,17 +126,17 @@ def parsed_route(meaning: Navigation) -> ComparedRoute:
     return _route(
         [part for step in meaning.steps for part in _parsed_parts(step)],
         parsed_name(meaning.target),
-        [*_relations_read(meaning.target.where)],
+        [*_parsed_relations(meaning.target.where)],
     )
 
 
-def written_route(said: Mapping[str, Any]) -> ComparedRoute:
+def written_route(written: Mapping[str, Any]) -> ComparedRoute:
     """Return the canonical route of a written meaning."""
-    target = said["target"]
+    target = written["target"]
     return _route(
-        [part for step in said["steps"] for part in _written_parts(step)],
+        [part for step in written["steps"] for part in _written_parts(step)],
         written_name(target["thing"]),
-        [*_relations_said(target["where"])],
+        [*_written_relations(target["where"])],
     )
 
 
@@ -263,16 +263,16 @@ def _walk(way: str, names: tuple[ComparedName, ...], side: str) -> Iterator[Rout
         yield RouteMark(names, frozenset(_POSITIONS.get(way, ())), side)
 
 
-def _written_names(said: str | Sequence[str]) -> tuple[ComparedName, ...]:
-    return tuple(written_name(name) for name in ([said] if isinstance(said, str) else said) if name)
+def _written_names(written: str | Sequence[str]) -> tuple[ComparedName, ...]:
+    return tuple(written_name(name) for name in ([written] if isinstance(written, str) else written) if name)
 
 
-def _relations_read(wheres: Sequence[Where]) -> Iterator[Relation]:
+def _parsed_relations(wheres: Sequence[Where]) -> Iterator[Relation]:
     for where in wheres:
         yield where.relation, tuple(map(parsed_name, where.things))
 
 
-def _relations_said(wheres: Sequence[Sequence[Any]]) -> Iterator[Relation]:
+def _written_relations(wheres: Sequence[Sequence[Any]]) -> Iterator[Relation]:
     for relation, things in wheres:
         yield relation, _written_names(things)
 
@@ -287,16 +287,16 @@ def _match(names: Sequence[ComparedName], others: Sequence[ComparedName]) -> boo
     return any(all(map(ComparedName.fits, names, order)) for order in (others, others[::-1]))
 
 
-Placing = tuple[tuple[str, ...], ComparedName, list[Relation]]
+Placement = tuple[tuple[str, ...], ComparedName, list[Relation]]
 
 
-def _written_placement(said: Mapping[str, Any]) -> Placing:
-    room = said["room"]
+def _written_placement(written: Mapping[str, Any]) -> Placement:
+    room = written["room"]
     thing = written_name(room["thing"]) if room["thing"] else ComparedName("")
-    return tuple(room["turns"]), thing, [*_relations_said(room["where"])]
+    return tuple(room["turns"]), thing, [*_written_relations(room["where"])]
 
 
-def _placements_agree(one: Placing, other: Placing) -> bool:
+def _placements_agree(one: Placement, other: Placement) -> bool:
     (turns, thing, relations), (their_turns, their_thing, their_relations) = one, other
     if turns != their_turns or (thing.kind and their_thing.kind and not _same_object(thing, their_thing)):
         return False

@@ -105,9 +105,11 @@ class StatedSide:
 
 def stated_sides(text: str, code: str) -> list[StatedSide]:
     """Return the things on the way whose side a text states, in order."""
-    text, stated = plain(text, code), list(mentions(text, code))
+    text, named_things = plain(text, code), list(mentions(text, code))
     aside = [
-        (match, found) for match in TOLD_SIDE[code].finditer(text) if (found := _thing_of(text, code, stated, match))
+        (match, found)
+        for match in TOLD_SIDE[code].finditer(text)
+        if (found := _thing_of(text, code, named_things, match))
     ]
     taken = [match.span() for match, _ in aside]
     for pattern in (RELATION[code], NO_SIDE[code]):
@@ -132,9 +134,9 @@ def stated_sides(text: str, code: str) -> list[StatedSide]:
     ]
 
 
-def _thing_of(text: str, code: str, stated: Sequence[ThingMention], match: re.Match[str]) -> ThingMention | None:
+def _thing_of(text: str, code: str, named_things: Sequence[ThingMention], match: re.Match[str]) -> ThingMention | None:
     """Return the mention that side words refer to; None if they describe a turn, or a relation of two things."""
-    before = [mention for mention in stated if mention.end <= match.start()]
+    before = [mention for mention in named_things if mention.end <= match.start()]
     lead, rest = text[: match.start()], text[match.end() :]
     found = None
     if code == "en":
@@ -143,7 +145,7 @@ def _thing_of(text: str, code: str, stated: Sequence[ThingMention], match: re.Ma
             found = before[-1]
     elif re.search(r"(?:के|की|से|उसके|उसकी)(?: ठीक)? $", lead) is None or re.match(r" (?:न आ|आने)", rest):
         joined = re.match(r" (?:वाला|वाले|वाली|के|की|का) ", rest)
-        following = [mention for mention in stated if mention.end > match.end()]
+        following = [mention for mention in named_things if mention.end > match.end()]
         if joined and following and following[0].start <= match.end() + joined.end() + IN_NOUN:
             found = following[0]
         elif before and (re.match(r" (?:रख|छोड़|न आ|आने)", rest) or (" जो " in lead and re.match(r" है", rest))):
@@ -167,11 +169,11 @@ def applicable_spans(stated: StatedSide, way: NavigationPath) -> Iterator[tuple[
         for count in {len(turns), max(len(turns) - 1, 0)}:
             for chosen in combinations(listed, count):
                 if all(map(_may_be, turns, chosen)):
-                    untold = sum(bend not in chosen for bend in listed if abs(bend.angle) >= MIN_STATED_BEND)
-                    found.append((untold, chosen))
-    fewest = min((untold for untold, _ in found), default=0)
-    for untold, chosen in found:
-        if untold == fewest and number <= len(chosen):
+                    unstated = sum(bend not in chosen for bend in listed if abs(bend.angle) >= MIN_STATED_BEND)
+                    found.append((unstated, chosen))
+    fewest = min((unstated for unstated, _ in found), default=0)
+    for unstated, chosen in found:
+        if unstated == fewest and number <= len(chosen):
             yield (
                 chosen[number - 1].start if number else 0.0,
                 chosen[number].end if number < len(chosen) else way.length,
@@ -219,9 +221,9 @@ def neighbours(
     text: str, code: str, target: Place, grounds: Sequence[tuple[ThingMention, list[Place]]]
 ) -> tuple[int, list[str]]:
     """Return the number of stated neighbours of the target on which it could lie, and those on which it does lie."""
-    text, stated = plain(text, code), list(mentions(text, code))
+    text, named_things = plain(text, code), list(mentions(text, code))
     count, faults = 0, []
-    for mention in stated[-LAST_MENTIONS:]:
+    for mention in named_things[-LAST_MENTIONS:]:
         around = text[: mention.start].strip() if code == "en" else text[mention.end :]
         if mention.kind not in ON_GROUND or re.search(BY[code], around) is None:
             continue

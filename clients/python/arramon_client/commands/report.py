@@ -98,7 +98,7 @@ def _main(options: argparse.Namespace) -> None:
     metric = options.metric or ("both" if len(found) > 1 else None)
     shown = console(max(WIDTH, LABEL + len(found) * CELL if metric else 0))
     shown.print(all_scores(found[0]) if metric is None else one_score(found, metric))
-    for line in remarks(found):
+    for line in notes(found):
         shown.print(line, soft_wrap=True)
 
 
@@ -116,7 +116,7 @@ def all_scores(found: pb.Breakdown) -> Table:
             made.add_row(Text(ASPECTS.get(aspect, aspect), "bold"))
         scores = {score.metric: score for score in group.scores}
         cells = [_cell(scores.get(metric)) for metric, _ in METRICS.values()]
-        made.add_row(f"  {words(group)}", str(group.turns), *cells)
+        made.add_row(f"  {describe_group(group)}", str(group.turns), *cells)
     return made
 
 
@@ -140,7 +140,7 @@ def one_score(runs: Sequence[pb.Breakdown], metric: str) -> Table:
         for groups in by_key:
             score = next((s for s in groups[key].scores if s.metric == wanted), None) if key in groups else None
             cells += ["-", ""] if score is None else [_cell(score), plot(score)]
-        made.add_row(f"  {words(group)}", str(group.turns), *cells)
+        made.add_row(f"  {describe_group(group)}", str(group.turns), *cells)
     return made
 
 
@@ -153,7 +153,7 @@ def plot(score: pb.Score) -> str:
     return f"|{''.join(line)}|"
 
 
-def words(group: pb.TurnGroup) -> str:
+def describe_group(group: pb.TurnGroup) -> str:
     """Return the description of a group: what its turns have in common."""
     if group.name:
         return NAMES.get(group.aspect, {}).get(group.name, group.name.replace("_", " "))
@@ -162,7 +162,7 @@ def words(group: pb.TurnGroup) -> str:
     return str(group.low) if group.low == group.high else f"{group.low} to {group.high}"
 
 
-def remarks(found: Sequence[pb.Breakdown]) -> list[str]:
+def notes(found: Sequence[pb.Breakdown]) -> list[str]:
     """Return lines that explain rounding and missing groups."""
     lines = []
     withheld = max(one.withheld for one in found)

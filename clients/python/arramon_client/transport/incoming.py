@@ -76,10 +76,10 @@ def check_and_clean(message: AnyMessage) -> AnyMessage:
 
 
 def check_observation(message: evaluation_pb2.Observation) -> None:
-    """Check an observation, faster than `check_message`; its images are checked when they are decoded.
+    """Check an observation, faster than `check_and_clean`; its images are checked when they are decoded.
 
     Raises:
-        ProtocolError: as for `check_message`.
+        ProtocolError: as for `check_and_clean`.
     """
     _check_length(message.instruction, "an instruction that the server sent", MAX_INSTRUCTION)
     if message.turn not in (1, 2):
