@@ -14,7 +14,7 @@ from arramon_agents.perception.eyes.predicted_segmentation import LABELS
 from arramon_agents.perception.scan import Scan
 from arramon_agents.reading.reader.slots import rows_of
 from arramon_agents.vl_map.features import PolicyInput
-from arramon_agents.vl_map.navigator import LOOK, MOVES, RESERVE, MapNavigator
+from arramon_agents.vl_map.navigator import LOOK_BOTH_SIDES, MAX_MOVES, RESERVED_STEPS, MapNavigator
 from arramon_agents.vl_map.options import DISTANCES, OPTIONS, WAYPOINTS
 from arramon_client.agent import Action, Label
 from arramon_lang.meaning import Navigation, Thing
@@ -62,23 +62,23 @@ def play(world: World, choices: Choices, steps: int, left: int = 150, *, looks: 
 
 
 def test_it_looks_around_first_and_after_each_walk() -> None:
-    actions = play(World(), Choices(AHEAD), 12 + MOVES + len(LOOK) + MOVES)
-    forward = [Action.FORWARD] * MOVES
-    assert actions == [Action.RIGHT] * 12 + forward + list(LOOK) + forward
+    actions = play(World(), Choices(AHEAD), 12 + MAX_MOVES + len(LOOK_BOTH_SIDES) + MAX_MOVES)
+    forward = [Action.FORWARD] * MAX_MOVES
+    assert actions == [Action.RIGHT] * 12 + forward + list(LOOK_BOTH_SIDES) + forward
 
 
 def test_it_walks_without_looking_around() -> None:
-    assert play(World(), Choices(AHEAD), 2 * MOVES, looks=False) == [Action.FORWARD] * 2 * MOVES
+    assert play(World(), Choices(AHEAD), 2 * MAX_MOVES, looks=False) == [Action.FORWARD] * 2 * MAX_MOVES
 
 
 def test_it_saves_steps_when_few_are_left() -> None:
-    actions = play(World(), Choices(AHEAD), 12 + 3 * MOVES, left=RESERVE + 12)
-    assert actions == [Action.RIGHT] * 12 + [Action.FORWARD] * (3 * MOVES)
+    actions = play(World(), Choices(AHEAD), 12 + 3 * MAX_MOVES, left=RESERVED_STEPS + 12)
+    assert actions == [Action.RIGHT] * 12 + [Action.FORWARD] * (3 * MAX_MOVES)
 
 
 def test_a_waypoint_aside() -> None:
     world = World()
-    play(world, Choices(6 * len(DISTANCES) + DISTANCES.index(4.0)), 12 + 3 + MOVES)
+    play(world, Choices(6 * len(DISTANCES) + DISTANCES.index(4.0)), 12 + 3 + MAX_MOVES)
     assert (world.x, world.z) == pytest.approx((3.0, 0.0), abs=0.6)
 
 
