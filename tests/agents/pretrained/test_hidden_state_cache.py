@@ -37,7 +37,7 @@ def test_each_text_is_encoded_once() -> None:
 
 
 def test_those_asked_for_longest_ago_are_forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(hidden_state_cache, "REMEMBERED", 2)
+    monkeypatch.setattr(hidden_state_cache, "MAX_CACHED_TEXTS", 2)
     encoder = Counting()
     kept = HiddenStateCache(encoder)
     for text in ([1], [2], [1], [3], [1], [2]):
