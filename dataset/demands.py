@@ -8,8 +8,8 @@ from pathlib import Path
 
 import arramon_lang as lang
 from arramon_dataset.generation.split_maker import SOURCE
+from arramon_lang.coreference import co_reference, mentions, things_of
 from arramon_lang.meaning import PLACES, Assembly, Face, Navigation, Rotate, Step, Thing, Where
-from arramon_lang.reference import co_reference, mentions, things_of
 from arramon_server.episodes.demands import Demands, TurnDemands, write_demands
 from arramon_server.episodes.episode import Episode
 from arramon_server.episodes.splits import Split, folder_of, read_split

@@ -10,17 +10,17 @@ from arramon_client.agent import Agent
 from arramon_client.plugin.loader import load_agent
 from arramon_client.world import TURN, Action
 from arramon_dataset.alignment.model import contradicts
-from arramon_dataset.alignment.routes import Tokens
+from arramon_dataset.alignment.route_tokens import Tokens
 from arramon_dataset.demands import add_demands
 from arramon_dataset.generation import Draft, GenerationSite
 from arramon_dataset.generation.command import generate
-from arramon_dataset.generation.sizes import select_plans
 from arramon_dataset.generation.split_maker import GenerationProgress
+from arramon_dataset.generation.split_specs import select_plans
 from arramon_dataset.instructions.assembly.plan import plan_assembly
-from arramon_dataset.instructions.assembly.sight import whole_room
+from arramon_dataset.instructions.assembly.visible_objects import whole_room
 from arramon_dataset.instructions.gate.assembly import faults_of_assembly
 from arramon_dataset.instructions.gate.texts import faults_of_text
-from arramon_dataset.instructions.sight import poses_along
+from arramon_dataset.instructions.visible_landmarks import poses_along
 from arramon_dataset.randomness import seeded
 from arramon_dataset.trial import EarlyStop, TrialWorld, play_or_stop_early
 from arramon_dataset.turn_planner import TurnPlanner

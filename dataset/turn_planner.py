@@ -1,12 +1,12 @@
 """Planning of valid navigation instructions for one turn of a draft."""
 
-from arramon_dataset.alignment.routes import Tokens, tokens_of
+from arramon_dataset.alignment.route_tokens import Tokens, tokens_of
 from arramon_dataset.generation.site import GenerationSite
 from arramon_dataset.instructions.gate.navigation import NavigationCheck, faults_of_navigation
 from arramon_dataset.instructions.gate.world import GateWorld
 from arramon_dataset.instructions.navigation.plan import plan_navigation
-from arramon_dataset.instructions.sight import find_landmarks, poses_along
-from arramon_dataset.paraphrases.route import facts_along
+from arramon_dataset.instructions.visible_landmarks import find_landmarks, poses_along
+from arramon_dataset.paraphrases.route_facts import facts_along
 from arramon_dataset.randomness import seeded
 from arramon_lang.meaning import Navigation
 from arramon_server.episodes.episode import Turn

@@ -5,8 +5,8 @@ from pathlib import Path
 
 from arramon_dataset.release.landmarks.agreement import WITHIN, by_kind, mentions_of, placed_things
 from arramon_dataset.release.landmarks.alignment import align
-from arramon_dataset.release.landmarks.city import KNOWN
 from arramon_dataset.release.landmarks.mentions import Event, events_of
+from arramon_dataset.release.landmarks.rebuilt_section import KNOWN
 from arramon_dataset.release.landmarks.recovery import LandmarkMap
 from arramon_dataset.release.landmarks.turn_paths import paths_of_turns
 from arramon_lang.quality import SUSPICIOUS, Failure

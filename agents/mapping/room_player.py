@@ -8,8 +8,8 @@ from arramon_agents.mapping.room import RoomSight
 from arramon_agents.mapping.room_path import RoomPose, plan, quarter_of
 from arramon_client.agent import Action, Observation
 from arramon_client.world import TURN
+from arramon_lang.cell_grading import START, Cell, Room, find_cell, is_all_there, quarter_after
 from arramon_lang.meaning import Assembly
-from arramon_lang.room import START, Cell, Room, find_cell, is_all_there, quarter_after
 
 if TYPE_CHECKING:
     from arramon_agents.perception.eyes.names import NamedThing  # It needs PyTorch.
@@ -31,7 +31,7 @@ FindCell = Callable[[Assembly, Room], Cell]
 
 
 def find_by_rules(meaning: Assembly, room: Room) -> Cell:
-    """Return the cell that matches an instruction best, by the rules of `arramon_lang.room`."""
+    """Return the cell that matches an instruction best, by the rules of `arramon_lang.cell_grading`."""
     return find_cell(meaning, room)[0]
 
 
@@ -41,7 +41,7 @@ class RoomFollower:
     Args:
         meaning: meaning of the instruction; parts that match nothing in the room are ignored.
         sight: empty memory of the room.
-        find: chooses the target cell; None for the rules of `arramon_lang.room`.
+        find: chooses the target cell; None for the rules of `arramon_lang.cell_grading`.
     """
 
     def __init__(self, meaning: Assembly, sight: RoomSight, find: FindCell | None = None) -> None:

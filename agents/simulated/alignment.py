@@ -10,7 +10,7 @@ from arramon_agents.reading.reader.slots import FACE, ROTATE, SLOTS, TARGET, TYP
 from arramon_agents.simulated.courses import Course
 from arramon_agents.vl_map.features import NamedAttributes, named_attributes
 from arramon_dataset.layout.solids import to_rectangle
-from arramon_lang.street import DEGREES
+from arramon_lang.street_words import DEGREES
 
 FAR, TURNED = 6.0, math.radians(60.0)
 """Distance from the thing of a row, in units, and difference from the turn of a row at which the cost reaches its

@@ -13,7 +13,7 @@ from arramon_agents.vl_grounded.attributes import KINDS, LOOKS, Attributes
 from arramon_agents.vl_grounded.room import CELLS, LEVELS
 from arramon_client.agent import Action
 from arramon_client.world import COLLECTIBLES, COLUMNS, TURN
-from arramon_lang.room import RoomObject
+from arramon_lang.cell_grading import RoomObject
 
 DEGREES = round(TURN)
 

@@ -16,7 +16,7 @@ from arramon_agents.perception.eyes.sight import LABELS
 from arramon_agents.vl_grounded.look import LookAround
 from arramon_client.agent import Episode, Label, Observation
 from arramon_client.world import COLLECTIBLES
-from arramon_lang.room import START
+from arramon_lang.cell_grading import START
 
 Features = npt.NDArray[np.uint8]
 

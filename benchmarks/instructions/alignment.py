@@ -13,10 +13,10 @@ from collections.abc import Mapping
 from random import Random
 
 from arramon_dataset.alignment.model import DATA, MOST_BETTER, OTHERS, Alignment, contradicts, load
-from arramon_dataset.alignment.routes import Tokens, mirrored, tokens_of
+from arramon_dataset.alignment.route_tokens import Tokens, mirrored, tokens_of
 from arramon_dataset.generation.site import GenerationSite
 from arramon_dataset.paraphrases.collection import HALVES, generated_episodes, paraphrased_section, paraphrases
-from arramon_dataset.paraphrases.route import route_facts
+from arramon_dataset.paraphrases.route_facts import route_facts
 from arramon_dataset.randomness import seeded
 from benchmarks.common import parser_of
 from benchmarks.instructions.alignment_training import learn, save

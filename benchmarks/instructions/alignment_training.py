@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from arramon_dataset.alignment.model import DIGITS, Alignment, posteriors, words_of
-from arramon_dataset.alignment.routes import Tokens
+from arramon_dataset.alignment.route_tokens import Tokens
 
 ITERATIONS, SMOOTHING = 8, 0.02
 """Iterations of training; smoothing added to each expected count."""

@@ -8,7 +8,7 @@ selection. Prints the paper's table, and the share that would be kept; `--json` 
 import arramon_lang as lang
 from arramon_dataset.generation import GenerationSite
 from arramon_dataset.generation.check import problems
-from arramon_dataset.generation.sizes import select_plans
+from arramon_dataset.generation.split_specs import select_plans
 from arramon_dataset.instruction_writer import make_instruction_writer, passes, room_camera
 from arramon_dataset.plans import build_section, read_plan
 from arramon_dataset.trial import TrialWorld, play

@@ -14,8 +14,8 @@ from pathlib import Path
 from PIL import Image
 
 from arramon_dataset.generation.site import GenerationSite
-from arramon_dataset.paraphrases.room import room_facts
-from arramon_dataset.paraphrases.route import route_facts
+from arramon_dataset.paraphrases.room_facts import room_facts
+from arramon_dataset.paraphrases.route_facts import route_facts
 from arramon_dataset.paraphrases.sheet import beside, draw_arrow, draw_object, frames, sheets_of_split, street_map
 from arramon_dataset.pictures.canvas import add_title
 from arramon_dataset.pictures.maps import PROPS

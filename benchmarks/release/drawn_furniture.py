@@ -11,7 +11,7 @@ import numpy as np
 
 from arramon_dataset.layout.furniture_colours import COLOURS, SHAPE_COLOURS
 from arramon_dataset.layout.grid import Points, sample_points
-from arramon_dataset.layout.places import Surroundings, candidates, extents, free_of_others
+from arramon_dataset.layout.prop_places import Surroundings, candidates, extents, free_of_others
 from arramon_dataset.randomness import seeded
 from arramon_dataset.release.reconstruction import build_up
 from arramon_server.sim.section import Building, Prop, Section

@@ -18,7 +18,7 @@ from scipy.spatial import cKDTree
 
 from arramon_dataset.release.importer import ground_of
 from arramon_dataset.release.landmarks.distracters import AROUND
-from arramon_dataset.release.landmarks.ground import FreeSpace, FurnitureGrid
+from arramon_dataset.release.landmarks.furniture_grid import FreeSpace, FurnitureGrid
 from arramon_dataset.release.landmarks.mentions import DRAWN
 from arramon_server.episodes.episode import Episode
 from arramon_server.episodes.provenance import TEXT

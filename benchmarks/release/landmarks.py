@@ -22,9 +22,9 @@ from arramon_dataset.release.files import read_release
 from arramon_dataset.release.importer import add_objects, ground_of
 from arramon_dataset.release.landmarks.agreement import by_kind, mentions_of, placed_things
 from arramon_dataset.release.landmarks.alignment import align
-from arramon_dataset.release.landmarks.city import KNOWN, own_of
-from arramon_dataset.release.landmarks.ground import FreeSpace, FurnitureGrid
+from arramon_dataset.release.landmarks.furniture_grid import FreeSpace, FurnitureGrid
 from arramon_dataset.release.landmarks.mentions import SCENERY
+from arramon_dataset.release.landmarks.rebuilt_section import KNOWN, own_of
 from arramon_dataset.release.landmarks.recovery import LandmarkMap, RecoveredLandmark, TurnText, recover, texts_of
 from arramon_dataset.release.landmarks.scenery import props_of
 from arramon_dataset.release.landmarks.turn_paths import Numbers

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from arramon.strict_json import read_json
-from arramon_dataset.alignment.routes import Tokens, mirrored
+from arramon_dataset.alignment.route_tokens import Tokens, mirrored
 from arramon_server.episodes.files import read_bytes
 from arramon_server.errors import BadFile
 

@@ -51,7 +51,7 @@ def add_actions(actions: Commands, common: argparse.ArgumentParser) -> None:
 
 def _open(arguments: argparse.Namespace) -> None:
     from arramon_dataset.generation.checkpoint import digest_of_sources
-    from arramon_dataset.generation.sizes import epoch_plan
+    from arramon_dataset.generation.split_specs import epoch_plan
     from arramon_server.episodes.secret import epoch_secret
 
     config: Config = arguments.settings

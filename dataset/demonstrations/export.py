@@ -12,8 +12,8 @@ from pathlib import Path
 from arramon_dataset.demonstrations.description import record_of
 from arramon_dataset.demonstrations.folder import ExportFolder
 from arramon_dataset.demonstrations.formats import load_format
+from arramon_dataset.demonstrations.job_runner import run_all
 from arramon_dataset.demonstrations.parts import ExportPart, episodes_by_language, make_parts
-from arramon_dataset.demonstrations.processes import run_all
 from arramon_dataset.demonstrations.request import Export, ExportRequest, check_request
 from arramon_dataset.demonstrations.sources import EpisodeSelection
 from arramon_dataset.parallel import processes_of

@@ -11,7 +11,7 @@ from typing import Protocol
 from arramon_client import agent as client
 from arramon_client.plugin.loader import load_agent
 from arramon_client.world import COLUMNS, HEADINGS, ROWS, TURN, Action, turn_between
-from arramon_dataset.environments.slots import expert_slots
+from arramon_dataset.environments.number_pool import expert_slots
 from arramon_server.api.messages import oracle_message
 from arramon_server.episodes.episode import Episode
 from arramon_server.runs.play.session import EpisodeSession

@@ -7,9 +7,9 @@ import numpy as np
 
 from arramon_client.world import AGENT_RADIUS
 from arramon_dataset.generation.draft import Draft
-from arramon_dataset.generation.streets import TWINS_APART
+from arramon_dataset.generation.navigation_tasks import TWINS_APART
 from arramon_dataset.layout.solids import Solids
-from arramon_dataset.release.extras import DECOYS
+from arramon_dataset.release.missing_objects import DECOYS
 from arramon_server.episodes.episode import Episode, Turn
 from arramon_server.sim import rules
 from arramon_server.sim.catalogue import EXTENT

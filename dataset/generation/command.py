@@ -7,8 +7,8 @@ from pathlib import Path
 from arramon_dataset.generation.batches import EpisodeBatch, MakeWriter, batch_runner, make_batches
 from arramon_dataset.generation.extra_sections import extra_sections
 from arramon_dataset.generation.room_tasks import ROOM_SECTION, room_batches, room_ids
-from arramon_dataset.generation.sizes import EXTRA, SplitPlan
 from arramon_dataset.generation.split_maker import GenerationProgress, SplitOrder, make_split
+from arramon_dataset.generation.split_specs import EXTRA, SplitPlan
 from arramon_dataset.parallel import processes_of
 from arramon_dataset.plans import Plan, build_section, read_plan
 from arramon_server.episodes.epochs import epoch_of

@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 
+from arramon_dataset.generation.assembly_tasks import AssemblyTask, draw_decoys, draw_tasks
 from arramon_dataset.generation.draft import Draft
-from arramon_dataset.generation.rooms import AssemblyTask, draw_decoys, draw_tasks
-from arramon_dataset.generation.streets import NavigationTask, Streets, draw_length
+from arramon_dataset.generation.navigation_tasks import NavigationTask, Streets, draw_length
 from arramon_dataset.randomness import seeded
 from arramon_server.episodes.episode import Turn
 from arramon_server.sim.catalogue import ALL_TYPES, ObjectType

@@ -6,11 +6,11 @@ from typing import Protocol
 
 from arramon_dataset.generation.draft import Draft
 from arramon_dataset.generation.draft_sampler import DraftSampler
-from arramon_dataset.instructions.sight import identified
+from arramon_dataset.instructions.visible_landmarks import identified
 from arramon_dataset.layout.solids import Solids
 from arramon_dataset.plans.graph import StreetGraph
+from arramon_dataset.plans.graph_builder import street_graph
 from arramon_dataset.plans.plan import Plan
-from arramon_dataset.plans.street_graph import street_graph
 from arramon_server.episodes.episode import Instructions, Turn
 from arramon_server.sim.cameras import Camera
 from arramon_server.sim.city import city_scene

@@ -8,8 +8,8 @@ from PIL import Image
 
 from arramon_dataset.generation.site import GenerationSite
 from arramon_dataset.generation.split_maker import SOURCE
-from arramon_dataset.paraphrases.room import room_facts
-from arramon_dataset.paraphrases.route import LegFacts, RouteFacts, name_of, route_facts
+from arramon_dataset.paraphrases.room_facts import room_facts
+from arramon_dataset.paraphrases.route_facts import LegFacts, RouteFacts, name_of, route_facts
 from arramon_dataset.path_tolerances import FACTS_STRAIGHT
 from arramon_dataset.pictures.canvas import BLACK, PINK, SWATCHES, WHITE, Canvas, add_title
 from arramon_dataset.pictures.maps import EDGE, PROPS, STREET, roof_colour

@@ -1,8 +1,8 @@
 """Generation of a section from a street plan: buildings, street furniture and banners."""
 
-from arramon_dataset.plans.blocks import bounds_of, build_up
-from arramon_dataset.plans.landmarks import furnish
+from arramon_dataset.plans.buildings import bounds_of, build_up
 from arramon_dataset.plans.plan import Plan
+from arramon_dataset.plans.street_furniture import furnish
 from arramon_server.sim.section import Section
 
 

@@ -9,12 +9,12 @@ from scipy import ndimage
 from arramon_client.world import AGENT_RADIUS, FACADES
 from arramon_dataset.layout.grid import Points, sample_points
 from arramon_dataset.layout.solids import Solids
-from arramon_dataset.plans.blocks import bounds_of
+from arramon_dataset.plans.buildings import bounds_of
 from arramon_dataset.plans.graph import StreetGraph
-from arramon_dataset.plans.landmarks import crossings, distances
+from arramon_dataset.plans.graph_builder import street_graph
 from arramon_dataset.plans.plan import Plan
-from arramon_dataset.plans.street_graph import street_graph
-from arramon_dataset.plans.strips import surface
+from arramon_dataset.plans.street_furniture import crossings, distances
+from arramon_dataset.plans.street_surface import surface
 from arramon_server.sim.city import label_of_prop
 from arramon_server.sim.section import Section
 

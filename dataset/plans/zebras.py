@@ -3,8 +3,8 @@
 import math
 from random import Random
 
+from arramon_dataset.plans.junction_detection import MiddleLine, Mouth, meetings_of, middle_lines_of
 from arramon_dataset.plans.plan import Plan
-from arramon_dataset.plans.survey import MiddleLine, Mouth, meetings_of, middle_lines_of
 from arramon_server.sim.assets.roadside import ZEBRA_LENGTH
 from arramon_server.sim.section import Prop
 

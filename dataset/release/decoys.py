@@ -1,6 +1,6 @@
 """Placement of the decoys that assembly instructions mention, so that the instructions identify the target's cell.
 
-The semantics of relations is that of `arramon_lang.room`, shared with followers.
+The semantics of relations is that of `arramon_lang.cell_grading`, shared with followers.
 """
 
 from collections.abc import Collection, Sequence
@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from random import Random
 
 from arramon_client.world import COLLECTIBLES, COLUMNS, ROWS
-from arramon_dataset.instructions.assembly.sight import to_standing, whole_room
+from arramon_dataset.instructions.assembly.visible_objects import to_standing, whole_room
+from arramon_lang.cell_grading import Referent, find_cell, grade_relation, quarter_after
 from arramon_lang.meaning import Assembly, Thing, Where
-from arramon_lang.room import Referent, find_cell, grade_relation, quarter_after
 from arramon_server.sim.catalogue import ALL_TYPES, ObjectType
 from arramon_server.sim.room import RoomCell, RoomPosition
 from arramon_server.sim.rules import PlacedObject

@@ -10,9 +10,15 @@ import numpy as np
 
 import arramon_lang as lang
 from arramon_dataset.parallel import process_pool, processes_of
-from arramon_dataset.release.extras import ObjectReference, Points, arrange_decoys, draw_distracters, read_references
 from arramon_dataset.release.files import read_release
-from arramon_dataset.release.landmarks.city import rebuild
+from arramon_dataset.release.landmarks.rebuilt_section import rebuild
+from arramon_dataset.release.missing_objects import (
+    ObjectReference,
+    Points,
+    arrange_decoys,
+    draw_distracters,
+    read_references,
+)
 from arramon_dataset.release.reconstruction import build_up
 from arramon_lang.meaning import Assembly
 from arramon_server.episodes.episode import Episode, with_languages

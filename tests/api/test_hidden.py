@@ -10,12 +10,12 @@ from google.protobuf.message import Message
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
 from arramon_dataset.generation.command import generate
-from arramon_dataset.generation.sizes import SPLITS
+from arramon_dataset.generation.split_specs import SPLITS
 from arramon_server.episodes.secret import host_secret
 from tests import tiny
 from tests.api.player import Player, create
 from tests.api.test_runs import refused
-from tests.dataset.generation.places import make_plain
+from tests.dataset.generation.small_section import make_plain
 from tests.serving import METADATA, Server
 
 FORWARD, LEFT, INTERACT = 0, 1, 3

@@ -12,7 +12,7 @@ from arramon_client.demonstrations import Demonstrations
 from arramon_client.environments import BadArgument
 from arramon_client.errors import UsageError
 from tests import tiny
-from tests.dataset.demonstrations.exporting import SIZE, export, playing_order, simulated
+from tests.dataset.demonstrations.exports import SIZE, export, playing_order, simulated
 
 
 @pytest.fixture(scope="module")

@@ -7,9 +7,9 @@ from random import Random
 import pytest
 
 from arramon_lang import load
+from arramon_lang.coreference import co_reference
 from arramon_lang.meaning import Assembly, Face, Meaning, Navigation, Rotate, Step, Thing, Walk, Where
 from arramon_lang.quality import BLOCKED, check
-from arramon_lang.reference import co_reference
 from tests.lang import sampling
 
 REGISTERS = {

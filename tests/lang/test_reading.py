@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from arramon_lang import CannotRead, load
+from arramon_lang.coreference import co_reference
 from arramon_lang.meaning import Assembly, Face, Meaning, Navigation, Rotate, Thing, Walk, Where
-from arramon_lang.reference import co_reference
 from tests.lang import sampling
 
 BENCH, CONE, BOOTH = Thing("bench"), Thing("cone", "blue"), Thing("phone_booth")

@@ -8,9 +8,9 @@ from random import Random
 import pytest
 
 from arramon_lang import load
+from arramon_lang.coreference import mentions
 from arramon_lang.grammar import forms_of
 from arramon_lang.meaning import Assembly, Face, Navigation, Rotate, Thing, Walk
-from arramon_lang.reference import mentions
 from tests.lang import sampling
 from tests.lang.test_hindi_texts import REGISTERS
 

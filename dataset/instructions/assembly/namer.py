@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 from random import Random
 
+from arramon_lang.cell_grading import Room, RoomObject, relative, weigh_things
 from arramon_lang.meaning import Thing, Where
-from arramon_lang.room import Room, RoomObject, relative, weigh_things
 from arramon_server.sim.catalogue import ObjectType
 
 IN_FULL, WITH_PLACE = 0.55, 0.1

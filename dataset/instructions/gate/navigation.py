@@ -17,8 +17,8 @@ from arramon_dataset.instructions.gate.turns import faults_of_bends, faults_of_f
 from arramon_dataset.instructions.gate.walks import check_walk
 from arramon_dataset.instructions.gate.world import GateWorld
 from arramon_dataset.path_tolerances import ACCEPTED_AT
+from arramon_lang.coreference import things_of
 from arramon_lang.meaning import PLACES, Face, Navigation, Rotate, Step, Thing, Walk
-from arramon_lang.reference import things_of
 
 NOT_FIRST = ("intersection", "t_junction", "corner", "building_corner")
 """Kinds of places that refer to the first one on the path; so does a square that marks a turn."""

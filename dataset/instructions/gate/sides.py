@@ -8,7 +8,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 from arramon_dataset.instructions.gate.world import GateWorld
-from arramon_dataset.instructions.sight import Landmark
+from arramon_dataset.instructions.visible_landmarks import Landmark
 from arramon_dataset.path_tolerances import (
     ACCEPTED_ASIDE,
     ACCEPTED_ASIDE_ZEBRA,

@@ -8,8 +8,8 @@ the planners except geometry and what a relation in the room means to a person
 from collections.abc import Iterator
 
 import arramon_lang as lang
+from arramon_lang.coreference import co_reference, mentions
 from arramon_lang.meaning import Meaning, Navigation, Thing
-from arramon_lang.reference import co_reference, mentions
 
 
 def faults_of_text(text: str, language: str, meaning: Meaning) -> tuple[str, ...]:

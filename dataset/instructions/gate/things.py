@@ -7,7 +7,7 @@ from arramon_dataset.instructions.gate.progress import HINDSIGHT, GateProgress
 from arramon_dataset.instructions.gate.sides import stands_on
 from arramon_dataset.instructions.gate.streets import ORDINALS
 from arramon_dataset.instructions.gate.world import GateWorld
-from arramon_dataset.instructions.sight import Landmark
+from arramon_dataset.instructions.visible_landmarks import Landmark
 from arramon_dataset.path_tolerances import (
     ACCEPTED_AT,
     ACCEPTED_BY,
@@ -19,7 +19,7 @@ from arramon_dataset.path_tolerances import (
 from arramon_dataset.paths import Place, along_relation, offset_seen_from
 from arramon_dataset.plans.graph import Junction
 from arramon_lang.meaning import PLACES, Thing, Where
-from arramon_lang.street import COUNTED_WITHIN
+from arramon_lang.street_words import COUNTED_WITHIN
 from arramon_server.sim.geometry import Pose
 
 ALIKE = {"bin": ("dumpster",)}

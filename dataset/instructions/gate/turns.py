@@ -22,7 +22,7 @@ from arramon_dataset.path_tolerances import (
 )
 from arramon_dataset.paths import PEAK, direction
 from arramon_lang.meaning import PLACES, Rotate, Thing
-from arramon_lang.street import DEGREES
+from arramon_lang.street_words import DEGREES
 
 TURN_REACH = 4
 """Maximum number of places between a turn and the place nearest to the thing that marks it."""

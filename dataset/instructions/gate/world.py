@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from arramon_client.world import turn_between
-from arramon_dataset.instructions.sight import Landmark
+from arramon_dataset.instructions.visible_landmarks import Landmark
 from arramon_dataset.path_tolerances import ACCEPTED_TURNS
 from arramon_dataset.paths import PathGeometry, Place
 from arramon_dataset.plans.graph import Corner, Junction, Road, StreetGraph

@@ -5,10 +5,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from arramon_client.world import COLLECTIBLES
-from arramon_dataset.instructions.navigation.choice import fits, perceived_distance
-from arramon_dataset.instructions.sight import Landmark
+from arramon_dataset.instructions.navigation.landmark_names import fits, perceived_distance
+from arramon_dataset.instructions.visible_landmarks import Landmark
 from arramon_lang.meaning import Thing
-from arramon_lang.street import GROUP_RADIUS
+from arramon_lang.street_words import GROUP_RADIUS
 from arramon_server.sim.geometry import Pose
 
 SEPARATE = 4.0

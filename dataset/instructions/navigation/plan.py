@@ -12,11 +12,11 @@ from random import Random
 from typing import Protocol
 
 from arramon_client.world import bearing, turn_between
-from arramon_dataset.instructions.navigation.choice import fits, full_name
-from arramon_dataset.instructions.navigation.landmarks import PLACES as OPEN_PLACES
-from arramon_dataset.instructions.navigation.landmarks import landmark_options
-from arramon_dataset.instructions.navigation.names import distinguish
-from arramon_dataset.instructions.navigation.places import place_options
+from arramon_dataset.instructions.navigation.distinct_names import distinguish
+from arramon_dataset.instructions.navigation.landmark_names import fits, full_name
+from arramon_dataset.instructions.navigation.landmark_steps import PLACES as OPEN_PLACES
+from arramon_dataset.instructions.navigation.landmark_steps import landmark_options
+from arramon_dataset.instructions.navigation.place_steps import place_options
 from arramon_dataset.instructions.navigation.route import (
     DescribedRoute,
     Option,
@@ -26,12 +26,12 @@ from arramon_dataset.instructions.navigation.route import (
     turn_word,
 )
 from arramon_dataset.instructions.navigation.target import describe
-from arramon_dataset.instructions.sight import Landmark
+from arramon_dataset.instructions.visible_landmarks import Landmark
 from arramon_dataset.path_tolerances import PLANNED_DEVIATION, PLANNED_STRAIGHT
 from arramon_dataset.paths import Place, max_deviation
 from arramon_dataset.plans.graph import StreetGraph
+from arramon_lang.coreference import mentions
 from arramon_lang.meaning import PLACES, Face, Navigation, Rotate, Step, Thing, Walk
-from arramon_lang.reference import mentions
 from arramon_server.sim.geometry import Pose
 from arramon_server.sim.rules import Collectible
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from random import Random
 
 from arramon_client.world import bearing, turn_between
-from arramon_dataset.instructions.sight import Landmark
+from arramon_dataset.instructions.visible_landmarks import Landmark
 from arramon_dataset.path_tolerances import (
     PLANNED_AROUND,
     PLANNED_DEVIATION,
@@ -16,9 +16,9 @@ from arramon_dataset.path_tolerances import (
 )
 from arramon_dataset.paths import PathGeometry, Place, max_deviation
 from arramon_dataset.plans.graph import StreetGraph
+from arramon_lang.coreference import things_of
 from arramon_lang.meaning import Rotate, Step, Walk
-from arramon_lang.reference import things_of
-from arramon_lang.street import DEGREES, PASSED_WITHIN
+from arramon_lang.street_words import DEGREES, PASSED_WITHIN
 from arramon_server.sim.geometry import Pose, wrap
 
 SNAP = 40.0

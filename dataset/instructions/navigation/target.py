@@ -5,9 +5,9 @@ from collections.abc import Sequence
 from random import Random
 
 from arramon_client.world import COLLECTIBLES
-from arramon_dataset.instructions.navigation.choice import full_name
 from arramon_dataset.instructions.navigation.groups import groups_centred_on
-from arramon_dataset.instructions.sight import Landmark
+from arramon_dataset.instructions.navigation.landmark_names import full_name
+from arramon_dataset.instructions.visible_landmarks import Landmark
 from arramon_dataset.path_tolerances import (
     PLANNED_LAST_VIEWS,
     PLANNED_NEAR,

@@ -10,7 +10,7 @@ from arramon_dataset.release.landmarks.alignment import EventAlignment
 from arramon_dataset.release.landmarks.kernels import ASIDE, BACK, STEP, frames_of, in_frames, is_ahead, kernel
 from arramon_dataset.release.landmarks.mentions import FURNITURE, Event
 from arramon_dataset.release.landmarks.turn_paths import Numbers, TurnPath
-from arramon_lang.street import is_of_colour
+from arramon_lang.street_words import is_of_colour
 from arramon_server.sim.city import label_of_prop
 from arramon_server.sim.section import Prop
 

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from arramon_dataset.randomness import seeded
-from arramon_dataset.release.landmarks.ground import FreeSpace, apart_from
+from arramon_dataset.release.landmarks.furniture_grid import FreeSpace, apart_from
 from arramon_dataset.release.landmarks.mentions import DRAWN
 from arramon_dataset.release.landmarks.own_furniture import front
 from arramon_dataset.release.landmarks.turn_paths import Numbers

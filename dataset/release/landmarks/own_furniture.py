@@ -9,10 +9,10 @@ from random import Random
 
 import numpy as np
 
-from arramon_dataset.layout.places import PATH_GAP, TARGET_GAP
+from arramon_dataset.layout.prop_places import PATH_GAP, TARGET_GAP
 from arramon_dataset.randomness import seeded
 from arramon_dataset.release.landmarks.alignment import align
-from arramon_dataset.release.landmarks.ground import FreeSpace, FurnitureGrid, apart_from
+from arramon_dataset.release.landmarks.furniture_grid import FreeSpace, FurnitureGrid, apart_from
 from arramon_dataset.release.landmarks.mentions import DRAWN, METAL_BENCH, Event
 from arramon_dataset.release.landmarks.recovery import LandmarkMap, TurnText, vote
 from arramon_dataset.release.landmarks.turn_paths import Indices, Numbers

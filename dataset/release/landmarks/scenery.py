@@ -7,7 +7,7 @@ import numpy as np
 from arramon_client.world import BANNER_SHAPES
 from arramon_dataset.layout import furniture_colours
 from arramon_dataset.layout.grid import to_street_frame, to_world_frame
-from arramon_dataset.layout.places import (
+from arramon_dataset.layout.prop_places import (
     AT_CORNERS,
     WALL_GAP,
     Surroundings,
@@ -17,7 +17,7 @@ from arramon_dataset.layout.places import (
     extents,
     is_wall_clear,
 )
-from arramon_dataset.release.landmarks.ground import FurnitureGrid, apart_from
+from arramon_dataset.release.landmarks.furniture_grid import FurnitureGrid, apart_from
 from arramon_dataset.release.landmarks.own_furniture import front
 from arramon_dataset.release.landmarks.recovery import RecoveredLandmark
 from arramon_dataset.release.landmarks.turn_paths import Numbers

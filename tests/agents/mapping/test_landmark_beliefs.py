@@ -5,8 +5,8 @@ import pytest
 from arramon_agents.mapping.landmark_beliefs import SeenLandmarks
 from arramon_agents.mapping.room_beliefs import SeenRoom
 from arramon_agents.perception.eyes.sight import LABELS
+from arramon_lang.cell_grading import RoomObject
 from arramon_lang.meaning import Thing
-from arramon_lang.room import RoomObject
 from tests.agents.perception.eyes.test_grid import named
 
 SMALL, LARGE = (slice(100, 105), slice(40, 45)), (slice(100, 130), slice(40, 70))

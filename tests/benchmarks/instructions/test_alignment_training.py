@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from arramon_dataset.alignment.model import Alignment, read_model
-from arramon_dataset.alignment.routes import Tokens, mirrored
+from arramon_dataset.alignment.route_tokens import Tokens, mirrored
 from benchmarks.instructions.alignment_training import learn, save
 
 CONE_LEFT: Tokens = ("turn:left", "thing:red", "thing:cone", "target:mug")

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from arramon_dataset.alignment.model import contradicts, load, read_model, words_of
-from arramon_dataset.alignment.routes import mirrored
+from arramon_dataset.alignment.route_tokens import mirrored
 from arramon_dataset.paraphrases.collection import HALVES, generated_episodes, paraphrases
 from arramon_server.errors import BadFile
 

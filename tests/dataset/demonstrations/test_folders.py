@@ -8,7 +8,7 @@ import pytest
 from arramon_client.demonstrations import Demonstrations
 from arramon_dataset.demonstrations.request import FORMATS
 from arramon_server import cli
-from tests.dataset.demonstrations.exporting import contents, export
+from tests.dataset.demonstrations.exports import contents, export
 
 NAMES = ("out", "my data/the first export", "प्रदर्शन/पहला", "../beside")
 

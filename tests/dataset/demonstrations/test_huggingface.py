@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from tests import tiny
-from tests.dataset.demonstrations.exporting import SIZE, playing_order, simulated
+from tests.dataset.demonstrations.exports import SIZE, playing_order, simulated
 
 if TYPE_CHECKING:
     import datasets

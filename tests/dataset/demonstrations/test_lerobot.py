@@ -15,7 +15,7 @@ import pytest
 from PIL import Image
 
 from tests import tiny
-from tests.dataset.demonstrations.exporting import SIZE, Seen, playing_order, simulated
+from tests.dataset.demonstrations.exports import SIZE, Seen, playing_order, simulated
 
 STEPS = len(tiny.ACTIONS)
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests import tiny
-from tests.dataset.demonstrations.exporting import export, playing_order, simulated
+from tests.dataset.demonstrations.exports import export, playing_order, simulated
 
 
 @pytest.mark.parametrize("language", ["en", "hi"])

@@ -17,7 +17,7 @@ from arramon_server.runs.storage import causes
 from arramon_server.runs.storage.database import Database
 from arramon_server.runs.storage.journal import Journal
 from tests import played, tiny
-from tests.dataset.demonstrations.exporting import SIZE, simulated
+from tests.dataset.demonstrations.exports import SIZE, simulated
 
 CUT = {"1": tiny.ACTIONS[:5], "2": tiny.ACTIONS[:2], "4": (), "5": tiny.ACTIONS}
 """Actions of a run by episode: 5 is finished, the others were cut short."""

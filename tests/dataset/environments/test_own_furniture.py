@@ -14,7 +14,7 @@ from arramon_server.runs.play.worlds import Worlds
 from arramon_server.sim.own_furniture import OwnFurniture
 from arramon_server.sim.section import Prop
 from tests import tiny
-from tests.dataset.environments.playing import player
+from tests.dataset.environments.players import player
 
 AHEAD, BESIDE = Prop("phone_booth", 0.0, 1.2, 180.0), Prop("kiosk", 1.4, 4.0, 180.0, "red")
 

@@ -10,9 +10,9 @@ import pytest
 
 from arramon_client.world import Action
 from arramon_dataset.generation import Draft, GenerationSite, problems
-from arramon_dataset.generation.streets import TWIN_PATH, TWINS_APART
+from arramon_dataset.generation.navigation_tasks import TWIN_PATH, TWINS_APART
 from arramon_dataset.plans import build_section, read_plan
-from arramon_dataset.release.extras import distance_to_path
+from arramon_dataset.release.missing_objects import distance_to_path
 from arramon_server.sim.geometry import Point
 from arramon_server.sim.room import START, RoomPosition
 from arramon_server.sim.rules import PlacedObject

@@ -9,13 +9,13 @@ import pytest
 from arramon_dataset.generation import batches
 from arramon_dataset.generation.batches import MakeWriter, make_batches
 from arramon_dataset.generation.command import generate
-from arramon_dataset.generation.sizes import SPLITS
 from arramon_dataset.generation.split_maker import GenerationProgress
+from arramon_dataset.generation.split_specs import SPLITS
 from arramon_dataset.plans import build_section, read_plan
 from arramon_server.episodes.secret import host_secret
 from arramon_server.episodes.splits import Split, folder_of, read_split
 from arramon_server.errors import ArraMonError, BadInput
-from tests.dataset.generation.places import CROSSING, make_fussy, make_never, make_plain
+from tests.dataset.generation.small_section import CROSSING, make_fussy, make_never, make_plain
 
 
 def make(

@@ -8,8 +8,8 @@ import pytest
 
 from arramon_dataset.generation.command import generate
 from arramon_dataset.generation.extra_sections import extra_sections
-from arramon_dataset.generation.sizes import EXTRA, SPLITS, extra_split, select_plans
 from arramon_dataset.generation.split_maker import GenerationProgress
+from arramon_dataset.generation.split_specs import EXTRA, SPLITS, extra_split, select_plans
 from arramon_dataset.plans.faults import faults_of_plan, faults_of_section
 from arramon_server.cli import main
 from arramon_server.episodes.splits import folder_of, read_split
@@ -17,7 +17,7 @@ from arramon_server.errors import BadInput
 from arramon_server.runs.play.session import EpisodeSession
 from arramon_server.runs.play.worlds import Worlds
 from arramon_server.sim.rules import Limits
-from tests.dataset.generation.places import make_plain
+from tests.dataset.generation.small_section import make_plain
 from tests.dataset.plans.sections import SEED, plan_of, section_of
 
 

@@ -7,9 +7,9 @@ import pytest
 
 from arramon_client.world import COLUMNS, ROWS
 from arramon_dataset.instructions.assembly.plan import plan_assembly
-from arramon_dataset.instructions.assembly.sight import seen_room, whole_room
+from arramon_dataset.instructions.assembly.visible_objects import seen_room, whole_room
 from arramon_dataset.randomness import seeded
-from arramon_dataset.release.extras import arrange_decoys
+from arramon_dataset.release.missing_objects import arrange_decoys
 from arramon_lang.meaning import Assembly, Thing
 from arramon_server.sim.catalogue import ALL_TYPES, ObjectType
 from arramon_server.sim.room import START, RoomCell, RoomPosition

@@ -8,7 +8,7 @@ import pytest
 from arramon_dataset.instructions.gate.navigation import faults_of_navigation
 from arramon_dataset.instructions.gate.texts import faults_of_text
 from arramon_dataset.instructions.gate.world import GateWorld
-from arramon_dataset.instructions.sight import Landmark
+from arramon_dataset.instructions.visible_landmarks import Landmark
 from arramon_dataset.plans.graph import Arm, Junction, Road, StreetGraph
 from arramon_lang.meaning import Face, Navigation, Rotate, Step, Thing, Walk, Where
 from arramon_server.sim.geometry import Pose

@@ -3,8 +3,8 @@
 import pytest
 
 from arramon_dataset.instructions.gate.assembly import faults_of_assembly
+from arramon_lang.cell_grading import Room, RoomObject
 from arramon_lang.meaning import Assembly, Thing, Where
-from arramon_lang.room import Room, RoomObject
 
 ROOM = Room(
     (

@@ -14,7 +14,7 @@ from arramon_dataset.instructions.gate.sides import sides_of, stands_on
 from arramon_dataset.instructions.gate.world import GateWorld
 from arramon_dataset.instructions.navigation.plan import AcceptAll, plan_navigation
 from arramon_dataset.instructions.navigation.target import describe
-from arramon_dataset.instructions.sight import Landmark, find_landmarks, identified, poses_along
+from arramon_dataset.instructions.visible_landmarks import Landmark, find_landmarks, identified, poses_along
 from arramon_dataset.plans.graph import NamedBuilding, StreetGraph
 from arramon_lang.meaning import Navigation, Rotate, Step, Thing, Walk, Where
 from arramon_server.sim.city import city_scene

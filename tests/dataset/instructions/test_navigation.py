@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import pytest
 
-from arramon_dataset.instructions.navigation.choice import name_of
+from arramon_dataset.instructions.navigation.landmark_names import name_of
 from arramon_dataset.instructions.navigation.plan import plan_navigation
 from arramon_dataset.instructions.navigation.target import describe
-from arramon_dataset.instructions.sight import Landmark, find_landmarks, identified, poses_along
+from arramon_dataset.instructions.visible_landmarks import Landmark, find_landmarks, identified, poses_along
 from arramon_dataset.randomness import seeded
 from arramon_lang.meaning import Navigation, Rotate, Thing
 from arramon_server.sim.city import city_scene

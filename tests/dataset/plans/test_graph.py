@@ -8,8 +8,8 @@ import pytest
 
 from arramon_dataset.plans import plan_ids
 from arramon_dataset.plans.graph import JUNCTIONS, ROADS, SIZES, Junction, StreetGraph
-from arramon_dataset.plans.street_graph import street_graph
-from arramon_dataset.plans.strips import surface
+from arramon_dataset.plans.graph_builder import street_graph
+from arramon_dataset.plans.street_surface import surface
 from arramon_server.sim.city import city_scene
 from tests.dataset.plans.sections import ALL, plan_of, section_of
 

@@ -7,7 +7,7 @@ from random import Random
 import pytest
 
 from arramon_dataset.plans import plan_ids, read_plan
-from arramon_dataset.plans.survey import meetings_of, middle_lines_of
+from arramon_dataset.plans.junction_detection import meetings_of, middle_lines_of
 from arramon_dataset.plans.zebras import APART, zebra_crossings
 
 

@@ -12,7 +12,7 @@ from scipy import ndimage
 from arramon_client.world import AGENT_RADIUS, FACADES, FURNITURE
 from arramon_dataset.layout.grid import CELL, Grid, Points, sample_points, to_street_frame
 from arramon_dataset.layout.lots import CellRectangle, cover, split
-from arramon_dataset.layout.places import extents
+from arramon_dataset.layout.prop_places import extents
 from arramon_dataset.randomness import seeded
 from arramon_dataset.release.reconstruction import remove_thin, street_heading
 from arramon_server.sim.assets.furniture import footprint_radius

@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from arramon_dataset.layout.places import PATH_GAP
+from arramon_dataset.layout.prop_places import PATH_GAP
 from arramon_dataset.release.files import read_release
 from arramon_dataset.release.importer import add_objects, ground_of
-from arramon_dataset.release.landmarks.city import own_of, rebuild
 from arramon_dataset.release.landmarks.distracters import NAMED_KIND_GAP
-from arramon_dataset.release.landmarks.ground import FreeSpace, FurnitureGrid
+from arramon_dataset.release.landmarks.furniture_grid import FreeSpace, FurnitureGrid
 from arramon_dataset.release.landmarks.mentions import Event
+from arramon_dataset.release.landmarks.rebuilt_section import own_of, rebuild
 from arramon_dataset.release.landmarks.recovery import TurnText, texts_of
 from arramon_server.episodes.episode import Episode, Instructions
 from arramon_server.episodes.provenance import DRAWN, TEXT, Provenance

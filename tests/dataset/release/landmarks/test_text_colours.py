@@ -7,7 +7,7 @@ from arramon_dataset.release.landmarks.mentions import Event
 from arramon_dataset.release.landmarks.recovery import RecoveredLandmark, TurnText, recover
 from arramon_dataset.release.landmarks.text_colours import recolour_landmarks
 from arramon_server.sim.section import Prop
-from tests.dataset.release.landmarks.turn_path import path_along
+from tests.dataset.release.landmarks.walks import path_along
 
 PATH = path_along((0, 0), (0, 12))
 LANDMARK = RecoveredLandmark("barrel", 1.7, 6.0, "gold", "", 12.0, ("gold", "orange"))
