@@ -8,7 +8,7 @@ from pathlib import Path
 
 import arramon_lang as lang
 from arramon_dataset.generation.split_maker import SOURCE
-from arramon_lang.coreference import co_reference, mentions, things_of
+from arramon_lang.coreference import first_mentions, mentions, things_of
 from arramon_lang.meaning import PLACES, Assembly, Face, Navigation, Rotate, Step, Thing, Where
 from arramon_server.episodes.demands import Demands, TurnDemands, write_demands
 from arramon_server.episodes.episode import Episode
@@ -82,7 +82,7 @@ def _relations(thing: Thing) -> list[Where]:
 
 def _landmarks(way: Navigation) -> tuple[str, ...]:
     """Return the sort of each thing named besides the target; repeated mentions count once."""
-    named = list(zip(co_reference(way), mentions(way), strict=True))
+    named = list(zip(first_mentions(way), mentions(way), strict=True))
     of_target = next(first for first, thing in named if thing is way.target)
     firsts = {first: thing for number, (first, thing) in enumerate(named) if first == number and first != of_target}
     return tuple(_sort(thing.kind) for thing in firsts.values() if thing.kind != "you")

@@ -28,7 +28,7 @@ class TurnPlanner:
     def __init__(self, start: Pose, turn: Turn, site: GenerationSite) -> None:
         self.turn, self.site = turn, site
         self._poses = poses_along(start, turn.path, turn.actions)
-        self._marks = find_landmarks(self._poses, turn.street, site.section, site.sight, site.graph)
+        self._marks = find_landmarks(self._poses, turn.street, site.section, site.landmark_camera, site.graph)
         goal = turn.target.position.x, turn.target.position.z
         self._world = GateWorld(turn.path, self._poses[0], self._marks, goal, site.graph, self._poses)
         self._drawn: dict[tuple[object, ...], Navigation | None] = {}

@@ -39,7 +39,7 @@ def map_mentions(meaning: Meaning, change: Callable[[Thing], Thing]) -> Meaning:
     return Assembly(meaning.turns, thing, tuple(_map_where(where, change) for where in meaning.where))
 
 
-def co_reference(meaning: Meaning) -> tuple[int, ...]:
+def first_mentions(meaning: Meaning) -> tuple[int, ...]:
     """Return, for each mention, the index of the first mention of the same thing, as far as identities are known.
 
     A mention without an identity counts as the first mention of a new thing.

@@ -123,7 +123,7 @@ def _share(results: Iterable[bool]) -> str:
 def _playing(language: str, ids: Sequence[str]) -> None:
     section = paraphrased_section()
     site = GenerationSite(section)
-    world = TrialWorld(site.world, site.camera, room_camera())
+    world = TrialWorld(site.physics, site.camera, room_camera())
     sources = {"paraphrases": paraphrased_episodes(), "the grammar's texts": generated_episodes()}
     for name, episodes in sources.items():
         scores = [_scores(episode, language, world) for episode in episodes if episode.episode_id in ids]

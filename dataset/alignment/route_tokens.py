@@ -7,7 +7,7 @@ of turns, kinds, colours and sides of the landmarks passed, and the target with 
 import re
 from collections.abc import Iterator, Sequence
 
-from arramon_dataset.paraphrases.route_facts import Passed, RouteFacts
+from arramon_dataset.paraphrases.route_facts import PassedLandmark, RouteFacts
 from arramon_dataset.path_tolerances import FACTS_AROUND, FACTS_ASIDE, FACTS_SLIGHT, FACTS_STRAIGHT
 from arramon_server.sim.catalogue import ObjectType
 
@@ -60,6 +60,6 @@ def _thing(sort: str, name: str) -> Iterator[str]:
         yield f"{sort}:{word}" if sort == "around" else f"thing:{word}"
 
 
-def _side(passed: Passed) -> Iterator[str]:
+def _side(passed: PassedLandmark) -> Iterator[str]:
     if abs(passed.aside) >= FACTS_ASIDE:
         yield f"side:{'right' if passed.aside > 0 else 'left'}"

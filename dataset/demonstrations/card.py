@@ -6,10 +6,10 @@ from typing import Any
 
 from arramon_dataset.demonstrations.croissant import is_generated
 from arramon_dataset.demonstrations.description import describe
-from arramon_dataset.demonstrations.request import Export
+from arramon_dataset.demonstrations.request import ResolvedExport
 
 
-def card(export: Export, metadata: Mapping[str, Any], columns: Mapping[str, str]) -> str:
+def card(export: ResolvedExport, metadata: Mapping[str, Any], columns: Mapping[str, str]) -> str:
     """Return the text of the dataset card.
 
     Args:

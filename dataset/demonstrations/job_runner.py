@@ -11,7 +11,7 @@ _Job = TypeVar("_Job")
 _Result = TypeVar("_Result")
 
 
-def run_all(work: Callable[[_Job], _Result], jobs: Sequence[_Job], processes: int) -> Iterator[_Result]:
+def run_jobs(work: Callable[[_Job], _Result], jobs: Sequence[_Job], processes: int) -> Iterator[_Result]:
     """Yield the results of all jobs as they are ready; in order and in this process if `processes` is 1.
 
     If one fails, the jobs that are running are finished first.

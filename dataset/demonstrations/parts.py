@@ -27,7 +27,7 @@ class ExportPart:
     tasks: Mapping[str, int]
 
     @property
-    def episodes_before(self) -> int:
+    def demonstrations_before(self) -> int:
         """Number of demonstrations in all earlier parts, in all languages."""
         return sum(self.before.values())
 

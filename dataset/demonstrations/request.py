@@ -62,7 +62,7 @@ class ExportRequest:
 
 
 @dataclass(frozen=True, slots=True)
-class Export:
+class ResolvedExport:
     """A validated request with the properties of its split.
 
     Attributes:

@@ -5,7 +5,7 @@ from functools import cache
 from itertools import count
 
 
-class Slots:
+class NumberPool:
     """A pool of numbers from 0; each becomes free again when its holder is garbage-collected."""
 
     def __init__(self) -> None:
@@ -20,6 +20,6 @@ class Slots:
 
 
 @cache
-def expert_slots() -> Slots:
+def expert_numbers() -> NumberPool:
     """Return the slots that this process's experts share."""
-    return Slots()
+    return NumberPool()

@@ -15,7 +15,7 @@ from arramon_client.environments.backend import EpisodeEnd, Images, PlayerSettin
 from arramon_client.errors import UsageError
 from arramon_client.world import IMAGE_SENSORS, NAVIGATION, Action
 from arramon_dataset.environments.playable_split import PlayableSplit
-from arramon_dataset.environments.rewards import NoReward, Reward, reward_of
+from arramon_dataset.environments.rewards import NoReward, Reward, make_reward
 from arramon_server.episodes.episode import Episode
 from arramon_server.runs.play.session import EpisodeSession
 from arramon_server.scoring.episode import EpisodeScores
@@ -109,7 +109,7 @@ class LocalPlayer:
         if self._settings.language not in episode.instructions:
             raise UsageError(f"the episode {episode_id!r} has no instructions in {self._settings.language!r}")
         self._session = EpisodeSession(episode, self._worlds.collision_check(self._name, episode), self._limits)
-        self._reward = reward_of(self._settings.reward, episode)
+        self._reward = make_reward(self._settings.reward, episode)
         self._expert = None
         if self._settings.expert is not None:
             scene = self._worlds.scene(self._name, episode)

@@ -72,14 +72,14 @@ class ProgressReward:
         gained = 0.0
         after = session.state
         if (after.turn, after.phase) == (before.turn, before.phase):
-            was, now = place(before), place(after)
+            was, now = agent_place(before), agent_place(after)
             if was != now:
                 path = self._paths[before.turn, before.phase]
                 gained = (path.remaining(*was) - path.remaining(*now)) / path.length if path.length else 0.0
         return gained + self._sparse.of(before, session, ended)
 
 
-def reward_of(name: str, episode: Episode) -> Reward:
+def make_reward(name: str, episode: Episode) -> Reward:
     """Return an episode's reward by name: "sparse", "progress" or "none"."""
     match name:
         case "sparse":
@@ -118,7 +118,7 @@ class ReferencePath:
         return float(off[nearest] + self._left[nearest] - shares[nearest] * self._lengths[nearest])
 
 
-def place(state: State) -> tuple[float, float]:
+def agent_place(state: State) -> tuple[float, float]:
     """Return where the agent is: (x, z) in the city, (column, row) in the room."""
     if state.phase is Phase.ASSEMBLY:
         return float(state.square.column), float(state.square.row)

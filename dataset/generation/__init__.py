@@ -1,6 +1,6 @@
 """Generation of the data set: random, validated episodes in the project's own sections, reproducible from a seed."""
 
-from arramon_dataset.generation.check import problems
+from arramon_dataset.generation.check import faults_of_episode
 from arramon_dataset.generation.draft import Draft
 from arramon_dataset.generation.draft_sampler import DraftSampler
 from arramon_dataset.generation.site import DraftWriter, GenerationSite

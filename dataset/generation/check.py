@@ -34,7 +34,7 @@ MIN_SEPARATION = 0.5
 """Minimum distance between the centres of two objects in one street, in units."""
 
 
-def problems(episode: Draft | Episode, solids: Solids, ground: CollisionCheck) -> tuple[str, ...]:
+def faults_of_episode(episode: Draft | Episode, solids: Solids, ground: CollisionCheck) -> tuple[str, ...]:
     """Return descriptions of everything wrong with an episode; empty if it is valid.
 
     The ground truth is replayed with the rules and must match its paths, objects and cells. Nothing may lie or start

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from arramon_dataset.generation.assembly_tasks import AssemblyTask, draw_decoys, draw_tasks
 from arramon_dataset.generation.draft import Draft
-from arramon_dataset.generation.navigation_tasks import NavigationTask, Streets, draw_length
+from arramon_dataset.generation.navigation_tasks import NavigationTask, NavigationTaskSampler, draw_length
 from arramon_dataset.randomness import seeded
 from arramon_server.episodes.episode import Turn
 from arramon_server.sim.catalogue import ALL_TYPES, ObjectType
@@ -52,7 +52,7 @@ class DraftSampler:
 
     def __init__(self, section: Section) -> None:
         self._section = section
-        self.streets = Streets(section)
+        self.streets = NavigationTaskSampler(section)
 
     def draw(self, episode_id: str, names: tuple[object, ...]) -> Draft:
         """Return a complete draft; it depends on the id and `names` alone.

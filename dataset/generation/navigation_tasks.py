@@ -99,7 +99,7 @@ class NavigationTask:
     street: tuple[Collectible, ...]
 
 
-class Streets:
+class NavigationTaskSampler:
     """Samples navigation tasks in one section. Not thread-safe.
 
     Args:

@@ -11,7 +11,7 @@ IDS_PER_SECTION, FIRST_ID = 10_000, 5_000
 
 
 @dataclass(frozen=True, slots=True)
-class SplitPlan:
+class SplitSpec:
     """The specification of a split to generate.
 
     Attributes:
@@ -59,10 +59,10 @@ _SEEN = ("1", "2", "3", "4", "5")
 SPLITS = {
     plan.name: plan
     for plan in (
-        SplitPlan("train", _SEEN, 4267, hidden=False, slots=(0, 1, 3, 4), period=5),
-        SplitPlan("val_seen", _SEEN, 1065, hidden=False, slots=(2,), period=5),
-        SplitPlan("val_unseen", ("6",), 1155, hidden=False),
-        SplitPlan("test_unseen", ("7",), 1205, hidden=True),
+        SplitSpec("train", _SEEN, 4267, hidden=False, slots=(0, 1, 3, 4), period=5),
+        SplitSpec("val_seen", _SEEN, 1065, hidden=False, slots=(2,), period=5),
+        SplitSpec("val_unseen", ("6",), 1155, hidden=False),
+        SplitSpec("test_unseen", ("7",), 1205, hidden=True),
     )
 }
 """Specifications by split name; the sizes are the paper's."""
@@ -77,7 +77,7 @@ EXTRA_PER_SECTION = 853
 """Episodes in each section of `train_extra` at full scale, as many as in `train`."""
 
 
-def extra_split(sections: int) -> SplitPlan:
+def extra_spec(sections: int) -> SplitSpec:
     """Return the specification of `train_extra` with the given number of sections.
 
     Raises:
@@ -86,10 +86,10 @@ def extra_split(sections: int) -> SplitPlan:
     if not 1 <= sections <= MAX_EXTRA:
         raise BadInput(f"the number of sections is {sections}; expected 1 to {MAX_EXTRA}")
     ids = tuple(str(FIRST_EXTRA + number) for number in range(sections))
-    return SplitPlan(EXTRA, ids, EXTRA_PER_SECTION * sections, hidden=False, training=True)
+    return SplitSpec(EXTRA, ids, EXTRA_PER_SECTION * sections, hidden=False, training=True)
 
 
-def epoch_plan(base: str, number: int) -> SplitPlan:
+def epoch_spec(base: str, number: int) -> SplitSpec:
     """Return the specification of an epoch of a hidden split.
 
     Args:
@@ -105,7 +105,7 @@ def epoch_plan(base: str, number: int) -> SplitPlan:
     return replace(SPLITS[base], name=name_of(base, number))
 
 
-def select_plans(names: list[str] | None, sections: int | None = None) -> list[SplitPlan]:
+def select_specs(names: list[str] | None, sections: int | None = None) -> list[SplitSpec]:
     """Return the specifications of the named splits, or of the paper's four for None.
 
     Args:
@@ -115,7 +115,7 @@ def select_plans(names: list[str] | None, sections: int | None = None) -> list[S
     Raises:
         BadInput: if a name is unknown, or the number of sections is missing, out of range, or given without need.
     """
-    epochs = {name: epoch_plan(*found) for name in names or () if (found := epoch_of(name))}
+    epochs = {name: epoch_spec(*found) for name in names or () if (found := epoch_of(name))}
     for name in names or ():
         if name not in (*SPLITS, EXTRA, *epochs):
             raise BadInput(f"there is no split {name!r}; there are {', '.join((*SPLITS, EXTRA))}")
@@ -124,6 +124,6 @@ def select_plans(names: list[str] | None, sections: int | None = None) -> list[S
         raise BadInput(f"the split {EXTRA!r} needs a number of sections: give it with --sections")
     if sections is not None and not wants_extra:
         raise BadInput(f"--sections applies to the split {EXTRA!r} only; expected --split {EXTRA}")
-    extra = [] if sections is None else [extra_split(sections)]
+    extra = [] if sections is None else [extra_spec(sections)]
     own = [plan for name, plan in SPLITS.items() if not names or name in names]
     return [*own, *epochs.values(), *extra]

@@ -92,7 +92,7 @@ class Landmark:
         return abs(across) <= ZEBRA_WIDTH / 2 + margin and abs(along) <= ZEBRA_LENGTH / 2 + margin
 
 
-def identified(scene: Scene) -> Scene:
+def with_names_as_labels(scene: Scene) -> Scene:
     """Return a section's scene with each body's name as its label, for the camera of `find_landmarks`."""
     return replace(scene, bodies=tuple(replace(body, label=body.name) for body in scene.bodies))
 
@@ -130,7 +130,7 @@ def find_landmarks(
         poses: in order.
         street: the collectibles in the street.
         section: whose furniture is included.
-        camera: of the section's scene, `identified`.
+        camera: of the section's scene, `with_names_as_labels`.
         graph: of the section's streets; None to leave out buildings, junctions and corners.
     """
     things = _things(poses, street, section, graph)

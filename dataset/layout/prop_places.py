@@ -65,7 +65,7 @@ class Surroundings:
     Attributes:
         heading: of the street frame, degrees clockwise from +z.
         rows: all buildings, grouped by heading.
-        trodden: points on all paths.
+        walked: points on all paths.
         targets: of all episodes; None if there are none.
         reach: maximum distance of props from the nearest path, in units.
         placed: props placed so far.
@@ -74,7 +74,7 @@ class Surroundings:
 
     heading: float
     rows: tuple[AlignedBuildings, ...]
-    trodden: cKDTree
+    walked: cKDTree
     targets: cKDTree | None
     reach: float = REACH
     placed: list[Prop] = field(default_factory=list)
@@ -82,14 +82,14 @@ class Surroundings:
 
     @classmethod
     def of(
-        cls, heading: float, buildings: Sequence[Building], trodden: Points, targets: Points, reach: float = REACH
+        cls, heading: float, buildings: Sequence[Building], walked: Points, targets: Points, reach: float = REACH
     ) -> "Surroundings":
         """Return the surroundings in a section without props.
 
         Args:
             heading: of the street frame, degrees clockwise from +z.
             buildings: of the section.
-            trodden: (n, 2) of (x, z): closely spaced points on all paths.
+            walked: (n, 2) of (x, z): closely spaced points on all paths.
             targets: (m, 2) of (x, z), m may be 0.
             reach: maximum distance of props from the nearest path, in units.
         """
@@ -99,7 +99,7 @@ class Surroundings:
             centres = to_street_frame(np.array([[b.x, b.z] for b in members]), own)
             halves = np.array([[b.half_width, b.half_length] for b in members])
             rows.append(AlignedBuildings(own - heading, centres - halves, centres + halves))
-        paths = cKDTree(to_street_frame(trodden, heading))
+        paths = cKDTree(to_street_frame(walked, heading))
         return cls(
             heading, tuple(rows), paths, cKDTree(to_street_frame(targets, heading)) if len(targets) else None, reach
         )
@@ -119,41 +119,41 @@ class Surroundings:
         self.spots.append((float(place[0]), float(place[1]), reach_of(kind)))
 
 
-def candidates(surroundings: Surroundings, kind: str, random: Random) -> tuple[Points, Points]:
+def candidate_places(surroundings: Surroundings, kind: str, random: Random) -> tuple[Points, Points]:
     """Return random places for a prop of this kind, clear of buildings, paths and targets: (n, 2), fronts (n,)."""
-    half_width, half_length = extents(kind)
+    half_width, half_length = half_size(kind)
     if kind in ON_WALLS:
-        places, fronts = beside_walls(surroundings, 0.0, half_width)
+        places, fronts = wall_places(surroundings, 0.0, half_width)
         clear = is_wall_clear(surroundings, places, fronts, half_width) & (
-            surroundings.trodden.query(places)[0] < surroundings.reach
+            surroundings.walked.query(places)[0] < surroundings.reach
         )
-        places, fronts = draw_some(places[clear], fronts[clear], random)
-        clear = in_view(surroundings, places + 0.1 * ahead(fronts))
+        places, fronts = sample_places(places[clear], fronts[clear], random)
+        clear = is_in_view(surroundings, places + 0.1 * front_vectors(fronts))
         return places[clear], fronts[clear]
     if kind in AT_CORNERS:
-        places, fronts = at_corners(surroundings, half_width + WALL_GAP)
+        places, fronts = corner_places(surroundings, half_width + WALL_GAP)
     elif kind in IN_THE_OPEN:
-        places, fronts = in_the_open(surroundings)
+        places, fronts = open_places(surroundings)
     elif kind == "car":
         # Cars stand along the street, on one side with traffic, on the other against it.
-        places, fronts = beside_walls(surroundings, half_width + AT_KERBS[kind], half_length)
+        places, fronts = wall_places(surroundings, half_width + AT_KERBS[kind], half_length)
         fronts = (fronts + 90.0) % 360.0
     elif kind in AT_KERBS:
-        places, fronts = beside_walls(surroundings, half_length + AT_KERBS[kind], half_width)
+        places, fronts = wall_places(surroundings, half_length + AT_KERBS[kind], half_width)
     else:
-        places, fronts = beside_walls(surroundings, half_length + WALL_GAP, half_width)
+        places, fronts = wall_places(surroundings, half_length + WALL_GAP, half_width)
     radius = footprint_radius(kind)
-    distance, _ = surroundings.trodden.query(places)
+    distance, _ = surroundings.walked.query(places)
     clear = (distance >= PATH_GAP + radius + 0.01) & (distance < surroundings.reach)
     clear &= building_distance(surroundings, places, fronts, (half_width, half_length)) > 0.0
     if surroundings.targets is not None:
         clear &= surroundings.targets.query(places)[0] >= TARGET_GAP + radius
-    places, fronts = draw_some(places[clear], fronts[clear], random)
-    clear = in_view(surroundings, places)
+    places, fronts = sample_places(places[clear], fronts[clear], random)
+    clear = is_in_view(surroundings, places)
     return places[clear], fronts[clear]
 
 
-def draw_some(places: Points, fronts: Points, random: Random) -> tuple[Points, Points]:
+def sample_places(places: Points, fronts: Points, random: Random) -> tuple[Points, Points]:
     """Return a random sample of at most TRIED places, with their fronts."""
     kept = random.sample(range(len(places)), min(TRIED, len(places)))
     return places[kept], fronts[kept]
@@ -161,18 +161,18 @@ def draw_some(places: Points, fronts: Points, random: Random) -> tuple[Points, P
 
 def reach_of(kind: str) -> float:
     """Return the radius around props of this kind that others keep clear of, in units."""
-    return ZEBRA_REACH if kind == "zebra_crossing" else max(extents(kind))
+    return ZEBRA_REACH if kind == "zebra_crossing" else max(half_size(kind))
 
 
 @cache
-def extents(kind: str) -> tuple[float, float]:
+def half_size(kind: str) -> tuple[float, float]:
     """Return half the size of props of this kind across and along their front, in units, over all colours."""
     meshes = [furniture.piece_of(kind, colour).mesh for colour in furniture.COLOURS.get(kind, ("",))]
     halves = np.max([np.abs(mesh.vertices[:, :2]).max(axis=0) for mesh in meshes], axis=0)
     return float(halves[0]), float(halves[1])
 
 
-def ahead(fronts: Points) -> Points:
+def front_vectors(fronts: Points) -> Points:
     """Return the unit vectors (n, 2) in the direction of the fronts (n,)."""
     angles = np.radians(fronts)
     return np.stack([np.sin(angles), np.cos(angles)], axis=1)
@@ -180,7 +180,7 @@ def ahead(fronts: Points) -> Points:
 
 def is_wall_clear(surroundings: Surroundings, places: Points, fronts: Points, half_width: float) -> Mask:
     """Return which places have no other building within half a unit in front of the whole banner, (n,)."""
-    outwards = ahead(fronts)
+    outwards = front_vectors(fronts)
     aside = outwards[:, ::-1] * np.array([1.0, -1.0])
     clear = np.ones(len(places), dtype=bool)
     for offset in (-half_width, 0.0, half_width):
@@ -188,7 +188,7 @@ def is_wall_clear(surroundings: Surroundings, places: Points, fronts: Points, ha
     return clear
 
 
-def beside_walls(surroundings: Surroundings, back: float, margin: float) -> tuple[Points, Points]:
+def wall_places(surroundings: Surroundings, back: float, margin: float) -> tuple[Points, Points]:
     """Return places every half unit along facades, `back` units in front, `margin` units from the ends."""
     places: list[tuple[float, float, float]] = []
     for row in surroundings.rows:
@@ -203,7 +203,7 @@ def beside_walls(surroundings: Surroundings, back: float, margin: float) -> tupl
     return table[:, :2], table[:, 2]
 
 
-def at_corners(surroundings: Surroundings, back: float) -> tuple[Points, Points]:
+def corner_places(surroundings: Surroundings, back: float) -> tuple[Points, Points]:
     """Return places off the corners of buildings, facing along one of the two streets."""
     places: list[tuple[float, float, float]] = []
     for row in surroundings.rows:
@@ -226,10 +226,10 @@ def from_row_frame(row: AlignedBuildings, places: list[tuple[float, float, float
     return [(across, along, front) for across, along, front in table.tolist()]
 
 
-def in_the_open(surroundings: Surroundings) -> tuple[Points, Points]:
+def open_places(surroundings: Surroundings) -> tuple[Points, Points]:
     """Return places every half unit over the whole section, with fronts along the streets."""
-    low: Points = surroundings.trodden.mins - 2.0
-    high: Points = surroundings.trodden.maxes + 2.0
+    low: Points = surroundings.walked.mins - 2.0
+    high: Points = surroundings.walked.maxes + 2.0
     across, along = np.meshgrid(np.arange(low[0], high[0], 0.5), np.arange(low[1], high[1], 0.5), indexing="ij")
     places = np.stack([across.ravel(), along.ravel()], axis=1)
     fronts: Points = 90.0 * (np.arange(len(places), dtype=np.float64) % 4)
@@ -253,7 +253,9 @@ def building_distance(
     nearest = np.full(len(places), np.inf)
     for row in surroundings.rows:
         across, along = to_street_frame(places, row.turned).T
-        half_across, half_along = spans((np.zeros(len(places)) if fronts is None else fronts) - row.turned, halves)
+        half_across, half_along = half_extents(
+            (np.zeros(len(places)) if fronts is None else fronts) - row.turned, halves
+        )
         for (left, near), (right, far) in zip(row.low.tolist(), row.high.tolist(), strict=True):
             sideways = np.maximum(left - across, across - right) - half_across
             lengthways = np.maximum(near - along, along - far) - half_along
@@ -262,7 +264,7 @@ def building_distance(
     return apart
 
 
-def spans(fronts: Points, halves: tuple[float, float]) -> tuple[Points, Points]:
+def half_extents(fronts: Points, halves: tuple[float, float]) -> tuple[Points, Points]:
     """Return half the extent of props with these fronts (n,) along both axes, (n,) each."""
     angles = np.radians(fronts)
     # Rounded, so that props that face along an axis have exactly their own extents.
@@ -270,16 +272,16 @@ def spans(fronts: Points, halves: tuple[float, float]) -> tuple[Points, Points]:
     return halves[0] * cos + halves[1] * sin, halves[0] * sin + halves[1] * cos
 
 
-def in_view(surroundings: Surroundings, places: Points) -> Mask:
+def is_in_view(surroundings: Surroundings, places: Points) -> Mask:
     """Return which places have a free line of sight to the nearest point of a path, (n,)."""
-    nearest = surroundings.trodden.data[surroundings.trodden.query(places)[1]]
+    nearest = surroundings.walked.data[surroundings.walked.query(places)[1]]
     clear = np.ones(len(places), dtype=bool)
     for fraction in np.linspace(0.0, 1.0, 12):
         clear &= building_distance(surroundings, places + fraction * (nearest - places)) > 0.0
     return clear
 
 
-def free_of_others(surroundings: Surroundings, places: Points, radius: float) -> Mask:
+def is_free_of_others(surroundings: Surroundings, places: Points, radius: float) -> Mask:
     """Return which places leave half a unit between a prop of `radius` and all props placed so far, (n,)."""
     free = np.ones(len(places), dtype=bool)
     for across, along, other in surroundings.spots:

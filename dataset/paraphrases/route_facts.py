@@ -23,7 +23,7 @@ PLACE_NAMES = {"t_junction": "T-junction", "street_end": "end of the street", "c
 
 
 @dataclass(frozen=True, slots=True)
-class Passed:
+class PassedLandmark:
     """A landmark beside a leg.
 
     Attributes:
@@ -59,7 +59,7 @@ class LegFacts:
     turn: float
     length: float
     first: int
-    passed: tuple[Passed, ...]
+    passed: tuple[PassedLandmark, ...]
     ahead: tuple[str, ...]
 
 
@@ -92,7 +92,7 @@ def route_facts(episode: Episode, number: int, site: GenerationSite) -> RouteFac
         before = episode.turns[0]
         start = poses_along(start, before.path, before.actions)[-1]
     poses = poses_along(start, turn.path, turn.actions)
-    return facts_along(turn, poses, find_landmarks(poses, turn.street, site.section, site.sight, site.graph))
+    return facts_along(turn, poses, find_landmarks(poses, turn.street, site.section, site.landmark_camera, site.graph))
 
 
 def facts_along(turn: Turn, poses: Sequence[Pose], landmarks: Sequence[Landmark]) -> RouteFacts:
@@ -153,14 +153,14 @@ def _vertices(path: Sequence[Place]) -> list[int]:
     return [*found, kept[-1]]
 
 
-def _passed(pose: Pose, length: float, marks: Sequence[Landmark], goal: Place) -> list[Passed]:
+def _passed(pose: Pose, length: float, marks: Sequence[Landmark], goal: Place) -> list[PassedLandmark]:
     found = []
     for mark in marks:
         if math.dist((mark.x, mark.z), goal) < 0.1 or mark.label.kind == "intersection":
             continue
         right, ahead = pose.local(mark.x, mark.z)
         if 0.5 <= ahead <= length + 0.5 and abs(right) <= FACTS_BY:
-            found.append(Passed(name_of(mark), ahead, right))
+            found.append(PassedLandmark(name_of(mark), ahead, right))
     return sorted(found, key=lambda each: each.along)
 
 

@@ -10,10 +10,10 @@ from scipy.spatial import cKDTree
 
 from arramon_client.world import FACADES
 from arramon_dataset.layout.grid import CELL, Grid, Mask, Points
-from arramon_dataset.layout.lots import CellRectangle, cover, split
+from arramon_dataset.layout.lots import CellRectangle, cover_with_rectangles, split_into_lots
 from arramon_dataset.layout.masks import RING, connected_to, dilate, rectangle_mask, set_back, with_neighbours
 from arramon_dataset.plans.plan import Plan
-from arramon_dataset.plans.street_surface import Surface, surface
+from arramon_dataset.plans.street_surface import StreetSurface, street_surface
 from arramon_dataset.randomness import seeded
 from arramon_server.sim.assets.markings import covers
 from arramon_server.sim.section import Building
@@ -60,7 +60,7 @@ class Layer:
     lots: list[CellRectangle] = field(default_factory=list)
 
 
-def build_up(plan: Plan, seed: str) -> tuple[Building, ...]:
+def buildings_of_plan(plan: Plan, seed: str) -> tuple[Building, ...]:
     """Return the section's buildings; the same plan and seed give the same result.
 
     Positions depend on the plan alone; heights and facades also depend on the seed.
@@ -69,25 +69,25 @@ def build_up(plan: Plan, seed: str) -> tuple[Building, ...]:
         plan: street plan.
         seed: seeds heights and facades.
     """
-    ground = surface(plan)
-    layers = [survey(ground, heading) for heading in ground.headings]
+    ground = street_surface(plan)
+    layers = [rasterise_layer(ground, heading) for heading in ground.headings]
     for layer in layers:
         layer.lots = lots_of(plan, layer)
-    base = survey(ground, plan.heading % 90.0)
+    base = rasterise_layer(ground, plan.heading % 90.0)
     gaps = (
         ~base.street
         & dilate(base.street, RING)
         & ~built_cells(base.grid, lot_boxes(layers))
         & ~within_radius(base.street, DEEP)
     )
-    base.lots = [thicken(gap, base.street) for gap in cover(gaps, 1)]
+    base.lots = [thicken(gap, base.street) for gap in cover_with_rectangles(gaps, 1)]
     layers.append(base)
     for number, layer in enumerate(layers):
         layer.lots = apply_setbacks(plan, number, layer, layers)
     return tuple(make_buildings(plan, seed, lot_boxes(layers)))
 
 
-def survey(ground: Surface, heading: float) -> Layer:
+def rasterise_layer(ground: StreetSurface, heading: float) -> Layer:
     """Return the layer of one heading, without lots. If no street has it, the layer owns all ground to build on."""
     grid = Grid.around(ground.corners(), heading, RING + CELL)
     centres = grid.centres()
@@ -103,9 +103,9 @@ def survey(ground: Surface, heading: float) -> Layer:
 def lots_of(plan: Plan, layer: Layer) -> list[CellRectangle]:
     """Return lots on a layer's own ground."""
     found: list[CellRectangle] = []
-    for number, rectangle in enumerate(cover(layer.own, round(NARROWEST / CELL))):
+    for number, rectangle in enumerate(cover_with_rectangles(layer.own, round(NARROWEST / CELL))):
         random = seeded(plan.id, "lots", layer.grid.heading, number)
-        found += split(rectangle, round(SHORTEST / CELL), round(LONGEST / CELL), random)
+        found += split_into_lots(rectangle, round(SHORTEST / CELL), round(LONGEST / CELL), random)
     return found
 
 
@@ -192,8 +192,8 @@ def choose_facade(box: Building, done: list[Building], used: dict[str, int], ran
 
 def bounds_of(plan: Plan) -> tuple[float, float, float, float]:
     """Return the bounds of the ground that streets cover, (x from, z from, x to, z to), to a tenth of a unit."""
-    grid = Grid.around(surface(plan).corners(), 0.0, CELL)
+    grid = Grid.around(street_surface(plan).corners(), 0.0, CELL)
     centres = grid.centres()
-    covered: Points = centres[surface(plan).covers(centres)]
+    covered: Points = centres[street_surface(plan).covers(centres)]
     low, high = np.floor(covered.min(axis=0) * 10) / 10, np.ceil(covered.max(axis=0) * 10) / 10
     return float(low[0]), float(low[1]), float(high[0]), float(high[1])

@@ -5,13 +5,13 @@ import math
 from arramon_dataset.plans.graph import STRAIGHT, Arm, Corner, Junction, Road, StreetGraph, apart
 from arramon_dataset.plans.junction_detection import (
     SHARPEST_CURVE,
-    Meeting,
+    DetectedJunction,
     MiddleLine,
     Mouth,
-    meetings_of,
+    detect_junctions,
     middle_lines_of,
 )
-from arramon_dataset.plans.named_buildings import corners_of, house_of
+from arramon_dataset.plans.named_buildings import corners_of, named_building
 from arramon_dataset.plans.plan import Plan
 from arramon_server.sim.section import Building, Section
 
@@ -29,11 +29,11 @@ AT_CORNER = 1.5
 def street_graph(plan: Plan, section: Section) -> StreetGraph:
     """Return the graph of a section that was built from this plan; the same input gives the same graph."""
     lines = middle_lines_of(plan)
-    meetings = [meeting for meeting in meetings_of(plan, lines) if _kind(meeting, lines)]
+    meetings = [meeting for meeting in detect_junctions(plan, lines) if _kind(meeting, lines)]
     numbered = {id(meeting): f"junction/{number}" for number, meeting in enumerate(meetings)}
     junctions = tuple(_junction(meeting, meetings, numbered, lines) for meeting in meetings)
     roads = tuple(_road(plan, line, meetings, numbered) for line in lines)
-    houses = tuple(house_of(number, section, roads, lines) for number in range(len(section.buildings)))
+    houses = tuple(named_building(number, section, roads, lines) for number in range(len(section.buildings)))
     return StreetGraph(junctions, roads, _corners(junctions, roads, section.buildings), houses)
 
 
@@ -42,14 +42,14 @@ def _road_identity(number: int) -> str:
 
 
 def _junction(
-    meeting: Meeting, meetings: list[Meeting], numbered: dict[int, str], lines: tuple[MiddleLine, ...]
+    meeting: DetectedJunction, meetings: list[DetectedJunction], numbered: dict[int, str], lines: tuple[MiddleLine, ...]
 ) -> Junction:
     arms = []
     for mouth in meeting.mouths:
         line = lines[mouth.line]
         x, z = line.places[mouth.at].round(3).tolist()
         leads_to = _next(mouth, line, meeting, meetings, numbered)
-        arms.append(Arm(line.heading(mouth.at, mouth.way), _road_identity(mouth.line), leads_to, x, z))
+        arms.append(Arm(line.heading(mouth.at, mouth.direction), _road_identity(mouth.line), leads_to, x, z))
     arms.sort(key=lambda arm: arm.heading)
     centre_x, centre_z = _middle(meeting)
     radius = max(math.dist((centre_x, centre_z), (arm.x, arm.z)) for arm in arms)
@@ -57,16 +57,16 @@ def _junction(
     return Junction(numbered[id(meeting)], centre_x, centre_z, kind, tuple(arms), round(radius, 3))
 
 
-def _middle(meeting: Meeting) -> tuple[float, float]:
+def _middle(meeting: DetectedJunction) -> tuple[float, float]:
     """Return the mean of a meeting's nodes, or of its square's corners."""
     places = meeting.nodes if meeting.corners is None else meeting.corners
     x, z = places.mean(axis=0).round(3).tolist()
     return x, z
 
 
-def _kind(meeting: Meeting, lines: tuple[MiddleLine, ...]) -> str:
+def _kind(meeting: DetectedJunction, lines: tuple[MiddleLine, ...]) -> str:
     """Return one of `graph.JUNCTIONS`; "" for a meeting that is no junction but a continuing road."""
-    headings = [lines[mouth.line].heading(mouth.at, mouth.way) for mouth in meeting.mouths]
+    headings = [lines[mouth.line].heading(mouth.at, mouth.direction) for mouth in meeting.mouths]
     if not headings:
         return ""
     if meeting.corners is not None:
@@ -81,17 +81,23 @@ def _kind(meeting: Meeting, lines: tuple[MiddleLine, ...]) -> str:
     return "t_junction" if in_line else "fork"
 
 
-def _next(mouth: Mouth, line: MiddleLine, meeting: Meeting, meetings: list[Meeting], numbered: dict[int, str]) -> str:
+def _next(
+    mouth: Mouth,
+    line: MiddleLine,
+    meeting: DetectedJunction,
+    meetings: list[DetectedJunction],
+    numbered: dict[int, str],
+) -> str:
     """Return the identity of the next junction along a road that leaves a meeting; "" if there is none."""
     others = [m for m in meetings if m is not meeting and line.number in m.grounds]
-    for at in line.following(mouth.at, mouth.way):
+    for at in line.following(mouth.at, mouth.direction):
         for other in others:
             if other.grounds[line.number][at]:
                 return numbered[id(other)]
     return ""
 
 
-def _road(plan: Plan, line: MiddleLine, meetings: list[Meeting], numbered: dict[int, str]) -> Road:
+def _road(plan: Plan, line: MiddleLine, meetings: list[DetectedJunction], numbered: dict[int, str]) -> Road:
     street = plan.streets[line.number]
     passed = sorted(
         (int(m.grounds[line.number].argmax()), numbered[id(m)])

@@ -70,16 +70,16 @@ class MiddleLine:
         ).min(axis=1)
         return nearest
 
-    def following(self, at: int, way: int) -> list[int]:
+    def following(self, at: int, direction: int) -> list[int]:
         """Return the indices of all places after `at`, forwards (way 1) or backwards (-1), to the line's end."""
         count = len(self.places)
         if self.closed:
-            return [(at + way * i) % (count - 1) for i in range(1, count - 1)]
-        return list(range(at + way, count if way > 0 else -1, way))
+            return [(at + direction * i) % (count - 1) for i in range(1, count - 1)]
+        return list(range(at + direction, count if direction > 0 else -1, direction))
 
-    def heading(self, at: int, way: int) -> float:
+    def heading(self, at: int, direction: int) -> float:
         """Return the direction of the line at a place, over the next AHEAD units, degrees clockwise from +z."""
-        far = ([at, *self.following(at, way)])[: round(AHEAD / STEP) + 1][-1]
+        far = ([at, *self.following(at, direction)])[: round(AHEAD / STEP) + 1][-1]
         (x0, z0), (x1, z1) = self.places[at].tolist(), self.places[far].tolist()
         return round(math.degrees(math.atan2(x1 - x0, z1 - z0)) % 360.0, 1) % 360.0
 
@@ -91,16 +91,16 @@ class Mouth:
     Attributes:
         line: index of the road's middle line.
         at: index of its first place outside the junction.
-        way: direction away from the junction: 1 forwards along the line, -1 backwards.
+        direction: direction away from the junction: 1 forwards along the line, -1 backwards.
     """
 
     line: int
     at: int
-    way: int
+    direction: int
 
 
 @dataclass(frozen=True, eq=False)
-class Meeting:
+class DetectedJunction:
     """Where roads meet, bend or end: one node, or several that look like one junction.
 
     Attributes:
@@ -135,7 +135,7 @@ def middle_lines_of(plan: Plan) -> tuple[MiddleLine, ...]:
     return tuple(found)
 
 
-def meetings_of(plan: Plan, lines: tuple[MiddleLine, ...]) -> tuple[Meeting, ...]:
+def detect_junctions(plan: Plan, lines: tuple[MiddleLine, ...]) -> tuple[DetectedJunction, ...]:
     """Return all places where a plan's roads meet, bend or end: squares first, then in the plan's order."""
     squares = [plan.world(np.array(square.corners)) for square in plan.squares]
     nodes = [*_crossings(lines), *(line.places[i] for line in lines for i in line.bends)]
@@ -162,7 +162,7 @@ def _crossings(lines: tuple[MiddleLine, ...]) -> list[Points]:
     found: list[Points] = []
     for one, other in combinations(lines, 2):
         apart = other.distances(one.places).round(6)
-        found += [one.places[first + int(apart[first:last].argmin())] for first, last in runs(apart < TOUCH)]
+        found += [one.places[first + int(apart[first:last].argmin())] for first, last in true_ranges(apart < TOUCH)]
     return found
 
 
@@ -171,8 +171,8 @@ def _dead_ends(lines: tuple[MiddleLine, ...], squares: list[Points]) -> list[Poi
     found = []
     for line in lines:
         others = [other for other in lines if other is not line]
-        for at, way in () if line.closed else ((0, 1), (len(line.places) - 1, -1)):
-            tail = line.places[[at, *line.following(at, way)][: round(SHORTEST_ARM / STEP)]]
+        for at, direction in () if line.closed else ((0, 1), (len(line.places) - 1, -1)):
+            tail = line.places[[at, *line.following(at, direction)][: round(SHORTEST_ARM / STEP)]]
             crossed = any((other.distances(tail) <= other.half_width).any() for other in others)
             if not crossed and not any((_from_polygon(corners, tail) <= SQUARE_EDGE).any() for corners in squares):
                 found.append(tail[round(BEFORE_END / STEP)])
@@ -191,7 +191,7 @@ def _clusters(nodes: list[Points]) -> list[list[Points]]:
     return groups
 
 
-def _meeting(nodes: Points, corners: Points | None, lines: tuple[MiddleLine, ...]) -> Meeting:
+def _meeting(nodes: Points, corners: Points | None, lines: tuple[MiddleLine, ...]) -> DetectedJunction:
     """Return a meeting with its open ground and the mouths of its roads."""
     grounds: dict[int, Mask] = {}
     here = [line for line in lines if _meets(line, nodes, corners)]
@@ -208,7 +208,7 @@ def _meeting(nodes: Points, corners: Points | None, lines: tuple[MiddleLine, ...
             ground[at.argmin(axis=0)[at.min(axis=0) <= TOUCH]] = True
         grounds[line.number] = ground
     mouths = [mouth for line in here for mouth in _mouths(line, grounds[line.number])]
-    return Meeting(nodes, corners, grounds, tuple(_without_doubles(mouths, lines)))
+    return DetectedJunction(nodes, corners, grounds, tuple(_without_doubles(mouths, lines)))
 
 
 def _meets(line: MiddleLine, nodes: Points, corners: Points | None) -> bool:
@@ -220,11 +220,11 @@ def _meets(line: MiddleLine, nodes: Points, corners: Points | None) -> bool:
 def _mouths(line: MiddleLine, ground: Mask) -> list[Mouth]:
     """Return the points where a road leaves the open ground and continues for at least the length of an arm."""
     found = []
-    for first, last in runs(ground):
-        for at, way in ((last - 1, 1), (first, -1)):
-            onward = line.following(at, way)[: round(SHORTEST_ARM / STEP)]
+    for first, last in true_ranges(ground):
+        for at, direction in ((last - 1, 1), (first, -1)):
+            onward = line.following(at, direction)[: round(SHORTEST_ARM / STEP)]
             if len(onward) == round(SHORTEST_ARM / STEP) and not ground[onward].any():
-                found.append(Mouth(line.number, onward[0], way))
+                found.append(Mouth(line.number, onward[0], direction))
     return found
 
 
@@ -232,19 +232,19 @@ def _without_doubles(mouths: list[Mouth], lines: tuple[MiddleLine, ...]) -> list
     """Drop the mouths of narrower roads that leave at nearly the same place in the same direction."""
     kept: list[Mouth] = []
     for mouth in sorted(mouths, key=lambda m: -lines[m.line].half_width):
-        place, heading = lines[mouth.line].places[mouth.at], lines[mouth.line].heading(mouth.at, mouth.way)
+        place, heading = lines[mouth.line].places[mouth.at], lines[mouth.line].heading(mouth.at, mouth.direction)
         doubles = [
             other
             for other in kept
             if math.dist(place, lines[other.line].places[other.at]) < MERGED
-            and abs(turn_between(lines[other.line].heading(other.at, other.way), heading)) < SAME_ARM
+            and abs(turn_between(lines[other.line].heading(other.at, other.direction), heading)) < SAME_ARM
         ]
         if not doubles:
             kept.append(mouth)
     return kept
 
 
-def runs(mask: Mask) -> list[tuple[int, int]]:
+def true_ranges(mask: Mask) -> list[tuple[int, int]]:
     """Return the half-open index range (start, stop) of each run of true values of a mask (n,)."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
     return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))

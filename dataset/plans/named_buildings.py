@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from arramon_dataset.layout.grid import Points
-from arramon_dataset.layout.solids import to_rectangle
+from arramon_dataset.layout.solids import distance_from_rectangle
 from arramon_dataset.plans.graph import NamedBuilding, Road
 from arramon_dataset.plans.junction_detection import MiddleLine
 from arramon_server.sim.section import Building, Section
@@ -30,7 +30,9 @@ SMALL, SMALL_GROUND = 2.6, 30.0
 """Maximum height and ground area of a building called small, in units and square units: two storeys."""
 
 
-def house_of(number: int, section: Section, roads: tuple[Road, ...], lines: tuple[MiddleLine, ...]) -> NamedBuilding:
+def named_building(
+    number: int, section: Section, roads: tuple[Road, ...], lines: tuple[MiddleLine, ...]
+) -> NamedBuilding:
     """Return a building of a section with the attributes by which it can be named.
 
     Args:
@@ -43,7 +45,7 @@ def house_of(number: int, section: Section, roads: tuple[Road, ...], lines: tupl
     at = tuple(
         road.identity
         for road, line in zip(roads, lines, strict=True)
-        if from_building(building, line.places).min() <= road.width / 2 + AT_ROAD
+        if distance_from_building(building, line.places).min() <= road.width / 2 + AT_ROAD
     )
     return NamedBuilding(
         f"building/{number}",
@@ -62,7 +64,7 @@ def _sign_of(building: Building, section: Section) -> str:
     """Return the kind of shop named by the sign on a building's wall; "" without a sign."""
     signs = [prop for prop in section.props if prop.kind == "shop_sign"]
     places = np.array([(sign.x, sign.z) for sign in signs]).reshape(-1, 2)
-    on = np.flatnonzero(from_building(building, places) < ON_WALL)
+    on = np.flatnonzero(distance_from_building(building, places) < ON_WALL)
     return signs[int(on[0])].shape if len(on) else ""
 
 
@@ -87,8 +89,10 @@ def corners_of(building: Building) -> tuple[tuple[float, float], ...]:
     )
 
 
-def from_building(building: Building, places: Points) -> Points:
+def distance_from_building(building: Building, places: Points) -> Points:
     """Return the distance of places (n, 2) of (x, z) from a building, in units, (n,); 0 inside."""
     half = np.array([building.half_width, building.half_length])
-    distance: Points = to_rectangle(places, np.array([building.x, building.z]), half, building.heading).round(6)
+    distance: Points = distance_from_rectangle(
+        places, np.array([building.x, building.z]), half, building.heading
+    ).round(6)
     return distance

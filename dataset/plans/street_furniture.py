@@ -10,7 +10,7 @@ import numpy as np
 from arramon_client.world import SHOPS
 from arramon_dataset.layout.furniture_colours import COLOURS, SHAPE_COLOURS
 from arramon_dataset.layout.grid import Points, sample_points, to_street_frame
-from arramon_dataset.layout.prop_places import AT_CORNERS, Surroundings, candidates, extents, free_of_others
+from arramon_dataset.layout.prop_places import AT_CORNERS, Surroundings, candidate_places, half_size, is_free_of_others
 from arramon_dataset.plans.plan import Plan
 from arramon_dataset.plans.zebras import zebra_crossings
 from arramon_dataset.randomness import seeded
@@ -66,7 +66,7 @@ class Stops:
     labels: list[SegmentationLabel] = field(default_factory=list)
 
 
-def furnish(plan: Plan, buildings: Sequence[Building], seed: str) -> tuple[Prop, ...]:
+def furnish_streets(plan: Plan, buildings: Sequence[Building], seed: str) -> tuple[Prop, ...]:
     """Return the section's furniture; the same input gives the same result. All streets' middle lines stay free.
 
     Args:
@@ -74,8 +74,8 @@ def furnish(plan: Plan, buildings: Sequence[Building], seed: str) -> tuple[Prop,
         buildings: of the section.
         seed: seeds the placement.
     """
-    trodden = sample_points(plan.lines())
-    surroundings = Surroundings.of(plan.heading, buildings, trodden, np.zeros((0, 2)), REACH)
+    walked = sample_points(plan.lines())
+    surroundings = Surroundings.of(plan.heading, buildings, walked, np.zeros((0, 2)), REACH)
     stops = stops_of(plan)
     random = seeded(seed, plan.id, "landmarks")
     for zebra in zebra_crossings(plan, seeded(seed, plan.id, "zebras")):
@@ -83,7 +83,7 @@ def furnish(plan: Plan, buildings: Sequence[Building], seed: str) -> tuple[Prop,
         surroundings.add("zebra_crossing", place, zebra.heading - plan.heading, ("", "", ""))
         stops.labels.append(label_of("zebra_crossing", ("", "")))
     for kind, count in COUNTS.items():
-        places, fronts = candidates(surroundings, kind, random)
+        places, fronts = candidate_places(surroundings, kind, random)
         if kind in AT_CORNERS:
             close = distances(places, stops.crossings).min(axis=1, initial=np.inf) <= CROSSING
             places, fronts = places[close], fronts[close]
@@ -115,7 +115,7 @@ def place_landmark(
     surroundings: Surroundings, stops: Stops, kind: str, places: Points, fronts: Points, random: Random
 ) -> None:
     """Place one prop of this kind where a landmark is needed most, if there is a free place."""
-    free = np.flatnonzero(free_of_others(surroundings, places, max(extents(kind))))
+    free = np.flatnonzero(is_free_of_others(surroundings, places, max(half_size(kind))))
     if not len(free):
         return
     tried = free[sorted(random.sample(range(len(free)), min(TRIED, len(free))))]

@@ -44,7 +44,7 @@ class Strip:
 
 
 @dataclass(frozen=True, slots=True)
-class Surface:
+class StreetSurface:
     """The ground of all streets and squares of a plan.
 
     Attributes:
@@ -85,7 +85,7 @@ class Surface:
         return np.concatenate(found)
 
 
-def surface(plan: Plan) -> Surface:
+def street_surface(plan: Plan) -> StreetSurface:
     """Return the ground that the plan's streets and squares cover."""
     strips: list[Strip] = []
     for street in plan.streets:
@@ -94,7 +94,7 @@ def surface(plan: Plan) -> Surface:
     for corners in squares:
         loop = [*corners.tolist(), corners[0].tolist()]
         strips += [_strip(start, end, 0.0) for start, end in pairwise(loop)]
-    return Surface(_align(strips), squares)
+    return StreetSurface(_align(strips), squares)
 
 
 def _align(strips: list[Strip]) -> tuple[Strip, ...]:

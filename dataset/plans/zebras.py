@@ -3,7 +3,7 @@
 import math
 from random import Random
 
-from arramon_dataset.plans.junction_detection import MiddleLine, Mouth, meetings_of, middle_lines_of
+from arramon_dataset.plans.junction_detection import MiddleLine, Mouth, detect_junctions, middle_lines_of
 from arramon_dataset.plans.plan import Plan
 from arramon_server.sim.assets.roadside import ZEBRA_LENGTH
 from arramon_server.sim.section import Prop
@@ -30,7 +30,7 @@ def zebra_crossings(plan: Plan, random: Random) -> tuple[Prop, ...]:
     """
     lines = middle_lines_of(plan)
     found: list[Prop] = []
-    for meeting in meetings_of(plan, lines):
+    for meeting in detect_junctions(plan, lines):
         streets = [mouth for mouth in meeting.mouths if 2 * lines[mouth.line].half_width >= NARROWEST]
         if meeting.corners is not None or len(streets) < 3:
             continue
@@ -44,7 +44,7 @@ def zebra_crossings(plan: Plan, random: Random) -> tuple[Prop, ...]:
 
 def _zebra(mouth: Mouth, line: MiddleLine) -> Prop:
     x, z = line.places[mouth.at].tolist()
-    heading = line.heading(mouth.at, mouth.way)
+    heading = line.heading(mouth.at, mouth.direction)
     angle, away = math.radians(heading), BACK + ZEBRA_LENGTH / 2
     x, z = round(x + away * math.sin(angle), 3), round(z + away * math.cos(angle), 3)
     return Prop("zebra_crossing", x, z, heading)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from random import Random
 
 from arramon_client.world import COLLECTIBLES, COLUMNS, ROWS
-from arramon_dataset.instructions.assembly.visible_objects import to_standing, whole_room
+from arramon_dataset.instructions.assembly.visible_objects import to_room_object, whole_room
 from arramon_lang.cell_grading import Referent, find_cell, grade_relation, quarter_after
 from arramon_lang.meaning import Assembly, Thing, Where
 from arramon_server.sim.catalogue import ALL_TYPES, ObjectType
@@ -30,7 +30,7 @@ def identifies_cell(meaning: Assembly, room: Sequence[PlacedObject], placement: 
 
 
 @dataclass(frozen=True, slots=True)
-class Arrangement:
+class DecoyPlacer:
     """Places the decoys of one instruction after another.
 
     Attributes:
@@ -78,14 +78,14 @@ class Arrangement:
             elif thing.kind == "wall":
                 known.append(whole_room(()).walls.get(thing.look, quarter))
             elif (item := self._find(thing, where, subject, quarter, placed)) is not None:
-                known.append(to_standing(item))
+                known.append(to_room_object(item))
                 self._relate_all(thing, item, quarter, placed)
             elif thing.kind in COLLECTIBLES or (not thing.kind and (thing.colour or thing.look)):
                 missing.append(thing)
         for thing in missing:
             new = self._add_decoy(thing, where, subject, known, quarter)
             if new is not None:
-                known.append(to_standing(new))
+                known.append(to_room_object(new))
                 self._relate_all(thing, new, quarter, placed)
 
     def _relate_all(self, thing: Thing, item: PlacedObject, quarter: int, placed: Sequence[PlacedObject]) -> None:
@@ -99,7 +99,7 @@ class Arrangement:
         fitting = [item for item in (*self.items(), *placed) if fits(thing, item.type)]
         if fitting and thing.kind and thing.colour and thing.look:
             return fitting[0]
-        graded = [(relation_score(where, subject, to_standing(item), quarter), item) for item in fitting]
+        graded = [(relation_score(where, subject, to_room_object(item), quarter), item) for item in fitting]
         good = [(grade, item.placement, item) for grade, item in graded if grade >= MIN_GRADE]
         return max(good)[2] if good else None
 
@@ -115,7 +115,7 @@ class Arrangement:
         type_ = self.random.choice(types)
         graded = {}
         for cell in self.random.sample(cells, len(cells)):
-            mark = to_standing(PlacedObject(type_, RoomPosition(cell.column, 1, cell.row)))
+            mark = to_room_object(PlacedObject(type_, RoomPosition(cell.column, 1, cell.row)))
             if where.relation == "between" and known:
                 at = subject.column, subject.row
                 graded[cell] = grade_relation(where, at, subject.level, (known[0], mark), quarter)

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from arramon_client.world import COLUMNS, REACH_AHEAD, REACH_SIDE, ROWS
 from arramon_dataset.randomness import seeded
-from arramon_dataset.release.decoys import Arrangement, identifies_cell
+from arramon_dataset.release.decoys import DecoyPlacer, identifies_cell
 from arramon_lang import Language, Mention
 from arramon_lang.meaning import Assembly
 from arramon_server.sim.catalogue import ALL_TYPES, EXTENT, ObjectType
@@ -217,12 +217,12 @@ def _arrange(
     room: dict[RoomCell, ObjectType] = {}
     for turn in stands:
         if cells[turn] not in room:
-            room[cells[turn]] = stand_type(targets, turn, references[turn], room, random)
-    arrangement = Arrangement(room, {START, *cells}, walked, targets, DECOYS, attempt > 0, random)
+            room[cells[turn]] = supporting_type(targets, turn, references[turn], room, random)
+    placer = DecoyPlacer(room, {START, *cells}, walked, targets, DECOYS, attempt > 0, random)
     for turn in (0, 1) if attempt % 2 == 0 else (1, 0):
         meaning = meanings[turn]
         if meaning is not None:
-            arrangement.add(meaning, placements[turn], [PlacedObject(targets[0], placements[0])] * turn)
+            placer.add(meaning, placements[turn], [PlacedObject(targets[0], placements[0])] * turn)
     shut = {START, *walked, *cells, *room}
     free = [RoomCell(column, row) for row in range(ROWS) for column in range(COLUMNS)]
     free = [cell for cell in free if cell not in shut]
@@ -245,7 +245,7 @@ def rests_on_first(placements: tuple[RoomPosition, RoomPosition]) -> bool:
     return first.level == 1 and (first.column, first.row) == (second.column, second.row)
 
 
-def stand_type(
+def supporting_type(
     targets: tuple[ObjectType, ObjectType],
     turn: int,
     references: Sequence[ObjectReference],

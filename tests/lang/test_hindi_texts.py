@@ -7,7 +7,7 @@ from random import Random
 import pytest
 
 from arramon_lang import load
-from arramon_lang.coreference import co_reference
+from arramon_lang.coreference import first_mentions
 from arramon_lang.meaning import Assembly, Face, Meaning, Navigation, Rotate, Step, Thing, Walk, Where
 from arramon_lang.quality import BLOCKED, check
 from tests.lang import sampling
@@ -200,7 +200,7 @@ def test_written_texts_are_read_back_to_their_meaning() -> None:
     wrong = []
     for meaning, text in texts:
         read = load("hi").read(text, phase_of(meaning))
-        if read != meaning or co_reference(read) != co_reference(meaning):
+        if read != meaning or first_mentions(read) != first_mentions(meaning):
             wrong.append(text)
     assert len(wrong) <= 0.01 * len(texts), wrong
 

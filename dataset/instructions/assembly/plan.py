@@ -11,7 +11,7 @@ from random import Random
 from arramon_client.world import COLUMNS, ROWS
 from arramon_dataset.instructions.assembly.cells import fitting_cells
 from arramon_dataset.instructions.assembly.namer import ObjectNamer
-from arramon_dataset.instructions.assembly.visible_objects import seen_room, whole_room
+from arramon_dataset.instructions.assembly.visible_objects import visible_room, whole_room
 from arramon_lang.cell_grading import RoomObject, find_cell, quarter_after, relative
 from arramon_lang.meaning import Assembly, Thing, Where
 from arramon_server.sim.catalogue import ObjectType
@@ -80,7 +80,7 @@ def plan_assembly(
             f"the target's level is {target_cell.level} in column {cell[0]}, row {cell[1]}; "
             f"expected one above the {whole.height(cell)} objects there"
         )
-    seen = seen_room(room)
+    seen = visible_room(room)
     for _ in range(TRIES):
         turns = _draw_turns(target_cell, random)
         namer = ObjectNamer(seen, whole, target_type, quarter_after(turns))

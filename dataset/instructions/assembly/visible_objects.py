@@ -30,11 +30,11 @@ CACHED = 8
 
 def whole_room(room: tuple[PlacedObject, ...]) -> Room:
     """Return all objects in the room, visible or not."""
-    return Room(tuple(to_standing(item) for item in room), _walls())
+    return Room(tuple(to_room_object(item) for item in room), _walls())
 
 
 @lru_cache(maxsize=CACHED)
-def seen_room(room: tuple[PlacedObject, ...]) -> Room:
+def visible_room(room: tuple[PlacedObject, ...]) -> Room:
     """Return the objects that an agent sees well when it turns around on the start tile.
 
     Of two objects of the same type, both are returned if either is seen.
@@ -48,10 +48,10 @@ def seen_room(room: tuple[PlacedObject, ...]) -> Room:
         assert segmentation is not None  # Requested above.
         most = np.maximum(most, np.bincount(segmentation.ravel(), minlength=len(most)))
     seen = {label for label, pixels in zip(camera.labels, most.tolist(), strict=True) if pixels >= MIN_PIXELS}
-    return Room(tuple(to_standing(item) for item in room if str(item.type) in seen), _walls())
+    return Room(tuple(to_room_object(item) for item in room if str(item.type) in seen), _walls())
 
 
-def to_standing(item: PlacedObject) -> RoomObject:
+def to_room_object(item: PlacedObject) -> RoomObject:
     """Return an object of the room as an `arramon_lang.cell_grading.RoomObject`."""
     type_, place = item.type, item.placement
     return RoomObject(type_.kind, type_.colour, type_.pattern, place.column, place.row, place.level)

@@ -6,10 +6,10 @@ from arramon_dataset.instructions.gate.progress import GateProgress, nearest
 from arramon_dataset.instructions.gate.streets import faults_of_place, faults_of_turn_on_the_way
 from arramon_dataset.instructions.gate.texts import faults_of_names
 from arramon_dataset.instructions.gate.things import (
+    faults_of_confusable_things,
     faults_of_description,
+    faults_of_group,
     faults_of_relations,
-    faults_of_rivals,
-    faults_of_several,
     faults_of_sight,
     faults_of_target,
 )
@@ -43,7 +43,7 @@ def faults_of_navigation(meaning: Navigation, world: GateWorld) -> tuple[str, ..
 
 
 class NavigationCheck:
-    """Checks an instruction step by step while it advances along the path; a `navigation.plan.Judge`.
+    """Checks an instruction step by step while it advances along the path; a `navigation.plan.PlanCheck`.
 
     Args:
         world: of its turn.
@@ -85,9 +85,9 @@ class NavigationCheck:
         for thing in things:
             faults += faults_of_description(world, before, thing)
             if thing.kind in NOT_FIRST or (thing.kind == "square" and isinstance(step, Rotate)):
-                faults += faults_of_place(world, before.last_choice, thing, step)
+                faults += faults_of_place(world, before.first_alternative, thing, step)
             faults += faults_of_relations(world, before, thing)
-            faults += faults_of_several(world, before, thing)
+            faults += faults_of_group(world, before, thing)
         self._advance(step, faults)
         self._last = step
         named = before.named.union(thing.identity for thing in things)
@@ -96,7 +96,7 @@ class NavigationCheck:
         )
         for thing in things if world.poses else ():
             faults += faults_of_sight(world, progress, thing)
-            faults += faults_of_rivals(world, progress, thing, is_faced=isinstance(step, Face))
+            faults += faults_of_confusable_things(world, progress, thing, is_faced=isinstance(step, Face))
         return faults
 
     def _advance(self, step: Step, faults: list[str]) -> None:

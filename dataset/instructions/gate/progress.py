@@ -43,7 +43,7 @@ class GateProgress:
         return max((*self.mentioned_turns, 0))
 
     @property
-    def last_choice(self) -> int:
+    def first_alternative(self) -> int:
         """Index of the place from which on the streets that open count as alternatives."""
         return self.at if self.at and self.at in self.turned else self.at - 2
 

@@ -53,7 +53,7 @@ def faults_of_passing(world: GateWorld, since: int, step: Walk) -> Iterator[str]
         step: past something, on either side.
     """
     for mark in (mark for thing in step.things for mark in world.landmarks(thing.identity)):
-        ground = ground_of(world, mark)
+        ground = footprint_of(world, mark)
         places = [(pose.x, pose.z) for pose in poses_of_part(world, since).values()]
         is_reached = any(math.dist(nearest_on_outline(ground, place), place) <= STOOD_AT for place in places)
         if not is_reached and not any(True for _ in sides_of(world, since, mark)):
@@ -68,7 +68,7 @@ def sides_of(world: GateWorld, since: int, mark: Landmark) -> Iterator[float]:
         since: index of a place on the part, which ends at the next bend that must be mentioned.
         mark: the thing.
     """
-    ground = ground_of(world, mark)
+    ground = footprint_of(world, mark)
     for here in poses_of_part(world, since).values():
         place = nearest_on_outline(ground, (here.x, here.z))
         right, ahead = here.local(*place)
@@ -90,12 +90,12 @@ def poses_of_part(world: GateWorld, since: int) -> dict[int, Pose]:
     return world.geometry.straight_part(since, ACCEPTED_UNMENTIONED, SINCE)
 
 
-def ground_of(world: GateWorld, mark: Landmark) -> Sequence[Place]:
+def footprint_of(world: GateWorld, mark: Landmark) -> Sequence[Place]:
     """Return the corners of a building, or the position of any other thing."""
     houses = () if world.graph is None else world.graph.houses
     return next((each.corners for each in houses if each.identity == mark.identity), ((mark.x, mark.z),))
 
 
-def stands_on(mark: Landmark, other: Landmark) -> bool:
+def is_on_crossing(mark: Landmark, other: Landmark) -> bool:
     """Return whether a thing stands at least partly on another that is a zebra crossing."""
     return other.covers_ground(mark.x, mark.z, ACCEPTED_ZEBRA_MARGIN)

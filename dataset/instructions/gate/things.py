@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 
 from arramon_dataset.instructions.gate.progress import HINDSIGHT, GateProgress
-from arramon_dataset.instructions.gate.sides import stands_on
+from arramon_dataset.instructions.gate.sides import is_on_crossing
 from arramon_dataset.instructions.gate.streets import ORDINALS
 from arramon_dataset.instructions.gate.world import GateWorld
 from arramon_dataset.instructions.visible_landmarks import Landmark
@@ -151,7 +151,7 @@ def faults_of_relations(world: GateWorld, progress: GateProgress, thing: Thing) 
         for landmark in where.things:
             yield from faults_of_description(world, progress, landmark)
         others = [mark for landmark in where.things for mark in world.landmarks(landmark.identity)]
-        if marks and any(stands_on(marks[0], other) for other in others):
+        if marks and any(is_on_crossing(marks[0], other) for other in others):
             yield f"{thing.identity} stands on {where.things[0].identity}, not {where.relation} it"
         elif marks and others and not _holds(world, where, marks[0], others):
             yield f"{thing.identity} is not {where.relation} {where.things[0].identity}"
@@ -221,7 +221,9 @@ def faults_of_sight(world: GateWorld, progress: GateProgress, thing: Thing) -> I
             yield f"{mark.identity} cannot be seen on the way to it"
 
 
-def faults_of_rivals(world: GateWorld, progress: GateProgress, thing: Thing, *, is_faced: bool) -> Iterator[str]:
+def faults_of_confusable_things(
+    world: GateWorld, progress: GateProgress, thing: Thing, *, is_faced: bool
+) -> Iterator[str]:
     """Yield each other thing that fits a name and is visible nearer ahead, or nearer during a turn.
 
     Also yield each one that the path passes first, whenever it was seen.
@@ -250,7 +252,7 @@ def faults_of_rivals(world: GateWorld, progress: GateProgress, thing: Thing, *, 
                 yield f"the path passes {other.identity} before {thing.identity}"
 
 
-def faults_of_several(world: GateWorld, progress: GateProgress, thing: Thing) -> Iterator[str]:
+def faults_of_group(world: GateWorld, progress: GateProgress, thing: Thing) -> Iterator[str]:
     """Yield each member of a group that is not ahead of the walker."""
     view = Pose(*world.path[progress.at], world.geometry.heading_after(progress.at))
     for mark in world.landmarks(thing.identity) if thing.number else ():

@@ -74,7 +74,7 @@ def turn(world: GateWorld, progress: GateProgress, step: Rotate, faults: list[st
         faults.append(f"the path does not turn {step.direction} {step.at} {step.thing.identity}")
         return progress
     if step.thing.kind in ("street", "alley"):
-        faults += faults_of_street(world, progress.last_choice, step.thing, step.direction, index)
+        faults += faults_of_street(world, progress.first_alternative, step.thing, step.direction, index)
     elif step.thing.kind not in PLACES:
         faults += faults_of_turn_by(world, progress.at, step, near, index)
     if step.at == "before" and any(is_beyond_turn(world, mark.x, mark.z, index) for mark in marks):

@@ -20,11 +20,11 @@ NOT_COUNTED_ON = (*COLLECTIBLES, *NEVER_BARE, "building")
 """Kinds never called "the next one" if their colour distinguishes them: too many are in sight."""
 
 
-class Indistinct(ValueError):
+class NoDistinctName(ValueError):
     """Two things of an instruction have no names that distinguish them."""
 
 
-def distinguish(meaning: Navigation, full_names: Mapping[str, Thing], random: Random) -> Navigation | None:
+def with_distinct_names(meaning: Navigation, full_names: Mapping[str, Thing], random: Random) -> Navigation | None:
     """Return the meaning with a distinct name for each of its things, or None if that is not possible.
 
     Args:
@@ -45,7 +45,7 @@ def distinguish(meaning: Navigation, full_names: Mapping[str, Thing], random: Ra
         if thing.identity in named:
             earlier = named[thing.identity]
             if (earlier.kind, earlier.number) != (thing.kind, thing.number):
-                raise Indistinct(thing.identity)
+                raise NoDistinctName(thing.identity)
             return replace(earlier, where=thing.where)
         if thing.kind in many and thing.identity in full_names and thing.identity != target:
             full = full_names[thing.identity]
@@ -60,7 +60,7 @@ def distinguish(meaning: Navigation, full_names: Mapping[str, Thing], random: Ra
 
     try:
         renamed = map_mentions(meaning, name)
-    except Indistinct:
+    except NoDistinctName:
         return None
     assert isinstance(renamed, Navigation)
     return renamed
@@ -90,7 +90,7 @@ def _distinct_name(thing: Thing, named: Mapping[str, Thing], random: Random, *, 
     if not alike:
         return thing
     if thing.which or thing.number or any(other.number for other in alike):
-        raise Indistinct(thing.identity)
+        raise NoDistinctName(thing.identity)
     if thing.kind in PLACES:
         return replace(thing, which="next")
     return replace(thing, which="next" if is_step and random.random() < NEXT_SHARE else "another")

@@ -12,7 +12,7 @@ from arramon_dataset.instructions.navigation.place_steps import MAX_BEND
 from arramon_dataset.instructions.navigation.route import (
     MAX_STEP_LENGTH,
     DescribedRoute,
-    Option,
+    StepOption,
     Waypoint,
     path_turns_by,
     pose_after_passing,
@@ -54,7 +54,7 @@ PLACES = ("intersection", "junction", "corner")
 """Kinds of landmarks that are places, not things; `places` beside this file handles them."""
 
 
-def landmark_options(route: DescribedRoute, waypoint: Waypoint) -> Iterator[Option]:
+def landmark_options(route: DescribedRoute, waypoint: Waypoint) -> Iterator[StepOption]:
     """Yield candidate steps that refer to landmarks seen so far."""
     here = waypoint.pose.x, waypoint.pose.z
     seen = [mark for mark in route.marks if route.is_seen(mark, waypoint)]
@@ -120,12 +120,12 @@ class _Subject:
     waypoint: Waypoint
     cost: float
 
-    def option(self, route: DescribedRoute, step: Step, end: Pose, cost: float) -> Iterator[Option]:
+    def option(self, route: DescribedRoute, step: Step, end: Pose, cost: float) -> Iterator[StepOption]:
         """Yield the candidate that ends with `step`, after the turns."""
         yield from route.option(self.waypoint, self.turns, step, end, self.cost + cost)
 
 
-def _options(route: DescribedRoute, subject: _Subject) -> Iterator[Option]:
+def _options(route: DescribedRoute, subject: _Subject) -> Iterator[StepOption]:
     """Yield candidate steps that refer to one thing."""
     pose, mark, name = subject.waypoint.pose, subject.mark, subject.name
     right, _ = pose.local(mark.x, mark.z)
@@ -149,7 +149,7 @@ def _options(route: DescribedRoute, subject: _Subject) -> Iterator[Option]:
             yield from subject.option(route, Walk(way, (name,)), straight.ahead(distance - near), cost)
 
 
-def _turns(route: DescribedRoute, subject: _Subject, word: str, end: Pose) -> Iterator[Option]:
+def _turns(route: DescribedRoute, subject: _Subject, word: str, end: Pose) -> Iterator[StepOption]:
     """Yield a turn at, before or after a thing, if the path turns there."""
     waypoint, mark = subject.waypoint, subject.mark
     number = route.nearest(end, waypoint.number)
@@ -169,7 +169,7 @@ def _turns(route: DescribedRoute, subject: _Subject, word: str, end: Pose) -> It
         yield from subject.option(route, step, end.turned(DEGREES[direction]), cost)
 
 
-def _building_options(route: DescribedRoute, subject: _Subject) -> Iterator[Option]:
+def _building_options(route: DescribedRoute, subject: _Subject) -> Iterator[StepOption]:
     """Yield a walk past a building along its wall, and towards one that is straight ahead."""
     pose, mark, name = subject.waypoint.pose, subject.mark, subject.name
     houses = () if route.graph is None else route.graph.houses
@@ -191,7 +191,7 @@ def _building_options(route: DescribedRoute, subject: _Subject) -> Iterator[Opti
         yield from subject.option(route, Walk("towards", (name,)), end, 0.0)
 
 
-def _walks_by_groups(route: DescribedRoute, waypoint: Waypoint) -> Iterator[Option]:
+def _walks_by_groups(route: DescribedRoute, waypoint: Waypoint) -> Iterator[StepOption]:
     """Yield candidate steps that refer to groups of landmarks, seen now or soon."""
     soon = replace(waypoint, number=min(waypoint.number + GROUP_LOOKAHEAD, route.last))
     until = route.departures[min(waypoint.number + 12, route.last)]
@@ -214,7 +214,7 @@ def _walks_by_groups(route: DescribedRoute, waypoint: Waypoint) -> Iterator[Opti
 
 def _group_options(
     route: DescribedRoute, group: LandmarkGroup, turns: tuple[Step, ...], waypoint: Waypoint
-) -> Iterator[Option]:
+) -> Iterator[StepOption]:
     """Yield walks past and to a group, and turns at it."""
     pose, marks = waypoint.pose, group.marks
     liking = GROUP_COST if route.prefers_groups else 0.0
@@ -242,7 +242,7 @@ def _group_options(
 
 def _walks_between(
     route: DescribedRoute, waypoint: Waypoint, named: list[tuple[Landmark, Thing, float]]
-) -> Iterator[Option]:
+) -> Iterator[StepOption]:
     """Yield walks between two landmarks, whether their names are equal or not."""
     for (one, first, cost), (other, second, more) in combinations(named, 2):
         if first.kind in NO_POST or second.kind in NO_POST or first.which or second.which:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from arramon_client.world import turn_between
 from arramon_dataset.instructions.navigation.route import (
     DescribedRoute,
-    Option,
+    StepOption,
     Waypoint,
     path_turns_by,
     turn_word,
@@ -61,7 +61,7 @@ BUILDING_SHARE = 0.25
 """Probability that a corner is named after its building where possible."""
 
 
-def place_options(route: DescribedRoute, waypoint: Waypoint) -> Iterator[Option]:
+def place_options(route: DescribedRoute, waypoint: Waypoint) -> Iterator[StepOption]:
     """Yield turns into streets ahead, and walks to and across places, possibly after an initial turn."""
     yield from _options(route, waypoint, ())
     onward = route.onward_heading(waypoint.number)
@@ -72,7 +72,7 @@ def place_options(route: DescribedRoute, waypoint: Waypoint) -> Iterator[Option]
             yield from _options(route, after, (Rotate(word),))
 
 
-def _options(route: DescribedRoute, waypoint: Waypoint, turns: tuple[Step, ...]) -> Iterator[Option]:
+def _options(route: DescribedRoute, waypoint: Waypoint, turns: tuple[Step, ...]) -> Iterator[StepOption]:
     openings = _openings_ahead(route, waypoint)
     for side, degrees in (("left", -90.0), ("right", 90.0)):
         own = [(along, mark) for along, mark in openings if mark.label.look == side]
@@ -102,7 +102,7 @@ def _turn_into(
     number: int,
     place: tuple[float, Landmark],
     degrees: float,
-) -> Iterator[Option]:
+) -> Iterator[StepOption]:
     along, mark = place
     pose = waypoint.pose
     end = pose.ahead(along)
@@ -136,7 +136,7 @@ def _name(
     corner = _building_corner(route, junction, mark, pose.ahead(along))
     if corner is not None and route.random.random() < BUILDING_SHARE:
         return corner
-    kinds, weights = zip(*NAMES[looks_like(route.graph, junction, mark, pose.heading)], strict=True)
+    kinds, weights = zip(*NAMES[apparent_kind(route.graph, junction, mark, pose.heading)], strict=True)
     (kind,) = route.random.choices(kinds, weights)
     if kind in ("street", "alley"):
         return Thing(kind, identity=identity_of(junction, mark, pose.heading, kind))
@@ -162,7 +162,7 @@ def _counted_name(
     return None
 
 
-def looks_like(graph: StreetGraph | None, junction: Junction, mark: Landmark, heading: float) -> str:
+def apparent_kind(graph: StreetGraph | None, junction: Junction, mark: Landmark, heading: float) -> str:
     """Return the key of NAMES for an opening, as seen by a walker who arrives with this heading."""
     if road_kind(graph, junction, mark, heading) == "alley":
         return "alley"
@@ -221,7 +221,7 @@ def _building_corner(route: DescribedRoute, junction: Junction, mark: Landmark, 
 
 def _walks(
     route: DescribedRoute, waypoint: Waypoint, turns: tuple[Step, ...], openings: list[tuple[float, Landmark]]
-) -> Iterator[Option]:
+) -> Iterator[StepOption]:
     """Yield walks to the next crossing or to the end of the street, and across the next crossing."""
     ahead = [(along, mark) for along, mark in openings if along >= 1.5]
     if not ahead or len(ahead) < len(openings) or ahead[0][1].seen[0] > route.departures[waypoint.number]:

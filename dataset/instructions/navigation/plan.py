@@ -12,14 +12,14 @@ from random import Random
 from typing import Protocol
 
 from arramon_client.world import bearing, turn_between
-from arramon_dataset.instructions.navigation.distinct_names import distinguish
+from arramon_dataset.instructions.navigation.distinct_names import with_distinct_names
 from arramon_dataset.instructions.navigation.landmark_names import fits, full_name
 from arramon_dataset.instructions.navigation.landmark_steps import PLACES as OPEN_PLACES
 from arramon_dataset.instructions.navigation.landmark_steps import landmark_options
 from arramon_dataset.instructions.navigation.place_steps import place_options
 from arramon_dataset.instructions.navigation.route import (
     DescribedRoute,
-    Option,
+    StepOption,
     Waypoint,
     path_turns_by,
     turn_towards,
@@ -57,20 +57,20 @@ FACE_FIRST = 0.6
 """Probability that the first turn is described by the landmark to face, where that is unambiguous."""
 
 
-class Judge(Protocol):
+class PlanCheck(Protocol):
     """Accepts or rejects the steps of a plan, one after another."""
 
-    def after(self, steps: tuple[Step, ...]) -> "Judge | None":
+    def after(self, steps: tuple[Step, ...]) -> "PlanCheck | None":
         """Return the judge after further steps; None if it rejects one of them."""
 
     def may_end(self, target: Thing) -> bool:
         """Return whether the plan may end here: the target's description is true and no step is missing."""
 
 
-class AcceptAll:
+class AcceptAllSteps:
     """A judge that accepts every step."""
 
-    def after(self, steps: tuple[Step, ...]) -> "AcceptAll":  # noqa: ARG002 - a judge's
+    def after(self, steps: tuple[Step, ...]) -> "AcceptAllSteps":  # noqa: ARG002 - a judge's
         """Return this judge."""
         return self
 
@@ -87,7 +87,7 @@ def plan_navigation(
     marks: Sequence[Landmark],
     random: Random,
     graph: StreetGraph | None = None,
-    judge: Judge | None = None,
+    plan_check: PlanCheck | None = None,
 ) -> Navigation | None:
     """Return the meaning of an instruction to walk a path, or None if planning fails.
 
@@ -99,17 +99,17 @@ def plan_navigation(
         marks: result of `sight.find_landmarks` for the poses; can be reused for many draws.
         random: draws the wording; another draw gives another plan.
         graph: of the section's streets; None to call every place a corner.
-        judge: of the steps; None to accept all of them.
+        plan_check: of the steps; None to accept all of them.
     """
     thing = describe(target, street, marks, poses, random)
     if thing is None:
         return None
     route = DescribedRoute(path, poses, marks, (target.position.x, target.position.z), graph, random)
-    steps = _Planner(route, thing).steps(judge or AcceptAll())
+    steps = _Planner(route, thing).steps(plan_check or AcceptAllSteps())
     if steps is None:
         return None
     full_names = {mark.identity: full_name(mark) for mark in marks if mark.label.kind not in OPEN_PLACES}
-    return distinguish(Navigation(steps, thing), full_names, random)
+    return with_distinct_names(Navigation(steps, thing), full_names, random)
 
 
 class _Planner:
@@ -121,18 +121,18 @@ class _Planner:
         seen = [route.first_seen(mark) for mark in route.marks if (mark.x, mark.z) == route.goal]
         self._target_seen = min(seen, default=math.inf)
 
-    def steps(self, judge: Judge) -> tuple[Step, ...] | None:
+    def steps(self, plan_check: PlanCheck) -> tuple[Step, ...] | None:
         """Return all steps to the target, or None if the search fails."""
         self._left = TRIED
-        return self._from(Waypoint(self._route.start, 0), (), judge)
+        return self._from(Waypoint(self._route.start, 0), (), plan_check)
 
-    def _from(self, waypoint: Waypoint, steps: tuple[Step, ...], judge: Judge) -> tuple[Step, ...] | None:
+    def _from(self, waypoint: Waypoint, steps: tuple[Step, ...], plan_check: PlanCheck) -> tuple[Step, ...] | None:
         """Return a complete plan that extends `steps`, which end at the waypoint; None if there is none."""
         if not self._left or len(steps) > MAX_STEPS:
             return None
         self._left -= 1
         last = self._final_steps(waypoint)
-        if last is not None and not self._may_end(judge, last):
+        if last is not None and not self._may_end(plan_check, last):
             last = None
         if last is not None and not (steps and self._may_say_more(waypoint)):
             return (*steps, *last)
@@ -140,7 +140,7 @@ class _Planner:
             if option.steps[-1] == Walk("ahead") == next(reversed(steps), None):
                 continue
             for wording in self._wordings(waypoint, option, is_first=not steps):
-                after = None if self._mixes((*steps, *wording)) else judge.after(wording)
+                after = None if self._mixes((*steps, *wording)) else plan_check.after(wording)
                 if after is not None:
                     whole = self._from(option.waypoint, (*steps, *wording), after)
                     if whole is not None:
@@ -148,7 +148,7 @@ class _Planner:
                     break
         if last is not None:
             return (*steps, *last)
-        return steps if steps and waypoint.number >= self._route.last and judge.may_end(self._target) else None
+        return steps if steps and waypoint.number >= self._route.last and plan_check.may_end(self._target) else None
 
     def _mixes(self, steps: tuple[Step, ...]) -> bool:
         """Return whether steps name both a group and other things of the same kind."""
@@ -160,11 +160,11 @@ class _Planner:
                 several.add(thing.kind)
         return any(len(named[kind]) > 1 for kind in several)
 
-    def _may_end(self, judge: Judge, last: tuple[Step, ...]) -> bool:
-        after = judge.after(last)
+    def _may_end(self, plan_check: PlanCheck, last: tuple[Step, ...]) -> bool:
+        after = plan_check.after(last)
         return after is not None and after.may_end(self._target)
 
-    def _options(self, waypoint: Waypoint, *, is_optional: bool) -> list[Option]:
+    def _options(self, waypoint: Waypoint, *, is_optional: bool) -> list[StepOption]:
         """Return the candidate steps at a waypoint, the cheapest first; no turns if the plan could end here."""
         route = self._route
         options = sorted([*place_options(route, waypoint), *landmark_options(route, waypoint)], key=lambda o: o.cost)
@@ -173,7 +173,7 @@ class _Planner:
         ahead = self._ahead(waypoint)
         return options if ahead is None else [*options, ahead]
 
-    def _wordings(self, waypoint: Waypoint, option: Option, *, is_first: bool) -> list[tuple[Step, ...]]:
+    def _wordings(self, waypoint: Waypoint, option: StepOption, *, is_first: bool) -> list[tuple[Step, ...]]:
         """Return alternative wordings of an option's steps: elaborate, plain, and without the stated side."""
         wording = self._with_facing(option) if is_first else (*self._along_street(waypoint, option), *option.steps)
         wordings = [wording] if wording == option.steps else [wording, option.steps]
@@ -208,7 +208,7 @@ class _Planner:
             return (*turns, Walk(way, (self._target,), straight=not turns and abs(off) <= PLANNED_STRAIGHT))
         return turns
 
-    def _along_street(self, waypoint: Waypoint, option: Option) -> tuple[Step, ...]:
+    def _along_street(self, waypoint: Waypoint, option: StepOption) -> tuple[Step, ...]:
         """Return a walk along the street entered by the last turn, drawn at random; () if the street is ambiguous."""
         graph, step = self._route.graph, option.steps[-1]
         is_on = (isinstance(step, Walk) and step.way == "past") or (isinstance(step, Rotate) and step.at != "")
@@ -219,7 +219,7 @@ class _Planner:
             return ()
         return (Walk("along", (Thing(roads[0].kind, identity=roads[0].identity),)),)
 
-    def _ahead(self, waypoint: Waypoint) -> Option | None:
+    def _ahead(self, waypoint: Waypoint) -> StepOption | None:
         """Return a walk straight ahead, possibly after a turn, to a place with more in view; None if there is none."""
         route = self._route
         onward = route.onward_heading(waypoint.number, 4)
@@ -239,9 +239,9 @@ class _Planner:
         if number < waypoint.number + 3:
             return None
         pose = Pose(*route.path[number], bearing(here, route.path[number]))
-        return Option(0.0, (*turns, Walk("ahead")), Waypoint(pose, number, turned=True))
+        return StepOption(0.0, (*turns, Walk("ahead")), Waypoint(pose, number, turned=True))
 
-    def _with_facing(self, option: Option) -> tuple[Step, ...]:
+    def _with_facing(self, option: StepOption) -> tuple[Step, ...]:
         """Return the option's steps, with the first turn sometimes replaced by facing a landmark."""
         after = option.steps[-1]
         is_turn_at = isinstance(after, Rotate) and after.at == "at"  # "Face the bin, turn left at that bin."

@@ -49,7 +49,7 @@ class Waypoint:
 
 
 @dataclass(frozen=True, slots=True)
-class Option:
+class StepOption:
     """A candidate continuation; lower cost is better."""
 
     cost: float
@@ -121,7 +121,7 @@ class DescribedRoute:
 
     def option(
         self, waypoint: Waypoint, turns: tuple[Step, ...], step: Step, end: Pose, cost: float
-    ) -> Iterator[Option]:
+    ) -> Iterator[StepOption]:
         """Yield these steps as an option if they advance along the path."""
         if isinstance(step, Walk) and step.things:
             step = replace(step, straight=self._is_straight(waypoint, turns, end))
@@ -139,7 +139,7 @@ class DescribedRoute:
         total = cost + 0.8 * off + 0.5 * strayed - 0.4 * gain + 1.2 * len(turns) + wrong + 1.5 * self.random.random()
         about = next((thing.identity for thing in things_of(step)), "")
         pose = self._on_path(end, number, step)
-        yield Option(total, (*turns, step), Waypoint(pose, number, isinstance(step, Rotate), about))
+        yield StepOption(total, (*turns, step), Waypoint(pose, number, isinstance(step, Rotate), about))
 
     def _on_path(self, end: Pose, number: int, step: Step) -> Pose:
         """Return the pose after a step, its course aligned with the path unless they differ by more than SNAP."""

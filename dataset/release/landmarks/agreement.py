@@ -7,7 +7,15 @@ import numpy as np
 from scipy import ndimage
 
 from arramon_dataset.release.landmarks.alignment import EventAlignment
-from arramon_dataset.release.landmarks.kernels import ASIDE, BACK, STEP, frames_of, in_frames, is_ahead, kernel
+from arramon_dataset.release.landmarks.kernels import (
+    ASIDE,
+    BACK,
+    STEP,
+    is_ahead,
+    kernel,
+    kernel_frames,
+    offsets_in_frames,
+)
 from arramon_dataset.release.landmarks.mentions import FURNITURE, Event
 from arramon_dataset.release.landmarks.turn_paths import Numbers, TurnPath
 from arramon_lang.street_words import is_of_colour
@@ -42,9 +50,9 @@ def nearest(event: Event, place: int, path: TurnPath, things: Sequence[PlacedThi
     fitting = [number for number, thing in enumerate(things) if _fits(event, thing)]
     if not fitting:
         return -1, np.inf
-    origins, directions = frames_of(event, path)
+    origins, directions = kernel_frames(event, path)
     places = np.array([things[number][1:3] for number in fitting], dtype=np.float64)
-    ahead, right = in_frames(origins[place : place + 1], directions[place : place + 1], places)
+    ahead, right = offsets_in_frames(origins[place : place + 1], directions[place : place + 1], places)
     table = _apart(event.manner, event.relation)
     row, column = np.rint((ahead[0] + BACK) / STEP).astype(int), np.rint((right[0] + ASIDE) / STEP).astype(int)
     inside = (row >= 0) & (row < table.shape[0]) & (column >= 0) & (column < table.shape[1])
@@ -84,7 +92,9 @@ def placed_things(props: Sequence[Prop]) -> list[PlacedThing]:
     return [(prop.kind, prop.x, prop.z, label.colour, label.look) for prop, label in zip(props, labels, strict=True)]
 
 
-def by_kind(things: Sequence[PlacedThing], strength: float) -> Mapping[str, list[tuple[float, float, float, str]]]:
+def landmarks_by_kind(
+    things: Sequence[PlacedThing], strength: float
+) -> Mapping[str, list[tuple[float, float, float, str]]]:
     """Return things as `recovery.LandmarkMap.of` takes them, all with one strength."""
     listed: dict[str, list[tuple[float, float, float, str]]] = {}
     for kind, x, z, colour, _ in things:

@@ -60,7 +60,7 @@ class Event:
     identity: str = ""
 
     @property
-    def sort(self) -> str:
+    def recovered_kind(self) -> str:
         """The landmark's kind, or "metal_bench", a bench that unlike others keeps its place."""
         return METAL_BENCH if (self.kind, self.colour) == METAL else self.kind
 

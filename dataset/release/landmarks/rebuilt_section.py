@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from arramon_dataset.release.landmarks.agreement import by_kind, placed_things
+from arramon_dataset.release.landmarks.agreement import landmarks_by_kind, placed_things
 from arramon_dataset.release.landmarks.distracters import distracter_furniture
-from arramon_dataset.release.landmarks.facades import paint
+from arramon_dataset.release.landmarks.facades import paint_facades
 from arramon_dataset.release.landmarks.furniture_grid import FreeSpace, FurnitureGrid
 from arramon_dataset.release.landmarks.mentions import DRAWN as DRAWN_KINDS
-from arramon_dataset.release.landmarks.own_furniture import furniture_mentions, moved_off, own_furniture
+from arramon_dataset.release.landmarks.own_furniture import furniture_mentions, move_off_paths, own_furniture
 from arramon_dataset.release.landmarks.recovery import LandmarkMap, RecoveredLandmark, TurnText, recover, texts_of
 from arramon_dataset.release.landmarks.scenery import props_of
 from arramon_dataset.release.landmarks.text_colours import recolour_landmarks
@@ -24,7 +24,7 @@ KNOWN = 0.8
 """Strength of each thing of a world in the alignment of a text to that world."""
 
 
-def rebuild(section: Section, episodes: Sequence[Episode]) -> tuple[Section, list[Episode], Provenance]:
+def rebuild_section(section: Section, episodes: Sequence[Episode]) -> tuple[Section, list[Episode], Provenance]:
     """Return a section with the landmarks on which its episodes' texts agree, and the episodes with own furniture.
 
     The same episodes, in whatever order, give the same result.
@@ -41,10 +41,10 @@ def rebuild(section: Section, episodes: Sequence[Episode]) -> tuple[Section, lis
     landmarks = recover(everything)
     built = props_of(landmarks, section.heading, section.buildings, ground, walked)
     kept = [landmark for _, landmark in built]
-    buildings, facades = paint(section.buildings, everything)
+    buildings, facades = paint_facades(section.buildings, everything)
     rebuilt = replace(section, props=tuple(prop for prop, _ in built), buildings=buildings)
     spaces = {episode.episode_id: FreeSpace.of(episode, ground) for episode in listed}
-    own = {name: own_of(name, texts[name], rebuilt, space, kept) for name, space in spaces.items()}
+    own = {name: named_and_moved_furniture(name, texts[name], rebuilt, space, kept) for name, space in spaces.items()}
     named_props = {name: [prop for prop in each.added if prop.kind in DRAWN_KINDS] for name, each in own.items()}
     furniture = {
         name: _with_distracters(name, own[name], named_props, texts[name], rebuilt, space)
@@ -56,7 +56,7 @@ def rebuild(section: Section, episodes: Sequence[Episode]) -> tuple[Section, lis
     return rebuilt, [replace(each, furniture=furniture[each.episode_id]) for each in episodes], provenance
 
 
-def own_of(
+def named_and_moved_furniture(
     name: str, texts: Sequence[TurnText], section: Section, space: FreeSpace, landmarks: Sequence[RecoveredLandmark]
 ) -> OwnFurniture:
     """Return the furniture that an episode's texts name, and the section's props that it moves off its own paths.
@@ -71,7 +71,7 @@ def own_of(
     Returns:
         Landmarks in the colour that the texts say come first in `added`.
     """
-    moved, left_out = moved_off(section.props, space)
+    moved, left_out = move_off_paths(section.props, space)
     standing = furnished(section, OwnFurniture((), tuple(moved), tuple(left_out))).props
     there = [number for number in range(len(section.props)) if number not in left_out]
     renamed = recolour_landmarks(texts, standing, [landmarks[number] for number in there], KNOWN)
@@ -82,7 +82,9 @@ def own_of(
         tuple(sorted({*left_out, *replaced})),
     )
     standing = furnished(section, changed).props
-    named_props = furniture_mentions(texts, LandmarkMap.of(by_kind(placed_things(standing), KNOWN)), space.ground)
+    named_props = furniture_mentions(
+        texts, LandmarkMap.of(landmarks_by_kind(placed_things(standing), KNOWN)), space.ground
+    )
     return replace(changed, added=(*changed.added, *own_furniture(name, named_props, space, standing)))
 
 

@@ -6,7 +6,7 @@ People differ in the name of a colour: some call the same barrel gold, some oran
 from collections.abc import Sequence
 from dataclasses import replace
 
-from arramon_dataset.release.landmarks.agreement import WITHIN, by_kind, mentions_of, nearest, placed_things
+from arramon_dataset.release.landmarks.agreement import WITHIN, landmarks_by_kind, mentions_of, nearest, placed_things
 from arramon_dataset.release.landmarks.alignment import align
 from arramon_dataset.release.landmarks.mentions import SCENERY
 from arramon_dataset.release.landmarks.recovery import LandmarkMap, RecoveredLandmark, TurnText
@@ -32,7 +32,7 @@ def recolour_landmarks(
     """
     changed: dict[int, Prop] = {}
     things = placed_things(standing)
-    known = LandmarkMap.of(by_kind(things, strength))
+    known = LandmarkMap.of(landmarks_by_kind(things, strength))
     for each in texts:
         if not each.events:
             continue

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from arramon_dataset.demonstrations.export import ExportProgress, checked_request, export_demonstrations, find_split
-from arramon_dataset.demonstrations.request import Export, make_request
+from arramon_dataset.demonstrations.export import ExportProgress, complete_request, export_demonstrations, find_split
+from arramon_dataset.demonstrations.request import ResolvedExport, make_request
 from arramon_dataset.demonstrations.sources import ground_truth
 from arramon_server.runs.play.session import EpisodeSession
 from arramon_server.runs.play.worlds import Worlds
@@ -32,11 +32,11 @@ def export(
     jobs: int = 1,
     on_progress: Callable[[ExportProgress], None] = lambda _: None,
     **more: Any,
-) -> Export:
+) -> ResolvedExport:
     """An export of ground truth; with all sensors and in parts of two episodes, unless other settings are given."""
     frames = {} if format_ == "plain" else {"sensors": SENSORS, "size": SIZE}
     found = find_split(data, split)
-    request = checked_request(make_request(data, split, format_, **{"part_size": 2, **frames, **more}), found)
+    request = complete_request(make_request(data, split, format_, **{"part_size": 2, **frames, **more}), found)
     return export_demonstrations(
         request, found, ground_truth(found, request), output, jobs=jobs, on_progress=on_progress
     )

@@ -1,6 +1,6 @@
 """Reservation and reuse of slot numbers."""
 
-from arramon_dataset.environments.number_pool import Slots
+from arramon_dataset.environments.number_pool import NumberPool
 
 
 class Holder:
@@ -8,7 +8,7 @@ class Holder:
 
 
 def test_numbers_are_apart_and_used_again() -> None:
-    slots = Slots()
+    slots = NumberPool()
     holders = [Holder() for _ in range(3)]
     assert [slots.take(holder) for holder in holders] == [0, 1, 2]
     del holders[1]

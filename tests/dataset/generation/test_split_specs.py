@@ -2,7 +2,7 @@
 
 import pytest
 
-from arramon_dataset.generation.split_specs import SPLITS, select_plans
+from arramon_dataset.generation.split_specs import SPLITS, select_specs
 from arramon_server.errors import BadInput
 
 
@@ -37,7 +37,7 @@ def test_a_scale_out_of_range_is_refused(scale: float) -> None:
 
 
 def test_splits_are_chosen_by_name() -> None:
-    assert [plan.name for plan in select_plans(["val_unseen", "train"])] == ["train", "val_unseen"]
-    assert [plan.name for plan in select_plans(None)] == list(SPLITS)
+    assert [plan.name for plan in select_specs(["val_unseen", "train"])] == ["train", "val_unseen"]
+    assert [plan.name for plan in select_specs(None)] == list(SPLITS)
     with pytest.raises(BadInput, match="'val'"):
-        select_plans(["val"])
+        select_specs(["val"])

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from arramon_dataset.instructions.navigation.distinct_names import distinguish
+from arramon_dataset.instructions.navigation.distinct_names import with_distinct_names
 from arramon_dataset.instructions.navigation.groups import group_nearest_to
 from arramon_dataset.instructions.navigation.landmark_names import counted_name
 from arramon_dataset.instructions.visible_landmarks import Landmark
@@ -20,7 +20,9 @@ FULL = {"r": RED, "y": YELLOW, "b": Thing("bench", identity="b"), "c": Thing("be
 
 
 def named(*things: Thing) -> list[Thing] | None:
-    wording = distinguish(Navigation(tuple(Walk("past", (thing,)) for thing in things), MUG), FULL, seeded("names"))
+    wording = with_distinct_names(
+        Navigation(tuple(Walk("past", (thing,)) for thing in things), MUG), FULL, seeded("names")
+    )
     return None if wording is None else [thing for thing in mentions(wording) if thing.identity != "m"]
 
 
@@ -30,7 +32,7 @@ def test_one_thing_keeps_its_name() -> None:
 
 def test_two_of_a_kind_are_told_apart_by_colour_or_as_the_next() -> None:
     meaning = Navigation((Walk("past", (replace(RED, colour=""),)), Walk("past", (replace(YELLOW, colour=""),))), MUG)
-    wording = [distinguish(meaning, FULL, seeded("names", draw)) for draw in range(20)]
+    wording = [with_distinct_names(meaning, FULL, seeded("names", draw)) for draw in range(20)]
     names = {tuple(mentions(each))[:2] for each in wording if each is not None}
     assert names == {(RED, YELLOW), (RED, Thing("barrel", which="next"))}
 
@@ -40,7 +42,7 @@ def test_three_of_a_kind_are_told_apart_by_colour() -> None:
     full = {**FULL, "g": green}
     meaning = Navigation(tuple(Walk("past", (each,)) for each in (RED, YELLOW, green)), MUG)
     for draw in range(20):
-        wording = distinguish(meaning, full, seeded("names", draw))
+        wording = with_distinct_names(meaning, full, seeded("names", draw))
         assert wording is not None
         assert tuple(mentions(wording))[:3] == (RED, YELLOW, green)
 
@@ -53,7 +55,9 @@ def test_two_that_look_alike_are_told_apart_by_a_word() -> None:
 
 def test_places_are_the_next_ones() -> None:
     corners = [Thing("corner", identity=identity) for identity in "de"]
-    wording = distinguish(Navigation(tuple(Rotate("left", "at", each) for each in corners), MUG), {}, seeded("places"))
+    wording = with_distinct_names(
+        Navigation(tuple(Rotate("left", "at", each) for each in corners), MUG), {}, seeded("places")
+    )
     assert wording is not None
     assert [thing.which for thing in mentions(wording)][:2] == ["", "next"]
 

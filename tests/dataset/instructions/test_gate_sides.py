@@ -10,11 +10,11 @@ from typing import cast
 import pytest
 
 from arramon_dataset.instructions.gate.navigation import NavigationCheck, faults_of_navigation
-from arramon_dataset.instructions.gate.sides import sides_of, stands_on
+from arramon_dataset.instructions.gate.sides import is_on_crossing, sides_of
 from arramon_dataset.instructions.gate.world import GateWorld
-from arramon_dataset.instructions.navigation.plan import AcceptAll, plan_navigation
+from arramon_dataset.instructions.navigation.plan import AcceptAllSteps, plan_navigation
 from arramon_dataset.instructions.navigation.target import describe
-from arramon_dataset.instructions.visible_landmarks import Landmark, find_landmarks, identified, poses_along
+from arramon_dataset.instructions.visible_landmarks import Landmark, find_landmarks, poses_along, with_names_as_labels
 from arramon_dataset.plans.graph import NamedBuilding, StreetGraph
 from arramon_lang.meaning import Navigation, Rotate, Step, Thing, Walk, Where
 from arramon_server.sim.city import city_scene
@@ -150,7 +150,7 @@ def test_what_stands_on_a_crossing_is_not_next_to_it(x: float, z: float, is_on: 
     marks = (*(each for each in WORLD.marks if each.identity not in ("collectible/0", "zebra_crossing/0")), mug, ZEBRA)
     target = Thing("mug", "red", "striped", where=(Where(relation, (ON,)),), identity="collectible/0")
     faults = faults_of_navigation(Navigation((), target), replace(WORLD, marks=marks, goal=(x, z)))
-    assert stands_on(mug, ZEBRA) == is_on
+    assert is_on_crossing(mug, ZEBRA) == is_on
     assert (f"collectible/0 stands on zebra_crossing/0, not {relation} it" in faults) == is_on, faults
 
 
@@ -191,7 +191,7 @@ def test_a_target_on_a_crossing_is_told_by_something_else(z: float, is_named: bo
     assert "bench" in names
 
 
-class NoSides(AcceptAll):
+class NoSides(AcceptAllSteps):
     """Refuses every side of what is passed."""
 
     def after(self, steps: tuple[Step, ...]) -> "NoSides":
@@ -201,7 +201,7 @@ class NoSides(AcceptAll):
 def test_a_walk_whose_side_is_refused_is_told_without_it() -> None:
     section = town.crossing(Prop("bench", 2.3, -9.5, 0.0), Prop("hydrant", 5.0, 2.2, 0.0))
     poses = poses_along(town.START, town.PATH, town.ACTIONS)
-    marks = find_landmarks(poses, town.STREET, section, RasterCamera(identified(city_scene(section))))
+    marks = find_landmarks(poses, town.STREET, section, RasterCamera(with_names_as_labels(city_scene(section))))
     sides = 0
     for seed in range(40):
         wording, refused = (

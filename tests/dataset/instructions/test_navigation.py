@@ -7,7 +7,7 @@ import pytest
 from arramon_dataset.instructions.navigation.landmark_names import name_of
 from arramon_dataset.instructions.navigation.plan import plan_navigation
 from arramon_dataset.instructions.navigation.target import describe
-from arramon_dataset.instructions.visible_landmarks import Landmark, find_landmarks, identified, poses_along
+from arramon_dataset.instructions.visible_landmarks import Landmark, find_landmarks, poses_along, with_names_as_labels
 from arramon_dataset.randomness import seeded
 from arramon_lang.meaning import Navigation, Rotate, Thing
 from arramon_server.sim.city import city_scene
@@ -21,7 +21,7 @@ SECTION = crossing()
 
 @pytest.fixture(scope="module")
 def camera() -> RasterCamera:
-    return RasterCamera(identified(city_scene(SECTION)))
+    return RasterCamera(with_names_as_labels(city_scene(SECTION)))
 
 
 def plan(camera: RasterCamera, attempt: int) -> Navigation | None:

@@ -2,9 +2,14 @@
 
 import pytest
 
-from arramon_dataset.instructions.visible_landmarks import find_landmarks, identified, is_recognisable, poses_along
+from arramon_dataset.instructions.visible_landmarks import (
+    find_landmarks,
+    is_recognisable,
+    poses_along,
+    with_names_as_labels,
+)
 from arramon_dataset.plans.graph import Arm, Corner, Junction, StreetGraph
-from arramon_dataset.plans.named_buildings import house_of
+from arramon_dataset.plans.named_buildings import named_building
 from arramon_server.sim.city import city_scene
 from arramon_server.sim.geometry import Pose
 from arramon_server.sim.raster.camera import RasterCamera
@@ -35,7 +40,7 @@ def test_landmarks_behind_walls_are_not_seen() -> None:
     poses = poses_along(START, PATH, ACTIONS)
     marks = {
         mark.label.kind: mark
-        for mark in find_landmarks(poses, STREET, section, RasterCamera(identified(city_scene(section))))
+        for mark in find_landmarks(poses, STREET, section, RasterCamera(with_names_as_labels(city_scene(section))))
     }
     assert marks["phone_booth"].seen[0] == 0
     assert marks["kiosk"].seen[0] > 12  # round the corner
@@ -46,7 +51,7 @@ def test_landmarks_behind_walls_are_not_seen() -> None:
 def test_looking_around_reveals_landmarks_behind_the_start() -> None:
     section = crossing(Prop("bin", 0.5, -19.0, 0.0))
     marks = find_landmarks(
-        poses_along(START, PATH, ACTIONS), STREET, section, RasterCamera(identified(city_scene(section)))
+        poses_along(START, PATH, ACTIONS), STREET, section, RasterCamera(with_names_as_labels(city_scene(section)))
     )
     assert next(mark for mark in marks if mark.label.kind == "bin").seen == (-1,)
 
@@ -58,14 +63,14 @@ SECTION_GRAPH = StreetGraph(
     ),
     roads=(),
     corners=(Corner("corner/0", 3.0, -3.0, "building/2", "junction/0"),),
-    houses=tuple(house_of(number, crossing(), (), ()) for number in range(len(crossing().buildings))),
+    houses=tuple(named_building(number, crossing(), (), ()) for number in range(len(crossing().buildings))),
 )
 
 
 def test_everything_has_the_identity_of_its_body() -> None:
     section = crossing(Prop("kiosk", 0.0, -19.0, 0.0, colour="red"))
     scene = city_scene(section)
-    camera = RasterCamera(identified(scene))
+    camera = RasterCamera(with_names_as_labels(scene))
     marks = find_landmarks(poses_along(START, PATH, ACTIONS), STREET, section, camera, SECTION_GRAPH)
     names = [mark.identity for mark in marks if mark.label.kind != "intersection"]
     assert len(set(names)) == len(names)
@@ -83,7 +88,7 @@ def test_everything_has_the_identity_of_its_body() -> None:
 
 def test_buildings_junctions_and_corners_are_seen_where_no_wall_hides_them() -> None:
     section = crossing()
-    camera = RasterCamera(identified(city_scene(section)))
+    camera = RasterCamera(with_names_as_labels(city_scene(section)))
     marks = find_landmarks(poses_along(START, PATH, ACTIONS), STREET, section, camera, SECTION_GRAPH)
     by_name = {mark.identity: mark for mark in marks if mark.label.kind != "intersection"}
     assert by_name["building/2"].seen[:3] == (-1, 0, 2)

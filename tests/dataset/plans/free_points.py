@@ -8,7 +8,7 @@ from scipy import ndimage
 
 from arramon_client.world import AGENT_RADIUS
 from arramon_dataset.layout.grid import Mask, Points
-from arramon_dataset.layout.solids import Solids, to_rectangle
+from arramon_dataset.layout.solids import Solids, distance_from_rectangle
 from arramon_server.sim.section import Section
 
 CELL = 0.1
@@ -60,7 +60,7 @@ def clearance(section: Section) -> Points:
             slice(*np.searchsorted(a, (c - reach, c + reach))) for a, c in zip((x, z), centre, strict=True)
         )
         window = nearest[columns, rows]
-        np.minimum(window, to_rectangle(places[columns, rows], centre, half, float(heading)), out=window)
+        np.minimum(window, distance_from_rectangle(places[columns, rows], centre, half, float(heading)), out=window)
     nearest[nearest >= FAR] = np.inf
     return nearest
 

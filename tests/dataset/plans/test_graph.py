@@ -9,7 +9,7 @@ import pytest
 from arramon_dataset.plans import plan_ids
 from arramon_dataset.plans.graph import JUNCTIONS, ROADS, SIZES, Junction, StreetGraph
 from arramon_dataset.plans.graph_builder import street_graph
-from arramon_dataset.plans.street_surface import surface
+from arramon_dataset.plans.street_surface import street_surface
 from arramon_server.sim.city import city_scene
 from tests.dataset.plans.sections import ALL, plan_of, section_of
 
@@ -206,7 +206,7 @@ def test_a_way_leads_back(section_id: str) -> None:
 
 @each_section
 def test_junctions_corners_and_houses_lie_where_they_should(section_id: str) -> None:
-    graph, ground = graph_of(section_id), surface(plan_of(section_id))
+    graph, ground = graph_of(section_id), street_surface(plan_of(section_id))
     middles = np.array([(junction.x, junction.z) for junction in graph.junctions])
     assert ground.covers(middles).all()
     assert not ground.covers(np.array([(house.x, house.z) for house in graph.houses])).any()

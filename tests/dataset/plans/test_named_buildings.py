@@ -5,7 +5,7 @@ import pytest
 from arramon_client.world import FACADES
 from arramon_dataset.plans.graph import Road
 from arramon_dataset.plans.junction_detection import middle_lines_of
-from arramon_dataset.plans.named_buildings import COLOURS, corners_of, house_of, size_of
+from arramon_dataset.plans.named_buildings import COLOURS, corners_of, named_building, size_of
 from arramon_dataset.plans.plan import Plan, Street
 from arramon_server.sim.section import Building, Prop, Section
 
@@ -16,14 +16,14 @@ SECTION = Section("x", 0.0, (-5, -10, 15, 10), HOUSES, (Prop("shop_sign", 3.0, 0
 
 
 def test_a_house_at_the_road_with_a_sign() -> None:
-    house = house_of(0, SECTION, (ROAD,), middle_lines_of(PLAN))
+    house = named_building(0, SECTION, (ROAD,), middle_lines_of(PLAN))
     assert (house.identity, house.look, house.colours, house.size) == ("building/0", "glass", ("blue", "grey"), "tall")
     assert (house.sign, house.roads) == ("bank", ("street/0",))
     assert house.corners == ((8.0, 2.0), (8.0, -2.0), (3.0, -2.0), (3.0, 2.0))
 
 
 def test_a_house_behind_it() -> None:
-    house = house_of(1, SECTION, (ROAD,), middle_lines_of(PLAN))
+    house = named_building(1, SECTION, (ROAD,), middle_lines_of(PLAN))
     assert (house.colours, house.size, house.sign, house.roads) == (("yellow",), "small", "", ())
 
 

@@ -60,10 +60,10 @@ def standing(section: Section) -> Iterator[Prop]:
 
 
 def check_free(section: Section, paths: list[Points], targets: Points) -> None:
-    trodden = sample_points(paths)
-    assert gaps(section, np.concatenate([trodden, targets])).min() >= 0.5
+    walked = sample_points(paths)
+    assert gaps(section, np.concatenate([walked, targets])).min() >= 0.5
     for prop in standing(section):
-        from_path = np.hypot(*(trodden - (prop.x, prop.z)).T).min()
+        from_path = np.hypot(*(walked - (prop.x, prop.z)).T).min()
         assert from_path >= AGENT_RADIUS + footprint_radius(prop.kind) + 0.1, prop
         if len(targets):
             assert np.hypot(*(targets - (prop.x, prop.z)).T).min() >= 0.4 + footprint_radius(prop.kind), prop

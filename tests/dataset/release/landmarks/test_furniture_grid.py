@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from arramon_dataset.release.landmarks.furniture_grid import APART, FEW, apart_from
-from arramon_dataset.release.landmarks.kernels import ASIDE, BACK, FRONT, STEP, in_frames, kernel, likelihood
+from arramon_dataset.release.landmarks.kernels import ASIDE, BACK, FRONT, STEP, kernel, likelihood, offsets_in_frames
 from arramon_dataset.release.landmarks.mentions import Event
 from arramon_server.sim.assets.furniture import footprint_radius
 
@@ -32,7 +32,7 @@ def test_likelihood_is_that_of_the_kernel_and_0_beyond_it(side: str) -> None:
     origins, directions = draws.uniform(-5.0, 5.0, (6, 2)), draws.uniform(-180.0, 180.0, 6)
     places = np.concatenate([draws.uniform(-40.0, 40.0, (300, 2)), origins + np.array([0.0, 2.0])])
     table, shown = kernel("seen", "", side), likelihood(event, origins, directions, places)
-    ahead, right = in_frames(origins, directions, places)
+    ahead, right = offsets_in_frames(origins, directions, places)
     rows, columns = np.rint((ahead + BACK) / STEP).astype(int), np.rint((right + ASIDE) / STEP).astype(int)
     for row, column, value in zip(rows.flat, columns.flat, shown.flat, strict=True):
         inside = 0 <= row < table.shape[0] and 0 <= column < table.shape[1]

@@ -12,7 +12,7 @@ from arramon_dataset.release.importer import add_objects, ground_of
 from arramon_dataset.release.landmarks.distracters import NAMED_KIND_GAP
 from arramon_dataset.release.landmarks.furniture_grid import FreeSpace, FurnitureGrid
 from arramon_dataset.release.landmarks.mentions import Event
-from arramon_dataset.release.landmarks.rebuilt_section import own_of, rebuild
+from arramon_dataset.release.landmarks.rebuilt_section import named_and_moved_furniture, rebuild_section
 from arramon_dataset.release.landmarks.recovery import TurnText, texts_of
 from arramon_server.episodes.episode import Episode, Instructions
 from arramon_server.episodes.provenance import DRAWN, TEXT, Provenance
@@ -47,7 +47,7 @@ def section(episodes: list[Episode]) -> Section:
 
 @pytest.fixture(scope="module")
 def rebuilt(section: Section, episodes: list[Episode]) -> tuple[Section, list[Episode], Provenance]:
-    return rebuild(section, episodes)
+    return rebuild_section(section, episodes)
 
 
 def space_of(episode: Episode, section: Section, episodes: list[Episode]) -> FreeSpace:
@@ -58,7 +58,7 @@ def space_of(episode: Episode, section: Section, episodes: list[Episode]) -> Fre
 def test_the_same_episodes_give_the_same_world(
     section: Section, episodes: list[Episode], rebuilt: tuple[Section, list[Episode], Provenance]
 ) -> None:
-    again, furnished_again, provenance = rebuild(section, episodes[::-1])
+    again, furnished_again, provenance = rebuild_section(section, episodes[::-1])
     assert (again, furnished_again[::-1], provenance) == rebuilt
 
 
@@ -102,7 +102,11 @@ def test_a_thing_that_both_turns_name_at_one_place_is_one_thing(section: Section
     bare = replace(section, props=())
 
     def hydrants(texts: list[TurnText]) -> list[Prop]:
-        return [prop for prop in own_of(episode.episode_id, texts, bare, space, []).added if prop.kind == "hydrant"]
+        return [
+            prop
+            for prop in named_and_moved_furniture(episode.episode_id, texts, bare, space, []).added
+            if prop.kind == "hydrant"
+        ]
 
     (one,) = hydrants([at_end, at_start])
     assert np.hypot(*(first.path.target - (one.x, one.z))) < 4.0
