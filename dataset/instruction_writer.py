@@ -206,7 +206,7 @@ def generate_splits(
 
 
 def throttled_progress(write_line: Callable[[str], None]) -> Callable[[GenerationProgress], None]:
-    """Return a callback that passes progress to `write_line`: a split's first and last, and one in REPORT_SECONDS between."""
+    """Return a callback that writes the first and the last progress of each split, and one in REPORT_SECONDS between."""
     reported: dict[str, float] = {}
 
     def report(progress: GenerationProgress) -> None:

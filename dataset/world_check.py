@@ -59,7 +59,7 @@ def _message(event: Event, turn: int, place: int, at: tuple[float, ...]) -> str:
 def check_in_world(
     data: Path, episode_id: str, split: str | None, turn: int | None, language: str, texts: Iterable[str] = ()
 ) -> Iterator[tuple[str, int, tuple[Failure, ...]]]:
-    """Yield navigation texts with their turns and the failures of `missing`.
+    """Yield each navigation text, its turn and the failures of `missing_furniture`.
 
     Args:
         data: the data folder.

@@ -76,7 +76,7 @@ class RouteMark:
             return False
         return _match(self.names, other.names)
 
-    def contradicts_route(self, other: "RouteMark") -> bool:
+    def contradicts(self, other: "RouteMark") -> bool:
         """Return whether the positions exclude each other."""
         return _are_opposite(self.positions, other.positions)
 
@@ -161,11 +161,7 @@ def _left_out(full: ComparedRoute, short: ComparedRoute) -> int | None:
     found: list[int] = []
     for mark in theirs:
         index = next(
-            (
-                n
-                for n, each in enumerate(mine)
-                if n not in found and each.is_same(mark) and not each.contradicts_route(mark)
-            ),
+            (n for n, each in enumerate(mine) if n not in found and each.is_same(mark) and not each.contradicts(mark)),
             None,
         )
         if index is None:

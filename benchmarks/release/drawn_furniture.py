@@ -33,12 +33,10 @@ def reconstruct(section_id: str, paths: Sequence[Points], targets: Points) -> Se
     Args, Raises: as for `reconstruct_section`; the id seeds the furniture, too.
     """
     built = reconstruct_section(section_id, paths, targets)
-    return replace(
-        built, props=furnish_streets(section_id, built.heading, built.buildings, sample_points(paths), targets)
-    )
+    return replace(built, props=furnish(section_id, built.heading, built.buildings, sample_points(paths), targets))
 
 
-def furnish_streets(
+def furnish(
     section_id: str, heading: float, buildings: Sequence[Building], walked: Points, targets: Points
 ) -> tuple[Prop, ...]:
     """Return the section's furniture; the same input gives the same result.

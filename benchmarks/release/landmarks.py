@@ -25,7 +25,7 @@ from arramon_dataset.release.landmarks.alignment import align
 from arramon_dataset.release.landmarks.furniture_grid import FreeSpace, FurnitureGrid
 from arramon_dataset.release.landmarks.mentions import SCENERY
 from arramon_dataset.release.landmarks.rebuilt_section import KNOWN, named_and_moved_furniture
-from arramon_dataset.release.landmarks.recovery import LandmarkMap, RecoveredLandmark, TurnText, recover, texts_of
+from arramon_dataset.release.landmarks.recovery import LandmarkMap, RecoveredLandmark, TurnText, recover, turn_texts
 from arramon_dataset.release.landmarks.scenery import props_of
 from arramon_dataset.release.landmarks.turn_paths import Numbers
 from arramon_server.episodes.episode import Episode
@@ -100,7 +100,7 @@ def measure(section_id: str, episodes: Sequence[Episode], folds: int, seen: int)
     targets = np.array([(t.target.position.x, t.target.position.z) for e in episodes for t in e.turns])
     section, walked = reconstruct(section_id, paths, targets), np.concatenate(paths)
     ground = FurnitureGrid.of(section.heading, section.buildings, walked)
-    all_texts = {episode.episode_id: texts_of(episode) for episode in episodes}
+    all_texts = {episode.episode_id: turn_texts(episode) for episode in episodes}
     counts: Counts = defaultdict(Counter)
     found = 0
     for fold in range(folds):

@@ -29,8 +29,8 @@ def mirrored(tokens: Sequence[str]) -> Tokens:
 
 
 def _mirrored(token: str) -> str:
-    sort, _, value = token.partition(":")
-    return f"{sort}:{_MIRRORED[value]}" if value in _MIRRORED else token
+    label, _, value = token.partition(":")
+    return f"{label}:{_MIRRORED[value]}" if value in _MIRRORED else token
 
 
 def _tokens(facts: RouteFacts, target: ObjectType) -> Iterator[str]:
@@ -46,18 +46,18 @@ def _tokens(facts: RouteFacts, target: ObjectType) -> Iterator[str]:
         yield from _thing("around", around.partition(":")[0])
 
 
-def _turn(degrees: float, sort: str = "turn") -> Iterator[str]:
+def _turn(degrees: float, label: str = "turn") -> Iterator[str]:
     if abs(degrees) >= FACTS_AROUND:
-        yield f"{sort}:around"
+        yield f"{label}:around"
     elif abs(degrees) >= FACTS_STRAIGHT:
         if abs(degrees) < FACTS_SLIGHT:
-            yield f"{sort}:slight"
-        yield f"{sort}:{'right' if degrees > 0 else 'left'}"
+            yield f"{label}:slight"
+        yield f"{label}:{'right' if degrees > 0 else 'left'}"
 
 
-def _thing(sort: str, name: str) -> Iterator[str]:
+def _thing(label: str, name: str) -> Iterator[str]:
     for word in _WORD.findall(name.lower()):
-        yield f"{sort}:{word}" if sort == "around" else f"thing:{word}"
+        yield f"{label}:{word}" if label == "around" else f"thing:{word}"
 
 
 def _side(passed: PassedLandmark) -> Iterator[str]:

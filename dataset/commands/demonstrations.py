@@ -38,7 +38,7 @@ def add(commands: Commands, common: argparse.ArgumentParser) -> None:
         "export-demos",
         parents=[common],
         help="export ground truth or a recorded run with frames, for training",
-        description="ResolvedExport ground truth or a recorded run, rendered as agents see it. Run the same command again to "
+        description="Export ground truth or a recorded run, rendered as agents see it. Run the same command again to "
         "resume a killed export.",
     )
     export.add_argument("--split", metavar="S", help=f"open split (default: that of the run, or {DEFAULT_SPLIT})")

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from arramon_dataset.demonstrations.description import describe
+from arramon_dataset.demonstrations.description import describe_export
 from arramon_dataset.demonstrations.folder import ExportFolder, as_json
 from arramon_dataset.demonstrations.request import ResolvedExport
 
@@ -77,7 +77,7 @@ def write_croissant(export: ResolvedExport, folder: ExportFolder, sets: Sequence
         "@type": "sc:Dataset",
         "conformsTo": "http://mlcommons.org/croissant/1.0",
         "name": f"arramon-{request.split}-{request.format}",
-        "description": describe(export),
+        "description": describe_export(export),
         "url": "https://aclanthology.org/2020.findings-emnlp.348/",
         "citeAs": "Kim et al., ArraMon, Findings of EMNLP 2020",
         "version": "1.0.0",

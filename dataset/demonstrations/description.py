@@ -40,7 +40,7 @@ def sensors_of(export: ResolvedExport) -> dict[str, dict[str, Any]]:
     }
 
 
-def describe(export: ResolvedExport) -> str:
+def describe_export(export: ResolvedExport) -> str:
     """Return a one-sentence description of an export."""
     request = export.request
     what = "the ground truth" if request.run_id is None else f"the recorded run {request.run_id}"
@@ -63,7 +63,7 @@ def record_of(export: ResolvedExport, counts: Mapping[str, int]) -> dict[str, An
     uses_labels = "segmentation" in export.request.sensors
     return {
         "complete": True,
-        "description": describe(export),
+        "description": describe_export(export),
         "settings": export.settings(),
         "actions": list(ACTIONS),
         "sensors": sensors_of(export),

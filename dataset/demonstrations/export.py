@@ -139,7 +139,7 @@ def export_demonstrations(
     last = parts[-1]
     export = ResolvedExport(
         request, split.data_hash, split.source, camera, sources.steps_per_phase, len(parts),
-        last.demonstrations_before + last.episodes, last.steps_before + last.steps,
+        last.demonstrations_before + last.demonstrations, last.steps_before + last.steps,
     )  # fmt: skip
     folder = ExportFolder(output)
     try:
@@ -177,10 +177,15 @@ def _write_missing_parts(
         steps = sum(part.steps for part in done)
         on_progress(
             ExportProgress(
-                export, len(done), sum(part.episodes for part in done), steps, sum(finished.values()), steps - first,
+                export,
+                len(done),
+                sum(part.demonstrations for part in done),
+                steps,
+                sum(finished.values()),
+                steps - first,
                 time.monotonic() - begun,
             )
-        )  # fmt: skip
+        )
 
 
 def write_part(job: PartJob) -> tuple[int, int]:

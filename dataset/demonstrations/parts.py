@@ -32,7 +32,7 @@ class ExportPart:
         return sum(self.before.values())
 
     @property
-    def episodes(self) -> int:
+    def demonstrations(self) -> int:
         """Number of demonstrations in this part."""
         return sum(len(source.languages) for source in self.sources)
 
@@ -54,7 +54,7 @@ def make_parts(split: Split, request: ExportRequest, sources: Sequence[EpisodeAc
             text: numbers.setdefault(text, len(numbers))
             for source in some
             for language in source.languages
-            for text in texts_of(split, source, language)
+            for text in phase_texts(split, source, language)
         }
         part = ExportPart(len(parts), some, dict(before), steps, tasks)
         parts.append(part)
@@ -65,7 +65,7 @@ def make_parts(split: Split, request: ExportRequest, sources: Sequence[EpisodeAc
     return parts
 
 
-def texts_of(split: Split, source: EpisodeActions, language: str) -> list[str]:
+def phase_texts(split: Split, source: EpisodeActions, language: str) -> list[str]:
     """Return the instructions of an episode in the order of its phases."""
     turns = split.episodes[source.episode_id].instructions[language]
     return [text for turn in turns for text in (turn.navigation, turn.assembly)]

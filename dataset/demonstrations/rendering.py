@@ -8,7 +8,7 @@ from arramon_client.agent import Observation
 from arramon_client.environments.backend import PlayerSettings
 from arramon_dataset.demonstrations.request import ResolvedExport
 from arramon_dataset.demonstrations.sources import EpisodeActions
-from arramon_dataset.demonstrations.trajectory import Scores, replay_mismatch, scores_of
+from arramon_dataset.demonstrations.trajectory import Scores, checked_scores, replay_mismatch
 from arramon_dataset.environments import LocalBackend
 from arramon_dataset.environments.player import LocalPlayer
 from arramon_server.episodes.episode import Episode
@@ -39,7 +39,7 @@ class RenderedDemonstration:
     scores: Scores
 
     @property
-    def seen(self) -> Sequence[Observation]:
+    def action_observations(self) -> Sequence[Observation]:
         """The observations before each action."""
         return self.observations[:-1]
 
@@ -82,7 +82,7 @@ def render(export: ResolvedExport, source: EpisodeActions) -> RenderedDemonstrat
         raise replay_mismatch(source, f"after {len(rewards)} of {len(source.actions)} actions: {error}") from error
     session = player.session
     finished = session.state.finished
-    scores = scores_of(source, session)
+    scores = checked_scores(source, session)
     return RenderedDemonstration(source, session.episode, observations, rewards, ended, finished, scores)
 
 

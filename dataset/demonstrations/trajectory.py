@@ -54,10 +54,10 @@ def replay_demonstration(
     except ValueError as error:
         raise replay_mismatch(source, f"after {len(turns)} of {len(source.actions)} actions: {error}") from error
     finished = session.state.finished
-    return Trajectory(turns, phases, poses, finished, scores_of(source, session))
+    return Trajectory(turns, phases, poses, finished, checked_scores(source, session))
 
 
-def scores_of(source: EpisodeActions, session: EpisodeSession) -> Scores:
+def checked_scores(source: EpisodeActions, session: EpisodeSession) -> Scores:
     """Return the scores of a session that has replayed all actions, after checking how it ended.
 
     Raises:

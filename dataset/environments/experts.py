@@ -232,9 +232,9 @@ class _Reference:
             elif _key(following.x, following.z) != _key(pose.x, pose.z):
                 self.next[_key(pose.x, pose.z)] = following.x, following.z
 
-    def prepend(self, way: "_Reference") -> None:
+    def prepend(self, earlier: "_Reference") -> None:
         """Add a path that leads to this path or to its target; this path takes precedence at shared positions."""
-        self.next, self.headings = {**way.next, **self.next}, {**way.headings, **self.headings}
+        self.next, self.headings = {**earlier.next, **self.next}, {**earlier.headings, **self.headings}
 
 
 def _references(episode: Episode, ground: CollisionCheck) -> Iterator[tuple[PhaseKey, _Reference]]:

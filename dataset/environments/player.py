@@ -141,13 +141,13 @@ class LocalPlayer:
         """
         session, before = self._played, self._played.state
         ended = session.apply(Action(action))
-        reward = self._reward.of(before, session, ended)
+        reward = self._reward.after_action(before, session, ended)
         over: tuple[tuple[int, str], ...] = ()
         if ended:
             over = tuple((end.turn, end.phase.value) for end in ended)
             self._skip(session)
         if session.state.finished:
-            scores = None if self._info.hidden else scores_of(session.scores())
+            scores = None if self._info.hidden else scores_by_turn(session.scores())
             return Step(None, 0, reward, over, EpisodeEnd(session.cause, scores))
         self._seen = session.state
         return Step(None, session.steps_left(self._seen), reward, over)
@@ -272,7 +272,7 @@ class LocalPlayer:
         )
 
 
-def scores_of(scores: EpisodeScores) -> Scores:
+def scores_by_turn(scores: EpisodeScores) -> Scores:
     """Return the scores of an episode by turn, and the means of both turns as "total"."""
     first, second = (dict(turn) for turn in scores.turns)
     return {"turn 1": first, "turn 2": second, "total": {name: (first[name] + second[name]) / 2 for name in first}}

@@ -6,4 +6,4 @@ from arramon_dataset.generation.draft_sampler import DraftSampler
 from arramon_dataset.generation.site import DraftWriter, GenerationSite
 from arramon_dataset.layout.solids import Solids
 
-__all__ = ["Draft", "DraftSampler", "DraftWriter", "GenerationSite", "Solids", "problems"]
+__all__ = ["Draft", "DraftSampler", "DraftWriter", "GenerationSite", "Solids", "faults_of_episode"]

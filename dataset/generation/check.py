@@ -44,7 +44,7 @@ def faults_of_episode(episode: Draft | Episode, solids: Solids, ground: Collisio
     Args:
         episode: with or without instructions; they are not checked.
         solids: of the episode's section.
-        ground: of the episode's section: `Site.world`, the authoritative collision check.
+        ground: of the episode's section: `GenerationSite.physics`, the authoritative collision check.
     """
     return (*_street_problems(episode, solids), *_room_problems(episode), *_replay_problems(episode, ground))
 

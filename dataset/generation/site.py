@@ -59,7 +59,7 @@ class GenerationSite:
 
     @cached_property
     def landmark_camera(self) -> Camera:
-        """A camera whose labels are the names of bodies, for `landmark_camera.find_landmarks`."""
+        """A camera whose labels are the names of bodies, for `visible_landmarks.find_landmarks`."""
         return RasterCamera(with_names_as_labels(self.scene))
 
     @cached_property

@@ -88,7 +88,7 @@ def make_split(
         Conflict: if another process is generating the split in this data folder.
         ArraMonError: if no valid episode is found for an id.
     """
-    with closing(GenerationCheckpoint(data / FOLDER / f"{order.name}.jsonl", origin_of(*request.key))) as checkpoint:
+    with closing(GenerationCheckpoint(data / FOLDER / f"{request.name}.jsonl", origin_of(*request.key))) as checkpoint:
         kept = [checkpoint.episodes[name] for name in request.episode_ids if name in checkpoint.episodes]
         missing = [name for name in request.episode_ids if name not in checkpoint.episodes]
         made = {one.episode.episode_id: one.episode for one in kept}
@@ -99,7 +99,7 @@ def make_split(
             request.name,
             hidden=request.hidden,
             training=request.training,
-            source=f"{SOURCE}, {order.source}",
+            source=f"{SOURCE}, {request.source}",
             episodes=(made[name] for name in request.episode_ids),
             sections=request.sections,
         )

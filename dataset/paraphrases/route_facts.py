@@ -129,7 +129,7 @@ def facts_along(turn: Turn, poses: Sequence[Pose], landmarks: Sequence[Landmark]
     )
 
 
-def name_of(mark: Landmark) -> str:
+def landmark_name(mark: Landmark) -> str:
     """Return a plain English name of a landmark."""
     label = mark.label
     if label.kind == "junction":
@@ -160,7 +160,7 @@ def _passed(pose: Pose, length: float, marks: Sequence[Landmark], goal: Place) -
             continue
         right, ahead = pose.local(mark.x, mark.z)
         if 0.5 <= ahead <= length + 0.5 and abs(right) <= FACTS_BY:
-            found.append(PassedLandmark(name_of(mark), ahead, right))
+            found.append(PassedLandmark(landmark_name(mark), ahead, right))
     return sorted(found, key=lambda each: each.along)
 
 
@@ -170,7 +170,7 @@ def _ahead(pose: Pose, marks: Sequence[Landmark], goal: Place) -> list[str]:
         right, ahead = pose.local(mark.x, mark.z)
         is_ahead = 0.5 < ahead <= IN_SIGHT and abs(right) <= 0.25 * ahead + 0.5
         if is_ahead and math.dist((mark.x, mark.z), goal) >= 0.1 and mark.label.kind not in ("intersection", "corner"):
-            found.append((ahead, f"{name_of(mark)} ({ahead:.0f} farther on)"))
+            found.append((ahead, f"{landmark_name(mark)} ({ahead:.0f} farther on)"))
     return [name for _, name in sorted(found)[:4]]
 
 
@@ -184,7 +184,7 @@ def _around(turn: Turn, poses: Sequence[Pose], marks: Sequence[Landmark]) -> lis
         if 0.1 < distance <= FACTS_NEAR and mark.label.kind != "intersection":
             place = [f"{abs(ahead):.1f} {'behind' if ahead > 0 else 'in front of'} it"] if abs(ahead) > 0.4 else []
             place += [f"{abs(right):.1f} to its {'right' if right > 0 else 'left'}"] if abs(right) > 0.4 else []
-            found.append((distance, f"{name_of(mark)}: {' and '.join(place) or 'at the same place'}"))
+            found.append((distance, f"{landmark_name(mark)}: {' and '.join(place) or 'at the same place'}"))
     return [line for _, line in sorted(found)[:6]]
 
 

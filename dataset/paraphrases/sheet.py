@@ -9,7 +9,7 @@ from PIL import Image
 from arramon_dataset.generation.site import GenerationSite
 from arramon_dataset.generation.split_maker import SOURCE
 from arramon_dataset.paraphrases.room_facts import room_facts
-from arramon_dataset.paraphrases.route_facts import LegFacts, RouteFacts, name_of, route_facts
+from arramon_dataset.paraphrases.route_facts import LegFacts, RouteFacts, landmark_name, route_facts
 from arramon_dataset.path_tolerances import FACTS_STRAIGHT
 from arramon_dataset.pictures.canvas import BLACK, PINK, SWATCHES, WHITE, Canvas, add_title
 from arramon_dataset.pictures.maps import EDGE, PROPS, STREET, roof_colour
@@ -38,7 +38,7 @@ def writer_sheet(episode: Episode, number: int, site: GenerationSite) -> tuple[I
     chart = street_map(site.section, turn)
     for mark in facts.marks:
         if mark.label.kind not in ("intersection", "corner", "junction") and not mark.identity.startswith("collect"):
-            chart.label(mark.x + 0.2, mark.z, name_of(mark), size=11, colour=PROPS)
+            chart.label(mark.x + 0.2, mark.z, landmark_name(mark), size=11, colour=PROPS)
     chart.line(turn.path, PINK)
     draw_arrow(chart, facts.poses[0])
     chart.dot(turn.target.position.x, turn.target.position.z, 10, None, BLACK, width=3)

@@ -29,10 +29,10 @@ AT_CORNER = 1.5
 def street_graph(plan: Plan, section: Section) -> StreetGraph:
     """Return the graph of a section that was built from this plan; the same input gives the same graph."""
     lines = middle_lines_of(plan)
-    meetings = [meeting for meeting in detect_junctions(plan, lines) if _kind(meeting, lines)]
-    numbered = {id(meeting): f"junction/{number}" for number, meeting in enumerate(meetings)}
-    junctions = tuple(_junction(meeting, meetings, numbered, lines) for meeting in meetings)
-    roads = tuple(_road(plan, line, meetings, numbered) for line in lines)
+    detections = [detected for detected in detect_junctions(plan, lines) if _kind(detected, lines)]
+    numbered = {id(detected): f"junction/{number}" for number, detected in enumerate(detections)}
+    junctions = tuple(_junction(detected, detections, numbered, lines) for detected in detections)
+    roads = tuple(_road(plan, line, detections, numbered) for line in lines)
     houses = tuple(named_building(number, section, roads, lines) for number in range(len(section.buildings)))
     return StreetGraph(junctions, roads, _corners(junctions, roads, section.buildings), houses)
 
@@ -42,34 +42,37 @@ def _road_identity(number: int) -> str:
 
 
 def _junction(
-    meeting: DetectedJunction, meetings: list[DetectedJunction], numbered: dict[int, str], lines: tuple[MiddleLine, ...]
+    detected: DetectedJunction,
+    detections: list[DetectedJunction],
+    numbered: dict[int, str],
+    lines: tuple[MiddleLine, ...],
 ) -> Junction:
     arms = []
-    for mouth in meeting.mouths:
+    for mouth in detected.mouths:
         line = lines[mouth.line]
         x, z = line.places[mouth.at].round(3).tolist()
-        leads_to = _next(mouth, line, meeting, meetings, numbered)
+        leads_to = _next(mouth, line, detected, detections, numbered)
         arms.append(Arm(line.heading(mouth.at, mouth.direction), _road_identity(mouth.line), leads_to, x, z))
     arms.sort(key=lambda arm: arm.heading)
-    centre_x, centre_z = _middle(meeting)
+    centre_x, centre_z = _middle(detected)
     radius = max(math.dist((centre_x, centre_z), (arm.x, arm.z)) for arm in arms)
-    kind = _kind(meeting, lines)
-    return Junction(numbered[id(meeting)], centre_x, centre_z, kind, tuple(arms), round(radius, 3))
+    kind = _kind(detected, lines)
+    return Junction(numbered[id(detected)], centre_x, centre_z, kind, tuple(arms), round(radius, 3))
 
 
-def _middle(meeting: DetectedJunction) -> tuple[float, float]:
+def _middle(detected: DetectedJunction) -> tuple[float, float]:
     """Return the mean of a meeting's nodes, or of its square's corners."""
-    places = meeting.nodes if meeting.corners is None else meeting.corners
+    places = detected.nodes if detected.corners is None else detected.corners
     x, z = places.mean(axis=0).round(3).tolist()
     return x, z
 
 
-def _kind(meeting: DetectedJunction, lines: tuple[MiddleLine, ...]) -> str:
+def _kind(detected: DetectedJunction, lines: tuple[MiddleLine, ...]) -> str:
     """Return one of `graph.JUNCTIONS`; "" for a meeting that is no junction but a continuing road."""
-    headings = [lines[mouth.line].heading(mouth.at, mouth.direction) for mouth in meeting.mouths]
+    headings = [lines[mouth.line].heading(mouth.at, mouth.direction) for mouth in detected.mouths]
     if not headings:
         return ""
-    if meeting.corners is not None:
+    if detected.corners is not None:
         return "square"
     if len(headings) == 1:
         return "street_end"
@@ -84,12 +87,12 @@ def _kind(meeting: DetectedJunction, lines: tuple[MiddleLine, ...]) -> str:
 def _next(
     mouth: Mouth,
     line: MiddleLine,
-    meeting: DetectedJunction,
-    meetings: list[DetectedJunction],
+    detected: DetectedJunction,
+    detections: list[DetectedJunction],
     numbered: dict[int, str],
 ) -> str:
     """Return the identity of the next junction along a road that leaves a meeting; "" if there is none."""
-    others = [m for m in meetings if m is not meeting and line.number in m.grounds]
+    others = [m for m in detections if m is not detected and line.number in m.grounds]
     for at in line.following(mouth.at, mouth.direction):
         for other in others:
             if other.grounds[line.number][at]:
@@ -97,11 +100,11 @@ def _next(
     return ""
 
 
-def _road(plan: Plan, line: MiddleLine, meetings: list[DetectedJunction], numbered: dict[int, str]) -> Road:
+def _road(plan: Plan, line: MiddleLine, detections: list[DetectedJunction], numbered: dict[int, str]) -> Road:
     street = plan.streets[line.number]
     passed = sorted(
         (int(m.grounds[line.number].argmax()), numbered[id(m)])
-        for m in meetings
+        for m in detections
         if line.number in m.grounds and m.grounds[line.number].any()
     )
     points = tuple((round(x, 3), round(z, 3)) for x, z in plan.lines()[line.number].tolist())

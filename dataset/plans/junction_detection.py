@@ -145,9 +145,11 @@ def detect_junctions(plan: Plan, lines: tuple[MiddleLine, ...]) -> tuple[Detecte
         near = [i for i, corners in enumerate(squares) if _from_polygon(corners, node[None, :])[0] <= AT_SQUARE]
         (groups[near[0]] if near else free).append(node)
     ends = _dead_ends(lines, squares)
-    found = [_meeting(np.array(group).reshape(-1, 2), c, lines) for group, c in zip(groups, squares, strict=True)]
-    found += [_meeting(np.array(group), None, lines) for group in _clusters(free)]
-    return (*found, *(_meeting(end[None, :], None, lines) for end in ends))
+    found = [
+        _detected_junction(np.array(group).reshape(-1, 2), c, lines) for group, c in zip(groups, squares, strict=True)
+    ]
+    found += [_detected_junction(np.array(group), None, lines) for group in _clusters(free)]
+    return (*found, *(_detected_junction(end[None, :], None, lines) for end in ends))
 
 
 def _bend(three: Points) -> float:
@@ -191,10 +193,10 @@ def _clusters(nodes: list[Points]) -> list[list[Points]]:
     return groups
 
 
-def _meeting(nodes: Points, corners: Points | None, lines: tuple[MiddleLine, ...]) -> DetectedJunction:
+def _detected_junction(nodes: Points, corners: Points | None, lines: tuple[MiddleLine, ...]) -> DetectedJunction:
     """Return a meeting with its open ground and the mouths of its roads."""
     grounds: dict[int, Mask] = {}
-    here = [line for line in lines if _meets(line, nodes, corners)]
+    here = [line for line in lines if _passes_through(line, nodes, corners)]
     for line in here:
         ground = np.zeros(len(line.places), dtype=bool)
         if corners is not None:
@@ -211,7 +213,7 @@ def _meeting(nodes: Points, corners: Points | None, lines: tuple[MiddleLine, ...
     return DetectedJunction(nodes, corners, grounds, tuple(_without_doubles(mouths, lines)))
 
 
-def _meets(line: MiddleLine, nodes: Points, corners: Points | None) -> bool:
+def _passes_through(line: MiddleLine, nodes: Points, corners: Points | None) -> bool:
     if len(nodes) and _distances(line.places, nodes).min() <= TOUCH:
         return True
     return corners is not None and bool((_from_polygon(corners, line.places) <= SQUARE_EDGE).any())

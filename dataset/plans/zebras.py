@@ -30,9 +30,9 @@ def zebra_crossings(plan: Plan, random: Random) -> tuple[Prop, ...]:
     """
     lines = middle_lines_of(plan)
     found: list[Prop] = []
-    for meeting in detect_junctions(plan, lines):
-        streets = [mouth for mouth in meeting.mouths if 2 * lines[mouth.line].half_width >= NARROWEST]
-        if meeting.corners is not None or len(streets) < 3:
+    for detected in detect_junctions(plan, lines):
+        streets = [mouth for mouth in detected.mouths if 2 * lines[mouth.line].half_width >= NARROWEST]
+        if detected.corners is not None or len(streets) < 3:
             continue
         drawn = [mouth for mouth in streets if random.random() < SHARE]
         for mouth in drawn or [random.choice(streets)]:

@@ -96,7 +96,7 @@ class DecoyPlacer:
         self, thing: Thing, where: Where, subject: RoomPosition, quarter: int, placed: Sequence[PlacedObject]
     ) -> PlacedObject | None:
         """Return the existing object that a name refers to, by its complete name or by the relation, or None."""
-        fitting = [item for item in (*self.items(), *placed) if fits(thing, item.type)]
+        fitting = [item for item in (*self.items(), *placed) if name_matches_type(thing, item.type)]
         if fitting and thing.kind and thing.colour and thing.look:
             return fitting[0]
         graded = [(relation_score(where, subject, to_room_object(item), quarter), item) for item in fitting]
@@ -108,7 +108,7 @@ class DecoyPlacer:
     ) -> PlacedObject | None:
         """Add and return a decoy with that name for which the relation holds, or None if no cell or type is left."""
         used = {*self.excluded, *self.floor.values()}
-        types = [type_ for type_ in ALL_TYPES if fits(thing, type_) and type_ not in used]
+        types = [type_ for type_ in ALL_TYPES if name_matches_type(thing, type_) and type_ not in used]
         cells = [cell for cell in CELLS if cell not in self.floor and cell not in self.blocked]
         if not types or not cells or len(self.floor) >= self.max_decoys:
             return None
@@ -135,6 +135,6 @@ def relation_score(where: Where, subject: RoomPosition, landmark: Referent, quar
     return grade_relation(where, (subject.column, subject.row), subject.level, (landmark,), quarter)
 
 
-def fits(thing: Thing, type_: ObjectType) -> bool:
+def name_matches_type(thing: Thing, type_: ObjectType) -> bool:
     """Return whether every word of a name matches a type."""
     return thing.kind in ("", type_.kind) and thing.colour in ("", type_.colour) and thing.look in ("", type_.pattern)

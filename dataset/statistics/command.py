@@ -38,7 +38,7 @@ def statistics_of(
 
 
 def as_json(columns: Sequence[SplitStatistics]) -> list[dict[str, Any]]:
-    """Return the figures as JSON data: one object for each split and language."""
+    """Return the statistics as JSON data: one object for each split and language."""
     return [asdict(each) for each in columns]
 
 

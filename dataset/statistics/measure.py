@@ -33,7 +33,7 @@ class PropertyShare:
 
 @dataclass(frozen=True, eq=False)
 class PhaseStatistics:
-    """Figures of one phase's instructions.
+    """Statistics of one phase's instructions.
 
     Attributes:
         lengths: of instructions and ground truths.
@@ -50,13 +50,13 @@ class PhaseStatistics:
 
 @dataclass(frozen=True, eq=False)
 class SplitStatistics:
-    """Figures of a split's instructions in one language.
+    """Statistics of a split's instructions in one language.
 
     Attributes:
         split: name of the split.
         language: code of the language.
         episodes: number of episodes in this language.
-        phases: figures by phase.
+        phases: statistics by phase.
     """
 
     split: str

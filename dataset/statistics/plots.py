@@ -1,4 +1,4 @@
-"""Plots of the figures: distributions of lengths, linguistic properties, frequent words."""
+"""Plots of the statistics: distributions of lengths, linguistic properties, frequent words."""
 
 import math
 from collections.abc import Callable, Sequence

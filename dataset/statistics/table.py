@@ -1,4 +1,4 @@
-"""Figures as text tables with a column for each split and language, and histograms."""
+"""Statistics as text tables with a column for each split and language, and histograms."""
 
 import unicodedata
 from collections.abc import Iterable, Iterator, Sequence

@@ -74,7 +74,7 @@ def navigation(random: Random) -> Navigation:
         steps.append(Walk("ahead"))  # "After moving between two things, get the ball" may say where the ball is.
     places = things[-1:] if things and random.random() < 0.4 else []
     where = tuple(_where(random, _STREET_RELATIONS, places) for _ in range(random.choice((0, 1, 1, 1, 2))))
-    meaning = identified(Navigation(tuple(steps), collectible(random, where)))
+    meaning = with_identities(Navigation(tuple(steps), collectible(random, where)))
     assert isinstance(meaning, Navigation)
     return meaning
 
@@ -94,12 +94,12 @@ def assembly(random: Random) -> Assembly:
     wheres = [_room_where(random) for _ in range(random.choice((1, 1, 1, 2)))]
     kind = random.choice(KINDS)
     thing = random.choice((collectible(random), Thing(kind), Thing(kind, random.choice(COLOURS)), Thing("")))
-    meaning = identified(Assembly(turns, thing, tuple(dict.fromkeys(wheres))))
+    meaning = with_identities(Assembly(turns, thing, tuple(dict.fromkeys(wheres))))
     assert isinstance(meaning, Assembly)
     return meaning
 
 
-def identified(meaning: Meaning) -> Meaning:
+def with_identities(meaning: Meaning) -> Meaning:
     """Return a meaning with identities: mentions that repeat a name share the identity and the full description."""
     named: list[Thing] = []
 

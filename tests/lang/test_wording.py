@@ -11,7 +11,7 @@ from arramon_lang import load
 from arramon_lang.coreference import mentions
 from arramon_lang.grammar import forms_of
 from arramon_lang.meaning import Assembly, Face, Navigation, Rotate, Thing, Walk
-from tests.lang import sampling
+from tests.lang import random_meanings
 from tests.lang.test_hindi_texts import REGISTERS
 
 EPISODES = 130
@@ -90,7 +90,7 @@ def episodes(code: str, seed: int) -> Iterator[list[str]]:
     random, language = Random(seed), load(code)
     for _ in range(EPISODES):
         voice = language.draw_voice(random)
-        yield [language.write(meaning, random, voice) for meaning in sampling.meanings(random, 2)]
+        yield [language.write(meaning, random, voice) for meaning in random_meanings.meanings(random, 2)]
 
 
 @pytest.mark.parametrize("code", FORBIDDEN)
@@ -115,7 +115,7 @@ def test_an_episode_keeps_to_one_register() -> None:
 @pytest.mark.parametrize("code", FORBIDDEN)
 def test_an_episode_has_one_noun_for_a_kind(code: str) -> None:
     language, random = load(code), Random(23)
-    for kind in sampling.KINDS:
+    for kind in random_meanings.KINDS:
         names = {form: lexeme for lexeme in language.grammar.nouns[kind] for form in forms_of([lexeme])}
         for _ in range(12):
             voice = language.draw_voice(random)

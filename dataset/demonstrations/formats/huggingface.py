@@ -66,7 +66,7 @@ def write_part(export: ResolvedExport, split: Split, part: ExportPart, made: Pat
             for code in source.languages:
                 if code not in files:
                     files[code] = TableFile(made / names[code], features_of(export))
-                files[code].write({**columns, "instruction": rendered.instructions(code, rendered.seen)})
+                files[code].write({**columns, "instruction": rendered.instructions(code, rendered.action_observations)})
                 counts[code] += rendered.steps
     finally:
         for file in files.values():
@@ -105,7 +105,7 @@ def finish(export: ResolvedExport, split: Split, folder: ExportFolder, parts: Se
 
 def _columns(export: ResolvedExport, rendered: RenderedDemonstration) -> dict[str, Any]:
     """Return the columns that do not depend on the language."""
-    seen = rendered.seen
+    seen = rendered.action_observations
     return {
         "episode_id": [rendered.source.episode_id] * rendered.steps,
         "step": [each.step for each in seen],

@@ -93,7 +93,7 @@ def write_part(export: ResolvedExport, split: Split, part: ExportPart, made: Pat
             rendered = render(export, source)
             columns, stats = _columns(export, rendered), _statistics(export, rendered)
             for language in source.languages:
-                texts = rendered.instructions(language, rendered.seen)
+                texts = rendered.instructions(language, rendered.action_observations)
                 steps = np.arange(rendered.steps)
                 file.write(
                     {
@@ -197,7 +197,7 @@ def _columns(export: ResolvedExport, rendered: RenderedDemonstration) -> dict[st
 
 
 def _numbers(rendered: RenderedDemonstration) -> dict[str, list[Any]]:
-    seen = rendered.seen
+    seen = rendered.action_observations
     return {
         "observation.turn": [each.turn for each in seen],
         "observation.phase": [[phase.value for phase in PHASES].index(each.phase) for each in seen],
@@ -215,9 +215,13 @@ def _statistics(export: ResolvedExport, rendered: RenderedDemonstration) -> dict
         name: statistics.numeric_statistics(np.asarray(values)[:, None]) for name, values in _numbers(rendered).items()
     }
     if "pose" in export.request.sensors:
-        found[KEYS["pose"]] = statistics.numeric_statistics(np.asarray([each.pose for each in rendered.seen]))
+        found[KEYS["pose"]] = statistics.numeric_statistics(
+            np.asarray([each.pose for each in rendered.action_observations])
+        )
     if "rgb" in export.request.sensors:
-        found[KEYS["rgb"]] = statistics.frame_statistics([each.rgb for each in rendered.seen if each.rgb is not None])
+        found[KEYS["rgb"]] = statistics.frame_statistics(
+            [each.rgb for each in rendered.action_observations if each.rgb is not None]
+        )
     return found
 
 

@@ -28,7 +28,7 @@ from arramon_client.environments.spaces import (
 )
 from arramon_client.environments.tokens import ByteTokenizer
 from arramon_dataset.demonstrations.croissant import CroissantFiles, write_croissant
-from arramon_dataset.demonstrations.description import describe
+from arramon_dataset.demonstrations.description import describe_export
 from arramon_dataset.demonstrations.folder import ExportFolder
 from arramon_dataset.demonstrations.parts import ExportPart
 from arramon_dataset.demonstrations.rendering import RenderedDemonstration, player_of, render, settings_of
@@ -87,7 +87,7 @@ def finish(export: ResolvedExport, split: Split, folder: ExportFolder, parts: Se
                 "total_steps": sum(part["steps"][language] for part in parts for language in languages),
                 "dataset_size": round(sum(sizes) / 1e6, 1),
                 "algorithm_name": "ground truth" if export.request.run_id is None else f"run {export.request.run_id}",
-                "description": describe(export),
+                "description": describe_export(export),
                 "requirements": ["arramon-client[environments]", "arramon-server"],
             }
         )

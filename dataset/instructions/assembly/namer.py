@@ -120,10 +120,10 @@ def _is_on(item: RoomObject, other: RoomObject) -> bool:
 
 def _named(item: RoomObject, words: tuple[str, ...], where: tuple[Where, ...] = ()) -> Thing:
     kind, colour, look = (getattr(item, word) if word in words else "" for word in ("kind", "colour", "look"))
-    return Thing(kind, colour, look, where=where, identity=identity_of(item))
+    return Thing(kind, colour, look, where=where, identity=object_identity(item))
 
 
-def identity_of(item: RoomObject) -> str:
+def object_identity(item: RoomObject) -> str:
     """Return the identity of an object in the room: its place."""
     return f"room/{item.column},{item.level},{item.row}"
 

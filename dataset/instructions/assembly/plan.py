@@ -1,7 +1,7 @@
 """Planning of assembly instructions: turns and relations that identify the target's cell and no other.
 
-The semantics of relations is that of `arramon_lang.cell_grading`, shared with followers. Only objects that the camera sees from
-the start tile are mentioned; the plan must hold with and without the hidden ones.
+The semantics of relations is that of `arramon_lang.cell_grading`, shared with followers. Only objects that the camera
+shows from the start tile are mentioned; the plan must hold with and without the hidden ones.
 """
 
 from collections.abc import Iterator

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from arramon_dataset.instructions.gate.progress import GateProgress, nearest
+from arramon_dataset.instructions.gate.progress import GateProgress, nearest_index
 from arramon_dataset.instructions.gate.streets import faults_of_place, faults_of_turn_on_the_way
 from arramon_dataset.instructions.gate.texts import faults_of_names
 from arramon_dataset.instructions.gate.things import (
@@ -13,7 +13,7 @@ from arramon_dataset.instructions.gate.things import (
     faults_of_sight,
     faults_of_target,
 )
-from arramon_dataset.instructions.gate.turns import faults_of_bends, faults_of_face, turn
+from arramon_dataset.instructions.gate.turns import check_turn, faults_of_bends, faults_of_face
 from arramon_dataset.instructions.gate.walks import check_walk
 from arramon_dataset.instructions.gate.world import GateWorld
 from arramon_dataset.path_tolerances import ACCEPTED_AT
@@ -102,7 +102,7 @@ class NavigationCheck:
     def _advance(self, step: Step, faults: list[str]) -> None:
         world, before = self._world, self._progress
         if isinstance(step, Rotate):
-            self._progress = turn(world, before, step, faults)
+            self._progress = check_turn(world, before, step, faults)
             if step.thing is None and isinstance(self._last, Walk) and self._last.way in UNREACHED:
                 faults += faults_of_turn_on_the_way(world, before.since, step.direction, self._progress.at)
             if self._is_short(step, self._progress.turned[len(before.turned) :]):
@@ -118,5 +118,5 @@ class NavigationCheck:
         last = self._last
         if step.thing is not None or not isinstance(last, Walk) or last.way != "to" or last.things[0].kind in PLACES:
             return False
-        near = nearest(self._world, last.things, self._progress.since, ACCEPTED_AT)
+        near = nearest_index(self._world, last.things, self._progress.since, ACCEPTED_AT)
         return near is not None and any(index < near - SHORT_OF for index in turned)

@@ -53,7 +53,7 @@ def places_ahead(world: GateWorld, at: int, count: int) -> range:
     return range(at, min(at + count, len(world.path)))
 
 
-def nearest(world: GateWorld, things: Sequence[Thing], at: int, limit: float) -> int | None:
+def nearest_index(world: GateWorld, things: Sequence[Thing], at: int, limit: float) -> int | None:
     """Return the index where the path comes closest to things, from a place on; None if it stays farther away.
 
     Args:
@@ -69,14 +69,16 @@ def nearest(world: GateWorld, things: Sequence[Thing], at: int, limit: float) ->
         return next(entered, None)
     marks = [mark for thing in things for mark in world.landmarks(thing.identity)]
     if len(things) == 1 and marks and marks[0].label.kind != "building":
-        near = [world.geometry.closest(mark.x, mark.z, max(at - 2, 0), limit) for mark in marks]
+        near = [world.geometry.first_approach(mark.x, mark.z, max(at - 2, 0), limit) for mark in marks]
         return None if any(index is None for index in near) else max(index for index in near if index is not None)
-    x, z = middle(world, things, at)
+    x, z = middle_of(world, things, at)
     junction = world.junction(things[0].identity)
-    return world.geometry.closest(x, z, max(at - 2, 0), limit + (junction.radius if junction is not None else 0.0))
+    return world.geometry.first_approach(
+        x, z, max(at - 2, 0), limit + (junction.radius if junction is not None else 0.0)
+    )
 
 
-def middle(world: GateWorld, things: Sequence[Thing], at: int) -> Place:
+def middle_of(world: GateWorld, things: Sequence[Thing], at: int) -> Place:
     """Return the middle of things or places; the path's place `at` if none of them exists."""
     places: list[Place] = []
     for thing in things:

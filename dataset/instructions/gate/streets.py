@@ -48,13 +48,13 @@ def faults_of_place(world: GateWorld, since: int, thing: Thing, step: Step) -> I
         yield from _earlier_corners(world, since, thing)
         return
     own = world.junction(thing.identity)
-    near = None if own is None else world.geometry.closest(own.x, own.z, max(since, 0), own.radius + COME_TO)
+    near = None if own is None else world.geometry.first_approach(own.x, own.z, max(since, 0), own.radius + COME_TO)
     if near is None:
         return
     is_turn = isinstance(step, Rotate) and step.at == "at" and thing.kind != "corner"
     side = SIDES.get(step.direction) if isinstance(step, Rotate) and is_turn else None
     for other in world.graph.junctions:
-        at = world.geometry.closest(other.x, other.z, max(since, 0), other.radius + 1.0)
+        at = world.geometry.first_approach(other.x, other.z, max(since, 0), other.radius + 1.0)
         if at is None or other is own or len(other.arms) < 3 or not since + 1 < at < near - 2:
             continue
         if side is None or _opens(world, other, at, side):
@@ -69,13 +69,13 @@ def _opens(world: GateWorld, junction: Junction, at: int, side: float) -> bool:
 def _earlier_corners(world: GateWorld, since: int, thing: Thing) -> Iterator[str]:
     """Yield each corner of a building with the same look that the path passes before the intended one."""
     own = world.corner(thing.identity)
-    near = None if own is None else world.geometry.closest(own.x, own.z, max(since, 0), CORNER_NEAR)
+    near = None if own is None else world.geometry.first_approach(own.x, own.z, max(since, 0), CORNER_NEAR)
     if own is None or near is None or world.graph is None:
         return
     looks = {house.identity for house in world.graph.houses if house.look == thing.look}
     for house in (house for house in world.graph.houses if house.identity in looks):
         for x, z in house.corners:
-            at = world.geometry.closest(x, z, max(since, 0), CORNER_NEAR)
+            at = world.geometry.first_approach(x, z, max(since, 0), CORNER_NEAR)
             if at is not None and since < at < near - 1 and math.dist((x, z), (own.x, own.z)) > 1.0:
                 yield f"a corner of {house.identity} comes before {thing.identity}"
 
@@ -161,7 +161,7 @@ def _earlier_openings(world: GateWorld, since: int, direction: str, index: int) 
     passed: list[int] = []
     for mark in world.marks:
         if mark.label.kind == "intersection" and mark.label.look == direction:
-            near = world.geometry.closest(mark.x, mark.z, max(since, 0), OPENING_NEAR)
+            near = world.geometry.first_approach(mark.x, mark.z, max(since, 0), OPENING_NEAR)
             if near is not None and since + 1 <= near < index - 3 and all(abs(near - each) > 3 for each in passed):
                 passed.append(near)
     return len(passed)
@@ -180,7 +180,7 @@ def passed_arms(world: GateWorld, since: int, direction: str, index: int, kind: 
     found = set()
     assert world.graph is not None
     for junction in world.graph.junctions:
-        near = world.geometry.closest(junction.x, junction.z, max(since, 0), junction.radius + near_by)
+        near = world.geometry.first_approach(junction.x, junction.z, max(since, 0), junction.radius + near_by)
         if near is None or near > index + 2 or near < since + 1:
             continue
         before = world.geometry.heading_before(min(max(near - 2, 0), max(index - 2, 0)))

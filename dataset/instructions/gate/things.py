@@ -16,7 +16,7 @@ from arramon_dataset.path_tolerances import (
     ACCEPTED_RELATION_ANGLE,
     ACCEPTED_TWIN_GAP,
 )
-from arramon_dataset.paths import Place, along_relation, offset_seen_from
+from arramon_dataset.paths import Place, offset_seen_from, relation_offset
 from arramon_dataset.plans.graph import Junction
 from arramon_lang.meaning import PLACES, Thing, Where
 from arramon_lang.street_words import COUNTED_WITHIN
@@ -95,7 +95,7 @@ def _doubtful_crossings(world: GateWorld, progress: GateProgress, mark: Landmark
     for other in world.marks:
         if other is mark or other.label.kind != "zebra_crossing":
             continue
-        near = world.geometry.closest(other.x, other.z, since, COUNTED_WITHIN)
+        near = world.geometry.first_approach(other.x, other.z, since, COUNTED_WITHIN)
         if near is not None and near <= own and math.dist(world.path[near], (other.x, other.z)) > SURELY_OVER:
             yield f"{other.identity} lies beside the way to {mark.identity}, and may be counted"
 
@@ -103,7 +103,7 @@ def _doubtful_crossings(world: GateWorld, progress: GateProgress, mark: Landmark
 def _passed(world: GateWorld, mark: Landmark, since: int) -> int | None:
     """Return the index where the path passes a landmark closely enough to count it; None if it does not."""
     limit = WALKED_OVER if mark.label.kind == "zebra_crossing" else COUNTED_WITHIN
-    return world.geometry.closest(mark.x, mark.z, since, limit)
+    return world.geometry.first_approach(mark.x, mark.z, since, limit)
 
 
 def _faults_of_place_name(world: GateWorld, progress: GateProgress, thing: Thing) -> Iterator[str]:
@@ -123,7 +123,7 @@ def _faults_of_place_name(world: GateWorld, progress: GateProgress, thing: Thing
         if thing.kind != "corner":
             yield f"{thing.kind} {thing.identity!r} does not exist"
         return
-    near = world.geometry.closest(junction.x, junction.z, progress.at, junction.radius + ACCEPTED_AT)
+    near = world.geometry.first_approach(junction.x, junction.z, progress.at, junction.radius + ACCEPTED_AT)
     if near is None:
         yield f"the path does not reach {thing.identity}"
     elif not _is_kind(junction, thing.kind, world.geometry.heading_before(max(near - 2, 0))):
@@ -170,7 +170,7 @@ def _holds(world: GateWorld, where: Where, mark: Landmark, others: list[Landmark
 def _is_so_from(view: Place, relation: str, mark: Landmark, other: Landmark) -> bool:
     """Return whether one thing is in a relation to another, as seen from a place."""
     right, behind = offset_seen_from(view, (mark.x, mark.z), (other.x, other.z))
-    offset = along_relation(relation, right, behind)
+    offset = relation_offset(relation, right, behind)
     least = math.cos(math.radians(ACCEPTED_RELATION_ANGLE)) * math.hypot(right, behind)
     return offset is None or offset[0] > least
 
@@ -236,7 +236,7 @@ def faults_of_confusable_things(
     meant = (
         None
         if is_faced or thing.kind == "building"
-        else world.geometry.closest(marks[0].x, marks[0].z, since, ACCEPTED_BY)
+        else world.geometry.first_approach(marks[0].x, marks[0].z, since, ACCEPTED_BY)
     )
     for other in world.marks:
         if not _may_be_called(thing, other) or other in marks:
@@ -247,7 +247,7 @@ def faults_of_confusable_things(
         if is_nearer and world.is_visible(other, since, since if is_faced else max(progress.at, since + FORESIGHT)):
             yield f"{other.identity} may be taken for {thing.identity}"
         elif meant is not None and other.glimpsed is not None:
-            passed = world.geometry.closest(other.x, other.z, since + 1, COUNTED_WITHIN)
+            passed = world.geometry.first_approach(other.x, other.z, since + 1, COUNTED_WITHIN)
             if passed is not None and passed < meant - 2:
                 yield f"the path passes {other.identity} before {thing.identity}"
 

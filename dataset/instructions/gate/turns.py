@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from arramon_client.world import turn_between
-from arramon_dataset.instructions.gate.progress import HINDSIGHT, GateProgress, middle, nearest
+from arramon_dataset.instructions.gate.progress import HINDSIGHT, GateProgress, middle_of, nearest_index
 from arramon_dataset.instructions.gate.streets import (
     faults_of_heading,
     faults_of_street,
@@ -46,7 +46,7 @@ BACK = 10
 
 def faults_of_face(world: GateWorld, progress: GateProgress, thing: Thing) -> Iterator[str]:
     """Yield the faults of an instruction to face a thing."""
-    (x, z), here = middle(world, (thing,), progress.at), world.path[progress.at]
+    (x, z), here = middle_of(world, (thing,), progress.at), world.path[progress.at]
     towards = direction(here, (x, z))
     if abs(turn_between(world.geometry.heading_after(progress.at), towards)) > ACCEPTED_FACED:
         yield f"the path does not continue towards {thing.identity}"
@@ -54,7 +54,7 @@ def faults_of_face(world: GateWorld, progress: GateProgress, thing: Thing) -> It
         yield f"{thing.identity} is a place: what to face is ambiguous"
 
 
-def turn(world: GateWorld, progress: GateProgress, step: Rotate, faults: list[str]) -> GateProgress:
+def check_turn(world: GateWorld, progress: GateProgress, step: Rotate, faults: list[str]) -> GateProgress:
     """Return the progress after a turn; its faults are added to `faults`."""
     degrees = DEGREES[step.direction]
     if step.thing is None:
@@ -65,7 +65,7 @@ def turn(world: GateWorld, progress: GateProgress, step: Rotate, faults: list[st
         if abs(degrees) >= 90.0:
             faults += faults_of_heading(world, index, degrees)
         return _turn_at(world, progress, index, degrees, faults)
-    near = nearest(world, (step.thing,), progress.at, ACCEPTED_AT)
+    near = nearest_index(world, (step.thing,), progress.at, ACCEPTED_AT)
     reach = TURN_REACH + (3 if step.thing.kind in PLACES else 0)
     index = None if near is None else world.turn_near(near, degrees, reach)
     marks = world.landmarks(step.thing.identity)

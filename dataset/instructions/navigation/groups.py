@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from arramon_client.world import COLLECTIBLES
-from arramon_dataset.instructions.navigation.landmark_names import fits, perceived_distance
+from arramon_dataset.instructions.navigation.landmark_names import name_matches, perceived_distance
 from arramon_dataset.instructions.visible_landmarks import Landmark
 from arramon_lang.meaning import Thing
 from arramon_lang.street_words import GROUP_RADIUS
@@ -48,7 +48,7 @@ def groups_centred_on(
     if mark.label.kind in NEVER_SEVERAL:
         return
     for name in dict.fromkeys((Thing(mark.label.kind), Thing(mark.label.kind, mark.label.colour, mark.label.look))):
-        fitting = [other for other in marks if fits(name, other)]
+        fitting = [other for other in marks if name_matches(name, other)]
         members = [other for other in fitting if _apart(mark, other) <= GROUP_RADIUS - 0.5]
         if len(members) < 2 or any(other not in seen for other in members):
             continue
@@ -75,7 +75,7 @@ def group_nearest_to(
     """
     own = perceived_distance(mark, view)
     for group in groups_centred_on(mark, marks, seen, until):
-        rest = (o for o in marks if fits(group.name, o) and o not in group.marks and _is_glimpsed(o, until))
+        rest = (o for o in marks if name_matches(group.name, o) and o not in group.marks and _is_glimpsed(o, until))
         if any(perceived_distance(other, view) < own for other in group.marks):
             continue
         if all(perceived_distance(other, view) >= CLEARLY_FARTHER * own for other in rest):

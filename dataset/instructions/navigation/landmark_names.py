@@ -34,7 +34,7 @@ NEVER_BARE = ("awning",)
 """Kinds whose colour is never omitted: facade textures show such things too."""
 
 
-def name_of(
+def unique_name(
     mark: Landmark, marks: Sequence[Landmark], view: Pose, until: int, random: Random
 ) -> tuple[Thing, bool] | None:
     """Return a name that matches this landmark and no other visible one, or None if there is none.
@@ -56,7 +56,7 @@ def name_of(
     own = perceived_distance(mark, view)
     for name in names if own < math.inf else []:
         limit = own * (MIN_DISTANCE_RATIO if name.colour or not label.colour else MIN_RATIO_WITHOUT_COLOUR)
-        rivals = [m for m in marks if m is not mark and fits(name, m) and perceived_distance(m, view) < limit]
+        rivals = [m for m in marks if m is not mark and name_matches(name, m) and perceived_distance(m, view) < limit]
         if not any(rival.glimpsed is not None and rival.glimpsed <= until for rival in rivals):
             return name, not rivals
     return None
@@ -80,7 +80,7 @@ def counted_name(mark: Landmark, marks: Sequence[Landmark], seen: Sequence[Landm
     counted = []
     for other in marks:
         right, along = view.local(other.x, other.z)
-        if fits(name, other) and abs(right) <= COUNTED_WITHIN + 1.0 and along > -1.0:
+        if name_matches(name, other) and abs(right) <= COUNTED_WITHIN + 1.0 and along > -1.0:
             counted.append((along, abs(right), other))
     counted.sort(key=lambda each: each[:2])
     alongs = [along for along, _, _ in counted]
@@ -92,7 +92,7 @@ def counted_name(mark: Landmark, marks: Sequence[Landmark], seen: Sequence[Landm
     return replace(name, which=ORDINALS[place]) if is_clear and is_apart else None
 
 
-def fits(name: Thing, mark: Landmark) -> bool:
+def name_matches(name: Thing, mark: Landmark) -> bool:
     """Return whether a name matches a landmark; omitted attributes match anything."""
     label = mark.label
     return name.kind == label.kind and name.colour in ("", label.colour) and name.look in ("", label.look)

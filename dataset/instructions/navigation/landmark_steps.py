@@ -7,7 +7,7 @@ from itertools import combinations
 
 from arramon_client.world import COLLECTIBLES, bearing, turn_between
 from arramon_dataset.instructions.navigation.groups import NEVER_SEVERAL, LandmarkGroup, group_nearest_to
-from arramon_dataset.instructions.navigation.landmark_names import counted_name, name_of
+from arramon_dataset.instructions.navigation.landmark_names import counted_name, unique_name
 from arramon_dataset.instructions.navigation.place_steps import MAX_BEND
 from arramon_dataset.instructions.navigation.route import (
     MAX_STEP_LENGTH,
@@ -91,7 +91,7 @@ def _named(
 ) -> tuple[Thing, float] | None:
     """Return a name for a landmark and its cost; None if every name is ambiguous. `seen` are those of its kind."""
     until = route.departures[min(waypoint.number + 12, route.last)]
-    name = name_of(mark, route.of_kind(mark.label.kind), waypoint.pose, until, route.random)
+    name = unique_name(mark, route.of_kind(mark.label.kind), waypoint.pose, until, route.random)
     kind = mark.label.kind
     cost = COLLECTIBLE_COST if kind in COLLECTIBLES else BUILDING_COST if kind == "building" else 0.0
     if name is not None:

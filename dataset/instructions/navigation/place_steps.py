@@ -40,7 +40,7 @@ CROSSED = ("crossing", "left_turn", "right_turn", "fork")
 ORDINALS = ("", "second", "third")
 
 NAMES_DRAWN = 3
-"""Names drawn for one place, since the judge may reject some of them."""
+"""Names drawn for one place, since the check of the plan may reject some of them."""
 
 PLACE_COST = -6.0
 """Additional cost of a turn at a place; negative because people prefer streets and corners to other landmarks."""
@@ -139,7 +139,7 @@ def _name(
     kinds, weights = zip(*NAMES[apparent_kind(route.graph, junction, mark, pose.heading)], strict=True)
     (kind,) = route.random.choices(kinds, weights)
     if kind in ("street", "alley"):
-        return Thing(kind, identity=identity_of(junction, mark, pose.heading, kind))
+        return Thing(kind, identity=opening_identity(junction, mark, pose.heading, kind))
     return _place(kind, junction)
 
 
@@ -158,7 +158,7 @@ def _counted_name(
     roads = {road_kind(route.graph, junction_of(route.graph, other), other, pose.heading) for other in same_side}
     if len(roads) == 1 and "" not in roads:
         kind = roads.pop()
-        return Thing(kind, which=ORDINALS[number], identity=identity_of(junction, mark, pose.heading, kind))
+        return Thing(kind, which=ORDINALS[number], identity=opening_identity(junction, mark, pose.heading, kind))
     return None
 
 
@@ -185,7 +185,7 @@ def road_kind(graph: StreetGraph | None, junction: Junction | None, mark: Landma
     return "" if arm is None or graph is None else graph.road(arm.road).kind
 
 
-def identity_of(junction: Junction, mark: Landmark, heading: float, kind: str) -> str:
+def opening_identity(junction: Junction, mark: Landmark, heading: float, kind: str) -> str:
     """Return the identity at an opening: of the street for "street" and "alley", otherwise of the junction."""
     if kind in ("street", "alley"):
         arm = junction.arm_towards(heading + (-90.0 if mark.label.look == "left" else 90.0))

@@ -2,7 +2,7 @@
 
 A plan is a sequence of steps from landmark to landmark and from place to place. Each step's end is predicted with the
 follower's semantics (agents/follower/navigation.py), and the next step is planned from there. The planner searches
-depth first, cheapest step first, and skips steps that the judge rejects.
+depth first, cheapest step first, and skips steps that the check rejects.
 """
 
 import math
@@ -13,7 +13,7 @@ from typing import Protocol
 
 from arramon_client.world import bearing, turn_between
 from arramon_dataset.instructions.navigation.distinct_names import with_distinct_names
-from arramon_dataset.instructions.navigation.landmark_names import fits, full_name
+from arramon_dataset.instructions.navigation.landmark_names import full_name, name_matches
 from arramon_dataset.instructions.navigation.landmark_steps import PLACES as OPEN_PLACES
 from arramon_dataset.instructions.navigation.landmark_steps import landmark_options
 from arramon_dataset.instructions.navigation.place_steps import place_options
@@ -25,7 +25,7 @@ from arramon_dataset.instructions.navigation.route import (
     turn_towards,
     turn_word,
 )
-from arramon_dataset.instructions.navigation.target import describe
+from arramon_dataset.instructions.navigation.target import describe_target
 from arramon_dataset.instructions.visible_landmarks import Landmark
 from arramon_dataset.path_tolerances import PLANNED_DEVIATION, PLANNED_STRAIGHT
 from arramon_dataset.paths import Place, max_deviation
@@ -61,20 +61,20 @@ class PlanCheck(Protocol):
     """Accepts or rejects the steps of a plan, one after another."""
 
     def after(self, steps: tuple[Step, ...]) -> "PlanCheck | None":
-        """Return the judge after further steps; None if it rejects one of them."""
+        """Return the check after further steps; None if it rejects one of them."""
 
     def may_end(self, target: Thing) -> bool:
         """Return whether the plan may end here: the target's description is true and no step is missing."""
 
 
 class AcceptAllSteps:
-    """A judge that accepts every step."""
+    """A check that accepts every step."""
 
-    def after(self, steps: tuple[Step, ...]) -> "AcceptAllSteps":  # noqa: ARG002 - a judge's
-        """Return this judge."""
+    def after(self, steps: tuple[Step, ...]) -> "AcceptAllSteps":  # noqa: ARG002 - part of the protocol
+        """Return this check."""
         return self
 
-    def may_end(self, target: Thing) -> bool:  # noqa: ARG002 - a judge's
+    def may_end(self, target: Thing) -> bool:  # noqa: ARG002 - part of the protocol
         """Return True."""
         return True
 
@@ -93,15 +93,15 @@ def plan_navigation(
 
     Args:
         path: distinct positions (x, z) of the ground truth.
-        poses: along the path, from `sight.poses_along`.
+        poses: along the path, from `visible_landmarks.poses_along`.
         target: the object to pick up at the end.
         street: all collectibles of the turn, including the target.
-        marks: result of `sight.find_landmarks` for the poses; can be reused for many draws.
+        marks: result of `visible_landmarks.find_landmarks` for the poses; can be reused for many draws.
         random: draws the wording; another draw gives another plan.
         graph: of the section's streets; None to call every place a corner.
-        plan_check: of the steps; None to accept all of them.
+        plan_check: accepts or rejects steps; None to accept all of them.
     """
-    thing = describe(target, street, marks, poses, random)
+    thing = describe_target(target, street, marks, poses, random)
     if thing is None:
         return None
     route = DescribedRoute(path, poses, marks, (target.position.x, target.position.z), graph, random)
@@ -253,7 +253,7 @@ class _Planner:
             thing is None
             or thing.number
             or thing.kind in PLACES
-            or sum(fits(thing, mark) for mark in self._around) != 1
+            or sum(name_matches(thing, mark) for mark in self._around) != 1
         ):
             return option.steps
         return (Face(thing), after)

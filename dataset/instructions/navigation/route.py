@@ -62,8 +62,8 @@ class DescribedRoute:
 
     Args:
         path: distinct positions (x, z) of the ground truth.
-        poses: along the path, from `sight.poses_along`.
-        marks: from `sight.find_landmarks`.
+        poses: along the path, from `visible_landmarks.poses_along`.
+        marks: from `visible_landmarks.find_landmarks`.
         goal: (x, z) of the target.
         graph: of the section's streets, or None.
         random: draws all choices.

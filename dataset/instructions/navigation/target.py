@@ -15,7 +15,7 @@ from arramon_dataset.path_tolerances import (
     PLANNED_TWIN_GAP,
     PLANNED_ZEBRA_MARGIN,
 )
-from arramon_dataset.paths import Place, along_relation, offset_seen_from
+from arramon_dataset.paths import Place, offset_seen_from, relation_offset
 from arramon_lang.meaning import Thing, Where
 from arramon_server.sim.geometry import Pose
 from arramon_server.sim.labels import SegmentationLabel
@@ -40,7 +40,7 @@ FULL = 0.85
 """Probability of the complete name although fewer words suffice."""
 
 
-def describe(
+def describe_target(
     target: Collectible, street: Sequence[Collectible], marks: Sequence[Landmark], poses: Sequence[Pose], random: Random
 ) -> Thing | None:
     """Return a name that matches only the target among the turn's collectibles; None if it is not seen at the end.
@@ -137,7 +137,7 @@ def _where(
 
 def _is_so_from(view: Pose, relation: str, place: Place, mark: Landmark) -> bool:
     """Return whether a place is clearly in a relation to a landmark, as seen from a pose."""
-    offset = along_relation(relation, *offset_seen_from((view.x, view.z), place, (mark.x, mark.z)))
+    offset = relation_offset(relation, *offset_seen_from((view.x, view.z), place, (mark.x, mark.z)))
     if offset is None:
         return True
     along, across = offset

@@ -42,7 +42,7 @@ def _apart(manner: str, relation: str) -> Numbers:
     return distances
 
 
-def nearest(event: Event, place: int, path: TurnPath, things: Sequence[PlacedThing]) -> tuple[int, float]:
+def nearest_match(event: Event, place: int, path: TurnPath, things: Sequence[PlacedThing]) -> tuple[int, float]:
     """Return the index of the matching thing nearest to where a mention implies it, and its distance, or (-1, inf).
 
     A thing matches if its kind, colour and side are as stated, and for a banner its shape.
@@ -81,7 +81,7 @@ def mentions_of(
     found = []
     for event, place in zip(events, aligned.best, strict=True):
         if event.kind in kinds:
-            number, apart = nearest(event, place, path, things)
+            number, apart = nearest_match(event, place, path, things)
             found.append((event, place, number if apart <= WITHIN else -1))
     return found
 

@@ -48,8 +48,8 @@ def paint_facades(
     centres = np.array([(building.x, building.z) for building in buildings])
     painted = list(buildings)
     recovered: list[Recovered] = []
-    kind_mentions = MentionsOfKind(centres, np.array(rows), np.array(weights), looks, [""] * len(looks))
-    for peak in peaks_of(kind_mentions, CERTAIN):
+    mentions = MentionsOfKind(centres, np.array(rows), np.array(weights), looks, [""] * len(looks))
+    for peak in peaks_of(mentions, CERTAIN):
         index = int(np.hypot(*(centres - (peak.x, peak.z)).T).argmin())
         if all(each.index != index for each in recovered):
             painted[index] = replace(painted[index], facade=peak.colours[0][0])

@@ -12,7 +12,7 @@ from arramon_dataset.release.landmarks.facades import paint_facades
 from arramon_dataset.release.landmarks.furniture_grid import FreeSpace, FurnitureGrid
 from arramon_dataset.release.landmarks.mentions import DRAWN as DRAWN_KINDS
 from arramon_dataset.release.landmarks.own_furniture import furniture_mentions, move_off_paths, own_furniture
-from arramon_dataset.release.landmarks.recovery import LandmarkMap, RecoveredLandmark, TurnText, recover, texts_of
+from arramon_dataset.release.landmarks.recovery import LandmarkMap, RecoveredLandmark, TurnText, recover, turn_texts
 from arramon_dataset.release.landmarks.scenery import props_of
 from arramon_dataset.release.landmarks.text_colours import recolour_landmarks
 from arramon_server.episodes.episode import Episode
@@ -36,7 +36,7 @@ def rebuild_section(section: Section, episodes: Sequence[Episode]) -> tuple[Sect
     listed = sorted(episodes, key=lambda each: each.episode_id)
     walked = np.concatenate([np.array(turn.path) for episode in listed for turn in episode.turns])
     ground = FurnitureGrid.of(section.heading, section.buildings, walked)
-    texts = {episode.episode_id: texts_of(episode) for episode in listed}
+    texts = {episode.episode_id: turn_texts(episode) for episode in listed}
     everything = [each for episode in listed for each in texts[episode.episode_id]]
     landmarks = recover(everything)
     built = props_of(landmarks, section.heading, section.buildings, ground, walked)

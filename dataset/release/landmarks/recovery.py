@@ -131,7 +131,7 @@ class LandmarkMap:
         return found
 
 
-def texts_of(episode: Episode) -> list[TurnText]:
+def turn_texts(episode: Episode) -> list[TurnText]:
     """Return the texts of an episode as events, in all its languages, turn by turn."""
     paths = paths_of_turns(episode)
     return [
@@ -145,21 +145,17 @@ def recover(texts: Sequence[TurnText]) -> list[RecoveredLandmark]:
     """Return the landmarks of a section on which its texts agree; the same texts give the same result."""
     texts = [each for each in texts if each.events]
     known = LandmarkMap()
-    mentions_of_kinds: dict[str, tuple[MentionsOfKind, Numbers]] = {}
+    by_kind: dict[str, tuple[MentionsOfKind, Numbers]] = {}
     for _ in range(ROUNDS + 1):
         aligned = [align(each.events, each.path, known.fit) for each in texts]
-        mentions_of_kinds = {kind: _mentions_of_kind(kind, texts, aligned) for kind in SCENERY}
+        by_kind = {kind: _mentions_of_kind(kind, texts, aligned) for kind in SCENERY}
         known = LandmarkMap.of(
             {
-                _kind(recovered_kind): _strengths(peaks_of(kind_mentions, 1.0))
-                for recovered_kind, (kind_mentions, _) in mentions_of_kinds.items()
+                _kind(recovered_kind): _strengths(peaks_of(mentions, 1.0))
+                for recovered_kind, (mentions, _) in by_kind.items()
             }
         )
-    return [
-        landmark
-        for kind, (kind_mentions, halves) in mentions_of_kinds.items()
-        for landmark in _confirmed(kind, kind_mentions, halves)
-    ]
+    return [landmark for kind, (mentions, halves) in by_kind.items() for landmark in _confirmed(kind, mentions, halves)]
 
 
 def _strengths(peaks: Sequence[Peak]) -> list[tuple[float, float, float, str]]:
@@ -207,11 +203,11 @@ def _cells(walked: Numbers, reach: float) -> Numbers:
     return near
 
 
-def _confirmed(kind: str, kind_mentions: MentionsOfKind, halves: Numbers) -> list[RecoveredLandmark]:
+def _confirmed(kind: str, mentions: MentionsOfKind, halves: Numbers) -> list[RecoveredLandmark]:
     """Return the peaks with CERTAIN votes, or that both halves of the episodes confirm."""
-    by_half = [peaks_of(kind_mentions.subset(np.flatnonzero(halves == half)), HALF) for half in (0, 1)]
+    by_half = [peaks_of(mentions.subset(np.flatnonzero(halves == half)), HALF) for half in (0, 1)]
     found = []
-    for peak in peaks_of(kind_mentions, ENOUGH):
+    for peak in peaks_of(mentions, ENOUGH):
         votes = [
             max((p.votes for p in listed if np.hypot(p.x - peak.x, p.z - peak.z) <= AGREED), default=0.0)
             for listed in by_half

@@ -43,7 +43,7 @@ def export(
 
 
 @dataclass(frozen=True)
-class Seen:
+class ExpectedObservation:
     """What the simulator shows before an action."""
 
     turn: int
@@ -56,9 +56,9 @@ class Seen:
     instruction: str
 
 
-def simulated(
+def expected_observations(
     data: Path, episode_id: str, language: str, actions: Sequence[int] = tiny.ACTIONS, size: int = SIZE
-) -> Iterator[Seen]:
+) -> Iterator[ExpectedObservation]:
     """What the rules and the camera show before each action, without the environments."""
     split = find_split(data, "tiny")
     episode = split.episodes[episode_id]
@@ -68,7 +68,7 @@ def simulated(
             frame = worlds.render("tiny", episode, state, size, segmentation=True)
             assert frame.segmentation is not None
             pose = visible_pose(state)
-            yield Seen(
+            yield ExpectedObservation(
                 state.turn,
                 state.phase.value,
                 session.steps_left(state),

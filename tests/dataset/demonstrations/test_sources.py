@@ -17,7 +17,7 @@ from arramon_server.runs.storage import causes
 from arramon_server.runs.storage.database import Database
 from arramon_server.runs.storage.journal import Journal
 from tests import played, tiny
-from tests.dataset.demonstrations.exports import SIZE, simulated
+from tests.dataset.demonstrations.exports import SIZE, expected_observations
 
 CUT = {"1": tiny.ACTIONS[:5], "2": tiny.ACTIONS[:2], "4": (), "5": tiny.ACTIONS}
 """Actions of a run by episode: 5 is finished, the others were cut short."""
@@ -58,7 +58,7 @@ def test_a_run_is_exported_as_it_was_played(data: Path, database: Database, tmp_
         assert (bool(episode.terminations[-1]), bool(episode.truncations[-1])) == (
             (True, False) if episode_id == "5" else (False, True)
         )
-        for step, expected in enumerate(simulated(data, episode_id, "en", CUT[episode_id])):
+        for step, expected in enumerate(expected_observations(data, episode_id, "en", CUT[episode_id])):
             assert (episode.observations["rgb"][step] == expected.rgb).all()
             assert episode.observations["steps_left"][step] == expected.steps_left - 150 + played.STEPS
 

@@ -13,7 +13,7 @@ BLOCKS = tuple(
 CROSSING = Section("9", 0.0, (-13.0, -13.0, 13.0, 13.0), BLOCKS, (Prop("bench", 2.7, 6.0, 270.0),))
 
 
-class Plain:
+class PlainWriter:
     """Says what the targets are, and a number that the names draw."""
 
     def can_describe(
@@ -31,7 +31,7 @@ class Plain:
         return {"en": (texts[0], texts[1])}
 
 
-class Fussy(Plain):
+class PickyWriter(PlainWriter):
     """Takes only what has a ball, a mug or a TV for its first target."""
 
     def can_describe(
@@ -40,20 +40,20 @@ class Fussy(Plain):
         return number == 2 or turn.target.type.kind in ("ball", "mug", "tv")
 
 
-class Never(Plain):
+class FailingWriter(PlainWriter):
     """Finds nothing good."""
 
     def __call__(self, draft: Draft, site: GenerationSite, names: tuple[object, ...]) -> None:
         return None
 
 
-def make_plain() -> DraftWriter:
-    return Plain()
+def make_plain_writer() -> DraftWriter:
+    return PlainWriter()
 
 
-def make_fussy() -> DraftWriter:
-    return Fussy()
+def make_picky_writer() -> DraftWriter:
+    return PickyWriter()
 
 
-def make_never() -> DraftWriter:
-    return Never()
+def make_failing_writer() -> DraftWriter:
+    return FailingWriter()

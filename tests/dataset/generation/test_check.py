@@ -22,7 +22,7 @@ from arramon_server.sim.rules import PlacedObject
 def site() -> Iterator[GenerationSite]:
     made = GenerationSite(build_section(read_plan("6"), "test"))
     yield made
-    made.world.close()
+    made.physics.close()
 
 
 @pytest.fixture(scope="module")

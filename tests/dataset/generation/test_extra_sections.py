@@ -17,7 +17,7 @@ from arramon_server.errors import BadInput
 from arramon_server.runs.play.session import EpisodeSession
 from arramon_server.runs.play.worlds import Worlds
 from arramon_server.sim.rules import Limits
-from tests.dataset.generation.small_section import make_plain
+from tests.dataset.generation.small_section import make_plain_writer
 from tests.dataset.plans.sections import SEED, plan_of, section_of
 
 
@@ -57,7 +57,7 @@ def test_the_split_is_for_training_alone(tmp_path: Path) -> None:
     told: list[GenerationProgress] = []
     plans = select_specs([EXTRA], 2)
     (split,) = generate(
-        tmp_path, plans, scale=4 / 1706, seed=3, jobs=1, make_writer=make_plain, on_progress=told.append
+        tmp_path, plans, scale=4 / 1706, seed=3, jobs=1, make_writer=make_plain_writer, on_progress=told.append
     )
 
     assert split.training

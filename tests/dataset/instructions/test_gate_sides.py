@@ -13,7 +13,7 @@ from arramon_dataset.instructions.gate.navigation import NavigationCheck, faults
 from arramon_dataset.instructions.gate.sides import is_on_crossing, sides_of
 from arramon_dataset.instructions.gate.world import GateWorld
 from arramon_dataset.instructions.navigation.plan import AcceptAllSteps, plan_navigation
-from arramon_dataset.instructions.navigation.target import describe
+from arramon_dataset.instructions.navigation.target import describe_target
 from arramon_dataset.instructions.visible_landmarks import Landmark, find_landmarks, poses_along, with_names_as_labels
 from arramon_dataset.plans.graph import NamedBuilding, StreetGraph
 from arramon_lang.meaning import Navigation, Rotate, Step, Thing, Walk, Where
@@ -178,7 +178,7 @@ def described(target: Collectible, *marks: Landmark) -> list[Thing]:
     """Return what forty draws call a target at the end of the first leg."""
     own = Landmark(SegmentationLabel.of(target.type), target.position.x, target.position.z, NUMBERS, 0, "collectible/0")
     seen = [own, *(replace(each, seen=NUMBERS) for each in marks)]
-    found = (describe(target, (target,), seen, POSES, Random(seed)) for seed in range(40))
+    found = (describe_target(target, (target,), seen, POSES, Random(seed)) for seed in range(40))
     return [each for each in found if each is not None]
 
 

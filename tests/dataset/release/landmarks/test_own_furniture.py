@@ -13,7 +13,7 @@ from arramon_dataset.release.landmarks.distracters import NAMED_KIND_GAP
 from arramon_dataset.release.landmarks.furniture_grid import FreeSpace, FurnitureGrid
 from arramon_dataset.release.landmarks.mentions import Event
 from arramon_dataset.release.landmarks.rebuilt_section import named_and_moved_furniture, rebuild_section
-from arramon_dataset.release.landmarks.recovery import TurnText, texts_of
+from arramon_dataset.release.landmarks.recovery import TurnText, turn_texts
 from arramon_server.episodes.episode import Episode, Instructions
 from arramon_server.episodes.provenance import DRAWN, TEXT, Provenance
 from arramon_server.sim.assets.furniture import footprint_radius
@@ -80,7 +80,7 @@ def test_what_nobody_spoke_of_is_of_kinds_that_nobody_named_near_the_path(
     _, furnished_episodes, provenance = rebuilt
     distracters = 0
     for episode in furnished_episodes:
-        named = {event.kind for each in texts_of(episode) for event in each.events}
+        named = {event.kind for each in turn_texts(episode) for event in each.events}
         space = space_of(episode, section, episodes)
         for prop, origin in zip(episode.furniture.added, provenance.own.get(episode.episode_id, ()), strict=True):
             assert origin in (TEXT, DRAWN)
@@ -96,7 +96,7 @@ def test_what_nobody_spoke_of_is_of_kinds_that_nobody_named_near_the_path(
 def test_a_thing_that_both_turns_name_at_one_place_is_one_thing(section: Section, episodes: list[Episode]) -> None:
     episode = episodes[0]
     space = space_of(episode, section, episodes)
-    first, second = (each for each in texts_of(episode) if each.language == "en")
+    first, second = (each for each in turn_texts(episode) if each.language == "en")
     at_end = replace(first, events=(Event(kind="hydrant", manner="target", relation="near", identity="1"),))
     at_start = replace(second, path=replace(second.path, target=first.path.target), events=(*at_end.events,))
     bare = replace(section, props=())

@@ -2,7 +2,7 @@
 
 import pytest
 
-from arramon_dataset.release.landmarks.agreement import WITHIN, nearest
+from arramon_dataset.release.landmarks.agreement import WITHIN, nearest_match
 from arramon_dataset.release.landmarks.mentions import Event
 from arramon_dataset.release.landmarks.recovery import RecoveredLandmark, TurnText, recover
 from arramon_dataset.release.landmarks.text_colours import recolour_landmarks
@@ -75,5 +75,5 @@ def test_the_names_of_a_landmark_are_what_more_than_one_in_ten_say() -> None:
 )
 def test_what_comes_in_one_colour_is_of_that_colour(kind: str, thing: str, said: str, fits: bool) -> None:
     event = Event(kind=kind, colour=said, manner="past")
-    _, apart = nearest(event, 6, PATH, [(kind, 1.7, 6.0, thing, "")])
+    _, apart = nearest_match(event, 6, PATH, [(kind, 1.7, 6.0, thing, "")])
     assert (apart <= WITHIN) is fits
