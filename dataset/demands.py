@@ -1,4 +1,4 @@
-"""Demands of generated episodes, counted from the meanings of their instructions.
+"""Demands of generated episodes: the kinds of steps, landmarks and relations that their instructions contain.
 
 See `arramon_server.episodes.demands`. Reading a generated text gives back its meaning, the same in every language.
 Texts by people are not counted, as the parser skips words that it does not know.

@@ -206,7 +206,7 @@ def generate_splits(
 
 
 def throttled_progress(write_line: Callable[[str], None]) -> Callable[[GenerationProgress], None]:
-    """Return a callback that writes the first and the last progress of each split, and one in REPORT_SECONDS between."""
+    """Return a callback that writes each split's first and last progress, and one in REPORT_SECONDS between."""
     reported: dict[str, float] = {}
 
     def report(progress: GenerationProgress) -> None:
@@ -258,7 +258,7 @@ def _phrase(code: str, phase: str, turn: Turn, meaning: Meaning, voice: Voice, n
         code,
         phase,
         target=Thing(target.kind, target.colour, target.pattern),
-        initial_turn_angle=initial_turn_angle(turn.actions),
+        first_turn=initial_turn_angle(turn.actions),
     )
     return None if any_blocks(failures) or faults_of_text(text, code, meaning) else text
 

@@ -45,7 +45,7 @@ def words_of(text: str) -> list[str]:
 
 @dataclass(frozen=True, slots=True)
 class AlignmentModel:
-    """A trained model.
+    """A trained word alignment model of one language.
 
     Attributes:
         words: index of each word.

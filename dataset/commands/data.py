@@ -112,7 +112,7 @@ def _generate(arguments: argparse.Namespace) -> None:
         scale=arguments.scale,
         seed=arguments.seed,
         jobs=arguments.jobs,
-        print_line=print_line,
+        write_line=print_line,
         trial=not arguments.no_trial,
         sections=arguments.sections,
         secret="" if arguments.secret is None else read_secret(arguments.secret),

@@ -139,7 +139,7 @@ def _generate(data: Path, name: str, secret: str, *, scale: float, jobs: int, tr
         print(line, file=sys.stderr, flush=True)
 
     (split,) = generate_splits(
-        data, [name], scale=scale, seed=0, jobs=jobs, print_line=print_line, trial=tried, secret=secret
+        data, [name], scale=scale, seed=0, jobs=jobs, write_line=print_line, trial=tried, secret=secret
     )
     return split
 

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from arramon_dataset.demonstrations.croissant import is_generated
+from arramon_dataset.demonstrations.description import describe_export
 from arramon_dataset.demonstrations.request import ResolvedExport
 
 

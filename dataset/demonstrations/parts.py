@@ -10,7 +10,9 @@ from arramon_server.episodes.splits import Split
 
 @dataclass(frozen=True, slots=True)
 class ExportPart:
-    """Some episodes of an export, and the counts of all earlier parts. Each language of an episode is a demonstration.
+    """One part of an export: some episodes, and the counts of all earlier parts.
+
+    Each language of an episode is a demonstration.
 
     Attributes:
         number: from 0.

@@ -40,7 +40,7 @@ class RenderedDemonstration:
 
     @property
     def action_observations(self) -> Sequence[Observation]:
-        """The observations before each action."""
+        """The observation before each action."""
         return self.observations[:-1]
 
     @property

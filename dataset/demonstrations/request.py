@@ -63,7 +63,7 @@ class ExportRequest:
 
 @dataclass(frozen=True, slots=True)
 class ResolvedExport:
-    """A validated request with the properties of its split.
+    """A validated export request, with the counts and properties of its split filled in.
 
     Attributes:
         request: with languages and sensors filled in.

@@ -65,8 +65,8 @@ class ShortestExpert:
         self._way_back = way_back
         self._agent = _shortest_path_agent(threading.get_ident())
         # All experts of the thread share the agent, so each gets an episode id of its own, even in the same episode.
-        slot = expert_numbers().take(self)
-        self._episode = client.Episode(str(slot), "", "", oracle=oracle_message(episode, scene))
+        number = expert_numbers().take(self)
+        self._episode = client.Episode(str(number), "", "", oracle=oracle_message(episode, scene))
         self._step, self._advised = -1, Action.FORWARD
         self._rooms = [
             first_action_to_place(RoomCell(turn.target_cell.column, turn.target_cell.row)) for turn in episode.turns

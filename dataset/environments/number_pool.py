@@ -1,4 +1,4 @@
-"""Numbers that are reserved for the lifetime of an object, and reused afterwards."""
+"""A pool of numbers, each reserved for the lifetime of an object and then reused."""
 
 import weakref
 from functools import cache
@@ -14,12 +14,12 @@ class NumberPool:
 
     def take(self, holder: object) -> int:
         """Reserve a number for the lifetime of `holder`, and return it."""
-        slot = self._free.pop() if self._free else next(self._next)
-        weakref.finalize(holder, self._free.append, slot)
-        return slot
+        number = self._free.pop() if self._free else next(self._next)
+        weakref.finalize(holder, self._free.append, number)
+        return number
 
 
 @cache
 def expert_numbers() -> NumberPool:
-    """Return the slots that this process's experts share."""
+    """Return the pool of numbers that this process's experts share."""
     return NumberPool()

@@ -1,4 +1,4 @@
-"""Endless random room tasks, generated as they are played, without a city or a data folder."""
+"""Random assembly tasks without end, each generated when it is played, without a city or a data folder."""
 
 from functools import cache, lru_cache
 from pathlib import Path

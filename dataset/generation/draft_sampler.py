@@ -55,7 +55,7 @@ class DraftSampler:
         self.streets = NavigationTaskSampler(section)
 
     def draw(self, episode_id: str, names: tuple[object, ...]) -> Draft:
-        """Return a complete draft; it depends on the id and `names` alone.
+        """Return a complete draft, determined by the id and the seed `names` alone.
 
         Args:
             episode_id: of the episode.
@@ -71,7 +71,7 @@ class DraftSampler:
         raise self._no_paths()
 
     def begin(self, names: tuple[object, ...]) -> PartialDraft:
-        """Return a draft without its second path; it depends on `names` alone.
+        """Return a draft without its second path, determined by the seed `names` alone.
 
         Raises:
             ValueError: if the section has no paths of any of the drawn lengths.

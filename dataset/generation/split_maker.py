@@ -17,7 +17,7 @@ SOURCE = "generated"
 
 @dataclass(frozen=True, slots=True)
 class SplitRequest:
-    """The order to generate a split.
+    """A request to generate a split.
 
     Attributes:
         name: of the split.
@@ -79,7 +79,7 @@ def make_split(
 
     Args:
         data: the data folder.
-        request: the split.
+        request: the split to generate.
         run: runs batches and yields their results in order.
         on_progress: called with the progress, in this thread.
 

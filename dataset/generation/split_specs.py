@@ -1,4 +1,4 @@
-"""The splits of the data set: their sections, sizes and episode ids."""
+"""Specifications of the data set's splits: sections, sizes and episode ids."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace

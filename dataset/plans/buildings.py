@@ -1,4 +1,4 @@
-"""Generation of the buildings along a plan's streets: they face the street and leave no gap to the outside."""
+"""Generation of the buildings along a plan's streets, facing the street and without gaps to the outside."""
 
 import math
 from dataclasses import dataclass, field

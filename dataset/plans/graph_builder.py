@@ -91,7 +91,7 @@ def _next(
     detections: list[DetectedJunction],
     numbered: dict[int, str],
 ) -> str:
-    """Return the identity of the next junction along a road that leaves a meeting; "" if there is none."""
+    """Return the identity of the next junction along a road that leaves a junction; "" if there is none."""
     others = [m for m in detections if m is not detected and line.number in m.grounds]
     for at in line.following(mouth.at, mouth.direction):
         for other in others:

@@ -1,4 +1,4 @@
-"""Detection of the places where a plan's roads meet, bend or end, and of the roads that leave each of them."""
+"""Detection of a plan's junctions (where roads meet, bend or end) and of the roads that leave each of them."""
 
 import math
 from dataclasses import dataclass
@@ -71,7 +71,7 @@ class MiddleLine:
         return nearest
 
     def following(self, at: int, direction: int) -> list[int]:
-        """Return the indices of all places after `at`, forwards (way 1) or backwards (-1), to the line's end."""
+        """Return the indices of all places after `at`, forwards (direction 1) or backwards (-1), to the line's end."""
         count = len(self.places)
         if self.closed:
             return [(at + direction * i) % (count - 1) for i in range(1, count - 1)]
@@ -91,7 +91,7 @@ class Mouth:
     Attributes:
         line: index of the road's middle line.
         at: index of its first place outside the junction.
-        direction: direction away from the junction: 1 forwards along the line, -1 backwards.
+        direction: away from the junction: 1 forwards along the line, -1 backwards.
     """
 
     line: int
@@ -101,7 +101,7 @@ class Mouth:
 
 @dataclass(frozen=True, eq=False)
 class DetectedJunction:
-    """Where roads meet, bend or end: one node, or several that look like one junction.
+    """A place where roads meet, bend or end: one node, or several that look like one junction.
 
     Attributes:
         nodes: (n, 2) of (x, z).
@@ -194,7 +194,7 @@ def _clusters(nodes: list[Points]) -> list[list[Points]]:
 
 
 def _detected_junction(nodes: Points, corners: Points | None, lines: tuple[MiddleLine, ...]) -> DetectedJunction:
-    """Return a meeting with its open ground and the mouths of its roads."""
+    """Return a junction with its open ground and the mouths of its roads."""
     grounds: dict[int, Mask] = {}
     here = [line for line in lines if _passes_through(line, nodes, corners)]
     for line in here:

@@ -1,4 +1,4 @@
-"""The ground that a plan's streets and squares cover, in the world frame, as rectangles and polygons."""
+"""The surface of a plan's streets and squares: rectangles and polygons in the world frame."""
 
 import math
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""Objects missing from the release, seeded by an episode's id: distracters in its streets and decoys in its room."""
+"""Objects that the release lacks, drawn by an episode's id: distracters in its streets, decoys in its room."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -107,7 +107,12 @@ class ObjectNamer:
 
 
 def adjacent_relation(item: RoomObject, other: RoomObject, quarter: int) -> str:
-    """Return an item's relation to one in an adjacent cell, both on the floor, seen in a quarter; "" if none holds."""
+    """Return an item's relation to one in an adjacent cell, both on the floor; "" if none holds.
+
+    Args:
+        item, other: the objects.
+        quarter: viewing direction of the agent in quarter turns clockwise from +row.
+    """
     if item.level != 1 or other.level != 1:
         return ""
     sides = {(-1, 0): "left_of", (1, 0): "right_of", (0, -1): "in_front_of", (0, 1): "behind"}

@@ -52,7 +52,7 @@ def visible_room(room: tuple[PlacedObject, ...]) -> Room:
 
 
 def to_room_object(item: PlacedObject) -> RoomObject:
-    """Return an object of the room as an `arramon_lang.cell_grading.RoomObject`."""
+    """Convert an object of the simulated room to an `arramon_lang.cell_grading.RoomObject`."""
     type_, place = item.type, item.placement
     return RoomObject(type_.kind, type_.colour, type_.pattern, place.column, place.row, place.level)
 

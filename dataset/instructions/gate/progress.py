@@ -44,7 +44,7 @@ class GateProgress:
 
     @property
     def first_alternative(self) -> int:
-        """Index of the place from which on the streets that open count as alternatives."""
+        """Index of the first place from which a street may be mistaken for the one that the next step names."""
         return self.at if self.at and self.at in self.turned else self.at - 2
 
 

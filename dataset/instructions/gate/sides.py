@@ -97,5 +97,5 @@ def footprint_of(world: GateWorld, mark: Landmark) -> Sequence[Place]:
 
 
 def is_on_crossing(mark: Landmark, other: Landmark) -> bool:
-    """Return whether a thing stands at least partly on another that is a zebra crossing."""
+    """Return whether `other` is a zebra crossing on which a thing stands, at least partly."""
     return other.covers_ground(mark.x, mark.z, ACCEPTED_ZEBRA_MARGIN)

@@ -1,4 +1,4 @@
-"""Choice of landmark names that are unambiguous to a follower on the path.
+"""Names of landmarks that are unambiguous to a follower on the path.
 
 The ranking is that of the follower (agents/mapping/landmarks.py), duplicated as neither may import the other.
 """

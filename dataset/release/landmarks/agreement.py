@@ -1,4 +1,4 @@
-"""Agreement of a text with a world: whether each named thing stands where the text's alignment implies."""
+"""Agreement of a text with a section: whether each named thing stands where the aligned text implies it."""
 
 from collections.abc import Mapping, Sequence
 from functools import cache
@@ -95,7 +95,7 @@ def placed_things(props: Sequence[Prop]) -> list[PlacedThing]:
 def landmarks_by_kind(
     things: Sequence[PlacedThing], strength: float
 ) -> Mapping[str, list[tuple[float, float, float, str]]]:
-    """Return things as `recovery.LandmarkMap.of` takes them, all with one strength."""
+    """Return (x, z, strength, colour) of each thing by kind, the input of `recovery.LandmarkMap.of`."""
     listed: dict[str, list[tuple[float, float, float, str]]] = {}
     for kind, x, z, colour, _ in things:
         listed.setdefault(kind, []).append((x, z, strength, colour))

@@ -1,4 +1,4 @@
-"""Places where furniture may stand in a rebuilt section, and their visibility between buildings."""
+"""A grid of places where furniture may stand in a rebuilt section, with clearances and lines of sight."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -55,7 +55,7 @@ class FurnitureGrid:
 
     @classmethod
     def of(cls, heading: float, buildings: Sequence[Building], walked: Numbers) -> "FurnitureGrid":
-        """Return the ground between buildings around walked positions (n, 2) of (x, z)."""
+        """Return the grid of places around walked positions (n, 2) of (x, z), clear of buildings."""
         solids = Solids.from_bodies(buildings)
         low, high = np.floor(walked.min(axis=0) - WALKABLE), np.ceil(walked.max(axis=0) + WALKABLE)
         raster = _lattice(low, high, _RASTER)

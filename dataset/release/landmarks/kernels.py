@@ -1,4 +1,4 @@
-"""Kernels: the likelihood of a mentioned thing at each place around the walker, by the manner of the mention.
+"""Kernels: likelihood of a thing at each place around the walker, by how a text mentions it ("past", "towards").
 
 A kernel is a table over the walker's own frame: rows ahead, columns to the right. Its greatest value is 1.
 """

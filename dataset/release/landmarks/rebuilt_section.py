@@ -1,4 +1,4 @@
-"""Rebuilding of a section from its episodes' texts: recovered scenery, own furniture, and distracter furniture."""
+"""The section rebuilt from its episodes' texts: recovered landmarks, own furniture, and distracter furniture."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence

@@ -228,5 +228,5 @@ def _confirmed(kind: str, mentions: MentionsOfKind, halves: Numbers) -> list[Rec
 
 
 def _kind(recovered_kind: str) -> str:
-    """Return the kind of street furniture of a sort."""
+    """Return the kind of street furniture that a recovered kind belongs to."""
     return METAL[0] if recovered_kind == METAL_BENCH else recovered_kind

@@ -33,7 +33,7 @@ def export(
     on_progress: Callable[[ExportProgress], None] = lambda _: None,
     **more: Any,
 ) -> ResolvedExport:
-    """An export of ground truth; with all sensors and in parts of two episodes, unless other settings are given."""
+    """Export ground truth; with all sensors and in parts of two episodes, unless other settings are given."""
     frames = {} if format_ == "plain" else {"sensors": SENSORS, "size": SIZE}
     found = find_split(data, split)
     request = complete_request(make_request(data, split, format_, **{"part_size": 2, **frames, **more}), found)
@@ -44,7 +44,7 @@ def export(
 
 @dataclass(frozen=True)
 class ExpectedObservation:
-    """What the simulator shows before an action."""
+    """The expected observation before an action."""
 
     turn: int
     phase: str
@@ -59,7 +59,7 @@ class ExpectedObservation:
 def expected_observations(
     data: Path, episode_id: str, language: str, actions: Sequence[int] = tiny.ACTIONS, size: int = SIZE
 ) -> Iterator[ExpectedObservation]:
-    """What the rules and the camera show before each action, without the environments."""
+    """Yield the observations before each action, made by the rules and the camera without the environments."""
     split = find_split(data, "tiny")
     episode = split.episodes[episode_id]
     with closing(Worlds({"tiny": split})) as worlds:

@@ -1,4 +1,4 @@
-"""Reservation and reuse of slot numbers."""
+"""Reservation and reuse of numbers."""
 
 from arramon_dataset.environments.number_pool import NumberPool
 

@@ -14,7 +14,7 @@ CROSSING = Section("9", 0.0, (-13.0, -13.0, 13.0, 13.0), BLOCKS, (Prop("bench", 
 
 
 class PlainWriter:
-    """Says what the targets are, and a number that the names draw."""
+    """Names the targets, and a number drawn from the seed."""
 
     def can_describe(
         self, start: Pose, turn: Turn, number: int, site: GenerationSite, names: tuple[object, ...]
@@ -32,7 +32,7 @@ class PlainWriter:
 
 
 class PickyWriter(PlainWriter):
-    """Takes only what has a ball, a mug or a TV for its first target."""
+    """Accepts only drafts whose first target is a ball, a mug or a TV."""
 
     def can_describe(
         self, start: Pose, turn: Turn, number: int, site: GenerationSite, names: tuple[object, ...]
@@ -41,7 +41,7 @@ class PickyWriter(PlainWriter):
 
 
 class FailingWriter(PlainWriter):
-    """Finds nothing good."""
+    """Accepts no draft."""
 
     def __call__(self, draft: Draft, site: GenerationSite, names: tuple[object, ...]) -> None:
         return None

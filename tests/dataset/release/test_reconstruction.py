@@ -11,8 +11,8 @@ from scipy import ndimage
 
 from arramon_client.world import AGENT_RADIUS, FACADES, FURNITURE
 from arramon_dataset.layout.grid import CELL, Grid, Points, sample_points, to_street_frame
-from arramon_dataset.layout.lots import CellRectangle, cover, split
-from arramon_dataset.layout.prop_places import extents
+from arramon_dataset.layout.lots import CellRectangle, cover_with_rectangles, split_into_lots
+from arramon_dataset.layout.prop_places import half_size
 from arramon_dataset.randomness import seeded
 from arramon_dataset.release.reconstruction import remove_thin, street_heading
 from arramon_server.sim.assets.furniture import footprint_radius
@@ -184,7 +184,7 @@ def test_furniture_is_spaced_apart_and_of_every_kind() -> None:
 def test_furniture_does_not_overlap_buildings() -> None:
     section = reconstruct("1", town(), NO_PLACES)
     for prop in standing(section):
-        half_width, half_length = extents(prop.kind)
+        half_width, half_length = half_size(prop.kind)
         pose = Pose(prop.x, prop.z, prop.heading)
         edges = [pose.ahead(half_length), pose.ahead(-half_length)]
         edges += [pose.turned(90).ahead(half_width), pose.turned(90).ahead(-half_width)]
@@ -237,7 +237,7 @@ def test_rectangles_cover_the_mask_exactly_once(boxes: list[tuple[int, int, int,
         mask[top : top + height, left : left + width] = True
 
     count = np.zeros(mask.shape, dtype=int)
-    for rectangle in cover(mask, 1):
+    for rectangle in cover_with_rectangles(mask, 1):
         count[rectangle.top : rectangle.bottom, rectangle.left : rectangle.right] += 1
 
     assert (count == mask).all()
@@ -245,7 +245,7 @@ def test_rectangles_cover_the_mask_exactly_once(boxes: list[tuple[int, int, int,
 
 @given(st.integers(1, 80), st.integers(1, 80), st.integers())
 def test_rectangle_is_split_into_lots_of_allowed_sizes(height: int, width: int, seed: int) -> None:
-    lots = split(CellRectangle(0, 0, height, width), 8, 20, seeded(seed))
+    lots = split_into_lots(CellRectangle(0, 0, height, width), 8, 20, seeded(seed))
 
     assert sum(lot.shape[0] * lot.shape[1] for lot in lots) == height * width
     assert all(min(height, 8) <= lot.shape[0] <= 20 for lot in lots)
