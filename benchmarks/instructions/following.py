@@ -9,7 +9,7 @@ import arramon_lang as lang
 from arramon_dataset.generation import GenerationSite
 from arramon_dataset.generation.check import faults_of_episode
 from arramon_dataset.generation.split_specs import select_specs
-from arramon_dataset.instruction_writer import make_instruction_writer, passes, room_camera
+from arramon_dataset.instruction_writer import make_instruction_writer, passes_trial, room_camera
 from arramon_dataset.plans import build_section, read_plan
 from arramon_dataset.trial import TrialWorld, play
 from arramon_server.scoring.aggregate import ROWS, aggregate
@@ -50,7 +50,7 @@ def main() -> None:
         played = {code: play(writer.make_follower(), draft.with_instructions(texts), code, world) for code in languages}
         for code, score in played.items():
             scores[code].append(score)
-        kept += all(map(passes, played.values()))
+        kept += all(map(passes_trial, played.values()))
 
     rows: dict[str, dict[str, dict[str, float]]] = {}
     print(

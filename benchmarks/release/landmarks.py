@@ -163,8 +163,8 @@ def _count(
             aligned = align(each.events, each.path, known.fit)
             for event, place, thing in mentions_of(each.events, aligned, each.path, things):
                 fitting.append(thing >= 0)
-                counts[f"all {event.sort}"] += 1
-                counts[f"fits {event.sort}"] += thing >= 0
+                counts[f"all {event.recovered_kind}"] += 1
+                counts[f"fits {event.recovered_kind}"] += thing >= 0
                 counts["scenery"] += event.recovered_kind in SCENERY
                 counts["scenery fits"] += event.recovered_kind in SCENERY and thing >= 0
                 if camera is not None and thing >= 0:

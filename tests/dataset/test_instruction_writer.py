@@ -1,3 +1,5 @@
+"""The instruction writer: whole generated splits in every language, and the criteria of a trial."""
+
 import re
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The option `--episode` of `arramon-server check-instruction`: what a text names, and is not there."""
+"""The option `--episode` of `arramon-server check-instruction`: furniture that a text names and the section lacks."""
 
 from collections.abc import Callable
 from pathlib import Path

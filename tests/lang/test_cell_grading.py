@@ -20,7 +20,7 @@ RED_MUG, A_TV, A_BOOK = Thing("mug", "red"), Thing("tv"), Thing("book")
 BRICK, WOOD, YOU = Thing("wall", look="brick"), Thing("wall", look="wood"), Thing("you")
 
 
-def told(*wheres: Where, turns: tuple[str, ...] = ()) -> Assembly:
+def placing(*wheres: Where, turns: tuple[str, ...] = ()) -> Assembly:
     return Assembly(turns, Thing("ball"), wheres)
 
 
@@ -47,7 +47,7 @@ def test_relations_are_relative_to_the_view_after_the_turns(
 ) -> None:
     where = Where(relation, (RED_MUG,))
     for turns, cell in (((), ahead), (("right",), right), (("left",), left), (("around",), around)):
-        assert find_cell(told(where, turns=turns), ROOM)[0] == cell
+        assert find_cell(placing(where, turns=turns), ROOM)[0] == cell
 
 
 @pytest.mark.parametrize(
@@ -74,24 +74,24 @@ def test_relations_are_relative_to_the_view_after_the_turns(
     ],
 )
 def test_best_fitting_cell_is_found(wheres: tuple[Where, ...], cell: tuple[int, int]) -> None:
-    assert find_cell(told(*wheres), ROOM)[0] == cell
+    assert find_cell(placing(*wheres), ROOM)[0] == cell
 
 
 def test_objects_ahead_are_preferred_to_objects_aside() -> None:
     room = Room((RoomObject("mug", "red", "dotted", 1, 0), RoomObject("mug", "blue", "striped", 3, 0)), WALLS)
     on_mug = Where("on_top_of", (Thing("mug"),))
-    assert find_cell(told(on_mug, turns=("right",)), room)[0] == (3, 0)
-    assert find_cell(told(on_mug, turns=("left",)), room)[0] == (1, 0)
+    assert find_cell(placing(on_mug, turns=("right",)), room)[0] == (3, 0)
+    assert find_cell(placing(on_mug, turns=("left",)), room)[0] == (1, 0)
 
 
 def test_lead_distinguishes_clear_from_ambiguous_places() -> None:
-    clear, unclear = told(Where("on_top_of", (A_BOOK,))), told(Where("on_top_of", (Thing("mug"),)))
+    clear, unclear = placing(Where("on_top_of", (A_BOOK,))), placing(Where("on_top_of", (Thing("mug"),)))
     assert find_cell(clear, ROOM)[1] > 10
     assert find_cell(unclear, ROOM)[1] == pytest.approx(1.0)
 
 
 def test_every_cell_but_the_start_has_a_weight() -> None:
-    weights = weigh_cells(told(Where("near", (A_TV,))), ROOM)
+    weights = weigh_cells(placing(Where("near", (A_TV,))), ROOM)
     assert len(weights) == COLUMNS * ROWS - 1
     assert START not in weights
     assert all(0.0 < weight <= 1.0 and math.isfinite(weight) for weight in weights.values())
@@ -111,4 +111,4 @@ def test_every_cell_but_the_start_has_a_weight() -> None:
     ],
 )
 def test_absent_landmarks_are_detected(thing: Thing, is_there: bool) -> None:
-    assert is_all_there(told(Where("near", (thing,))), ROOM) == is_there
+    assert is_all_there(placing(Where("near", (thing,))), ROOM) == is_there

@@ -230,10 +230,10 @@ def test_one_turns_there_only_where_one_has_come_to(code: str, there: str) -> No
 def test_a_barrier_of_two_colours_is_called_so(code: str, said: str, also_read: list[str]) -> None:
     language = load(code)
     meaning = Navigation((Walk("to", (BARRIER,)),), MUG)
-    told = {
+    wordings = {
         "en": "Walk to the {} barrier. Pick up the dotted red mug.",
         "hi": "{} बैरियर तक चलें। बिंदीदार लाल मग उठाएँ।",
     }
     assert any(unicodedata.normalize("NFC", said) in language.write(meaning, Random(seed)) for seed in range(20))
     for words in (said, *also_read):
-        assert language.read(told[code].format(words), "navigation") == meaning, words
+        assert language.read(wordings[code].format(words), "navigation") == meaning, words

@@ -35,7 +35,7 @@ def faults_of_navigation(meaning: Navigation, world: GateWorld) -> tuple[str, ..
 
     Args:
         meaning: with identities of all things that it names.
-        world: of its turn.
+        world: the gate's view of the turn.
     """
     check = NavigationCheck(world)
     faults = [*faults_of_names(meaning), *(fault for step in meaning.steps for fault in check.add(step))]
@@ -46,7 +46,7 @@ class NavigationCheck:
     """Checks an instruction step by step while it advances along the path; a `navigation.plan.PlanCheck`.
 
     Args:
-        world: of its turn.
+        world: the gate's view of the turn.
     """
 
     def __init__(self, world: GateWorld) -> None:

@@ -57,7 +57,7 @@ def nearest_index(world: GateWorld, things: Sequence[Thing], at: int, limit: flo
     """Return the index where the path comes closest to things, from a place on; None if it stays farther away.
 
     Args:
-        world: of its turn.
+        world: the gate's view of the turn.
         things: with identities.
         at: index of the place to begin with.
         limit: maximum distance, in units.

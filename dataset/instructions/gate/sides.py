@@ -32,7 +32,7 @@ def faults_of_side(world: GateWorld, since: int, step: Walk) -> Iterator[str]:
     """Yield each thing that is not beside the walker on the stated side before the path bends again.
 
     Args:
-        world: of its turn.
+        world: the gate's view of the turn.
         since: index of the path's place where the step begins.
         step: past or beside something, with a side.
     """
@@ -48,7 +48,7 @@ def faults_of_passing(world: GateWorld, since: int, step: Walk) -> Iterator[str]
     """Yield each thing that the path neither passes nor reaches before it bends again.
 
     Args:
-        world: of its turn.
+        world: the gate's view of the turn.
         since: index of the path's place where the step begins.
         step: past something, on either side.
     """
@@ -64,7 +64,7 @@ def sides_of(world: GateWorld, since: int, mark: Landmark) -> Iterator[float]:
     """Yield how far to the right of the path a thing is, at each place of a straight part that is beside it.
 
     Args:
-        world: of its turn.
+        world: the gate's view of the turn.
         since: index of a place on the part, which ends at the next bend that must be mentioned.
         mark: the thing.
     """
@@ -81,7 +81,7 @@ def poses_of_part(world: GateWorld, since: int) -> dict[int, Pose]:
     """Return the places of the path up to the next bend that must be mentioned, with the path's direction at each.
 
     Args:
-        world: of its turn.
+        world: the gate's view of the turn.
         since: index of the first place; up to SINCE places before it are included if they are on the same part.
 
     Returns:

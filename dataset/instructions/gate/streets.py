@@ -37,7 +37,7 @@ def faults_of_place(world: GateWorld, since: int, thing: Thing, step: Step) -> I
     """Yield each place with the same name that the path reaches before the intended one.
 
     Args:
-        world: of its turn.
+        world: the gate's view of the turn.
         since: index of the path's place where the step begins; earlier if streets that open there count.
         thing: an intersection, T-junction, square or corner without an ordinal.
         step: the one that mentions it.
@@ -99,7 +99,7 @@ def faults_of_turn_by(world: GateWorld, since: int, step: Rotate, near: int, ind
     """Yield each street that also fits a turn before or after a thing.
 
     Args:
-        world: of its turn.
+        world: the gate's view of the turn.
         since: index of the path's place where the step begins.
         step: with a thing.
         near: index of the place that is nearest to the thing.
@@ -171,7 +171,7 @@ def passed_arms(world: GateWorld, since: int, direction: str, index: int, kind: 
     """Return the streets of a kind that open on one side of the path between two of its places, inclusive.
 
     Args:
-        world: of its turn.
+        world: the gate's view of the turn.
         since, index: of the two places.
         direction: "left" or "right".
         kind: "street" or "alley".

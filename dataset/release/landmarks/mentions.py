@@ -61,7 +61,7 @@ class Event:
 
     @property
     def recovered_kind(self) -> str:
-        """The kind as which the landmark is recovered: its own, or "metal_bench", as metal benches keep their places."""
+        """The kind as which the landmark is recovered: its own, or "metal_bench" for a metal bench."""
         return METAL_BENCH if (self.kind, self.colour) == METAL else self.kind
 
 

@@ -1,4 +1,4 @@
-"""Alignment of words with routes: the shipped models, and files that are none."""
+"""Word alignment models: scores of the shipped ones, and errors of invalid files."""
 
 import gzip
 from pathlib import Path

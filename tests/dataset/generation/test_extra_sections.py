@@ -54,10 +54,10 @@ def test_faults_are_found() -> None:
 
 def test_the_split_is_for_training_alone(tmp_path: Path) -> None:
     """It is in sections of its own, with ids that no other split has."""
-    told: list[GenerationProgress] = []
+    reported: list[GenerationProgress] = []
     plans = select_specs([EXTRA], 2)
     (split,) = generate(
-        tmp_path, plans, scale=4 / 1706, seed=3, jobs=1, make_writer=make_plain_writer, on_progress=told.append
+        tmp_path, plans, scale=4 / 1706, seed=3, jobs=1, make_writer=make_plain_writer, on_progress=reported.append
     )
 
     assert split.training

@@ -73,9 +73,9 @@ def test_generation_goes_on_where_it_was_killed(tmp_path: Path) -> None:
     assert killed.wait() == -signal.SIGKILL
     kept = unfinished.read_bytes().count(b"\n") - 1
 
-    told, files = finish(tmp_path / "killed")
+    output, files = finish(tmp_path / "killed")
 
     assert 1 <= kept < 3
-    assert told.startswith(f"val_unseen: going on after {kept} of 3 episodes\n")
+    assert output.startswith(f"val_unseen: going on after {kept} of 3 episodes\n")
     assert files == finish(tmp_path / "undisturbed")[1]
     assert not unfinished.parent.exists()

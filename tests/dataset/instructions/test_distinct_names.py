@@ -1,4 +1,4 @@
-"""Names that tell an instruction's things apart: another, the next, an ordinal, several together."""
+"""Distinct names of an instruction's things: another, the next, an ordinal, several together."""
 
 from dataclasses import replace
 
@@ -97,7 +97,7 @@ def test_ordinals(own: Landmark, marks: tuple[Landmark, ...], seen: tuple[Landma
         ((FIRST, SECOND, mark("4", 0.0, 7.0)), "several"),
         ((FIRST,), None),
         ((FIRST, SECOND, mark("4", 0.0, 14.0)), None),  # one more, hardly apart
-        ((FIRST, SECOND, replace(mark("4", 0.0, 14.0), glimpsed=None)), "two"),  # one that nobody sees
+        ((FIRST, SECOND, replace(mark("4", 0.0, 14.0), glimpsed=None)), "two"),  # one is never visible
     ],
 )
 def test_groups(marks: tuple[Landmark, ...], number: str | None) -> None:

@@ -1,4 +1,4 @@
-"""The gate: texts and meanings that are not so in a small town are found out, in both languages."""
+"""The gate rejects false texts and meanings in a small town, in both languages."""
 
 import math
 from dataclasses import replace

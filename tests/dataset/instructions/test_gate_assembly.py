@@ -1,4 +1,4 @@
-"""The gate for assembly: relations and names that are not so in a small room are found out."""
+"""The gate rejects false relations and names in a small room."""
 
 import pytest
 

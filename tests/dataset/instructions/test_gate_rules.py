@@ -212,7 +212,7 @@ def test_a_judge_of_a_plan_goes_on_step_by_step() -> None:
 
     assert past is not None
     assert past.after((Walk("past", (replace(NEAR, kind="bench"),)),)) is None
-    assert not past.may_end(MUG)  # The bend at the crossing is not told.
+    assert not past.may_end(MUG)  # No step mentions the bend at the crossing.
     turned = past.after((TURN,))
     assert turned is not None
     assert turned.may_end(MUG)

@@ -1,4 +1,4 @@
-"""Sides of things at bends, and what stands on a zebra crossing: found out by the gate, and not planned.
+"""Sides of things at bends, and things on zebra crossings: the gate rejects false ones, and none are planned.
 
 The path leads north to a crossing at (0, 0), east to (8, 0), and north again: a turn right, then one left.
 """

@@ -1,4 +1,4 @@
-"""What a sheet says of a route: legs and bends by the path, landmarks by what the camera shows."""
+"""Facts of a route on a writer's sheet: legs and bends of the path, and landmarks that the camera shows."""
 
 import math
 

@@ -12,7 +12,7 @@ from arramon_dataset.layout.solids import Solids, distance_from_rectangle
 from arramon_server.sim.section import Section
 
 CELL = 0.1
-"""Side of the cells that connected ground is told by, in units."""
+"""Side of the cells by which connected ground is found, in units."""
 
 MARGIN = 0.1
 """How much more than its radius the disc has around a cell's middle, in units: enough for all of the cell."""

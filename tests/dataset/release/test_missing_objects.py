@@ -1,3 +1,5 @@
+"""Distracters and decoys that imported episodes get: number, places, likeness to the target, reproducibility."""
+
 import math
 
 import numpy as np

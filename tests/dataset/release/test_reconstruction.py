@@ -1,3 +1,5 @@
+"""Reconstruction of a section's buildings from paths: streets stay free, walls close them, and lots fit."""
+
 import json
 from collections import Counter
 from collections.abc import Iterator

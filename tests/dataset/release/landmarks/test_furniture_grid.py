@@ -1,4 +1,4 @@
-"""Distances on the ground of a rebuilt section, and likelihoods of things around walkers."""
+"""Distances on the furniture grid of a rebuilt section, and likelihoods of things around walkers."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""An episode's own furniture, and what nobody spoke of."""
+"""An episode's own furniture, and distracter furniture."""
 
 from dataclasses import replace
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Recovery of landmarks from what many people say."""
+"""Recovery of landmarks on which many texts agree."""
 
 from dataclasses import replace
 

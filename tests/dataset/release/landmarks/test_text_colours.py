@@ -1,4 +1,4 @@
-"""Landmarks in the colour that an episode's own text gives them."""
+"""Recovered landmarks in the colour that an episode's own text states."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Walks for the tests of landmarks."""
+"""Paths for the tests of landmarks."""
 
 import numpy as np
 
