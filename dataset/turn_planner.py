@@ -28,9 +28,9 @@ class TurnPlanner:
     def __init__(self, start: Pose, turn: Turn, site: GenerationSite) -> None:
         self.turn, self.site = turn, site
         self._poses = poses_along(start, turn.path, turn.actions)
-        self._marks = find_landmarks(self._poses, turn.street, site.section, site.landmark_camera, site.graph)
+        self._landmarks = find_landmarks(self._poses, turn.street, site.section, site.landmark_camera, site.graph)
         goal = turn.target.position.x, turn.target.position.z
-        self._world = GateWorld(turn.path, self._poses[0], self._marks, goal, site.graph, self._poses)
+        self._world = GateWorld(turn.path, self._poses[0], self._landmarks, goal, site.graph, self._poses)
         self._drawn: dict[tuple[object, ...], Navigation | None] = {}
 
     def navigation(self, names: tuple[object, ...]) -> Navigation | None:
@@ -41,12 +41,12 @@ class TurnPlanner:
 
     def tokens(self) -> Tokens:
         """Return the tokens of its route, for the alignment check, which shares nothing with the grammar."""
-        return tokens_of(facts_along(self.turn, self._poses, self._marks), self.turn.target.type)
+        return tokens_of(facts_along(self.turn, self._poses, self._landmarks), self.turn.target.type)
 
     def _draw(self, names: tuple[object, ...]) -> Navigation | None:
         turn, check = self.turn, NavigationCheck(self._world)
         random = seeded(*names)
         meaning = plan_navigation(
-            turn.path, self._poses, turn.target, turn.street, self._marks, random, self.site.graph, check
+            turn.path, self._poses, turn.target, turn.street, self._landmarks, random, self.site.graph, check
         )
         return None if meaning is None or faults_of_navigation(meaning, self._world) else meaning

@@ -148,11 +148,11 @@ def find_landmarks(
         for place, seen in zip(places, visible, strict=True):
             if (not seen or seen[-1] != number) and _is_ground_seen(place, pose, frame):
                 seen.append(number)
-    marks = [
+    landmarks = [
         replace(place, seen=tuple(seen), glimpsed=seen[0] if seen else None, pixels=(0,) * len(seen))
         for place, seen in zip(places, visible, strict=True)
     ]
-    return (*sightings.landmarks(), *marks, *_openings(poses, section, graph))
+    return (*sightings.landmarks(), *landmarks, *_openings(poses, section, graph))
 
 
 def _things(

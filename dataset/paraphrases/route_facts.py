@@ -69,7 +69,7 @@ class RouteFacts:
 
     Attributes:
         poses: along the ground truth.
-        marks: landmarks that are recognised along it.
+        landmarks: landmarks that are recognised along it.
         legs: in order.
         last_turn: degrees by which the agent turns at the end to face the target.
         around: landmarks around the target, with their positions as seen on arrival.
@@ -77,7 +77,7 @@ class RouteFacts:
     """
 
     poses: tuple[Pose, ...]
-    marks: tuple[Landmark, ...]
+    landmarks: tuple[Landmark, ...]
     legs: tuple[LegFacts, ...]
     last_turn: float
     around: tuple[str, ...]
@@ -97,7 +97,7 @@ def route_facts(episode: Episode, number: int, site: GenerationSite) -> RouteFac
 
 def facts_along(turn: Turn, poses: Sequence[Pose], landmarks: Sequence[Landmark]) -> RouteFacts:
     """Return the facts of a turn's navigation, from the poses of its ground truth and the landmarks along it."""
-    marks = tuple(mark for mark in landmarks if mark.seen)
+    landmarks = tuple(landmark for landmark in landmarks if landmark.seen)
     vertices = _vertices(turn.path)
     legs, heading = [], poses[0].heading
     for first, last in pairwise(vertices):
@@ -111,8 +111,8 @@ def facts_along(turn: Turn, poses: Sequence[Pose], landmarks: Sequence[Landmark]
                 turn_between(heading, new),
                 length,
                 next(n for n, p in enumerate(poses) if (p.x, p.z) == (x0, z0)),
-                tuple(_passed(pose, length, marks, goal)),
-                tuple(_ahead(pose.ahead(length), marks, goal)),
+                tuple(_passed(pose, length, landmarks, goal)),
+                tuple(_ahead(pose.ahead(length), landmarks, goal)),
             )
         )
         heading = new
@@ -121,17 +121,17 @@ def facts_along(turn: Turn, poses: Sequence[Pose], landmarks: Sequence[Landmark]
     facing = direction((x, z), (goal_x, goal_z))
     return RouteFacts(
         tuple(poses),
-        marks,
+        landmarks,
         tuple(legs),
         turn_between(heading, facing),
-        tuple(_around(turn, poses, marks)),
-        tuple(_others(turn, marks)),
+        tuple(_around(turn, poses, landmarks)),
+        tuple(_others(turn, landmarks)),
     )
 
 
-def landmark_name(mark: Landmark) -> str:
+def landmark_name(landmark: Landmark) -> str:
     """Return a plain English name of a landmark."""
-    label = mark.label
+    label = landmark.label
     if label.kind == "junction":
         return PLACE_NAMES.get(label.look, label.look.replace("_", " "))
     if label.kind == "intersection":
@@ -153,44 +153,48 @@ def _vertices(path: Sequence[Place]) -> list[int]:
     return [*found, kept[-1]]
 
 
-def _passed(pose: Pose, length: float, marks: Sequence[Landmark], goal: Place) -> list[PassedLandmark]:
+def _passed(pose: Pose, length: float, landmarks: Sequence[Landmark], goal: Place) -> list[PassedLandmark]:
     found = []
-    for mark in marks:
-        if math.dist((mark.x, mark.z), goal) < 0.1 or mark.label.kind == "intersection":
+    for landmark in landmarks:
+        if math.dist((landmark.x, landmark.z), goal) < 0.1 or landmark.label.kind == "intersection":
             continue
-        right, ahead = pose.local(mark.x, mark.z)
+        right, ahead = pose.local(landmark.x, landmark.z)
         if 0.5 <= ahead <= length + 0.5 and abs(right) <= FACTS_BY:
-            found.append(PassedLandmark(landmark_name(mark), ahead, right))
+            found.append(PassedLandmark(landmark_name(landmark), ahead, right))
     return sorted(found, key=lambda each: each.along)
 
 
-def _ahead(pose: Pose, marks: Sequence[Landmark], goal: Place) -> list[str]:
+def _ahead(pose: Pose, landmarks: Sequence[Landmark], goal: Place) -> list[str]:
     found = []
-    for mark in marks:
-        right, ahead = pose.local(mark.x, mark.z)
+    for landmark in landmarks:
+        right, ahead = pose.local(landmark.x, landmark.z)
         is_ahead = 0.5 < ahead <= IN_SIGHT and abs(right) <= 0.25 * ahead + 0.5
-        if is_ahead and math.dist((mark.x, mark.z), goal) >= 0.1 and mark.label.kind not in ("intersection", "corner"):
-            found.append((ahead, f"{landmark_name(mark)} ({ahead:.0f} farther on)"))
+        if (
+            is_ahead
+            and math.dist((landmark.x, landmark.z), goal) >= 0.1
+            and landmark.label.kind not in ("intersection", "corner")
+        ):
+            found.append((ahead, f"{landmark_name(landmark)} ({ahead:.0f} farther on)"))
     return [name for _, name in sorted(found)[:4]]
 
 
-def _around(turn: Turn, poses: Sequence[Pose], marks: Sequence[Landmark]) -> list[str]:
+def _around(turn: Turn, poses: Sequence[Pose], landmarks: Sequence[Landmark]) -> list[str]:
     x, z = turn.target.position.x, turn.target.position.z
     view = poses[max(len(poses) - 6, 0)]
     found = []
-    for mark in marks:
-        right, ahead = offset_seen_from((view.x, view.z), (x, z), (mark.x, mark.z))
+    for landmark in landmarks:
+        right, ahead = offset_seen_from((view.x, view.z), (x, z), (landmark.x, landmark.z))
         distance = math.hypot(right, ahead)
-        if 0.1 < distance <= FACTS_NEAR and mark.label.kind != "intersection":
+        if 0.1 < distance <= FACTS_NEAR and landmark.label.kind != "intersection":
             place = [f"{abs(ahead):.1f} {'behind' if ahead > 0 else 'in front of'} it"] if abs(ahead) > 0.4 else []
             place += [f"{abs(right):.1f} to its {'right' if right > 0 else 'left'}"] if abs(right) > 0.4 else []
-            found.append((distance, f"{landmark_name(mark)}: {' and '.join(place) or 'at the same place'}"))
+            found.append((distance, f"{landmark_name(landmark)}: {' and '.join(place) or 'at the same place'}"))
     return [line for _, line in sorted(found)[:6]]
 
 
-def _others(turn: Turn, marks: Sequence[Landmark]) -> list[str]:
+def _others(turn: Turn, landmarks: Sequence[Landmark]) -> list[str]:
     target = (turn.target.position.x, turn.target.position.z)
-    seen = {(mark.x, mark.z) for mark in marks}
+    seen = {(landmark.x, landmark.z) for landmark in landmarks}
     return [
         str(item.type)
         for item in turn.street

@@ -36,9 +36,11 @@ def writer_sheet(episode: Episode, number: int, site: GenerationSite) -> tuple[I
     """Return the picture and the page of facts from which a writer describes turn 1 or 2 of an episode."""
     facts, turn = route_facts(episode, number, site), episode.turns[number - 1]
     chart = street_map(site.section, turn)
-    for mark in facts.marks:
-        if mark.label.kind not in ("intersection", "corner", "junction") and not mark.identity.startswith("collect"):
-            chart.label(mark.x + 0.2, mark.z, landmark_name(mark), size=11, colour=PROPS)
+    for landmark in facts.landmarks:
+        if landmark.label.kind not in ("intersection", "corner", "junction") and not landmark.identity.startswith(
+            "collect"
+        ):
+            chart.label(landmark.x + 0.2, landmark.z, landmark_name(landmark), size=11, colour=PROPS)
     chart.line(turn.path, PINK)
     draw_arrow(chart, facts.poses[0])
     chart.dot(turn.target.position.x, turn.target.position.z, 10, None, BLACK, width=3)

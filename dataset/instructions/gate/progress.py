@@ -67,9 +67,9 @@ def nearest_index(world: GateWorld, things: Sequence[Thing], at: int, limit: flo
         far = range(at, len(world.path))
         entered = (i for i in far if road is not None and road.distance(*world.path[i]) <= road.width / 2)
         return next(entered, None)
-    marks = [mark for thing in things for mark in world.landmarks(thing.identity)]
-    if len(things) == 1 and marks and marks[0].label.kind != "building":
-        near = [world.geometry.first_approach(mark.x, mark.z, max(at - 2, 0), limit) for mark in marks]
+    landmarks = [landmark for thing in things for landmark in world.landmarks(thing.identity)]
+    if len(things) == 1 and landmarks and landmarks[0].label.kind != "building":
+        near = [world.geometry.first_approach(landmark.x, landmark.z, max(at - 2, 0), limit) for landmark in landmarks]
         return None if any(index is None for index in near) else max(index for index in near if index is not None)
     x, z = middle_of(world, things, at)
     junction = world.junction(things[0].identity)
@@ -88,7 +88,7 @@ def middle_of(world: GateWorld, things: Sequence[Thing], at: int) -> Place:
         elif corner is not None:
             places.append((corner.x, corner.z))
         else:
-            places += [(mark.x, mark.z) for mark in world.landmarks(thing.identity)]
+            places += [(landmark.x, landmark.z) for landmark in world.landmarks(thing.identity)]
     if not places:
         return world.path[at]
     return sum(x for x, _ in places) / len(places), sum(z for _, z in places) / len(places)

@@ -159,9 +159,9 @@ def _junctions_at(world: GateWorld, index: int) -> list[Junction]:
 def _earlier_openings(world: GateWorld, since: int, direction: str, index: int) -> int:
     """Return how many openings between houses, streets or not, the path passes on one side before a turn."""
     passed: list[int] = []
-    for mark in world.marks:
-        if mark.label.kind == "intersection" and mark.label.look == direction:
-            near = world.geometry.first_approach(mark.x, mark.z, max(since, 0), OPENING_NEAR)
+    for landmark in world.all_landmarks:
+        if landmark.label.kind == "intersection" and landmark.label.look == direction:
+            near = world.geometry.first_approach(landmark.x, landmark.z, max(since, 0), OPENING_NEAR)
             if near is not None and since + 1 <= near < index - 3 and all(abs(near - each) > 3 for each in passed):
                 passed.append(near)
     return len(passed)

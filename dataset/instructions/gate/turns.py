@@ -68,8 +68,10 @@ def check_turn(world: GateWorld, progress: GateProgress, step: Rotate, faults: l
     near = nearest_index(world, (step.thing,), progress.at, ACCEPTED_AT)
     reach = TURN_REACH + (3 if step.thing.kind in PLACES else 0)
     index = None if near is None else world.turn_near(near, degrees, reach)
-    marks = world.landmarks(step.thing.identity)
-    apart = [math.dist((mark.x, mark.z), world.path[index]) for mark in marks] if index is not None else []
+    landmarks = world.landmarks(step.thing.identity)
+    apart = (
+        [math.dist((landmark.x, landmark.z), world.path[index]) for landmark in landmarks] if index is not None else []
+    )
     if near is None or index is None or (step.at == "at" and min(apart, default=0.0) > ACCEPTED_TURN_AT):
         faults.append(f"the path does not turn {step.direction} {step.at} {step.thing.identity}")
         return progress
@@ -77,7 +79,7 @@ def check_turn(world: GateWorld, progress: GateProgress, step: Rotate, faults: l
         faults += faults_of_street(world, progress.first_alternative, step.thing, step.direction, index)
     elif step.thing.kind not in PLACES:
         faults += faults_of_turn_by(world, progress.at, step, near, index)
-    if step.at == "before" and any(is_beyond_turn(world, mark.x, mark.z, index) for mark in marks):
+    if step.at == "before" and any(is_beyond_turn(world, landmark.x, landmark.z, index) for landmark in landmarks):
         faults.append(f"{step.thing.identity} lies in the street after the turn")
     return _turn_at(world, progress, index, degrees, faults)
 
@@ -151,5 +153,5 @@ def _sees_goal(world: GateWorld, at: int) -> bool:
     """Return whether the target is near a place of the path, and visible before the path turns there."""
     if math.dist(world.path[at], world.goal) > AT_GOAL:
         return False
-    targets = [mark for mark in world.marks if (mark.x, mark.z) == world.goal]
-    return not world.poses or any(world.is_visible(mark, at - HINDSIGHT, at - 1) for mark in targets)
+    targets = [landmark for landmark in world.all_landmarks if (landmark.x, landmark.z) == world.goal]
+    return not world.poses or any(world.is_visible(landmark, at - HINDSIGHT, at - 1) for landmark in targets)

@@ -59,7 +59,7 @@ def _is_amid(world: GateWorld, things: Sequence[Thing], since: int, near: int) -
     here = poses_of_part(world, since).get(near)
     if here is None:
         return False
-    places = [here.local(mark.x, mark.z) for each in things for mark in world.landmarks(each.identity)]
+    places = [here.local(landmark.x, landmark.z) for each in things for landmark in world.landmarks(each.identity)]
     (right, along), (other, far) = min(places), max(places)
     return right < 0.0 < other and abs(right + other) <= 5.0 and abs(along - far) <= other - right
 

@@ -57,18 +57,18 @@ PLACES = ("intersection", "junction", "corner")
 def landmark_options(route: DescribedRoute, waypoint: Waypoint) -> Iterator[StepOption]:
     """Yield candidate steps that refer to landmarks seen so far."""
     here = waypoint.pose.x, waypoint.pose.z
-    seen = [mark for mark in route.marks if route.is_seen(mark, waypoint)]
+    seen = [landmark for landmark in route.landmarks if route.is_seen(landmark, waypoint)]
     alike: dict[str, list[Landmark]] = {}
-    for mark in seen:
-        alike.setdefault(mark.label.kind, []).append(mark)
+    for landmark in seen:
+        alike.setdefault(landmark.label.kind, []).append(landmark)
     named: list[tuple[Landmark, Thing, float]] = []
-    for mark in seen:
-        distance = math.dist(here, (mark.x, mark.z))
-        if mark.label == UNNAMED_BUILDING or (waypoint.turned and waypoint.about == mark.identity != ""):
+    for landmark in seen:
+        distance = math.dist(here, (landmark.x, landmark.z))
+        if landmark.label == UNNAMED_BUILDING or (waypoint.turned and waypoint.about == landmark.identity != ""):
             continue
-        if mark.label.kind in PLACES or mark.label == route.target or not 2.0 <= distance <= MAX_STEP_LENGTH:
+        if landmark.label.kind in PLACES or landmark.label == route.target or not 2.0 <= distance <= MAX_STEP_LENGTH:
             continue
-        off = turn_between(waypoint.pose.heading, bearing(here, (mark.x, mark.z)))
+        off = turn_between(waypoint.pose.heading, bearing(here, (landmark.x, landmark.z)))
         words = turn_towards(off)
         if words is None or (words and waypoint.turned) or (words == ("around",) and waypoint.number > 0):
             continue
@@ -76,29 +76,29 @@ def landmark_options(route: DescribedRoute, waypoint: Waypoint) -> Iterator[Step
             continue
         after = replace(waypoint, pose=waypoint.pose.turned(sum(DEGREES[word] for word in words)))
         turns = tuple(Rotate(word) for word in words)
-        name = _named(route, mark, alike[mark.label.kind], after)
+        name = _named(route, landmark, alike[landmark.label.kind], after)
         if name is not None:
             if not words:
-                named.append((mark, *name))
-            make_options = _building_options if mark.label.kind == "building" else _options
-            yield from make_options(route, _Subject(mark, name[0], turns, after, name[1]))
+                named.append((landmark, *name))
+            make_options = _building_options if landmark.label.kind == "building" else _options
+            yield from make_options(route, _Subject(landmark, name[0], turns, after, name[1]))
     yield from _walks_between(route, waypoint, named)
     yield from _walks_by_groups(route, waypoint)
 
 
 def _named(
-    route: DescribedRoute, mark: Landmark, seen: list[Landmark], waypoint: Waypoint
+    route: DescribedRoute, landmark: Landmark, seen: list[Landmark], waypoint: Waypoint
 ) -> tuple[Thing, float] | None:
     """Return a name for a landmark and its cost; None if every name is ambiguous. `seen` are those of its kind."""
     until = route.departures[min(waypoint.number + 12, route.last)]
-    name = unique_name(mark, route.of_kind(mark.label.kind), waypoint.pose, until, route.random)
-    kind = mark.label.kind
+    name = unique_name(landmark, route.of_kind(landmark.label.kind), waypoint.pose, until, route.random)
+    kind = landmark.label.kind
     cost = COLLECTIBLE_COST if kind in COLLECTIBLES else BUILDING_COST if kind == "building" else 0.0
     if name is not None:
         return name[0], cost + (0.0 if name[1] else AMBIGUITY_COST)
     if kind == "building":
         return None
-    counted = counted_name(mark, route.of_kind(mark.label.kind), seen, waypoint.pose)
+    counted = counted_name(landmark, route.of_kind(landmark.label.kind), seen, waypoint.pose)
     return None if counted is None else (counted, cost + COUNTED_COST)
 
 
@@ -107,14 +107,14 @@ class _Subject:
     """A landmark that candidate steps refer to.
 
     Attributes:
-        mark: the landmark.
+        landmark: the landmark.
         name: its name.
         turns: initial turns that bring it into view.
         waypoint: the start of the walk, after these turns.
         cost: of using the name.
     """
 
-    mark: Landmark
+    landmark: Landmark
     name: Thing
     turns: tuple[Step, ...]
     waypoint: Waypoint
@@ -127,22 +127,22 @@ class _Subject:
 
 def _options(route: DescribedRoute, subject: _Subject) -> Iterator[StepOption]:
     """Yield candidate steps that refer to one thing."""
-    pose, mark, name = subject.waypoint.pose, subject.mark, subject.name
-    right, _ = pose.local(mark.x, mark.z)
+    pose, landmark, name = subject.waypoint.pose, subject.landmark, subject.name
+    right, _ = pose.local(landmark.x, landmark.z)
     side = "right" if right > 0.0 else "left"
-    passed = pose_after_passing(pose, mark.x, mark.z, PAST_DISTANCE)
+    passed = pose_after_passing(pose, landmark.x, landmark.z, PAST_DISTANCE)
     if _is_ahead(pose, passed):
-        is_across = mark.label.kind == "zebra_crossing"
+        is_across = landmark.label.kind == "zebra_crossing"
         stated_side = "" if route.random.random() < 0.6 or abs(right) < PLANNED_ASIDE or is_across else side
         yield from subject.option(route, Walk("past", (name,), stated_side), passed, 0.0)
-    if PLANNED_ASIDE < abs(right) < 5.0 and mark.label.kind != "zebra_crossing":
-        beside = pose_after_passing(pose, mark.x, mark.z, 0.0)
+    if PLANNED_ASIDE < abs(right) < 5.0 and landmark.label.kind != "zebra_crossing":
+        beside = pose_after_passing(pose, landmark.x, landmark.z, 0.0)
         if _is_ahead(pose, beside):
             yield from subject.option(route, Walk("beside", (name,), side), beside, 1.1)
     for word, beyond in TURN_OFFSETS.items():
-        yield from _turns(route, subject, word, pose_after_passing(pose, mark.x, mark.z, beyond))
-    straight = Pose(pose.x, pose.z, bearing((pose.x, pose.z), (mark.x, mark.z)))
-    distance = math.dist((pose.x, pose.z), (mark.x, mark.z))
+        yield from _turns(route, subject, word, pose_after_passing(pose, landmark.x, landmark.z, beyond))
+    straight = Pose(pose.x, pose.z, bearing((pose.x, pose.z), (landmark.x, landmark.z)))
+    distance = math.dist((pose.x, pose.z), (landmark.x, landmark.z))
     for way, near in REACHED_WITHIN.items():
         if distance - near > 2.0:
             cost = 0.1 if way == "to" else 0.6
@@ -151,14 +151,17 @@ def _options(route: DescribedRoute, subject: _Subject) -> Iterator[StepOption]:
 
 def _turns(route: DescribedRoute, subject: _Subject, word: str, end: Pose) -> Iterator[StepOption]:
     """Yield a turn at, before or after a thing, if the path turns there."""
-    waypoint, mark = subject.waypoint, subject.mark
+    waypoint, landmark = subject.waypoint, subject.landmark
     number = route.nearest(end, waypoint.number)
     onward, at_once = route.onward_heading(number), route.onward_heading(number, 2)
     if onward is None or at_once is None or abs(turn_between(onward, at_once)) > MAX_BEND:
         return
     if not _is_ahead(waypoint.pose, end):
         return
-    if min(math.dist((mark.x, mark.z), place) for place in route.path[waypoint.number : number + 2]) > PLANNED_AT:
+    if (
+        min(math.dist((landmark.x, landmark.z), place) for place in route.path[waypoint.number : number + 2])
+        > PLANNED_AT
+    ):
         return
     rotation = turn_between(end.heading, onward)
     direction = turn_word(rotation)
@@ -171,13 +174,13 @@ def _turns(route: DescribedRoute, subject: _Subject, word: str, end: Pose) -> It
 
 def _building_options(route: DescribedRoute, subject: _Subject) -> Iterator[StepOption]:
     """Yield a walk past a building along its wall, and towards one that is straight ahead."""
-    pose, mark, name = subject.waypoint.pose, subject.mark, subject.name
+    pose, landmark, name = subject.waypoint.pose, subject.landmark, subject.name
     houses = () if route.graph is None else route.graph.houses
-    house = next((house for house in houses if house.identity == mark.identity), None)
+    house = next((house for house in houses if house.identity == landmark.identity), None)
     if house is None:
         return
     corners = [pose.local(x, z) for x, z in house.corners]
-    right, along = pose.local(mark.x, mark.z)
+    right, along = pose.local(landmark.x, landmark.z)
     nearest = min(corners, key=lambda corner: abs(corner[0]))
     is_aside = all(corner[0] > 0.5 for corner in corners) or all(corner[0] < -0.5 for corner in corners)
     if is_aside and abs(nearest[0]) < BESIDE_WALL and along > 1.0:
@@ -186,8 +189,8 @@ def _building_options(route: DescribedRoute, subject: _Subject) -> Iterator[Step
         stated_side = side if route.random.random() < 0.6 else ""
         yield from subject.option(route, Walk("past", (name,), stated_side), pose.ahead(far + PAST_DISTANCE), 0.0)
     if abs(right) < 2.5 and along > REACHED_WITHIN["towards"] + 2.5:
-        straight = Pose(pose.x, pose.z, bearing((pose.x, pose.z), (mark.x, mark.z)))
-        end = straight.ahead(math.dist((pose.x, pose.z), (mark.x, mark.z)) - REACHED_WITHIN["towards"])
+        straight = Pose(pose.x, pose.z, bearing((pose.x, pose.z), (landmark.x, landmark.z)))
+        end = straight.ahead(math.dist((pose.x, pose.z), (landmark.x, landmark.z)) - REACHED_WITHIN["towards"])
         yield from subject.option(route, Walk("towards", (name,)), end, 0.0)
 
 
@@ -195,19 +198,23 @@ def _walks_by_groups(route: DescribedRoute, waypoint: Waypoint) -> Iterator[Step
     """Yield candidate steps that refer to groups of landmarks, seen now or soon."""
     soon = replace(waypoint, number=min(waypoint.number + GROUP_LOOKAHEAD, route.last))
     until = route.departures[min(waypoint.number + 12, route.last)]
-    seen = [mark for mark in route.marks if mark.label.kind not in NEVER_SEVERAL and route.is_seen(mark, soon)]
-    for mark in seen:
+    seen = [
+        landmark
+        for landmark in route.landmarks
+        if landmark.label.kind not in NEVER_SEVERAL and route.is_seen(landmark, soon)
+    ]
+    for landmark in seen:
         here = waypoint.pose.x, waypoint.pose.z
-        off = turn_between(waypoint.pose.heading, bearing(here, (mark.x, mark.z)))
+        off = turn_between(waypoint.pose.heading, bearing(here, (landmark.x, landmark.z)))
         words = turn_towards(off)
-        if words is None or (words and (waypoint.turned or not route.is_seen(mark, waypoint))):
+        if words is None or (words and (waypoint.turned or not route.is_seen(landmark, waypoint))):
             continue
         if (words == ("around",) and waypoint.number > 0) or not path_turns_by(route, waypoint, words):
             continue
-        if not 2.0 <= math.dist(here, (mark.x, mark.z)) <= MAX_STEP_LENGTH:
+        if not 2.0 <= math.dist(here, (landmark.x, landmark.z)) <= MAX_STEP_LENGTH:
             continue
         after = replace(waypoint, pose=waypoint.pose.turned(sum(DEGREES[word] for word in words)))
-        group = group_nearest_to(mark, route.of_kind(mark.label.kind), seen, after.pose, until)
+        group = group_nearest_to(landmark, route.of_kind(landmark.label.kind), seen, after.pose, until)
         if group is not None and not (waypoint.turned and waypoint.about == group.name.identity):
             yield from _group_options(route, group, tuple(Rotate(word) for word in words), after)
 
@@ -216,18 +223,21 @@ def _group_options(
     route: DescribedRoute, group: LandmarkGroup, turns: tuple[Step, ...], waypoint: Waypoint
 ) -> Iterator[StepOption]:
     """Yield walks past and to a group, and turns at it."""
-    pose, marks = waypoint.pose, group.marks
+    pose, landmarks = waypoint.pose, group.landmarks
     liking = GROUP_COST if route.prefers_groups else 0.0
-    if any(math.dist((mark.x, mark.z), route.goal) < 0.1 for mark in marks):
+    if any(math.dist((landmark.x, landmark.z), route.goal) < 0.1 for landmark in landmarks):
         return
-    last = max(marks, key=lambda mark: pose.local(mark.x, mark.z)[1])
+    last = max(landmarks, key=lambda landmark: pose.local(landmark.x, landmark.z)[1])
     end = pose_after_passing(pose, last.x, last.z, PAST_DISTANCE)
     if _is_ahead(pose, end):
-        rights = [pose.local(mark.x, mark.z)[0] for mark in marks]
+        rights = [pose.local(landmark.x, landmark.z)[0] for landmark in landmarks]
         side = "right" if min(rights) > PLANNED_ASIDE else "left" if max(rights) < -PLANNED_ASIDE else ""
         stated_side = side if route.random.random() < 0.4 else ""
         yield from route.option(waypoint, turns, Walk("past", (group.name,), stated_side), end, liking)
-    x, z = sum(mark.x for mark in marks) / len(marks), sum(mark.z for mark in marks) / len(marks)
+    x, z = (
+        sum(landmark.x for landmark in landmarks) / len(landmarks),
+        sum(landmark.z for landmark in landmarks) / len(landmarks),
+    )
     straight = Pose(pose.x, pose.z, bearing((pose.x, pose.z), (x, z)))
     distance = math.dist((pose.x, pose.z), (x, z))
     for way, near in REACHED_WITHIN.items():
@@ -259,7 +269,7 @@ def _is_between(route: DescribedRoute, waypoint: Waypoint, one: Landmark, other:
     number = route.nearest(Pose((one.x + other.x) / 2, (one.z + other.z) / 2, 0.0), waypoint.number)
     before, after = route.path[max(number - 2, 0)], route.path[min(number + 2, route.last)]
     here = Pose(*route.path[number], bearing(before, after))
-    (right, along), (more, far) = sorted(here.local(mark.x, mark.z) for mark in (one, other))
+    (right, along), (more, far) = sorted(here.local(landmark.x, landmark.z) for landmark in (one, other))
     return right < -0.3 and more > 0.3 and abs(along - far) <= more - right
 
 

@@ -75,22 +75,22 @@ def place_options(route: DescribedRoute, waypoint: Waypoint) -> Iterator[StepOpt
 def _options(route: DescribedRoute, waypoint: Waypoint, turns: tuple[Step, ...]) -> Iterator[StepOption]:
     openings = _openings_ahead(route, waypoint)
     for side, degrees in (("left", -90.0), ("right", 90.0)):
-        own = [(along, mark) for along, mark in openings if mark.label.look == side]
-        for number, (along, mark) in enumerate(own[: len(ORDINALS)]):
+        own = [(along, landmark) for along, landmark in openings if landmark.label.look == side]
+        for number, (along, landmark) in enumerate(own[: len(ORDINALS)]):
             if number and own[0][0] < 1.5:
                 continue  # Whether the first opening counts would be ambiguous.
-            yield from _turn_into(route, waypoint, turns, openings, number, (along, mark), degrees)
+            yield from _turn_into(route, waypoint, turns, openings, number, (along, landmark), degrees)
     yield from _walks(route, waypoint, turns, openings)
 
 
 def _openings_ahead(route: DescribedRoute, waypoint: Waypoint) -> list[tuple[float, Landmark]]:
     """Return the openings along the course, each with its distance, in order."""
     found = []
-    for mark in route.marks:
-        if mark.label.kind == "intersection":
-            right, along = waypoint.pose.local(mark.x, mark.z)
+    for landmark in route.landmarks:
+        if landmark.label.kind == "intersection":
+            right, along = waypoint.pose.local(landmark.x, landmark.z)
             if along > -1.0 and abs(right) < PLANNED_DEVIATION:
-                found.append((along, mark))
+                found.append((along, landmark))
     return sorted(found, key=lambda item: (item[0], item[1].label.look))
 
 
@@ -103,12 +103,12 @@ def _turn_into(
     place: tuple[float, Landmark],
     degrees: float,
 ) -> Iterator[StepOption]:
-    along, mark = place
+    along, landmark = place
     pose = waypoint.pose
     end = pose.ahead(along)
     at = route.nearest(end, waypoint.number)
     onward, at_once = route.onward_heading(at), route.onward_heading(at, 2)
-    if mark.seen[0] > route.departures[waypoint.number] or along < 1.5 or onward is None or at_once is None:
+    if landmark.seen[0] > route.departures[waypoint.number] or along < 1.5 or onward is None or at_once is None:
         return
     inexact = abs(turn_between(pose.heading + degrees, onward))
     if inexact >= 40.0 or abs(turn_between(onward, at_once)) >= 2.0 * MAX_BEND:
@@ -116,7 +116,7 @@ def _turn_into(
     names = (_name(route, openings, number, place, pose) for _ in range(NAMES_DRAWN))
     for thing in dict.fromkeys(name for name in names if name is not None):
         cost = inexact / 20.0 + PLACE_COST + (COUNTED_COST if number else 0.0)
-        yield from route.option(waypoint, turns, Rotate(mark.label.look, "at", thing), end.turned(degrees), cost)
+        yield from route.option(waypoint, turns, Rotate(landmark.label.look, "at", thing), end.turned(degrees), cost)
 
 
 def _name(
@@ -127,19 +127,19 @@ def _name(
     pose: Pose,
 ) -> Thing | None:
     """Return a name for a side street or for the place where it opens, or None."""
-    along, mark = place
-    junction = junction_of(route.graph, mark)
+    along, landmark = place
+    junction = junction_of(route.graph, landmark)
     if junction is None:
-        return Thing("corner", identity=mark.identity) if number == 0 else None
+        return Thing("corner", identity=landmark.identity) if number == 0 else None
     if number:
         return _counted_name(route, openings, number, place, pose, junction)
-    corner = _building_corner(route, junction, mark, pose.ahead(along))
+    corner = _building_corner(route, junction, landmark, pose.ahead(along))
     if corner is not None and route.random.random() < BUILDING_SHARE:
         return corner
-    kinds, weights = zip(*NAMES[apparent_kind(route.graph, junction, mark, pose.heading)], strict=True)
+    kinds, weights = zip(*NAMES[apparent_kind(route.graph, junction, landmark, pose.heading)], strict=True)
     (kind,) = route.random.choices(kinds, weights)
     if kind in ("street", "alley"):
-        return Thing(kind, identity=opening_identity(junction, mark, pose.heading, kind))
+        return Thing(kind, identity=opening_identity(junction, landmark, pose.heading, kind))
     return _place(kind, junction)
 
 
@@ -152,19 +152,19 @@ def _counted_name(
     junction: Junction,
 ) -> Thing | None:
     """Return a name with an ordinal among the similar streets on one side, or None if they differ in kind."""
-    along, mark = place
+    along, landmark = place
     before = [other for far, other in openings if far < along + 0.1]
-    same_side = [other for other in before if other.label.look == mark.label.look]
+    same_side = [other for other in before if other.label.look == landmark.label.look]
     roads = {road_kind(route.graph, junction_of(route.graph, other), other, pose.heading) for other in same_side}
     if len(roads) == 1 and "" not in roads:
         kind = roads.pop()
-        return Thing(kind, which=ORDINALS[number], identity=opening_identity(junction, mark, pose.heading, kind))
+        return Thing(kind, which=ORDINALS[number], identity=opening_identity(junction, landmark, pose.heading, kind))
     return None
 
 
-def apparent_kind(graph: StreetGraph | None, junction: Junction, mark: Landmark, heading: float) -> str:
+def apparent_kind(graph: StreetGraph | None, junction: Junction, landmark: Landmark, heading: float) -> str:
     """Return the key of NAMES for an opening, as seen by a walker who arrives with this heading."""
-    if road_kind(graph, junction, mark, heading) == "alley":
+    if road_kind(graph, junction, landmark, heading) == "alley":
         return "alley"
     kind = junction.kind_from(heading)
     if junction.kind == "bend":
@@ -174,30 +174,34 @@ def apparent_kind(graph: StreetGraph | None, junction: Junction, mark: Landmark,
     return kind if kind in NAMES else ""
 
 
-def junction_of(graph: StreetGraph | None, mark: Landmark) -> Junction | None:
+def junction_of(graph: StreetGraph | None, landmark: Landmark) -> Junction | None:
     """Return the junction of an opening; None if it is unknown."""
-    return graph.junction(mark.identity) if graph is not None and mark.identity.startswith("junction/") else None
+    return (
+        graph.junction(landmark.identity) if graph is not None and landmark.identity.startswith("junction/") else None
+    )
 
 
-def road_kind(graph: StreetGraph | None, junction: Junction | None, mark: Landmark, heading: float) -> str:
+def road_kind(graph: StreetGraph | None, junction: Junction | None, landmark: Landmark, heading: float) -> str:
     """Return the kind of road behind an opening, "street" or "alley"; "" if it is unknown."""
-    arm = None if junction is None else junction.arm_towards(heading + (-90.0 if mark.label.look == "left" else 90.0))
+    arm = (
+        None if junction is None else junction.arm_towards(heading + (-90.0 if landmark.label.look == "left" else 90.0))
+    )
     return "" if arm is None or graph is None else graph.road(arm.road).kind
 
 
-def opening_identity(junction: Junction, mark: Landmark, heading: float, kind: str) -> str:
+def opening_identity(junction: Junction, landmark: Landmark, heading: float, kind: str) -> str:
     """Return the identity at an opening: of the street for "street" and "alley", otherwise of the junction."""
     if kind in ("street", "alley"):
-        arm = junction.arm_towards(heading + (-90.0 if mark.label.look == "left" else 90.0))
+        arm = junction.arm_towards(heading + (-90.0 if landmark.label.look == "left" else 90.0))
         if arm is not None:
             return arm.road
     return junction.identity
 
 
-def _building_corner(route: DescribedRoute, junction: Junction, mark: Landmark, at: Pose) -> Thing | None:
+def _building_corner(route: DescribedRoute, junction: Junction, landmark: Landmark, at: Pose) -> Thing | None:
     """Return the near corner of a side street, named after its building; None if another building looks alike."""
     assert route.graph is not None
-    side = -1.0 if mark.label.look == "left" else 1.0
+    side = -1.0 if landmark.label.look == "left" else 1.0
     near = []
     for corner in route.graph.corners:
         right, ahead = at.local(corner.x, corner.z)
@@ -206,12 +210,12 @@ def _building_corner(route: DescribedRoute, junction: Junction, mark: Landmark, 
     if not near:
         return None
     _, corner = min(near, key=lambda item: (item[0], item[1].identity))
-    house = next((m for m in route.marks if m.identity == corner.building), None)
+    house = next((m for m in route.landmarks if m.identity == corner.building), None)
     if house is None or not house.seen:
         return None
     alike = [
         m
-        for m in route.marks
+        for m in route.landmarks
         if m.label == house.label and m is not house and math.dist((m.x, m.z), (at.x, at.z)) < 15.0
     ]
     if alike or house.label.look == "grey":
@@ -223,11 +227,11 @@ def _walks(
     route: DescribedRoute, waypoint: Waypoint, turns: tuple[Step, ...], openings: list[tuple[float, Landmark]]
 ) -> Iterator[StepOption]:
     """Yield walks to the next crossing or to the end of the street, and across the next crossing."""
-    ahead = [(along, mark) for along, mark in openings if along >= 1.5]
+    ahead = [(along, landmark) for along, landmark in openings if along >= 1.5]
     if not ahead or len(ahead) < len(openings) or ahead[0][1].seen[0] > route.departures[waypoint.number]:
         return
-    along, mark = ahead[0]
-    junction = junction_of(route.graph, mark)
+    along, landmark = ahead[0]
+    junction = junction_of(route.graph, landmark)
     if junction is None or along < 3.0:
         return
     pose = waypoint.pose

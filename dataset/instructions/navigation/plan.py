@@ -84,7 +84,7 @@ def plan_navigation(
     poses: Sequence[Pose],
     target: Collectible,
     street: Sequence[Collectible],
-    marks: Sequence[Landmark],
+    landmarks: Sequence[Landmark],
     random: Random,
     graph: StreetGraph | None = None,
     plan_check: PlanCheck | None = None,
@@ -96,19 +96,21 @@ def plan_navigation(
         poses: along the path, from `visible_landmarks.poses_along`.
         target: the object to pick up at the end.
         street: all collectibles of the turn, including the target.
-        marks: result of `visible_landmarks.find_landmarks` for the poses; can be reused for many draws.
+        landmarks: result of `visible_landmarks.find_landmarks` for the poses; can be reused for many draws.
         random: draws the wording; another draw gives another plan.
         graph: of the section's streets; None to call every place a corner.
         plan_check: accepts or rejects steps; None to accept all of them.
     """
-    thing = describe_target(target, street, marks, poses, random)
+    thing = describe_target(target, street, landmarks, poses, random)
     if thing is None:
         return None
-    route = DescribedRoute(path, poses, marks, (target.position.x, target.position.z), graph, random)
+    route = DescribedRoute(path, poses, landmarks, (target.position.x, target.position.z), graph, random)
     steps = _Planner(route, thing).steps(plan_check or AcceptAllSteps())
     if steps is None:
         return None
-    full_names = {mark.identity: full_name(mark) for mark in marks if mark.label.kind not in OPEN_PLACES}
+    full_names = {
+        landmark.identity: full_name(landmark) for landmark in landmarks if landmark.label.kind not in OPEN_PLACES
+    }
     return with_distinct_names(Navigation(steps, thing), full_names, random)
 
 
@@ -117,8 +119,10 @@ class _Planner:
 
     def __init__(self, route: DescribedRoute, target: Thing) -> None:
         self._route, self._target, self._random = route, target, route.random
-        self._around = [mark for mark in route.marks if mark.glimpsed is not None and mark.glimpsed <= 0]
-        seen = [route.first_seen(mark) for mark in route.marks if (mark.x, mark.z) == route.goal]
+        self._around = [
+            landmark for landmark in route.landmarks if landmark.glimpsed is not None and landmark.glimpsed <= 0
+        ]
+        seen = [route.first_seen(landmark) for landmark in route.landmarks if (landmark.x, landmark.z) == route.goal]
         self._target_seen = min(seen, default=math.inf)
 
     def steps(self, plan_check: PlanCheck) -> tuple[Step, ...] | None:
@@ -253,7 +257,7 @@ class _Planner:
             thing is None
             or thing.number
             or thing.kind in PLACES
-            or sum(name_matches(thing, mark) for mark in self._around) != 1
+            or sum(name_matches(thing, landmark) for landmark in self._around) != 1
         ):
             return option.steps
         return (Face(thing), after)

@@ -63,7 +63,7 @@ class DescribedRoute:
     Args:
         path: distinct positions (x, z) of the ground truth.
         poses: along the path, from `visible_landmarks.poses_along`.
-        marks: from `visible_landmarks.find_landmarks`.
+        landmarks: from `visible_landmarks.find_landmarks`.
         goal: (x, z) of the target.
         graph: of the section's streets, or None.
         random: draws all choices.
@@ -79,22 +79,22 @@ class DescribedRoute:
         self,
         path: Sequence[Place],
         poses: Sequence[Pose],
-        marks: Sequence[Landmark],
+        landmarks: Sequence[Landmark],
         goal: Place,
         graph: StreetGraph | None,
         random: Random,
     ) -> None:
-        self.path, self.marks, self.goal, self.graph, self.random = path, marks, goal, graph, random
+        self.path, self.landmarks, self.goal, self.graph, self.random = path, landmarks, goal, graph, random
         self.start = poses[0]
         # Index -1, a look around at the start, does not count: those landmarks are not seen while walking.
-        self._first = {id(mark): next((n for n in mark.seen if n >= 0), len(poses)) for mark in marks}
-        self.target = next((mark.label for mark in marks if (mark.x, mark.z) == goal), None)
-        self.has_twin = sum(mark.label == self.target for mark in marks) > 1
+        self._first = {id(landmark): next((n for n in landmark.seen if n >= 0), len(poses)) for landmark in landmarks}
+        self.target = next((landmark.label for landmark in landmarks if (landmark.x, landmark.z) == goal), None)
+        self.has_twin = sum(landmark.label == self.target for landmark in landmarks) > 1
         self.prefers_groups = random.random() < GROUP_PREFERENCE
         self.geometry = PathGeometry(path, self.start.heading, goal)
         self._by_kind: dict[str, list[Landmark]] = {}
-        for mark in marks:
-            self._by_kind.setdefault(mark.label.kind, []).append(mark)
+        for landmark in landmarks:
+            self._by_kind.setdefault(landmark.label.kind, []).append(landmark)
         self.departures = [0] * len(path)
         place = 0
         for number, pose in enumerate(poses):
@@ -108,16 +108,16 @@ class DescribedRoute:
         return len(self.path) - 1
 
     def of_kind(self, kind: str) -> Sequence[Landmark]:
-        """Return the landmarks of a kind, in the order of `marks`; only these can share a name."""
+        """Return the landmarks of a kind, in the order of `landmarks`; only these can share a name."""
         return self._by_kind.get(kind, ())
 
-    def first_seen(self, mark: Landmark) -> int:
+    def first_seen(self, landmark: Landmark) -> int:
         """Return the index of the first pose from which a landmark is seen; the number of poses if there is none."""
-        return self._first[id(mark)]
+        return self._first[id(landmark)]
 
-    def is_seen(self, mark: Landmark, waypoint: Waypoint) -> bool:
+    def is_seen(self, landmark: Landmark, waypoint: Waypoint) -> bool:
         """Return whether a landmark is seen before the walker leaves a waypoint."""
-        return self.first_seen(mark) <= self.departures[waypoint.number]
+        return self.first_seen(landmark) <= self.departures[waypoint.number]
 
     def option(
         self, waypoint: Waypoint, turns: tuple[Step, ...], step: Step, end: Pose, cost: float

@@ -85,8 +85,10 @@ VIEW = Pose(0.0, 0.0, 0.0)
         (ASIDE, (FIRST, SECOND, ASIDE), (FIRST, SECOND, ASIDE), None),
     ],
 )
-def test_ordinals(own: Landmark, marks: tuple[Landmark, ...], seen: tuple[Landmark, ...], which: str | None) -> None:
-    name = counted_name(own, marks, seen, VIEW)
+def test_ordinals(
+    own: Landmark, landmarks: tuple[Landmark, ...], seen: tuple[Landmark, ...], which: str | None
+) -> None:
+    name = counted_name(own, landmarks, seen, VIEW)
     assert (None if name is None else name.which) == which
 
 
@@ -100,6 +102,6 @@ def test_ordinals(own: Landmark, marks: tuple[Landmark, ...], seen: tuple[Landma
         ((FIRST, SECOND, replace(mark("4", 0.0, 14.0), glimpsed=None)), "two"),  # one is never visible
     ],
 )
-def test_groups(marks: tuple[Landmark, ...], number: str | None) -> None:
-    group = group_nearest_to(FIRST, marks, marks, VIEW, until=3)
+def test_groups(landmarks: tuple[Landmark, ...], number: str | None) -> None:
+    group = group_nearest_to(FIRST, landmarks, landmarks, VIEW, until=3)
     assert (None if group is None else group.name.number) == number

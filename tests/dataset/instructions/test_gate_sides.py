@@ -38,9 +38,9 @@ def house(x0: float, z0: float, x1: float, z1: float) -> NamedBuilding:
     return NamedBuilding("building/0", (x0 + x1) / 2, (z0 + z1) / 2, corners, ("red",), "red", "", "", ())
 
 
-def world(*marks: Landmark, building: NamedBuilding | None = None) -> GateWorld:
+def world(*landmarks: Landmark, building: NamedBuilding | None = None) -> GateWorld:
     houses = () if building is None else (building,)
-    return GateWorld(PATH, START, marks, PATH[-1], StreetGraph((), (), (), houses))
+    return GateWorld(PATH, START, landmarks, PATH[-1], StreetGraph((), (), (), houses))
 
 
 def walk_between_turns(step: Walk, at: GateWorld) -> list[str]:
@@ -147,9 +147,13 @@ ON = Thing("zebra_crossing", identity="zebra_crossing/0")
 def test_what_stands_on_a_crossing_is_not_next_to_it(x: float, z: float, is_on: bool, relation: str) -> None:
     """The crossing reaches 2.275 units across the street and 0.7 along it, which leads east."""
     mug = replace(mark("collectible/0", x, z), label=SegmentationLabel("mug", "red", "striped"))
-    marks = (*(each for each in WORLD.marks if each.identity not in ("collectible/0", "zebra_crossing/0")), mug, ZEBRA)
+    landmarks = (
+        *(each for each in WORLD.all_landmarks if each.identity not in ("collectible/0", "zebra_crossing/0")),
+        mug,
+        ZEBRA,
+    )
     target = Thing("mug", "red", "striped", where=(Where(relation, (ON,)),), identity="collectible/0")
-    faults = faults_of_navigation(Navigation((), target), replace(WORLD, marks=marks, goal=(x, z)))
+    faults = faults_of_navigation(Navigation((), target), replace(WORLD, all_landmarks=landmarks, goal=(x, z)))
     assert is_on_crossing(mug, ZEBRA) == is_on
     assert (f"collectible/0 stands on zebra_crossing/0, not {relation} it" in faults) == is_on, faults
 
@@ -174,10 +178,10 @@ POSES = [START, *(Pose(x, z, 0.0) for x, z in PATH[1:16])]
 NUMBERS = tuple(range(len(POSES)))
 
 
-def described(target: Collectible, *marks: Landmark) -> list[Thing]:
+def described(target: Collectible, *landmarks: Landmark) -> list[Thing]:
     """Return what forty draws call a target at the end of the first leg."""
     own = Landmark(SegmentationLabel.of(target.type), target.position.x, target.position.z, NUMBERS, 0, "collectible/0")
-    seen = [own, *(replace(each, seen=NUMBERS) for each in marks)]
+    seen = [own, *(replace(each, seen=NUMBERS) for each in landmarks)]
     found = (describe_target(target, (target,), seen, POSES, Random(seed)) for seed in range(40))
     return [each for each in found if each is not None]
 
@@ -201,11 +205,11 @@ class NoSides(AcceptAllSteps):
 def test_a_walk_whose_side_is_refused_is_told_without_it() -> None:
     section = town.crossing(Prop("bench", 2.3, -9.5, 0.0), Prop("hydrant", 5.0, 2.2, 0.0))
     poses = poses_along(town.START, town.PATH, town.ACTIONS)
-    marks = find_landmarks(poses, town.STREET, section, RasterCamera(with_names_as_labels(city_scene(section))))
+    landmarks = find_landmarks(poses, town.STREET, section, RasterCamera(with_names_as_labels(city_scene(section))))
     sides = 0
     for seed in range(40):
         wording, refused = (
-            plan_navigation(town.PATH, poses, town.STREET[0], town.STREET, marks, Random(seed), None, judge)
+            plan_navigation(town.PATH, poses, town.STREET[0], town.STREET, landmarks, Random(seed), None, judge)
             for judge in (None, NoSides())
         )
         assert wording is not None

@@ -26,8 +26,8 @@ def camera() -> RasterCamera:
 
 def plan(camera: RasterCamera, attempt: int) -> Navigation | None:
     poses = poses_along(START, PATH, ACTIONS)
-    marks = find_landmarks(poses, STREET, SECTION, camera)
-    return plan_navigation(PATH, poses, STREET[0], STREET, marks, seeded("plan", attempt))
+    landmarks = find_landmarks(poses, STREET, SECTION, camera)
+    return plan_navigation(PATH, poses, STREET[0], STREET, landmarks, seeded("plan", attempt))
 
 
 def test_plan_turns_right_at_the_crossing(camera: RasterCamera) -> None:
@@ -49,8 +49,8 @@ def test_target_unseen_at_the_end_gives_no_plan(camera: RasterCamera) -> None:
     hidden = thing("striped red mug", -20.0, 0.0)
     street = (hidden, *STREET[1:])
     poses = poses_along(START, PATH, ACTIONS)
-    marks = find_landmarks(poses, street, SECTION, camera)
-    assert plan_navigation(PATH, poses, hidden, street, marks, seeded("x")) is None
+    landmarks = find_landmarks(poses, street, SECTION, camera)
+    assert plan_navigation(PATH, poses, hidden, street, landmarks, seeded("x")) is None
 
 
 def mark(kind: str, x: float, z: float, *seen: int, colour: str = "") -> Landmark:

@@ -38,22 +38,22 @@ def test_path_and_actions_must_have_equal_steps(actions: tuple[object, ...]) -> 
 def test_landmarks_behind_walls_are_not_seen() -> None:
     section = crossing(Prop("barrel", -15.0, 0.5, 0.0, colour="gold"))
     poses = poses_along(START, PATH, ACTIONS)
-    marks = {
+    landmarks = {
         mark.label.kind: mark
         for mark in find_landmarks(poses, STREET, section, RasterCamera(with_names_as_labels(city_scene(section))))
     }
-    assert marks["phone_booth"].seen[0] == 0
-    assert marks["kiosk"].seen[0] > 12  # round the corner
-    assert marks["barrel"].seen == ()  # in the street that the path turns away from
-    assert (marks["kiosk"].x, marks["kiosk"].z) == (9.0, -2.5)
+    assert landmarks["phone_booth"].seen[0] == 0
+    assert landmarks["kiosk"].seen[0] > 12  # round the corner
+    assert landmarks["barrel"].seen == ()  # in the street that the path turns away from
+    assert (landmarks["kiosk"].x, landmarks["kiosk"].z) == (9.0, -2.5)
 
 
 def test_looking_around_reveals_landmarks_behind_the_start() -> None:
     section = crossing(Prop("bin", 0.5, -19.0, 0.0))
-    marks = find_landmarks(
+    landmarks = find_landmarks(
         poses_along(START, PATH, ACTIONS), STREET, section, RasterCamera(with_names_as_labels(city_scene(section)))
     )
-    assert next(mark for mark in marks if mark.label.kind == "bin").seen == (-1,)
+    assert next(mark for mark in landmarks if mark.label.kind == "bin").seen == (-1,)
 
 
 SECTION_GRAPH = StreetGraph(
@@ -71,26 +71,26 @@ def test_everything_has_the_identity_of_its_body() -> None:
     section = crossing(Prop("kiosk", 0.0, -19.0, 0.0, colour="red"))
     scene = city_scene(section)
     camera = RasterCamera(with_names_as_labels(scene))
-    marks = find_landmarks(poses_along(START, PATH, ACTIONS), STREET, section, camera, SECTION_GRAPH)
-    names = [mark.identity for mark in marks if mark.label.kind != "intersection"]
+    landmarks = find_landmarks(poses_along(START, PATH, ACTIONS), STREET, section, camera, SECTION_GRAPH)
+    names = [mark.identity for mark in landmarks if mark.label.kind != "intersection"]
     assert len(set(names)) == len(names)
     bodies = {body.name: body for body in scene.bodies}
-    for mark in marks:
+    for mark in landmarks:
         if mark.identity in bodies:
             assert bodies[mark.identity].label == str(mark.label)
         assert len(mark.pixels) == len(mark.seen)
-    by_name = {mark.identity: mark for mark in marks}
+    by_name = {mark.identity: mark for mark in landmarks}
     assert by_name["kiosk/1"].seen == (-1,)
     assert by_name["kiosk/0"].seen[0] > 12
-    assert {mark.identity for mark in marks if mark.label.kind == "intersection"} == {"junction/0"}
+    assert {mark.identity for mark in landmarks if mark.label.kind == "intersection"} == {"junction/0"}
     assert [f"collectible/{i}" in by_name for i in range(4)] == [True, True, True, False]
 
 
 def test_buildings_junctions_and_corners_are_seen_where_no_wall_hides_them() -> None:
     section = crossing()
     camera = RasterCamera(with_names_as_labels(city_scene(section)))
-    marks = find_landmarks(poses_along(START, PATH, ACTIONS), STREET, section, camera, SECTION_GRAPH)
-    by_name = {mark.identity: mark for mark in marks if mark.label.kind != "intersection"}
+    landmarks = find_landmarks(poses_along(START, PATH, ACTIONS), STREET, section, camera, SECTION_GRAPH)
+    by_name = {mark.identity: mark for mark in landmarks if mark.label.kind != "intersection"}
     assert by_name["building/2"].seen[:3] == (-1, 0, 2)
     assert (by_name["building/2"].x, by_name["building/2"].z) == (3.0, -13.0)
     assert by_name["junction/0"].seen[0] == 0
