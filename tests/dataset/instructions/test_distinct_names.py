@@ -93,7 +93,7 @@ def test_ordinals(
 
 
 @pytest.mark.parametrize(
-    ("marks", "number"),
+    ("landmarks", "number"),
     [
         ((FIRST, SECOND), "two"),
         ((FIRST, SECOND, mark("4", 0.0, 7.0)), "several"),
