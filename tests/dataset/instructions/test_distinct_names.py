@@ -76,7 +76,7 @@ VIEW = Pose(0.0, 0.0, 0.0)
 
 
 @pytest.mark.parametrize(
-    ("own", "marks", "seen", "which"),
+    ("own", "landmarks", "seen", "which"),
     [
         (FIRST, (FIRST, SECOND), (FIRST, SECOND), "first"),
         (SECOND, (FIRST, SECOND), (FIRST, SECOND), "second"),
