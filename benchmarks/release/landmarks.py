@@ -19,7 +19,7 @@ import numpy as np
 
 from arramon_dataset.randomness import seeded
 from arramon_dataset.release.files import read_release
-from arramon_dataset.release.importer import add_objects, ground_of
+from arramon_dataset.release.importer import add_objects, walked_positions
 from arramon_dataset.release.landmarks.agreement import landmarks_by_kind, mentions_of, placed_things
 from arramon_dataset.release.landmarks.alignment import align
 from arramon_dataset.release.landmarks.furniture_grid import FreeSpace, FurnitureGrid
@@ -94,7 +94,7 @@ def _line(numbers: Counter[str]) -> str:
 
 def measure(section_id: str, episodes: Sequence[Episode], folds: int, seen: int) -> tuple[Counts, float]:
     """Return the counts of a section's worlds, and the mean number of landmarks recovered from the other episodes."""
-    grounded = ground_of(episodes)
+    grounded = walked_positions(episodes)
     episodes = [add_objects(episode, grounded) for episode in episodes]
     paths = [np.array(turn.path) for episode in episodes for turn in episode.turns]
     targets = np.array([(t.target.position.x, t.target.position.z) for e in episodes for t in e.turns])

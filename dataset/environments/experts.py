@@ -205,7 +205,7 @@ def first_action_to_place(target: RoomCell) -> Mapping[tuple[RoomCell, int], Act
     return advice
 
 
-def expert_of(name: str, episode: Episode, scene: Scene, ground: CollisionCheck) -> Expert:
+def make_expert(name: str, episode: Episode, scene: Scene, ground: CollisionCheck) -> Expert:
     """Return an episode's expert by name: "reference" or "shortest"."""
     reference = ReferenceExpert(episode, scene, ground)
     return ShortestExpert(episode, scene, reference.next_action) if name == "shortest" else reference

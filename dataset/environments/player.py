@@ -115,9 +115,9 @@ class LocalPlayer:
             scene = self._worlds.scene(self._name, episode)
             collision_check = self._worlds.collision_check(self._name, episode)
             # Imported only here: it takes a tenth of a second, and few learners use an expert.
-            from arramon_dataset.environments.experts import expert_of
+            from arramon_dataset.environments.experts import make_expert
 
-            self._expert = expert_of(self._settings.expert, episode, scene, collision_check)
+            self._expert = make_expert(self._settings.expert, episode, scene, collision_check)
         self._skip(self._session, (self._settings.turn, self._settings.start))
         self._seen = self._session.state
         return self.latest(into) if with_images else self.latest_without_images()

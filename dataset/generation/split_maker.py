@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from arramon_dataset.generation.batches import GeneratedEpisode, GenerationBatch, RunBatches
-from arramon_dataset.generation.checkpoint import FOLDER, GenerationCheckpoint, origin_of
+from arramon_dataset.generation.checkpoint import FOLDER, GenerationCheckpoint, generation_digest
 from arramon_server.episodes.splits import Split, write_split
 from arramon_server.sim.section import Section
 
@@ -88,7 +88,9 @@ def make_split(
         Conflict: if another process is generating the split in this data folder.
         ArraMonError: if no valid episode is found for an id.
     """
-    with closing(GenerationCheckpoint(data / FOLDER / f"{request.name}.jsonl", origin_of(*request.key))) as checkpoint:
+    with closing(
+        GenerationCheckpoint(data / FOLDER / f"{request.name}.jsonl", generation_digest(*request.key))
+    ) as checkpoint:
         kept = [checkpoint.episodes[name] for name in request.episode_ids if name in checkpoint.episodes]
         missing = [name for name in request.episode_ids if name not in checkpoint.episodes]
         made = {one.episode.episode_id: one.episode for one in kept}

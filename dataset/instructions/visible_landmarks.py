@@ -168,9 +168,9 @@ def _things(
     for number, item in enumerate(street):
         x, z = item.position.x, item.position.z
         found.append(Landmark(SegmentationLabel.of(item.type), x, z, (), identity=f"collectible/{number}"))
-    for house in () if graph is None else graph.houses:
-        x, z = _nearest_wall(house, poses)
-        found.append(Landmark(SegmentationLabel("building", look=house.look), x, z, (), identity=house.identity))
+    for building in () if graph is None else graph.buildings:
+        x, z = _nearest_wall(building, poses)
+        found.append(Landmark(SegmentationLabel("building", look=building.look), x, z, (), identity=building.identity))
     return found
 
 
@@ -187,9 +187,9 @@ def _places_of(graph: StreetGraph | None) -> list[Landmark]:
     ]
 
 
-def _nearest_wall(house: NamedBuilding, poses: Sequence[Pose]) -> tuple[float, float]:
+def _nearest_wall(building: NamedBuilding, poses: Sequence[Pose]) -> tuple[float, float]:
     """Return the middle of the wall that is nearest to any of the poses."""
-    walls = zip(house.corners, house.corners[1:] + house.corners[:1], strict=True)
+    walls = zip(building.corners, building.corners[1:] + building.corners[:1], strict=True)
     middles = [((x0 + x1) / 2, (z0 + z1) / 2) for (x0, z0), (x1, z1) in walls]
     return min(middles, key=lambda middle: min(math.dist(middle, (pose.x, pose.z)) for pose in poses))
 

@@ -48,7 +48,7 @@ def writer_sheet(episode: Episode, number: int, site: GenerationSite) -> tuple[I
         draw_object(chart, item, f"TARGET: {item.type}" if item == turn.target else str(item.type))
     title = f"episode {episode.episode_id}, turn {number}: way pink, starts at the arrow, ends at the ringed target"
     shown = {f"step {n}": facts.poses[n] for n in _moments(facts.legs, len(facts.poses))}
-    picture = beside(add_title(chart.image, [title]), frames(shown, turn, site))
+    picture = with_views_beside(add_title(chart.image, [title]), agent_frames(shown, turn, site))
     lines = [f"== episode {episode.episode_id}, turn {number}", *_route_lines(facts, turn)]
     return picture, "\n".join([*lines, *room_facts(episode, number, with_goal=True)]) + "\n"
 
@@ -163,7 +163,7 @@ def draw_arrow(canvas: Canvas, pose: Pose) -> None:
     canvas.dot(pose.x, pose.z, 7, BLACK)
 
 
-def frames(poses: Mapping[str, Pose], turn: Turn, site: GenerationSite) -> list[tuple[str, Image.Image]]:
+def agent_frames(poses: Mapping[str, Pose], turn: Turn, site: GenerationSite) -> list[tuple[str, Image.Image]]:
     """Return the agent's frames from named poses in a turn's streets."""
     actors = [street_actor(item) for item in turn.street]
     return [
@@ -182,7 +182,7 @@ def _moments(legs: Sequence[LegFacts], count: int) -> list[int]:
     return sorted(moments)[:FRAMES]
 
 
-def beside(chart: Image.Image, views: Sequence[tuple[str, Image.Image]]) -> Image.Image:
+def with_views_beside(chart: Image.Image, views: Sequence[tuple[str, Image.Image]]) -> Image.Image:
     """Return a map with named views to its right, in three columns."""
     titled = [add_title(view, [name], size=11) for name, view in views]
     width, height = SIZE + 6, titled[0].height + 4

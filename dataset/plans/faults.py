@@ -122,8 +122,8 @@ def _landmark_faults(plan: Plan, section: Section) -> Iterator[str]:
     ])  # fmt: skip
     if (twins < TWINS).any() or (twins < NEAR_TWINS).mean() >= NEAR_SHARE:
         yield "props that look the same are too near to each other"
-    houses = np.array([(building.x, building.z) for building in section.buildings])
-    apart = distances(houses, houses) + 1e9 * np.eye(len(houses))
+    centres = np.array([(building.x, building.z) for building in section.buildings])
+    apart = distances(centres, centres) + 1e9 * np.eye(len(centres))
     facades = [building.facade for building in section.buildings]
     if set(facades) != set(FACADES) or any(facades[i] == facades[int(j)] for i, j in enumerate(apart.argmin(axis=1))):
         yield "a facade is missing, or neighbours share one"

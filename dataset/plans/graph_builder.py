@@ -2,7 +2,7 @@
 
 import math
 
-from arramon_dataset.plans.graph import STRAIGHT, Arm, Corner, Junction, Road, StreetGraph, apart
+from arramon_dataset.plans.graph import STRAIGHT, Arm, Corner, Junction, Road, StreetGraph, angle_between
 from arramon_dataset.plans.junction_detection import (
     SHARPEST_CURVE,
     DetectedJunction,
@@ -33,8 +33,8 @@ def street_graph(plan: Plan, section: Section) -> StreetGraph:
     numbered = {id(detected): f"junction/{number}" for number, detected in enumerate(detections)}
     junctions = tuple(_junction(detected, detections, numbered, lines) for detected in detections)
     roads = tuple(_road(plan, line, detections, numbered) for line in lines)
-    houses = tuple(named_building(number, section, roads, lines) for number in range(len(section.buildings)))
-    return StreetGraph(junctions, roads, _corners(junctions, roads, section.buildings), houses)
+    buildings = tuple(named_building(number, section, roads, lines) for number in range(len(section.buildings)))
+    return StreetGraph(junctions, roads, _corners(junctions, roads, section.buildings), buildings)
 
 
 def _road_identity(number: int) -> str:
@@ -77,10 +77,12 @@ def _kind(detected: DetectedJunction, lines: tuple[MiddleLine, ...]) -> str:
     if len(headings) == 1:
         return "street_end"
     if len(headings) == 2:
-        return "bend" if 180.0 - apart(*headings) > SHARPEST_CURVE else ""
+        return "bend" if 180.0 - angle_between(*headings) > SHARPEST_CURVE else ""
     if len(headings) > 3:
         return "crossing"
-    in_line = any(180.0 - apart(one, other) < STRAIGHT for i, one in enumerate(headings) for other in headings[i + 1 :])
+    in_line = any(
+        180.0 - angle_between(one, other) < STRAIGHT for i, one in enumerate(headings) for other in headings[i + 1 :]
+    )
     return "t_junction" if in_line else "fork"
 
 

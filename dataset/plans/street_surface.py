@@ -10,7 +10,7 @@ from arramon_dataset.layout.grid import Mask, Points
 from arramon_dataset.plans.plan import Plan, Street
 
 PARALLEL = 4.0
-"""Maximum angle between streets that are treated as parallel or perpendicular, in degrees: their houses share one
+"""Maximum angle between streets that are treated as parallel or perpendicular, in degrees: their buildings share one
 heading."""
 
 
@@ -21,7 +21,7 @@ class Strip:
     Attributes:
         start, end: (x, z) of the ends of its middle line.
         half_width: in units.
-        heading: of the houses that face it, degrees clockwise from +z, modulo 90.
+        heading: of the buildings that face it, degrees clockwise from +z, modulo 90.
     """
 
     start: tuple[float, float]
@@ -57,7 +57,7 @@ class StreetSurface:
 
     @property
     def headings(self) -> tuple[float, ...]:
-        """The distinct headings of all houses, sorted."""
+        """The distinct headings of all buildings, sorted."""
         return tuple(sorted({strip.heading for strip in self.strips}))
 
     def covers(self, points: Points) -> Mask:

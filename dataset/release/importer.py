@@ -148,7 +148,7 @@ def _rebuild_all(by_section: Mapping[str, Sequence[Episode]], processes: int) ->
 
 
 def _rebuild(section: str, episodes: Sequence[Episode]) -> Rebuilt:
-    ground = ground_of(episodes)
+    ground = walked_positions(episodes)
     with_objects = [add_objects(episode, ground) for episode in episodes]
     return rebuild_section(_section(section, with_objects), with_objects)
 
@@ -159,7 +159,7 @@ def _section(section: str, episodes: Sequence[Episode]) -> Section:
     return reconstruct_section(section, [np.array(turn.path) for turn in turns], targets)
 
 
-def ground_of(episodes: Sequence[Episode]) -> Points:
+def walked_positions(episodes: Sequence[Episode]) -> Points:
     """Return all positions on paths in a section, (m, 2)."""
     ground: Points = np.unique(np.concatenate([np.array(t.path) for e in episodes for t in e.turns]).round(2), axis=0)
     return ground

@@ -54,7 +54,7 @@ def reconstruct_section(section_id: str, paths: Sequence[Points], targets: Point
     walked = sample_points([*paths, *(target[None, :] for target in targets)])
     grid = Grid.around(walked, heading, CARVE + RING + CELL)
     street, built = street_and_built_masks(grid, walked)
-    buildings = tuple(raise_buildings(section_id, grid, lay_out(section_id, built, street)))
+    buildings = tuple(make_buildings(section_id, grid, lay_out(section_id, built, street)))
     return Section(section_id, heading, bounds_of(walked), buildings, ())
 
 
@@ -112,7 +112,7 @@ def lay_out(section_id: str, built: Mask, street: Mask) -> list[CellRectangle]:
     return [set_back(lot, seen, unseen, seeded(section_id, "setback", number)) for number, lot in enumerate(lots)]
 
 
-def raise_buildings(section_id: str, grid: Grid, lots: Sequence[CellRectangle]) -> list[Building]:
+def make_buildings(section_id: str, grid: Grid, lots: Sequence[CellRectangle]) -> list[Building]:
     """Return a building for each lot, with another facade than the one before."""
     buildings: list[Building] = []
     for number, lot in enumerate(lots):

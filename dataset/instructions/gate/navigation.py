@@ -10,8 +10,8 @@ from arramon_dataset.instructions.gate.things import (
     faults_of_description,
     faults_of_group,
     faults_of_relations,
-    faults_of_sight,
     faults_of_target,
+    faults_of_visibility,
 )
 from arramon_dataset.instructions.gate.turns import check_turn, faults_of_bends, faults_of_face
 from arramon_dataset.instructions.gate.walks import check_walk
@@ -95,7 +95,7 @@ class NavigationCheck:
             self._progress, named=named, since=before.at, earlier=frozenset(before.mentioned_turns)
         )
         for thing in things if world.poses else ():
-            faults += faults_of_sight(world, progress, thing)
+            faults += faults_of_visibility(world, progress, thing)
             faults += faults_of_confusable_things(world, progress, thing, is_faced=isinstance(step, Face))
         return faults
 

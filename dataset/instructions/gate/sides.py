@@ -92,8 +92,8 @@ def poses_of_part(world: GateWorld, since: int) -> dict[int, Pose]:
 
 def footprint_of(world: GateWorld, landmark: Landmark) -> Sequence[Place]:
     """Return the corners of a building, or the position of any other thing."""
-    houses = () if world.graph is None else world.graph.houses
-    return next((each.corners for each in houses if each.identity == landmark.identity), ((landmark.x, landmark.z),))
+    buildings = () if world.graph is None else world.graph.buildings
+    return next((each.corners for each in buildings if each.identity == landmark.identity), ((landmark.x, landmark.z),))
 
 
 def is_on_crossing(landmark: Landmark, other: Landmark) -> bool:

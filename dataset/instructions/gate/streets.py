@@ -19,7 +19,7 @@ ASIDE = (40.0, 140.0)
 """Range of the angle between the path and a street that opens on one side, in degrees."""
 
 OPENING_NEAR = 3.0
-"""Maximum distance of the path from an opening between houses that it passes, in units."""
+"""Maximum distance of the path from an opening between buildings that it passes, in units."""
 
 BEYOND_TURN = 20.0
 """Minimum difference between a thing's angles to the path before and after a turn for it to lie beyond, in degrees."""
@@ -72,12 +72,12 @@ def _earlier_corners(world: GateWorld, since: int, thing: Thing) -> Iterator[str
     near = None if own is None else world.geometry.first_approach(own.x, own.z, max(since, 0), CORNER_NEAR)
     if own is None or near is None or world.graph is None:
         return
-    looks = {house.identity for house in world.graph.houses if house.look == thing.look}
-    for house in (house for house in world.graph.houses if house.identity in looks):
-        for x, z in house.corners:
+    looks = {building.identity for building in world.graph.buildings if building.look == thing.look}
+    for building in (building for building in world.graph.buildings if building.identity in looks):
+        for x, z in building.corners:
             at = world.geometry.first_approach(x, z, max(since, 0), CORNER_NEAR)
             if at is not None and since < at < near - 1 and math.dist((x, z), (own.x, own.z)) > 1.0:
-                yield f"a corner of {house.identity} comes before {thing.identity}"
+                yield f"a corner of {building.identity} comes before {thing.identity}"
 
 
 def faults_of_street(world: GateWorld, since: int, thing: Thing, direction: str, index: int) -> Iterator[str]:
@@ -157,7 +157,7 @@ def _junctions_at(world: GateWorld, index: int) -> list[Junction]:
 
 
 def _earlier_openings(world: GateWorld, since: int, direction: str, index: int) -> int:
-    """Return how many openings between houses, streets or not, the path passes on one side before a turn."""
+    """Return how many openings between buildings, streets or not, the path passes on one side before a turn."""
     passed: list[int] = []
     for landmark in world.all_landmarks:
         if landmark.label.kind == "intersection" and landmark.label.look == direction:

@@ -207,7 +207,7 @@ def _stands_alone(world: GateWorld, where: Where, other: Landmark) -> bool:
 # Visibility
 
 
-def faults_of_sight(world: GateWorld, progress: GateProgress, thing: Thing) -> Iterator[str]:
+def faults_of_visibility(world: GateWorld, progress: GateProgress, thing: Thing) -> Iterator[str]:
     """Yield each thing that cannot be recognised during the last step."""
     at, since = progress.at, progress.since
     until = at - 1 if at > since else since + FORESIGHT

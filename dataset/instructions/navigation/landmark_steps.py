@@ -175,11 +175,11 @@ def _turns(route: DescribedRoute, subject: _Subject, word: str, end: Pose) -> It
 def _building_options(route: DescribedRoute, subject: _Subject) -> Iterator[StepOption]:
     """Yield a walk past a building along its wall, and towards one that is straight ahead."""
     pose, landmark, name = subject.waypoint.pose, subject.landmark, subject.name
-    houses = () if route.graph is None else route.graph.houses
-    house = next((house for house in houses if house.identity == landmark.identity), None)
-    if house is None:
+    buildings = () if route.graph is None else route.graph.buildings
+    building = next((building for building in buildings if building.identity == landmark.identity), None)
+    if building is None:
         return
-    corners = [pose.local(x, z) for x, z in house.corners]
+    corners = [pose.local(x, z) for x, z in building.corners]
     right, along = pose.local(landmark.x, landmark.z)
     nearest = min(corners, key=lambda corner: abs(corner[0]))
     is_aside = all(corner[0] > 0.5 for corner in corners) or all(corner[0] < -0.5 for corner in corners)

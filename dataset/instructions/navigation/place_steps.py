@@ -210,17 +210,17 @@ def _building_corner(route: DescribedRoute, junction: Junction, landmark: Landma
     if not near:
         return None
     _, corner = min(near, key=lambda item: (item[0], item[1].identity))
-    house = next((m for m in route.landmarks if m.identity == corner.building), None)
-    if house is None or not house.seen:
+    building = next((m for m in route.landmarks if m.identity == corner.building), None)
+    if building is None or not building.seen:
         return None
     alike = [
         m
         for m in route.landmarks
-        if m.label == house.label and m is not house and math.dist((m.x, m.z), (at.x, at.z)) < 15.0
+        if m.label == building.label and m is not building and math.dist((m.x, m.z), (at.x, at.z)) < 15.0
     ]
-    if alike or house.label.look == "grey":
+    if alike or building.label.look == "grey":
         return None
-    return Thing("building_corner", look=house.label.look, identity=corner.identity)
+    return Thing("building_corner", look=building.label.look, identity=corner.identity)
 
 
 def _walks(

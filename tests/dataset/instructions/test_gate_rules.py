@@ -202,8 +202,8 @@ def test_a_corner_of_a_building_is_the_first_of_that_look() -> None:
     own, other = house(0, -7.0), house(1, -14.0)
     landmarks = (mark("building/0", -4.0, -5.0, look="brick"), mark("building/1", -4.0, -12.0, look="brick"))
     walk = Walk("to", (Thing("building_corner", look="brick", identity="corner/0"),))
-    for houses, is_first in (((own,), True), ((own, other), False)):
-        graph = StreetGraph(GRAPH.junctions, ROADS, (here,), houses)
+    for buildings, is_first in (((own,), True), ((own, other), False)):
+        graph = StreetGraph(GRAPH.junctions, ROADS, (here,), buildings)
         found = faults(replace(with_marks(*landmarks), graph=graph), walk, TURN)
         assert ("a corner of building/1 comes before corner/0" not in found) == is_first, found
 

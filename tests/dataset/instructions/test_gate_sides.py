@@ -33,14 +33,14 @@ START = Pose(0.0, -15.0, 0.0)
 TURNS = Rotate("right"), Rotate("left")
 
 
-def house(x0: float, z0: float, x1: float, z1: float) -> NamedBuilding:
+def make_building(x0: float, z0: float, x1: float, z1: float) -> NamedBuilding:
     corners = ((x0, z0), (x0, z1), (x1, z1), (x1, z0))
     return NamedBuilding("building/0", (x0 + x1) / 2, (z0 + z1) / 2, corners, ("red",), "red", "", "", ())
 
 
 def world(*landmarks: Landmark, building: NamedBuilding | None = None) -> GateWorld:
-    houses = () if building is None else (building,)
-    return GateWorld(PATH, START, landmarks, PATH[-1], StreetGraph((), (), (), houses))
+    buildings = () if building is None else (building,)
+    return GateWorld(PATH, START, landmarks, PATH[-1], StreetGraph((), (), (), buildings))
 
 
 def walk_between_turns(step: Walk, at: GateWorld) -> list[str]:
@@ -55,12 +55,12 @@ GUIDE = mark("cone/9", 0.0, 1.0)
 RED = Thing("building", look="red", identity="building/0")
 
 BUILDINGS = [
-    (house(11.0, -4.0, 17.0, 6.0), "right", False),  # Straight ahead, on the right only after the second turn.
-    (house(11.0, -4.0, 17.0, 6.0), "left", False),
-    (house(2.0, -9.0, 7.0, -2.0), "right", True),  # Along the street between the turns.
-    (house(2.0, -9.0, 7.0, -2.0), "left", False),
-    (house(2.0, 2.0, 6.0, 9.0), "left", True),
-    (house(10.0, -12.0, 17.0, -3.0), "right", False),  # Ahead on the right, beyond the second turn.
+    (make_building(11.0, -4.0, 17.0, 6.0), "right", False),  # Straight ahead, on the right only after the second turn.
+    (make_building(11.0, -4.0, 17.0, 6.0), "left", False),
+    (make_building(2.0, -9.0, 7.0, -2.0), "right", True),  # Along the street between the turns.
+    (make_building(2.0, -9.0, 7.0, -2.0), "left", False),
+    (make_building(2.0, 2.0, 6.0, 9.0), "left", True),
+    (make_building(10.0, -12.0, 17.0, -3.0), "right", False),  # Ahead on the right, beyond the second turn.
 ]
 
 

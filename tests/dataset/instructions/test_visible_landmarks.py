@@ -63,7 +63,7 @@ SECTION_GRAPH = StreetGraph(
     ),
     roads=(),
     corners=(Corner("corner/0", 3.0, -3.0, "building/2", "junction/0"),),
-    houses=tuple(named_building(number, crossing(), (), ()) for number in range(len(crossing().buildings))),
+    buildings=tuple(named_building(number, crossing(), (), ()) for number in range(len(crossing().buildings))),
 )
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from arramon_dataset.layout.prop_places import PATH_GAP
 from arramon_dataset.release.files import read_release
-from arramon_dataset.release.importer import add_objects, ground_of
+from arramon_dataset.release.importer import add_objects, walked_positions
 from arramon_dataset.release.landmarks.distracters import NAMED_KIND_GAP
 from arramon_dataset.release.landmarks.furniture_grid import FreeSpace, FurnitureGrid
 from arramon_dataset.release.landmarks.mentions import Event
@@ -35,7 +35,7 @@ TEXTS = {
 def episodes() -> list[Episode]:
     _, listed = read_release(SAMPLE)
     first = [replace(each, instructions=TEXTS) for each in listed if each.section == listed[0].section]
-    return [add_objects(episode, ground_of(first)) for episode in first]
+    return [add_objects(episode, walked_positions(first)) for episode in first]
 
 
 @pytest.fixture(scope="module")
