@@ -1,4 +1,4 @@
-"""Demands of generated episodes, counted from the meanings of their instructions.
+"""Demands of generated episodes: the kinds of steps, landmarks and relations that their instructions contain.
 
 See `arramon_server.episodes.demands`. Reading a generated text gives back its meaning, the same in every language.
 Texts by people are not counted, as the parser skips words that it does not know.
@@ -8,8 +8,8 @@ from pathlib import Path
 
 import arramon_lang as lang
 from arramon_dataset.generation.split_maker import SOURCE
+from arramon_lang.coreference import first_mentions, mentions, things_of
 from arramon_lang.meaning import PLACES, Assembly, Face, Navigation, Rotate, Step, Thing, Where
-from arramon_lang.reference import co_reference, mentions, things_of
 from arramon_server.episodes.demands import Demands, TurnDemands, write_demands
 from arramon_server.episodes.episode import Episode
 from arramon_server.episodes.splits import Split, folder_of, read_split
@@ -55,17 +55,17 @@ def episode_demands(episode: Episode, language: str) -> tuple[TurnDemands, TurnD
 
 def _turn_demands(episode: Episode, code: str, turn: int) -> TurnDemands:
     language = lang.load(code)
-    way = language.read(episode.instruction(code, turn, "navigation"), "navigation")
-    place = language.read(episode.instruction(code, turn, "assembly"), "assembly")
-    assert isinstance(way, Navigation)
-    assert isinstance(place, Assembly)
-    stated = [where for step in way.steps for thing in things_of(step) for where in _relations(thing)]
-    stated += _relations(way.target)
+    navigation = language.read(episode.instruction(code, turn, "navigation"), "navigation")
+    assembly = language.read(episode.instruction(code, turn, "assembly"), "assembly")
+    assert isinstance(navigation, Navigation)
+    assert isinstance(assembly, Assembly)
+    stated = [where for step in navigation.steps for thing in things_of(step) for where in _relations(thing)]
+    stated += _relations(navigation.target)
     return TurnDemands(
-        steps=tuple(map(_kind, way.steps)),
-        landmarks=_landmarks(way),
+        steps=tuple(map(_kind, navigation.steps)),
+        landmarks=_landmarks(navigation),
         relations=tuple(where.relation for where in stated),
-        placements=tuple(where.relation for where in place.where),
+        placements=tuple(where.relation for where in assembly.where),
     )
 
 
@@ -80,10 +80,10 @@ def _relations(thing: Thing) -> list[Where]:
     return [found for where in thing.where for found in (where, *(w for t in where.things for w in _relations(t)))]
 
 
-def _landmarks(way: Navigation) -> tuple[str, ...]:
+def _landmarks(navigation: Navigation) -> tuple[str, ...]:
     """Return the sort of each thing named besides the target; repeated mentions count once."""
-    named = list(zip(co_reference(way), mentions(way), strict=True))
-    of_target = next(first for first, thing in named if thing is way.target)
+    named = list(zip(first_mentions(navigation), mentions(navigation), strict=True))
+    of_target = next(first for first, thing in named if thing is navigation.target)
     firsts = {first: thing for number, (first, thing) in enumerate(named) if first == number and first != of_target}
     return tuple(_sort(thing.kind) for thing in firsts.values() if thing.kind != "you")
 

@@ -9,18 +9,18 @@ import arramon_lang as lang
 from arramon_client.agent import Agent
 from arramon_client.plugin.loader import load_agent
 from arramon_client.world import TURN, Action
-from arramon_dataset.alignment.model import contradicts
-from arramon_dataset.alignment.routes import Tokens
+from arramon_dataset.alignment.model import contradicts_route
+from arramon_dataset.alignment.route_tokens import Tokens
 from arramon_dataset.demands import add_demands
 from arramon_dataset.generation import Draft, GenerationSite
 from arramon_dataset.generation.command import generate
-from arramon_dataset.generation.sizes import select_plans
 from arramon_dataset.generation.split_maker import GenerationProgress
+from arramon_dataset.generation.split_specs import select_specs
 from arramon_dataset.instructions.assembly.plan import plan_assembly
-from arramon_dataset.instructions.assembly.sight import whole_room
+from arramon_dataset.instructions.assembly.visible_objects import whole_room
 from arramon_dataset.instructions.gate.assembly import faults_of_assembly
 from arramon_dataset.instructions.gate.texts import faults_of_text
-from arramon_dataset.instructions.sight import poses_along
+from arramon_dataset.instructions.visible_landmarks import poses_along
 from arramon_dataset.randomness import seeded
 from arramon_dataset.trial import EarlyStop, TrialWorld, play_or_stop_early
 from arramon_dataset.turn_planner import TurnPlanner
@@ -119,7 +119,7 @@ class InstructionWriter:
             turns = []
             for number, (turn, meanings, route) in enumerate(zip(draft.turns, plan, routes, strict=True), start=1):
                 navigation = _phrase(code, "navigation", turn, meanings[0], voice, (*names, code, number))
-                if navigation is None or contradicts(navigation, code, route):
+                if navigation is None or contradicts_route(navigation, code, route):
                     return None
                 assembly = _phrase(code, "assembly", turn, meanings[1], voice, (*names, code, number))
                 if assembly is None:
@@ -134,13 +134,13 @@ class InstructionWriter:
         The follower acts on a text's meaning alone, so languages whose texts have equal meanings are tried once.
         """
         episode = draft.with_instructions(texts)
-        world = TrialWorld(site.world, site.camera, room_camera())
+        world = TrialWorld(site.physics, site.camera, room_camera())
         first_of = {_readings(texts[code], code): code for code in reversed(self._languages)}
         return all(self._passes(episode, code, world) for code in first_of.values())
 
     def _passes(self, episode: Episode, code: str, world: TrialWorld) -> bool:
         scores = play_or_stop_early(self.make_follower(), episode, code, world, EarlyStop(episode.turns, MIN_NDTW))
-        return scores is not None and passes(scores)
+        return scores is not None and passes_trial(scores)
 
 
 def make_instruction_writer() -> InstructionWriter:
@@ -180,7 +180,7 @@ def generate_splits(
     scale: float,
     seed: int,
     jobs: int,
-    tell: Callable[[str], None],
+    write_line: Callable[[str], None],
     trial: bool = True,
     sections: int | None = None,
     secret: str = "",
@@ -193,32 +193,32 @@ def generate_splits(
     """
     made = generate(
         data,
-        select_plans(names, sections),
+        select_specs(names, sections),
         scale=scale,
         seed=seed,
         jobs=jobs,
         make_writer=make_instruction_writer if trial else make_writer_without_trial,
-        on_progress=throttled(tell),
+        on_progress=throttled_progress(write_line),
         tried=trial,
         secret=secret,
     )
     return [split if split.training else add_demands(data, split) for split in made]
 
 
-def throttled(tell: Callable[[str], None]) -> Callable[[GenerationProgress], None]:
-    """Return a callback that passes progress to `tell`: a split's first and last, and one in REPORT_SECONDS between."""
+def throttled_progress(write_line: Callable[[str], None]) -> Callable[[GenerationProgress], None]:
+    """Return a callback that writes each split's first and last progress, and one in REPORT_SECONDS between."""
     reported: dict[str, float] = {}
 
     def report(progress: GenerationProgress) -> None:
         since = progress.seconds - reported.get(progress.split, 0.0)
         if since >= REPORT_SECONDS or progress.done in (progress.kept, progress.total):
             reported[progress.split] = progress.seconds
-            tell(str(progress))
+            write_line(str(progress))
 
     return report
 
 
-def passes(scores: EpisodeScores) -> bool:
+def passes_trial(scores: EpisodeScores) -> bool:
     """Return whether scores pass the paper's second validation stage, with the right objects picked up."""
     return all(turn["nDTW"] > MIN_NDTW and all(turn[name] == 1.0 for name in MUST_BE_ONE) for turn in scores.turns)
 
@@ -258,12 +258,12 @@ def _phrase(code: str, phase: str, turn: Turn, meaning: Meaning, voice: Voice, n
         code,
         phase,
         target=Thing(target.kind, target.colour, target.pattern),
-        first_turn=first_turn(turn.actions),
+        first_turn=initial_turn_angle(turn.actions),
     )
     return None if any_blocks(failures) or faults_of_text(text, code, meaning) else text
 
 
-def first_turn(actions: tuple[Action, ...]) -> float:
+def initial_turn_angle(actions: tuple[Action, ...]) -> float:
     """Return the absolute angle in degrees by which a ground truth turns before its first step forward."""
     turned = 0.0
     for action in actions:

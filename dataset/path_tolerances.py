@@ -1,4 +1,4 @@
-"""Limits by which planner, gate and facts judge a path, side by side, each with the reason why they differ.
+"""Limits by which planner, gate and facts judge a path, side by side, with the reasons why they differ.
 
 PLANNED limits are those of the planner (`instructions/navigation`), which states only what holds within them. ACCEPTED
 limits are those of the gate (`instructions/gate`), which rejects what people would not accept; they are wider than the

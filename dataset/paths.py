@@ -82,7 +82,7 @@ def offset_seen_from(view: Place, place: Place, other: Place) -> tuple[float, fl
     return Pose(*place, bearing(view, place)).local(*other)
 
 
-def along_relation(relation: str, right: float, behind: float) -> tuple[float, float] | None:
+def relation_offset(relation: str, right: float, behind: float) -> tuple[float, float] | None:
     """Return a landmark's offset in the direction that a relation to it implies, and across, in units.
 
     Args:
@@ -238,7 +238,7 @@ class PathGeometry:
         """Return the index, from `first` to `last`, where the path is nearest to a place; the first of several."""
         return min(range(first, min(last + 1, len(self.places))), key=lambda i: math.dist(self.places[i], place))
 
-    def closest(self, x: float, z: float, since: int, limit: float) -> int | None:
+    def first_approach(self, x: float, z: float, since: int, limit: float) -> int | None:
         """Return the index of the closest place of the path's first approach to (x, z) within `limit`; None if none."""
         best: int | None = None
         for index in range(since, len(self.places)):

@@ -1,12 +1,12 @@
 """Planning of valid navigation instructions for one turn of a draft."""
 
-from arramon_dataset.alignment.routes import Tokens, tokens_of
+from arramon_dataset.alignment.route_tokens import Tokens, tokens_of
 from arramon_dataset.generation.site import GenerationSite
 from arramon_dataset.instructions.gate.navigation import NavigationCheck, faults_of_navigation
 from arramon_dataset.instructions.gate.world import GateWorld
 from arramon_dataset.instructions.navigation.plan import plan_navigation
-from arramon_dataset.instructions.sight import find_landmarks, poses_along
-from arramon_dataset.paraphrases.route import facts_along
+from arramon_dataset.instructions.visible_landmarks import find_landmarks, poses_along
+from arramon_dataset.paraphrases.route_facts import facts_along
 from arramon_dataset.randomness import seeded
 from arramon_lang.meaning import Navigation
 from arramon_server.episodes.episode import Turn
@@ -28,9 +28,9 @@ class TurnPlanner:
     def __init__(self, start: Pose, turn: Turn, site: GenerationSite) -> None:
         self.turn, self.site = turn, site
         self._poses = poses_along(start, turn.path, turn.actions)
-        self._marks = find_landmarks(self._poses, turn.street, site.section, site.sight, site.graph)
+        self._landmarks = find_landmarks(self._poses, turn.street, site.section, site.landmark_camera, site.graph)
         goal = turn.target.position.x, turn.target.position.z
-        self._world = GateWorld(turn.path, self._poses[0], self._marks, goal, site.graph, self._poses)
+        self._world = GateWorld(turn.path, self._poses[0], self._landmarks, goal, site.graph, self._poses)
         self._drawn: dict[tuple[object, ...], Navigation | None] = {}
 
     def navigation(self, names: tuple[object, ...]) -> Navigation | None:
@@ -41,12 +41,12 @@ class TurnPlanner:
 
     def tokens(self) -> Tokens:
         """Return the tokens of its route, for the alignment check, which shares nothing with the grammar."""
-        return tokens_of(facts_along(self.turn, self._poses, self._marks), self.turn.target.type)
+        return tokens_of(facts_along(self.turn, self._poses, self._landmarks), self.turn.target.type)
 
     def _draw(self, names: tuple[object, ...]) -> Navigation | None:
         turn, check = self.turn, NavigationCheck(self._world)
         random = seeded(*names)
         meaning = plan_navigation(
-            turn.path, self._poses, turn.target, turn.street, self._marks, random, self.site.graph, check
+            turn.path, self._poses, turn.target, turn.street, self._landmarks, random, self.site.graph, check
         )
         return None if meaning is None or faults_of_navigation(meaning, self._world) else meaning

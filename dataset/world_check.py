@@ -3,10 +3,10 @@
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from arramon_dataset.release.landmarks.agreement import WITHIN, by_kind, mentions_of, placed_things
+from arramon_dataset.release.landmarks.agreement import WITHIN, landmarks_by_kind, mentions_of, placed_things
 from arramon_dataset.release.landmarks.alignment import align
-from arramon_dataset.release.landmarks.city import KNOWN
 from arramon_dataset.release.landmarks.mentions import Event, events_of
+from arramon_dataset.release.landmarks.rebuilt_section import KNOWN
 from arramon_dataset.release.landmarks.recovery import LandmarkMap
 from arramon_dataset.release.landmarks.turn_paths import paths_of_turns
 from arramon_lang.quality import SUSPICIOUS, Failure
@@ -38,7 +38,7 @@ def missing_furniture(text: str, language: str, episode: Episode, turn: int, sec
         return []
     path = paths_of_turns(episode)[turn - 1]
     things = placed_things(furnished(section, episode.furniture).props)
-    aligned = align(events, path, LandmarkMap.of(by_kind(things, KNOWN)).fit)
+    aligned = align(events, path, LandmarkMap.of(landmarks_by_kind(things, KNOWN)).fit)
     return [
         Failure(CHECK, SUSPICIOUS, _message(event, turn, place, tuple(path.places[place])))
         for event, place, thing in mentions_of(events, aligned, path, things)
@@ -59,7 +59,7 @@ def _message(event: Event, turn: int, place: int, at: tuple[float, ...]) -> str:
 def check_in_world(
     data: Path, episode_id: str, split: str | None, turn: int | None, language: str, texts: Iterable[str] = ()
 ) -> Iterator[tuple[str, int, tuple[Failure, ...]]]:
-    """Yield navigation texts with their turns and the failures of `missing`.
+    """Yield each navigation text, its turn and the failures of `missing_furniture`.
 
     Args:
         data: the data folder.

@@ -14,7 +14,7 @@ from arramon_lang.reading.mentions import Mention, find_mentions
 from arramon_lang.reading.outline import OutlineEntry
 from arramon_lang.reading.parser import InstructionParser
 from arramon_lang.reading.relations import Relations
-from arramon_lang.tokens import Tokenizer
+from arramon_lang.tokens import ScriptTokenizer
 from arramon_lang.writing.voice import Voice, draw_voice
 from arramon_lang.writing.writer import Writer
 
@@ -57,7 +57,7 @@ class Language:
         if self.code != folder.name:
             raise ValueError(f"{folder / _ABOUT}: code {self.code!r}; expected the folder's name, {folder.name!r}")
         self._folder = folder
-        self._tokenizer = Tokenizer(about["letters"], about["digits"], about["ignored"])
+        self._tokenizer = ScriptTokenizer(about["letters"], about["digits"], about["ignored"])
         self._words = _read(folder / "lexicon.toml")
         self._lexicon = Lexicon(self._words, self._tokenizer)
         self._relation_words = _read(folder / "relations.toml")

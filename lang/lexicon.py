@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
-from arramon_lang.tokens import Token, Tokenizer
+from arramon_lang.tokens import ScriptTokenizer, Token
 
 FUZZY_LENGTH = 5
 """Minimum number of letters of a word that is recognised with one typing error."""
@@ -57,7 +57,7 @@ class Lexicon:
         ValueError: if a table is missing, or a phrase is listed with two meanings.
     """
 
-    def __init__(self, data: Mapping[str, Any], tokenizer: Tokenizer) -> None:
+    def __init__(self, data: Mapping[str, Any], tokenizer: ScriptTokenizer) -> None:
         self._entries: dict[tuple[str, ...], tuple[WordRole, str]] = {}
         for role, value, phrase in _listed(data):
             key = keys_of(tokenizer.split(phrase))

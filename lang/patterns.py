@@ -132,18 +132,18 @@ def _choice(options: list[list[str | Slot | Alternatives]], weights: list[float]
     return Alternatives(tuple(map(tuple, [*options, *nothing])), () if set(weights) == {1.0} else tuple(weights))
 
 
-def needed(body: Sequence, fillable: frozenset[str]) -> frozenset[str]:
+def required_slots(body: Sequence, fillable: frozenset[str]) -> frozenset[str]:
     """Return the `fillable` slots that every variant of the sequence contains."""
     names: set[str] = set()
     for part in body:
         if isinstance(part, Slot) and part.name in fillable:
             names.add(part.name)
         elif isinstance(part, Alternatives):
-            names |= frozenset.intersection(*(needed(option, fillable) for option in part.options))
+            names |= frozenset.intersection(*(required_slots(option, fillable) for option in part.options))
     return frozenset(names)
 
 
-def possible(body: Sequence, fillable: frozenset[str]) -> frozenset[str]:
+def possible_slots(body: Sequence, fillable: frozenset[str]) -> frozenset[str]:
     """Return the `fillable` slots that some variant of the sequence contains."""
     return frozenset(slot.name for slot in _slots(body) if slot.name in fillable)
 

@@ -27,7 +27,7 @@ class Token(NamedTuple):
         return self.text.casefold()
 
 
-class Tokenizer:
+class ScriptTokenizer:
     """Splits texts of one language into tokens.
 
     Args:

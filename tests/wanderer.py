@@ -22,7 +22,7 @@ def main(data: Path) -> None:
     from arramon_server.runs.play.worlds import Worlds
     from arramon_server.sim.rules import Limits
 
-    (split,) = generate_splits(data, ["val_unseen"], scale=3 / 1155, seed=1, jobs=1, tell=lambda _: None)
+    (split,) = generate_splits(data, ["val_unseen"], scale=3 / 1155, seed=1, jobs=1, write_line=lambda _: None)
     heads, scores, places, blocked = [], [], hashlib.sha256(), 0
     with closing(Worlds({split.name: split})) as worlds:
         for episode in split.episodes.values():

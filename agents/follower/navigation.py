@@ -13,7 +13,14 @@ from arramon_agents.mapping.target import PICK_UP_TO, find_target, has_seen_refe
 from arramon_client.agent import Action
 from arramon_client.world import HEADINGS
 from arramon_lang.meaning import PLACES, Face, Navigation, Rotate, Step, Thing, Walk
-from arramon_lang.street import CROSSED_DISTANCE, DEGREES, PASSED_WITHIN, PAST_DISTANCE, REACHED_WITHIN, TURN_OFFSETS
+from arramon_lang.street_words import (
+    CROSSED_DISTANCE,
+    DEGREES,
+    PASSED_WITHIN,
+    PAST_DISTANCE,
+    REACHED_WITHIN,
+    TURN_OFFSETS,
+)
 
 PASSED_DISTANCE = 0.5
 """Distance in units ahead at which a place counts as passed."""

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from arramon_agents.mapping.landmark_memory import LandmarkMemory, MappedLandmark, landmarks_ahead
 from arramon_lang.meaning import Thing
-from arramon_lang.street import COUNTED_WITHIN, GROUP_RADIUS
+from arramon_lang.street_words import COUNTED_WITHIN, GROUP_RADIUS
 
 ORDINALS = {"first": 0, "second": 1, "third": 2, "last": -1}
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from arramon_agents.mapping.ground_map import GroundMap
-from arramon_lang.street import OPENING_DEPTH, OPENING_INSET, OPENING_RANGE, SAME_OPENING
+from arramon_lang.street_words import OPENING_DEPTH, OPENING_INSET, OPENING_RANGE, SAME_OPENING
 
 OFFSETS = np.arange(-3.0, 14.0, 0.5)
 """Places along the walk to examine, in units from the agent."""

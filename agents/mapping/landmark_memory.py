@@ -9,7 +9,7 @@ from arramon_agents.perception.scan import Sighting
 from arramon_client.agent import Label
 from arramon_client.world import COLLECTIBLES
 from arramon_lang.meaning import Thing
-from arramon_lang.street import OFF_AXIS_WEIGHT, is_of_colour
+from arramon_lang.street_words import OFF_AXIS_WEIGHT, is_of_colour
 
 if TYPE_CHECKING:
     from arramon_agents.perception.eyes.named_things import NamedThing  # It needs PyTorch.

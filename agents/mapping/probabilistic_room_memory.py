@@ -13,7 +13,7 @@ from arramon_agents.perception.eyes.predicted_segmentation import label_of
 from arramon_agents.perception.eyes.vocabulary import KINDS
 from arramon_client.agent import Label
 from arramon_client.world import CELL_SIZE, COLLECTIBLES, COLUMNS, ROWS
-from arramon_lang.room import Cell, Room, RoomObject
+from arramon_lang.cell_grading import Cell, Room, RoomObject
 
 OBJECT_RADIUS = 0.2
 """Distance from the visible side of an object to its centre, in units."""

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from arramon_client.agent import Label
 from arramon_client.world import CELL_SIZE, COLUMNS, EYE_HEIGHT, FIELD_OF_VIEW, ROWS
-from arramon_lang.room import Cell, Room, RoomObject
+from arramon_lang.cell_grading import Cell, Room, RoomObject
 
 if TYPE_CHECKING:
     from arramon_agents.perception.eyes.named_things import NamedThing  # It needs PyTorch.

@@ -8,8 +8,8 @@ from arramon_agents.mapping.room_memory import RoomMemory
 from arramon_agents.mapping.room_path import RoomPose, plan, quarter_and_turns
 from arramon_client.agent import Action, Observation
 from arramon_client.world import TURN_DEGREES
+from arramon_lang.cell_grading import START, Cell, Room, find_cell, is_all_there, quarter_after
 from arramon_lang.meaning import Assembly
-from arramon_lang.room import START, Cell, Room, find_cell, is_all_there, quarter_after
 
 if TYPE_CHECKING:
     from arramon_agents.perception.eyes.named_things import NamedThing  # It needs PyTorch.
@@ -28,7 +28,7 @@ FindCell = Callable[[Assembly, Room], Cell]
 
 
 def find_by_rules(meaning: Assembly, room: Room) -> Cell:
-    """Return the cell that matches an instruction best, by the rules of `arramon_lang.room`."""
+    """Return the cell that matches an instruction best, by the rules of `arramon_lang.cell_grading`."""
     return find_cell(meaning, room)[0]
 
 
@@ -38,7 +38,7 @@ class RoomPlayer:
     Args:
         meaning: meaning of the instruction; parts that match nothing in the room are ignored.
         memory: empty memory of the room.
-        find: chooses the target cell; None for the rules of `arramon_lang.room`.
+        find: chooses the target cell; None for the rules of `arramon_lang.cell_grading`.
     """
 
     def __init__(self, meaning: Assembly, memory: RoomMemory, find: FindCell | None = None) -> None:

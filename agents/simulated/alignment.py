@@ -9,8 +9,8 @@ import numpy.typing as npt
 from arramon_agents.reading.reader.slots import FACE, ROTATE, SLOTS, TARGET, TYPES, WHERE, Row
 from arramon_agents.simulated.courses import Course
 from arramon_agents.vl_map.features import NamedAttributes, named_attributes
-from arramon_dataset.layout.solids import to_rectangle
-from arramon_lang.street import DEGREES
+from arramon_dataset.layout.solids import distance_from_rectangle
+from arramon_lang.street_words import DEGREES
 
 MAX_COST_DISTANCE, MAX_COST_TURN = 6.0, math.radians(60.0)
 """Distance from the thing of a row, in units, and difference from the turn of a row at which the cost reaches its
@@ -87,7 +87,9 @@ def _distances(course: Course, thing: NamedAttributes) -> Costs | None:
         distances: Costs = np.hypot(path[:, 0, None] - places[:, 0], path[:, 1, None] - places[:, 1])
         return distances
     walls = [
-        to_rectangle(path, np.array((house.x, house.z)), np.array((house.half_width, house.half_length)), house.heading)
+        distance_from_rectangle(
+            path, np.array((house.x, house.z)), np.array((house.half_width, house.half_length)), house.heading
+        )
         for house in course.world.section.buildings
         if thing.is_facade(house.facade)
     ]

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from arramon_client.world import COLUMNS, ROWS
-from arramon_dataset.generation.streets import Streets
+from arramon_dataset.generation.navigation_tasks import NavigationTaskSampler
 from arramon_dataset.plans import build_section, read_plan
 from arramon_server.sim.cameras import Actor, Viewpoint
 from arramon_server.sim.catalogue import ALL_TYPES
@@ -79,7 +79,7 @@ class _Street:
 
     @cached_property
     def places(self) -> npt.NDArray[np.float64]:
-        return Streets(self.section).places
+        return NavigationTaskSampler(self.section).places
 
 
 class FrameSource:

@@ -9,7 +9,7 @@ from arramon_agents.perception.eyes.vocabulary import LOOK_GROUPS
 from arramon_agents.reading.reader.reader import LearnedReader
 from arramon_agents.reading.reader.slots import Row, rows_of
 from arramon_client.world import COLLECTIBLE_COLOURS, COLLECTIBLES
-from arramon_lang.room import Cell, Room, RoomObject
+from arramon_lang.cell_grading import Cell, Room, RoomObject
 from arramon_server.episodes.episode import Episode
 
 WALLS = {"brick": 0, "wood": 1, "striped": 2, "spotted": 3}

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from arramon_agents.perception.eyes.vocabulary import Codes, codes_of
 from arramon_client.world import AGENT_RADIUS
 from arramon_dataset.generation.clearance_raster import CELL, ClearanceRaster
-from arramon_dataset.layout.solids import to_rectangle
+from arramon_dataset.layout.solids import distance_from_rectangle
 from arramon_server.sim.assets.furniture import piece_of
 from arramon_server.sim.city import label_of_prop
 from arramon_server.sim.rules import Collectible
@@ -91,7 +91,7 @@ class StreetWorld:
         self.houses = np.zeros((columns, rows), np.int16)  # The building's number, from 1.
         for number, building in enumerate(section.buildings, start=1):
             half = np.array((building.half_width, building.half_length))
-            inside = to_rectangle(places, np.array((building.x, building.z)), half, building.heading) <= 0.0
+            inside = distance_from_rectangle(places, np.array((building.x, building.z)), half, building.heading) <= 0.0
             self.houses[inside] = number
         self.props = [prop for prop in section.props if prop.kind != ""]
 

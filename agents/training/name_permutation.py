@@ -15,9 +15,9 @@ import arramon_lang as lang
 from arramon_agents.perception.eyes.grid import CHANNEL_NAMES
 from arramon_agents.perception.eyes.vocabulary import COLOURED, LOOK_GROUPS
 from arramon_client.world import BANNER_COLOURS, COLLECTIBLE_COLOURS, COLLECTIBLES, FURNITURE
+from arramon_lang.cell_grading import RoomObject
+from arramon_lang.coreference import mentions
 from arramon_lang.meaning import Assembly, Face, Meaning, Navigation, Rotate, Step, Thing, Walk
-from arramon_lang.reference import mentions
-from arramon_lang.room import RoomObject
 
 Names = Mapping[str, str]
 """New name by old name."""

@@ -10,7 +10,7 @@ from arramon_agents.vl_grounded.look_around import LookAround, attributes_in_roo
 from arramon_agents.vl_grounded.network import Grounded
 from arramon_client.agent import Action
 from arramon_client.world import COLUMNS
-from arramon_lang.room import START
+from arramon_lang.cell_grading import START
 
 RESERVED_STEPS = 26
 """Steps reserved for walking to any cell and placing the object; with no more left, the agent stops looking around."""

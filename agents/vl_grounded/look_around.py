@@ -13,7 +13,7 @@ from arramon_agents.vl_grounded.attributes import KINDS, LOOKS, Attributes
 from arramon_agents.vl_grounded.placement_network import CELLS, LEVELS
 from arramon_client.agent import Action
 from arramon_client.world import COLLECTIBLES, COLUMNS, TURN_DEGREES
-from arramon_lang.room import RoomObject
+from arramon_lang.cell_grading import RoomObject
 
 TURNS = (*[Action.LEFT] * 3, *[Action.RIGHT] * 6)
 """Turns that show the whole room, without the wall behind the start tile."""

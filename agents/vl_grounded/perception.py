@@ -16,7 +16,7 @@ from arramon_agents.perception.eyes.scores import MIN_LABEL_PIXELS, cells_showin
 from arramon_agents.vl_grounded.look_around import LookAround
 from arramon_client.agent import Episode, Label, Observation
 from arramon_client.world import COLLECTIBLES
-from arramon_lang.room import START
+from arramon_lang.cell_grading import START
 
 Features = npt.NDArray[np.uint8]
 

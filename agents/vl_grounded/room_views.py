@@ -16,7 +16,7 @@ from arramon_agents.vl_grounded.look_around import LookAround
 from arramon_client.agent import Action, Observation
 from arramon_client.environments.backend import Player
 from arramon_client.world import ASSEMBLY, COLUMNS, ROWS, TURN_DEGREES
-from arramon_lang.room import START, Cell, RoomObject
+from arramon_lang.cell_grading import START, Cell, RoomObject
 
 VERSION = 1
 

@@ -26,7 +26,7 @@ from arramon_agents.vl_grounded.network import Grounded
 from arramon_agents.vl_grounded.odometry import odometry
 from arramon_agents.vl_grounded.room_views import RoomView
 from arramon_client.world import COLLECTIBLE_COLOURS, COLLECTIBLES, COLUMNS, NAVIGATION
-from arramon_lang.room import RoomObject
+from arramon_lang.cell_grading import RoomObject
 
 NAMING, PLACING = 0.3, 1.0
 """Loss weights: of the auxiliary loss (attributes of the target object) and of placement; navigation has weight 1."""

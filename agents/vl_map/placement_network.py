@@ -15,8 +15,8 @@ from torch import Tensor, nn
 
 from arramon_agents.reading.reader.slots import ROTATE, SLOTS, TYPES, WHERE, Row, rows_of
 from arramon_client.world import COLUMNS, ROWS
+from arramon_lang.cell_grading import START, Cell, Room
 from arramon_lang.meaning import TURNS, Assembly
-from arramon_lang.room import START, Cell, Room
 
 MAX_RELATIONS, MAX_THINGS, MAX_TURNS = 4, 24, 2
 """Maximum numbers of relations, objects and turns in the input."""

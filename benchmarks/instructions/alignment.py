@@ -12,11 +12,11 @@ minutes, as the routes are looked at through the camera.
 from collections.abc import Mapping
 from random import Random
 
-from arramon_dataset.alignment.model import DATA, MOST_BETTER, OTHERS, Alignment, contradicts, load
-from arramon_dataset.alignment.routes import Tokens, mirrored, tokens_of
+from arramon_dataset.alignment.model import DATA, MOST_BETTER, OTHERS, AlignmentModel, contradicts_route, load
+from arramon_dataset.alignment.route_tokens import Tokens, mirrored, tokens_of
 from arramon_dataset.generation.site import GenerationSite
 from arramon_dataset.paraphrases.collection import HALVES, generated_episodes, paraphrased_section, paraphrases
-from arramon_dataset.paraphrases.route import route_facts
+from arramon_dataset.paraphrases.route_facts import route_facts
 from arramon_dataset.randomness import seeded
 from benchmarks.common import parser_of
 from benchmarks.instructions.alignment_training import learn, save
@@ -57,7 +57,7 @@ def with_one_turn_reversed(route: Tokens, random: Random) -> Tokens | None:
     return (*route[:chosen], *mirrored(route[chosen : chosen + 1]), *route[chosen + 1 :])
 
 
-def measure(model: Alignment, texts: Mapping[Key, str], routes: Mapping[Key, Tokens]) -> str:
+def measure(model: AlignmentModel, texts: Mapping[Key, str], routes: Mapping[Key, Tokens]) -> str:
     """Return the share of texts that fit their own route better than others."""
     random = seeded("alignment")
     keys = sorted(texts)
@@ -84,8 +84,8 @@ def _contradicted(language: str, routes: Mapping[Key, Tokens], show: int) -> str
     for key, text in texts.items():
         other = routes[random.choice([each for each in keys if each[0] != key[0]])]
         for name, route in zip(counts, (routes[key], mirrored(routes[key]), other), strict=True):
-            counts[name] += contradicts(text, language, route)
-        if show > 0 and contradicts(text, language, routes[key]):
+            counts[name] += contradicts_route(text, language, route)
+        if show > 0 and contradicts_route(text, language, routes[key]):
             show -= 1
             print(f"  {key[0]}/{key[1]}: {text}\n    {' '.join(routes[key])}")
     return ", ".join(f"{name} {count / len(texts):.3f}" for name, count in counts.items())

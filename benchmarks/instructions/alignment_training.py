@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from arramon_dataset.alignment.model import DIGITS, Alignment, posteriors, words_of
-from arramon_dataset.alignment.routes import Tokens
+from arramon_dataset.alignment.model import DIGITS, AlignmentModel, posteriors, words_of
+from arramon_dataset.alignment.route_tokens import Tokens
 
 ITERATIONS, SMOOTHING = 8, 0.02
 """Iterations of training; smoothing added to each expected count."""
@@ -18,7 +18,7 @@ MIN_COUNT = 2
 """Least number of occurrences of a word in training; rarer words are ignored."""
 
 
-def learn(pairs: Iterable[tuple[str, Tokens]], others: int) -> Alignment:
+def learn(pairs: Iterable[tuple[str, Tokens]], others: int) -> AlignmentModel:
     """Train a model on texts with their routes; `others` of the routes are kept for comparison."""
     listed = [(words_of(text), route) for text, route in pairs]
     counts = Counter(word for words, _ in listed for word in words)
@@ -36,10 +36,10 @@ def learn(pairs: Iterable[tuple[str, Tokens]], others: int) -> Alignment:
             np.add.at(expected, (np.array([0, *rows])[None, :], np.array(known)[:, None]), parts)
         table = expected / expected.sum(axis=1, keepdims=True)
     step = max(1, len(listed) // others)
-    return Alignment(words, tokens, table, tuple(route for _, route in listed[::step])[:others])
+    return AlignmentModel(words, tokens, table, tuple(route for _, route in listed[::step])[:others])
 
 
-def save(model: Alignment, path: Path) -> None:
+def save(model: AlignmentModel, path: Path) -> None:
     """Write a model, the same bytes for the same model."""
     rows = [{str(n): round(float(p), DIGITS) for n, p in enumerate(row) if p >= 10.0**-DIGITS} for row in model.table]
     document = {"words": list(model.words), "tokens": list(model.tokens), "table": rows, "others": model.others}

@@ -7,9 +7,9 @@ selection. Prints the paper's table, and the share that would be kept; `--json` 
 
 import arramon_lang as lang
 from arramon_dataset.generation import GenerationSite
-from arramon_dataset.generation.check import problems
-from arramon_dataset.generation.sizes import select_plans
-from arramon_dataset.instruction_writer import make_instruction_writer, passes, room_camera
+from arramon_dataset.generation.check import faults_of_episode
+from arramon_dataset.generation.split_specs import select_specs
+from arramon_dataset.instruction_writer import make_instruction_writer, passes_trial, room_camera
 from arramon_dataset.plans import build_section, read_plan
 from arramon_dataset.trial import TrialWorld, play
 from arramon_server.scoring.aggregate import ROWS, aggregate
@@ -30,7 +30,7 @@ def main() -> None:
     add_json(parser)
     arguments = parser.parse_args()
 
-    (split,) = select_plans([arguments.split])
+    (split,) = select_specs([arguments.split])
     episodes = list(split.episodes())[: arguments.episodes]
     writer, languages = make_instruction_writer(), lang.available()
     plans = {section: read_plan(section) for _, section in episodes}
@@ -43,16 +43,16 @@ def main() -> None:
             names = (arguments.seed, split.name, episode_id, attempt)
             draft = site.sampler.draw(episode_id, (*names, "draft"))
             texts = next(writer.candidates(draft, site, (*names, "words")), None)
-            if texts is not None and not problems(draft, site.solids, site.world):
+            if texts is not None and not faults_of_episode(draft, site.solids, site.physics):
                 break
             rejected += 1
         else:
             raise SystemExit(f"no instruction could be written for 20 drafts of episode {episode_id}")
-        world = TrialWorld(site.world, site.camera, room_camera())
+        world = TrialWorld(site.physics, site.camera, room_camera())
         played = {code: play(writer.make_follower(), draft.with_instructions(texts), code, world) for code in languages}
         for code, score in played.items():
             scores[code].append(score)
-        kept += all(map(passes, played.values()))
+        kept += all(map(passes_trial, played.values()))
 
     rows: dict[str, dict[str, dict[str, float]]] = {}
     print(

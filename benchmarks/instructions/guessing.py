@@ -65,7 +65,7 @@ def main() -> None:
         site = sites[episode.section]
         if not episode.furniture.is_empty:
             site = GenerationSite(furnished(site.section, episode.furniture))
-        world = TrialWorld(site.world, site.camera, room_camera())
+        world = TrialWorld(site.physics, site.camera, room_camera())
         full, other = episode.instructions[LANGUAGE], chosen[number - 1].instructions[LANGUAGE]
         swapped = [Instructions(o.navigation, f.assembly) for o, f in zip(other, full, strict=True)]
         variants: dict[str, Texts] = {

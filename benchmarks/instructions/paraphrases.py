@@ -18,7 +18,7 @@ import arramon_lang as lang
 from arramon_agents.follower import Agent as Follower
 from arramon_dataset.generation.site import GenerationSite
 from arramon_dataset.instruction_writer import room_camera
-from arramon_dataset.instructions.assembly.sight import whole_room
+from arramon_dataset.instructions.assembly.visible_objects import whole_room
 from arramon_dataset.paraphrases.collection import (
     HALVES,
     Paraphrase,
@@ -27,10 +27,10 @@ from arramon_dataset.paraphrases.collection import (
     paraphrased_section,
     paraphrases,
 )
-from arramon_dataset.paraphrases.room import room_before
+from arramon_dataset.paraphrases.room_facts import room_before
 from arramon_dataset.trial import TrialWorld, play
+from arramon_lang.cell_grading import find_cell
 from arramon_lang.meaning import Assembly, Meaning, Navigation
-from arramon_lang.room import find_cell
 from arramon_server.episodes.episode import Episode
 from benchmarks.common import parser_of
 from benchmarks.instructions.agreement import assembly_agrees, navigation_agrees
@@ -123,7 +123,7 @@ def _share(results: Iterable[bool]) -> str:
 def _playing(language: str, ids: Sequence[str]) -> None:
     section = paraphrased_section()
     site = GenerationSite(section)
-    world = TrialWorld(site.world, site.camera, room_camera())
+    world = TrialWorld(site.physics, site.camera, room_camera())
     sources = {"paraphrases": paraphrased_episodes(), "the grammar's texts": generated_episodes()}
     for name, episodes in sources.items():
         scores = [_scores(episode, language, world) for episode in episodes if episode.episode_id in ids]

@@ -14,9 +14,16 @@ from pathlib import Path
 from PIL import Image
 
 from arramon_dataset.generation.site import GenerationSite
-from arramon_dataset.paraphrases.room import room_facts
-from arramon_dataset.paraphrases.route import route_facts
-from arramon_dataset.paraphrases.sheet import beside, draw_arrow, draw_object, frames, sheets_of_split, street_map
+from arramon_dataset.paraphrases.room_facts import room_facts
+from arramon_dataset.paraphrases.route_facts import route_facts
+from arramon_dataset.paraphrases.sheet import (
+    agent_frames,
+    draw_arrow,
+    draw_object,
+    sheets_of_split,
+    street_map,
+    with_views_beside,
+)
 from arramon_dataset.pictures.canvas import add_title
 from arramon_dataset.pictures.maps import PROPS
 from arramon_server.episodes.episode import Episode
@@ -40,7 +47,7 @@ def reader_sheet(episode: Episode, number: int, site: GenerationSite) -> tuple[I
     title = f"episode {episode.episode_id}, turn {number}: start at the arrow"
     start = facts.poses[0]
     shown = {"start": start, **{f"{60 * n} degrees right": start.turned(60.0 * n) for n in range(1, 6)}}
-    picture = beside(add_title(chart.image, [title]), frames(shown, turn, site))
+    picture = with_views_beside(add_title(chart.image, [title]), agent_frames(shown, turn, site))
     return picture, "\n".join([*lines, *room_facts(episode, number, with_goal=False)]) + "\n"
 
 

@@ -11,9 +11,9 @@ import numpy as np
 
 from arramon_dataset.layout.furniture_colours import COLOURS, SHAPE_COLOURS
 from arramon_dataset.layout.grid import Points, sample_points
-from arramon_dataset.layout.places import Surroundings, candidates, extents, free_of_others
+from arramon_dataset.layout.prop_places import Surroundings, candidate_places, half_size, is_free_of_others
 from arramon_dataset.randomness import seeded
-from arramon_dataset.release.reconstruction import build_up
+from arramon_dataset.release.reconstruction import reconstruct_section
 from arramon_server.sim.section import Building, Prop, Section
 
 COUNTS = {
@@ -28,16 +28,16 @@ SHAPES = ("star", "star", "diamond", "diamond", "triangle", "hexagon", "circle",
 
 
 def reconstruct(section_id: str, paths: Sequence[Points], targets: Points) -> Section:
-    """Return the section of `build_up` with drawn furniture, none of which blocks a path.
+    """Return the section of `reconstruct_section` with drawn furniture, none of which blocks a path.
 
-    Args, Raises: as for `build_up`; the id seeds the furniture, too.
+    Args, Raises: as for `reconstruct_section`; the id seeds the furniture, too.
     """
-    built = build_up(section_id, paths, targets)
+    built = reconstruct_section(section_id, paths, targets)
     return replace(built, props=furnish(section_id, built.heading, built.buildings, sample_points(paths), targets))
 
 
 def furnish(
-    section_id: str, heading: float, buildings: Sequence[Building], trodden: Points, targets: Points
+    section_id: str, heading: float, buildings: Sequence[Building], walked: Points, targets: Points
 ) -> tuple[Prop, ...]:
     """Return the section's furniture; the same input gives the same result.
 
@@ -45,13 +45,13 @@ def furnish(
         section_id: seeds the placement.
         heading: of the streets, degrees clockwise from +z.
         buildings: of the section.
-        trodden: (n, 2) of (x, z): closely spaced points on all paths.
+        walked: (n, 2) of (x, z): closely spaced points on all paths.
         targets: (m, 2) of (x, z).
     """
-    surroundings = Surroundings.of(heading, buildings, trodden, targets)
+    surroundings = Surroundings.of(heading, buildings, walked, targets)
     random = seeded(section_id, "furniture")
     for kind, count in COUNTS.items():
-        places, fronts = candidates(surroundings, kind, random)
+        places, fronts = candidate_places(surroundings, kind, random)
         for _ in range(count):
             place_prop(surroundings, kind, places, fronts, random)
     return tuple(surroundings.placed)
@@ -63,7 +63,7 @@ def _apart(place: Points, spot: Sequence[float]) -> float:
 
 def place_prop(surroundings: Surroundings, kind: str, places: Points, fronts: Points, random: Random) -> None:
     """Place one prop of this kind far from others of its kind, if there is room."""
-    room = free_of_others(surroundings, places, max(extents(kind)))
+    room = is_free_of_others(surroundings, places, max(half_size(kind)))
     chosen = np.flatnonzero(room)
     if not len(chosen):
         return

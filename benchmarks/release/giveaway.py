@@ -16,9 +16,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import cKDTree
 
-from arramon_dataset.release.importer import ground_of
+from arramon_dataset.release.importer import walked_positions
 from arramon_dataset.release.landmarks.distracters import AROUND
-from arramon_dataset.release.landmarks.ground import FreeSpace, FurnitureGrid
+from arramon_dataset.release.landmarks.furniture_grid import FreeSpace, FurnitureGrid
 from arramon_dataset.release.landmarks.mentions import DRAWN
 from arramon_server.episodes.episode import Episode
 from arramon_server.episodes.provenance import TEXT
@@ -59,8 +59,8 @@ def count(split: Split, *, own_alone: bool) -> dict[str, float]:
     counts: dict[str, float] = defaultdict(float)
     for section in split.sections.values():
         episodes = [episode for episode in split.episodes.values() if episode.section == section.id]
-        ground = FurnitureGrid.of(section.heading, section.buildings, ground_of(episodes))
-        walkable = cKDTree(ground_of(episodes))
+        ground = FurnitureGrid.of(section.heading, section.buildings, walked_positions(episodes))
+        walkable = cKDTree(walked_positions(episodes))
         for episode in episodes:
             origins = split.provenance[section.id].own.get(episode.episode_id, ())
             added = zip(episode.furniture.added, origins, strict=True)

@@ -19,13 +19,13 @@ import numpy as np
 
 from arramon_dataset.randomness import seeded
 from arramon_dataset.release.files import read_release
-from arramon_dataset.release.importer import add_objects, ground_of
-from arramon_dataset.release.landmarks.agreement import by_kind, mentions_of, placed_things
+from arramon_dataset.release.importer import add_objects, walked_positions
+from arramon_dataset.release.landmarks.agreement import landmarks_by_kind, mentions_of, placed_things
 from arramon_dataset.release.landmarks.alignment import align
-from arramon_dataset.release.landmarks.city import KNOWN, own_of
-from arramon_dataset.release.landmarks.ground import FreeSpace, FurnitureGrid
+from arramon_dataset.release.landmarks.furniture_grid import FreeSpace, FurnitureGrid
 from arramon_dataset.release.landmarks.mentions import SCENERY
-from arramon_dataset.release.landmarks.recovery import LandmarkMap, RecoveredLandmark, TurnText, recover, texts_of
+from arramon_dataset.release.landmarks.rebuilt_section import KNOWN, named_and_moved_furniture
+from arramon_dataset.release.landmarks.recovery import LandmarkMap, RecoveredLandmark, TurnText, recover, turn_texts
 from arramon_dataset.release.landmarks.scenery import props_of
 from arramon_dataset.release.landmarks.turn_paths import Numbers
 from arramon_server.episodes.episode import Episode
@@ -94,13 +94,13 @@ def _line(numbers: Counter[str]) -> str:
 
 def measure(section_id: str, episodes: Sequence[Episode], folds: int, seen: int) -> tuple[Counts, float]:
     """Return the counts of a section's worlds, and the mean number of landmarks recovered from the other episodes."""
-    grounded = ground_of(episodes)
+    grounded = walked_positions(episodes)
     episodes = [add_objects(episode, grounded) for episode in episodes]
     paths = [np.array(turn.path) for episode in episodes for turn in episode.turns]
     targets = np.array([(t.target.position.x, t.target.position.z) for e in episodes for t in e.turns])
     section, walked = reconstruct(section_id, paths, targets), np.concatenate(paths)
     ground = FurnitureGrid.of(section.heading, section.buildings, walked)
-    all_texts = {episode.episode_id: texts_of(episode) for episode in episodes}
+    all_texts = {episode.episode_id: turn_texts(episode) for episode in episodes}
     counts: Counts = defaultdict(Counter)
     found = 0
     for fold in range(folds):
@@ -115,7 +115,7 @@ def measure(section_id: str, episodes: Sequence[Episode], folds: int, seen: int)
         for number, episode in enumerate(part):
             texts, space = all_texts[episode.episode_id], FreeSpace.of(episode, ground)
             for name, (world, made_from) in worlds.items():
-                own = own_of(episode.episode_id, texts, world, space, made_from)
+                own = named_and_moved_furniture(episode.episode_id, texts, world, space, made_from)
                 as_it_is = furnished(world, own)
                 drawn = as_it_is if name == "held out" and seen and number % seen == 0 else None
                 _count(counts[name], texts, as_it_is.props, drawn)
@@ -155,7 +155,7 @@ def _count(
 ) -> None:
     """Count the turns and mentions that fit a world, and, if it is rendered, those that the camera shows."""
     things = placed_things(props)
-    known = LandmarkMap.of(by_kind(things, KNOWN))
+    known = LandmarkMap.of(landmarks_by_kind(things, KNOWN))
     camera = None if drawn is None else RasterCamera(city_scene(drawn))
     for each in texts:
         fitting = []
@@ -163,10 +163,10 @@ def _count(
             aligned = align(each.events, each.path, known.fit)
             for event, place, thing in mentions_of(each.events, aligned, each.path, things):
                 fitting.append(thing >= 0)
-                counts[f"all {event.sort}"] += 1
-                counts[f"fits {event.sort}"] += thing >= 0
-                counts["scenery"] += event.sort in SCENERY
-                counts["scenery fits"] += event.sort in SCENERY and thing >= 0
+                counts[f"all {event.recovered_kind}"] += 1
+                counts[f"fits {event.recovered_kind}"] += thing >= 0
+                counts["scenery"] += event.recovered_kind in SCENERY
+                counts["scenery fits"] += event.recovered_kind in SCENERY and thing >= 0
                 if camera is not None and thing >= 0:
                     counts["drawn"] += 1
                     counts["seen"] += is_seen(camera, each, place, props[thing])

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from arramon.strict_json import read_json
-from arramon_dataset.alignment.routes import Tokens, mirrored
+from arramon_dataset.alignment.route_tokens import Tokens, mirrored
 from arramon_server.episodes.files import read_bytes
 from arramon_server.errors import BadFile
 
@@ -44,8 +44,8 @@ def words_of(text: str) -> list[str]:
 
 
 @dataclass(frozen=True, slots=True)
-class Alignment:
-    """A trained model.
+class AlignmentModel:
+    """A trained word alignment model of one language.
 
     Attributes:
         words: index of each word.
@@ -90,7 +90,7 @@ def posteriors(table: Floats, words: Sequence[int], rows: Sequence[int]) -> Floa
     return weights * table[[0, *rows]][:, list(words)].T
 
 
-def read_model(path: Path) -> Alignment:
+def read_model(path: Path) -> AlignmentModel:
     """Return the model in a file.
 
     Raises:
@@ -106,17 +106,17 @@ def read_model(path: Path) -> Alignment:
     except (OSError, EOFError, ValueError, KeyError, IndexError, TypeError, AttributeError) as error:
         raise BadFile(path, f"expected a model as the training of the alignment writes it ({error!r})") from error
     words = {word: n for n, word in enumerate(document["words"])}
-    return Alignment(words, {token: n for n, token in enumerate(document["tokens"], start=1)}, table, others)
+    return AlignmentModel(words, {token: n for n, token in enumerate(document["tokens"], start=1)}, table, others)
 
 
 @cache
-def load(language: str) -> Alignment | None:
+def load(language: str) -> AlignmentModel | None:
     """Return the model of a language, or None if it has none."""
     path = DATA / f"{language}.json.gz"
     return read_model(path) if path.exists() else None
 
 
-def contradicts(text: str, language: str, route: Tokens) -> bool:
+def contradicts_route(text: str, language: str, route: Tokens) -> bool:
     """Return whether a navigation text fits its route too badly to be used.
 
     It does if it fits more than MOST_BETTER of OTHERS routes better, or the mirrored one by more than MIRRORED_BETTER.

@@ -89,16 +89,20 @@ def _import(arguments: argparse.Namespace) -> None:
 
 def _generate(arguments: argparse.Namespace) -> None:
     from arramon_dataset.generation.command import generate_rooms
-    from arramon_dataset.instruction_writer import generate_splits, throttled
+    from arramon_dataset.instruction_writer import generate_splits, throttled_progress
 
-    def tell(line: str) -> None:
+    def print_line(line: str) -> None:
         print(line, file=sys.stderr, flush=True)
 
     if arguments.rooms is not None:
         if arguments.split or arguments.sections is not None or arguments.secret is not None:
             raise BadInput("--rooms generates the split rooms only; leave out --split, --sections and --secret")
         tasks = generate_rooms(
-            arguments.data, arguments.rooms, seed=arguments.seed, jobs=arguments.jobs, on_progress=throttled(tell)
+            arguments.data,
+            arguments.rooms,
+            seed=arguments.seed,
+            jobs=arguments.jobs,
+            on_progress=throttled_progress(print_line),
         )
         print(describe(tasks))
         return
@@ -108,7 +112,7 @@ def _generate(arguments: argparse.Namespace) -> None:
         scale=arguments.scale,
         seed=arguments.seed,
         jobs=arguments.jobs,
-        tell=tell,
+        write_line=print_line,
         trial=not arguments.no_trial,
         sections=arguments.sections,
         secret="" if arguments.secret is None else read_secret(arguments.secret),

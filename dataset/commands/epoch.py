@@ -51,12 +51,12 @@ def add_actions(actions: Commands, common: argparse.ArgumentParser) -> None:
 
 def _open(arguments: argparse.Namespace) -> None:
     from arramon_dataset.generation.checkpoint import digest_of_sources
-    from arramon_dataset.generation.sizes import epoch_plan
+    from arramon_dataset.generation.split_specs import epoch_spec
     from arramon_server.episodes.secret import epoch_secret
 
     config: Config = arguments.settings
-    epoch_plan(arguments.base, 1).count(arguments.scale)  # Checks both before generation starts.
-    plan = epoch_plan(arguments.base, next_number(config, arguments.base))
+    epoch_spec(arguments.base, 1).count(arguments.scale)  # Checks both before generation starts.
+    plan = epoch_spec(arguments.base, next_number(config, arguments.base))
     secret = epoch_secret(config.data, plan.name)
     split = _generate(
         config.data, plan.name, secret, scale=arguments.scale, jobs=arguments.jobs, tried=not arguments.no_trial
@@ -135,10 +135,12 @@ def _explain(statement: EpochStatement) -> None:
 def _generate(data: Path, name: str, secret: str, *, scale: float, jobs: int, tried: bool) -> Split:
     from arramon_dataset.instruction_writer import generate_splits
 
-    def tell(line: str) -> None:
+    def print_line(line: str) -> None:
         print(line, file=sys.stderr, flush=True)
 
-    (split,) = generate_splits(data, [name], scale=scale, seed=0, jobs=jobs, tell=tell, trial=tried, secret=secret)
+    (split,) = generate_splits(
+        data, [name], scale=scale, seed=0, jobs=jobs, write_line=print_line, trial=tried, secret=secret
+    )
     return split
 
 

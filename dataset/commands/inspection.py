@@ -79,11 +79,11 @@ def _show(arguments: argparse.Namespace) -> None:
 
 
 def _stats(arguments: argparse.Namespace) -> None:
-    from arramon_dataset.statistics.command import as_json, figures_of
+    from arramon_dataset.statistics.command import as_json, statistics_of
     from arramon_dataset.statistics.plots import write_plots
     from arramon_dataset.statistics.table import as_text
 
-    figures = figures_of(arguments.data, arguments.split, arguments.lang, sample=arguments.sample)
+    figures = statistics_of(arguments.data, arguments.split, arguments.lang, sample=arguments.sample)
     pictures = write_plots(figures, arguments.output) if arguments.output else []
     if arguments.json:
         print(json.dumps(as_json(figures), ensure_ascii=False, indent=1))

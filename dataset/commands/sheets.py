@@ -1,4 +1,4 @@
-"""The commands `sheets` and `add-paraphrased`, for instructions that the grammar did not write."""
+"""The commands `sheets` (briefings for writers of instructions) and `add-paraphrased` (their texts as a split)."""
 
 import argparse
 from pathlib import Path

@@ -5,11 +5,11 @@ from collections.abc import Mapping
 from typing import Any
 
 from arramon_dataset.demonstrations.croissant import is_generated
-from arramon_dataset.demonstrations.description import describe
-from arramon_dataset.demonstrations.request import Export
+from arramon_dataset.demonstrations.description import describe_export
+from arramon_dataset.demonstrations.request import ResolvedExport
 
 
-def card(export: Export, metadata: Mapping[str, Any], columns: Mapping[str, str]) -> str:
+def card(export: ResolvedExport, metadata: Mapping[str, Any], columns: Mapping[str, str]) -> str:
     """Return the text of the dataset card.
 
     Args:
@@ -30,7 +30,7 @@ def card(export: Export, metadata: Mapping[str, Any], columns: Mapping[str, str]
     rows = "".join(f"| `{name}` | {meaning} |\n" for name, meaning in columns.items())
     options = f"--split {request.split} --format {request.format}"
     return (
-        f"---\n{lines}---\n\n# ArraMon {request.split}\n\n{describe(export)}\n\n"
+        f"---\n{lines}---\n\n# ArraMon {request.split}\n\n{describe_export(export)}\n\n"
         f"Made by `arramon-server export-demos {options}`; `demonstrations.json` has all settings. "
         "One row is one step: what the agent saw, and the action that was taken. Images are lossless, and equal to "
         "what an agent sees in the environments.\n\n"

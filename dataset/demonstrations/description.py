@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from arramon_dataset.demonstrations.request import MINARI, Export
+from arramon_dataset.demonstrations.request import MINARI, ResolvedExport
 from arramon_server.sim.labels import LABELS
 
 UNITS = {
@@ -23,12 +23,12 @@ def shape_of(sensor: str, size: int) -> tuple[int, ...]:
     return {"rgb": (size, size, 3), "pose": (3,)}.get(sensor, (size, size))
 
 
-def dtype_of(sensor: str, export: Export) -> str:
+def dtype_of(sensor: str, export: ResolvedExport) -> str:
     """Return the data type of a sensor's values; segmentations in Minari have the environment's type."""
     return "int16" if (sensor, export.request.format) == ("segmentation", MINARI) else UNITS[sensor][0]
 
 
-def sensors_of(export: Export) -> dict[str, dict[str, Any]]:
+def sensors_of(export: ResolvedExport) -> dict[str, dict[str, Any]]:
     """Return type, shape and unit of each exported sensor, as plain data."""
     return {
         sensor: {
@@ -40,7 +40,7 @@ def sensors_of(export: Export) -> dict[str, dict[str, Any]]:
     }
 
 
-def describe(export: Export) -> str:
+def describe_export(export: ResolvedExport) -> str:
     """Return a one-sentence description of an export."""
     request = export.request
     what = "the ground truth" if request.run_id is None else f"the recorded run {request.run_id}"
@@ -53,7 +53,7 @@ def describe(export: Export) -> str:
     )
 
 
-def record_of(export: Export, counts: Mapping[str, int]) -> dict[str, Any]:
+def record_of(export: ResolvedExport, counts: Mapping[str, int]) -> dict[str, Any]:
     """Return the record of a complete export, as plain data.
 
     Args:
@@ -63,7 +63,7 @@ def record_of(export: Export, counts: Mapping[str, int]) -> dict[str, Any]:
     uses_labels = "segmentation" in export.request.sensors
     return {
         "complete": True,
-        "description": describe(export),
+        "description": describe_export(export),
         "settings": export.settings(),
         "actions": list(ACTIONS),
         "sensors": sensors_of(export),

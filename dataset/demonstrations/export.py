@@ -12,9 +12,9 @@ from pathlib import Path
 from arramon_dataset.demonstrations.description import record_of
 from arramon_dataset.demonstrations.folder import ExportFolder
 from arramon_dataset.demonstrations.formats import load_format
+from arramon_dataset.demonstrations.job_runner import run_jobs
 from arramon_dataset.demonstrations.parts import ExportPart, episodes_by_language, make_parts
-from arramon_dataset.demonstrations.processes import run_all
-from arramon_dataset.demonstrations.request import Export, ExportRequest, check_request
+from arramon_dataset.demonstrations.request import ExportRequest, ResolvedExport, check_request
 from arramon_dataset.demonstrations.sources import EpisodeSelection
 from arramon_dataset.parallel import processes_of
 from arramon_server.episodes.splits import Split, folder_of, folders_of, no_splits, read_split
@@ -41,7 +41,7 @@ class ExportProgress:
         seconds: since the start of this attempt.
     """
 
-    export: Export
+    export: ResolvedExport
     parts: int
     episodes: int
     steps: int
@@ -67,7 +67,7 @@ OnProgress = Callable[[ExportProgress], None]
 class PartJob:
     """A part to export, as sent to a worker process."""
 
-    export: Export
+    export: ResolvedExport
     folder: Path
     part: ExportPart
 
@@ -87,7 +87,7 @@ def find_split(data: Path, name: str) -> Split:
     return read_split(folder_of(data, name))
 
 
-def checked_request(request: ExportRequest, split: Split) -> ExportRequest:
+def complete_request(request: ExportRequest, split: Split) -> ExportRequest:
     """Return the request with its languages filled in, checked against the split.
 
     Raises:
@@ -107,7 +107,7 @@ def export_demonstrations(
     *,
     jobs: int = 0,
     on_progress: OnProgress,
-) -> Export:
+) -> ResolvedExport:
     """Export demonstrations to a folder, resuming an earlier attempt with the same settings.
 
     The same settings and data give the same files, for any number of processes and attempts.
@@ -137,9 +137,9 @@ def export_demonstrations(
     if problem:
         raise BadInput(f"{CAMERA} is {camera!r}, {problem}")
     last = parts[-1]
-    export = Export(
+    export = ResolvedExport(
         request, split.data_hash, split.source, camera, sources.steps_per_phase, len(parts),
-        last.episodes_before + last.episodes, last.steps_before + last.steps,
+        last.demonstrations_before + last.demonstrations, last.steps_before + last.steps,
     )  # fmt: skip
     folder = ExportFolder(output)
     try:
@@ -157,7 +157,7 @@ def export_demonstrations(
 
 
 def _write_missing_parts(
-    export: Export,
+    export: ResolvedExport,
     folder: ExportFolder,
     parts: list[ExportPart],
     processes: int,
@@ -171,16 +171,21 @@ def _write_missing_parts(
     if left and export.request.size and export.camera == CAMERAS[0]:
         compile_kernels()  # Once here, instead of in each process.
     jobs = [PartJob(export, folder.path, part) for part in left]
-    for number, size in run_all(write_part, jobs, min(processes, max(1, len(jobs)))):
+    for number, size in run_jobs(write_part, jobs, min(processes, max(1, len(jobs)))):
         finished[number] = size
         done = [part for part in parts if part.number in finished]
         steps = sum(part.steps for part in done)
         on_progress(
             ExportProgress(
-                export, len(done), sum(part.episodes for part in done), steps, sum(finished.values()), steps - first,
+                export,
+                len(done),
+                sum(part.demonstrations for part in done),
+                steps,
+                sum(finished.values()),
+                steps - first,
                 time.monotonic() - begun,
             )
-        )  # fmt: skip
+        )
 
 
 def write_part(job: PartJob) -> tuple[int, int]:
@@ -197,14 +202,14 @@ def write_part(job: PartJob) -> tuple[int, int]:
 
 
 @lru_cache(maxsize=2)
-def _split(export: Export) -> Split:
+def _split(export: ResolvedExport) -> Split:
     split = find_split(export.request.data, export.request.split)
     if split.data_hash != export.data_hash:
         raise Conflict(f"the data of split {split.name!r} has changed during the export; start again")
     return split
 
 
-def _unwritable(folder: ExportFolder, export: Export, error: OSError) -> StorageError:
+def _unwritable(folder: ExportFolder, export: ResolvedExport, error: OSError) -> StorageError:
     kept = f"{len(folder.finished_parts())} of {export.parts} parts are finished and stay"
     if error.errno in DISK_FULL:
         return StorageError(

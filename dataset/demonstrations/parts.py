@@ -10,7 +10,9 @@ from arramon_server.episodes.splits import Split
 
 @dataclass(frozen=True, slots=True)
 class ExportPart:
-    """Some episodes of an export, and the counts of all earlier parts. Each language of an episode is a demonstration.
+    """One part of an export: some episodes, and the counts of all earlier parts.
+
+    Each language of an episode is a demonstration.
 
     Attributes:
         number: from 0.
@@ -27,12 +29,12 @@ class ExportPart:
     tasks: Mapping[str, int]
 
     @property
-    def episodes_before(self) -> int:
+    def demonstrations_before(self) -> int:
         """Number of demonstrations in all earlier parts, in all languages."""
         return sum(self.before.values())
 
     @property
-    def episodes(self) -> int:
+    def demonstrations(self) -> int:
         """Number of demonstrations in this part."""
         return sum(len(source.languages) for source in self.sources)
 
@@ -54,7 +56,7 @@ def make_parts(split: Split, request: ExportRequest, sources: Sequence[EpisodeAc
             text: numbers.setdefault(text, len(numbers))
             for source in some
             for language in source.languages
-            for text in texts_of(split, source, language)
+            for text in phase_texts(split, source, language)
         }
         part = ExportPart(len(parts), some, dict(before), steps, tasks)
         parts.append(part)
@@ -65,7 +67,7 @@ def make_parts(split: Split, request: ExportRequest, sources: Sequence[EpisodeAc
     return parts
 
 
-def texts_of(split: Split, source: EpisodeActions, language: str) -> list[str]:
+def phase_texts(split: Split, source: EpisodeActions, language: str) -> list[str]:
     """Return the instructions of an episode in the order of its phases."""
     turns = split.episodes[source.episode_id].instructions[language]
     return [text for turn in turns for text in (turn.navigation, turn.assembly)]

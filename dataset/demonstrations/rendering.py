@@ -6,9 +6,9 @@ from functools import lru_cache
 
 from arramon_client.agent import Observation
 from arramon_client.environments.backend import PlayerSettings
-from arramon_dataset.demonstrations.request import Export
+from arramon_dataset.demonstrations.request import ResolvedExport
 from arramon_dataset.demonstrations.sources import EpisodeActions
-from arramon_dataset.demonstrations.trajectory import Scores, misfit, scores_of
+from arramon_dataset.demonstrations.trajectory import Scores, checked_scores, replay_mismatch
 from arramon_dataset.environments import LocalBackend
 from arramon_dataset.environments.player import LocalPlayer
 from arramon_server.episodes.episode import Episode
@@ -39,8 +39,8 @@ class RenderedDemonstration:
     scores: Scores
 
     @property
-    def seen(self) -> Sequence[Observation]:
-        """The observations before each action."""
+    def action_observations(self) -> Sequence[Observation]:
+        """The observation before each action."""
         return self.observations[:-1]
 
     @property
@@ -61,7 +61,7 @@ class RenderedDemonstration:
         return [*(False for _ in self.source.actions[1:]), not self.finished]
 
 
-def render(export: Export, source: EpisodeActions) -> RenderedDemonstration:
+def render(export: ResolvedExport, source: EpisodeActions) -> RenderedDemonstration:
     """Play and render a demonstration.
 
     Raises:
@@ -79,20 +79,20 @@ def render(export: Export, source: EpisodeActions) -> RenderedDemonstration:
             rewards.append(step.reward)
             ended.append(bool(step.phases_ended))
     except ValueError as error:
-        raise misfit(source, f"after {len(rewards)} of {len(source.actions)} actions: {error}") from error
+        raise replay_mismatch(source, f"after {len(rewards)} of {len(source.actions)} actions: {error}") from error
     session = player.session
     finished = session.state.finished
-    scores = scores_of(source, session)
+    scores = checked_scores(source, session)
     return RenderedDemonstration(source, session.episode, observations, rewards, ended, finished, scores)
 
 
 @lru_cache(maxsize=8)
-def player_of(export: Export, language: str) -> LocalPlayer:
+def player_of(export: ResolvedExport, language: str) -> LocalPlayer:
     """Return this process's player of an export. Players of different languages share their worlds."""
     return LocalBackend(export.request.data).player(settings_of(export, language))
 
 
-def settings_of(export: Export, language: str) -> PlayerSettings:
+def settings_of(export: ResolvedExport, language: str) -> PlayerSettings:
     """Return the settings of the environment whose observations are exported."""
     request = export.request
     return PlayerSettings(

@@ -62,8 +62,8 @@ class ExportRequest:
 
 
 @dataclass(frozen=True, slots=True)
-class Export:
-    """A validated request with the properties of its split.
+class ResolvedExport:
+    """A validated export request, with the counts and properties of its split filled in.
 
     Attributes:
         request: with languages and sensors filled in.

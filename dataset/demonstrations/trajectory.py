@@ -35,7 +35,9 @@ class Trajectory:
     scores: Scores
 
 
-def follow(source: EpisodeActions, episode: Episode, ground: CollisionCheck, steps_per_phase: int) -> Trajectory:
+def replay_demonstration(
+    source: EpisodeActions, episode: Episode, ground: CollisionCheck, steps_per_phase: int
+) -> Trajectory:
     """Replay the actions of a demonstration by the rules, and return the trajectory.
 
     Raises:
@@ -50,27 +52,27 @@ def follow(source: EpisodeActions, episode: Episode, ground: CollisionCheck, ste
             phases.append(PHASES.index(state.phase))
             poses.append((pose.x, pose.z, pose.heading))
     except ValueError as error:
-        raise misfit(source, f"after {len(turns)} of {len(source.actions)} actions: {error}") from error
+        raise replay_mismatch(source, f"after {len(turns)} of {len(source.actions)} actions: {error}") from error
     finished = session.state.finished
-    return Trajectory(turns, phases, poses, finished, scores_of(source, session))
+    return Trajectory(turns, phases, poses, finished, checked_scores(source, session))
 
 
-def scores_of(source: EpisodeActions, session: EpisodeSession) -> Scores:
+def checked_scores(source: EpisodeActions, session: EpisodeSession) -> Scores:
     """Return the scores of a session that has replayed all actions, after checking how it ended.
 
     Raises:
         ArraMonError: if the episode did not end as recorded.
     """
     if session.state.finished and session.cause != source.cause:
-        raise misfit(source, f"it ends by {session.cause}, expected {source.cause}")
+        raise replay_mismatch(source, f"it ends by {session.cause}, expected {source.cause}")
     if not session.state.finished:
         if source.cause == AGENT_FINISHED:
-            raise misfit(source, f"its {len(source.actions)} actions do not end the episode")
+            raise replay_mismatch(source, f"its {len(source.actions)} actions do not end the episode")
         if source.cause == TIME_LIMIT:
             session.end_at_time_limit()
     return {f"turn {number}": dict(turn) for number, turn in enumerate(session.scores().turns, start=1)}
 
 
-def misfit(source: EpisodeActions, why: str) -> ArraMonError:
+def replay_mismatch(source: EpisodeActions, why: str) -> ArraMonError:
     """Return the error for actions that do not fit their episode."""
     return ArraMonError(f"the actions for episode {source.episode_id!r} do not fit its data: {why}")

@@ -11,7 +11,7 @@ from typing import Protocol
 from arramon_client import agent as client
 from arramon_client.plugin.loader import load_agent
 from arramon_client.world import COLUMNS, HEADINGS, ROWS, TURN, Action, turn_between
-from arramon_dataset.environments.slots import expert_slots
+from arramon_dataset.environments.number_pool import expert_numbers
 from arramon_server.api.messages import oracle_message
 from arramon_server.episodes.episode import Episode
 from arramon_server.runs.play.session import EpisodeSession
@@ -65,10 +65,12 @@ class ShortestExpert:
         self._way_back = way_back
         self._agent = _shortest_path_agent(threading.get_ident())
         # All experts of the thread share the agent, so each gets an episode id of its own, even in the same episode.
-        slot = expert_slots().take(self)
-        self._episode = client.Episode(str(slot), "", "", oracle=oracle_message(episode, scene))
+        number = expert_numbers().take(self)
+        self._episode = client.Episode(str(number), "", "", oracle=oracle_message(episode, scene))
         self._step, self._advised = -1, Action.FORWARD
-        self._rooms = [room_advice(RoomCell(turn.target_cell.column, turn.target_cell.row)) for turn in episode.turns]
+        self._rooms = [
+            first_action_to_place(RoomCell(turn.target_cell.column, turn.target_cell.row)) for turn in episode.turns
+        ]
 
     def action(self, session: EpisodeSession) -> Action:
         """Return the right action in the current state of the episode."""
@@ -174,7 +176,7 @@ class ReferenceExpert:
 
 
 @cache
-def room_advice(target: RoomCell) -> Mapping[tuple[RoomCell, int], Action]:
+def first_action_to_place(target: RoomCell) -> Mapping[tuple[RoomCell, int], Action]:
     """Return the first action of the shortest way to place an object, by cell and heading index (30 degrees each).
 
     Args:
@@ -203,7 +205,7 @@ def room_advice(target: RoomCell) -> Mapping[tuple[RoomCell, int], Action]:
     return advice
 
 
-def expert_of(name: str, episode: Episode, scene: Scene, ground: CollisionCheck) -> Expert:
+def make_expert(name: str, episode: Episode, scene: Scene, ground: CollisionCheck) -> Expert:
     """Return an episode's expert by name: "reference" or "shortest"."""
     reference = ReferenceExpert(episode, scene, ground)
     return ShortestExpert(episode, scene, reference.next_action) if name == "shortest" else reference
@@ -230,9 +232,9 @@ class _Reference:
             elif _key(following.x, following.z) != _key(pose.x, pose.z):
                 self.next[_key(pose.x, pose.z)] = following.x, following.z
 
-    def prepend(self, way: "_Reference") -> None:
+    def prepend(self, earlier: "_Reference") -> None:
         """Add a path that leads to this path or to its target; this path takes precedence at shared positions."""
-        self.next, self.headings = {**way.next, **self.next}, {**way.headings, **self.headings}
+        self.next, self.headings = {**earlier.next, **self.next}, {**earlier.headings, **self.headings}
 
 
 def _references(episode: Episode, ground: CollisionCheck) -> Iterator[tuple[PhaseKey, _Reference]]:

@@ -46,7 +46,7 @@ class LocalBackend:
         """
         if settings.split == DRAWN:
             # Imported only here, as generating tasks needs the languages and the instruction planners.
-            from arramon_dataset.environments.rooms import draw_room, playable_rooms, room_split
+            from arramon_dataset.environments.random_rooms import draw_room, playable_rooms, room_split
 
             info = room_split(settings)
             library = playable_rooms(self._camera)

@@ -15,7 +15,7 @@ from arramon_client.environments.backend import EpisodeEnd, Images, PlayerSettin
 from arramon_client.errors import UsageError
 from arramon_client.world import IMAGE_SENSORS, NAVIGATION, Action
 from arramon_dataset.environments.playable_split import PlayableSplit
-from arramon_dataset.environments.rewards import NoReward, Reward, reward_of
+from arramon_dataset.environments.rewards import NoReward, Reward, make_reward
 from arramon_server.episodes.episode import Episode
 from arramon_server.runs.play.session import EpisodeSession
 from arramon_server.scoring.episode import EpisodeScores
@@ -109,15 +109,15 @@ class LocalPlayer:
         if self._settings.language not in episode.instructions:
             raise UsageError(f"the episode {episode_id!r} has no instructions in {self._settings.language!r}")
         self._session = EpisodeSession(episode, self._worlds.collision_check(self._name, episode), self._limits)
-        self._reward = reward_of(self._settings.reward, episode)
+        self._reward = make_reward(self._settings.reward, episode)
         self._expert = None
         if self._settings.expert is not None:
             scene = self._worlds.scene(self._name, episode)
             collision_check = self._worlds.collision_check(self._name, episode)
             # Imported only here: it takes a tenth of a second, and few learners use an expert.
-            from arramon_dataset.environments.experts import expert_of
+            from arramon_dataset.environments.experts import make_expert
 
-            self._expert = expert_of(self._settings.expert, episode, scene, collision_check)
+            self._expert = make_expert(self._settings.expert, episode, scene, collision_check)
         self._skip(self._session, (self._settings.turn, self._settings.start))
         self._seen = self._session.state
         return self.latest(into) if with_images else self.latest_without_images()
@@ -141,13 +141,13 @@ class LocalPlayer:
         """
         session, before = self._played, self._played.state
         ended = session.apply(Action(action))
-        reward = self._reward.of(before, session, ended)
+        reward = self._reward.after_action(before, session, ended)
         over: tuple[tuple[int, str], ...] = ()
         if ended:
             over = tuple((end.turn, end.phase.value) for end in ended)
             self._skip(session)
         if session.state.finished:
-            scores = None if self._info.hidden else scores_of(session.scores())
+            scores = None if self._info.hidden else scores_by_turn(session.scores())
             return Step(None, 0, reward, over, EpisodeEnd(session.cause, scores))
         self._seen = session.state
         return Step(None, session.steps_left(self._seen), reward, over)
@@ -272,7 +272,7 @@ class LocalPlayer:
         )
 
 
-def scores_of(scores: EpisodeScores) -> Scores:
+def scores_by_turn(scores: EpisodeScores) -> Scores:
     """Return the scores of an episode by turn, and the means of both turns as "total"."""
     first, second = (dict(turn) for turn in scores.turns)
     return {"turn 1": first, "turn 2": second, "total": {name: (first[name] + second[name]) / 2 for name in first}}

@@ -20,7 +20,7 @@ PHASE_METRICS = {Phase.NAVIGATION: ("nDTW", "CTC-3"), Phase.ASSEMBLY: ("rPOD@CTC
 class Reward(Protocol):
     """Rewards the actions of one episode."""
 
-    def of(self, before: State, session: EpisodeSession, ended: Sequence[PhaseEnded]) -> float:
+    def after_action(self, before: State, session: EpisodeSession, ended: Sequence[PhaseEnded]) -> float:
         """Return the reward of the action that was just applied.
 
         Args:
@@ -33,7 +33,7 @@ class Reward(Protocol):
 class NoReward:
     """No reward: always 0."""
 
-    def of(self, before: State, session: EpisodeSession, ended: Sequence[PhaseEnded]) -> float:  # noqa: ARG002
+    def after_action(self, before: State, session: EpisodeSession, ended: Sequence[PhaseEnded]) -> float:  # noqa: ARG002
         """Return 0."""
         return 0.0
 
@@ -41,7 +41,7 @@ class NoReward:
 class SparseReward:
     """The paper's metrics at the end of each phase, 0 before: 1 for a perfect phase, 4 for a perfect episode."""
 
-    def of(self, before: State, session: EpisodeSession, ended: Sequence[PhaseEnded]) -> float:  # noqa: ARG002
+    def after_action(self, before: State, session: EpisodeSession, ended: Sequence[PhaseEnded]) -> float:  # noqa: ARG002
         """Return the mean of `PHASE_METRICS` of each phase that ended."""
         if not ended:
             return 0.0
@@ -67,19 +67,19 @@ class ProgressReward:
             for phase, points in ((Phase.NAVIGATION, turn.path), (Phase.ASSEMBLY, turn.room_path))
         }
 
-    def of(self, before: State, session: EpisodeSession, ended: Sequence[PhaseEnded]) -> float:
+    def after_action(self, before: State, session: EpisodeSession, ended: Sequence[PhaseEnded]) -> float:
         """Return the progress of the action, plus the sparse reward."""
         gained = 0.0
         after = session.state
         if (after.turn, after.phase) == (before.turn, before.phase):
-            was, now = place(before), place(after)
+            was, now = agent_place(before), agent_place(after)
             if was != now:
                 path = self._paths[before.turn, before.phase]
                 gained = (path.remaining(*was) - path.remaining(*now)) / path.length if path.length else 0.0
-        return gained + self._sparse.of(before, session, ended)
+        return gained + self._sparse.after_action(before, session, ended)
 
 
-def reward_of(name: str, episode: Episode) -> Reward:
+def make_reward(name: str, episode: Episode) -> Reward:
     """Return an episode's reward by name: "sparse", "progress" or "none"."""
     match name:
         case "sparse":
@@ -118,7 +118,7 @@ class ReferencePath:
         return float(off[nearest] + self._left[nearest] - shares[nearest] * self._lengths[nearest])
 
 
-def place(state: State) -> tuple[float, float]:
+def agent_place(state: State) -> tuple[float, float]:
     """Return where the agent is: (x, z) in the city, (column, row) in the room."""
     if state.phase is Phase.ASSEMBLY:
         return float(state.square.column), float(state.square.row)

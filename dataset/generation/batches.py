@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Protocol
 
-from arramon_dataset.generation.check import problems
+from arramon_dataset.generation.check import faults_of_episode
 from arramon_dataset.generation.site import DraftWriter, GenerationSite
 from arramon_dataset.parallel import process_pool
 from arramon_dataset.plans.plan import Plan
@@ -128,8 +128,8 @@ def _make(batch: EpisodeBatch, episode_id: str, site: GenerationSite, writer: Dr
             if draft is None:
                 break
             tried += number > 0
-            if not writer.can_describe(begun.end, draft.turns[1], 2, site, words) or problems(
-                draft, site.solids, site.world
+            if not writer.can_describe(begun.end, draft.turns[1], 2, site, words) or faults_of_episode(
+                draft, site.solids, site.physics
             ):
                 continue
             instructions = writer(draft, site, words)

@@ -7,9 +7,9 @@ import numpy as np
 
 from arramon_client.world import AGENT_RADIUS
 from arramon_dataset.generation.draft import Draft
-from arramon_dataset.generation.streets import TWINS_APART
+from arramon_dataset.generation.navigation_tasks import TWINS_APART
 from arramon_dataset.layout.solids import Solids
-from arramon_dataset.release.extras import DECOYS
+from arramon_dataset.release.missing_objects import DECOYS
 from arramon_server.episodes.episode import Episode, Turn
 from arramon_server.sim import rules
 from arramon_server.sim.catalogue import EXTENT
@@ -34,7 +34,7 @@ MIN_SEPARATION = 0.5
 """Minimum distance between the centres of two objects in one street, in units."""
 
 
-def problems(episode: Draft | Episode, solids: Solids, ground: CollisionCheck) -> tuple[str, ...]:
+def faults_of_episode(episode: Draft | Episode, solids: Solids, ground: CollisionCheck) -> tuple[str, ...]:
     """Return descriptions of everything wrong with an episode; empty if it is valid.
 
     The ground truth is replayed with the rules and must match its paths, objects and cells. Nothing may lie or start
@@ -44,7 +44,7 @@ def problems(episode: Draft | Episode, solids: Solids, ground: CollisionCheck) -
     Args:
         episode: with or without instructions; they are not checked.
         solids: of the episode's section.
-        ground: of the episode's section: `Site.world`, the authoritative collision check.
+        ground: of the episode's section: `GenerationSite.physics`, the authoritative collision check.
     """
     return (*_street_problems(episode, solids), *_room_problems(episode), *_replay_problems(episode, ground))
 

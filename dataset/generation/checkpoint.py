@@ -38,7 +38,7 @@ class GenerationCheckpoint:
 
     Args:
         path: of the file; created if missing.
-        origin: digest of everything but their ids that determines the episodes (see `origin_of`). Episodes of
+        origin: digest of everything but their ids that determines the episodes (see `generation_digest`). Episodes of
             another origin are discarded.
 
     Raises:
@@ -99,7 +99,7 @@ class GenerationCheckpoint:
             raise StorageError(f"cannot write {self._path}: {error.strerror}") from error
 
 
-def origin_of(*parts: object) -> str:
+def generation_digest(*parts: object) -> str:
     """Return a digest of the parts, and of the code and data of this release of the project."""
     return hashlib.sha256("\n".join((digest_of_sources(), *map(str, parts))).encode()).hexdigest()
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from arramon_dataset.layout.solids import Points, Solids, to_rectangle
+from arramon_dataset.layout.solids import Points, Solids, distance_from_rectangle
 from arramon_server.sim.section import Section
 
 CELL = 0.125
@@ -107,7 +107,7 @@ def rasterise(solids: Solids, left: float, bottom: float, columns: int, rows: in
         zs = bottom + CELL * (np.arange(along.start, along.stop) + 0.5)
         places: Points = np.stack(np.meshgrid(xs, zs, indexing="ij"), axis=-1)
         # Rounded before the floor, so that floating-point differences between machines do not change the result.
-        distance = np.floor(np.round(to_rectangle(places, centre, half, float(heading)) * 1000.0, 3))
+        distance = np.floor(np.round(distance_from_rectangle(places, centre, half, float(heading)) * 1000.0, 3))
         window = (across, along)
         nearer = distance < clearance[window]
         clearance[window] = np.where(nearer, distance, clearance[window])

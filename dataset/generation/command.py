@@ -7,8 +7,8 @@ from pathlib import Path
 from arramon_dataset.generation.batches import EpisodeBatch, MakeWriter, batch_runner, make_batches
 from arramon_dataset.generation.extra_sections import extra_sections
 from arramon_dataset.generation.room_tasks import ROOM_SECTION, room_batches, room_ids
-from arramon_dataset.generation.sizes import EXTRA, SplitPlan
-from arramon_dataset.generation.split_maker import GenerationProgress, SplitOrder, make_split
+from arramon_dataset.generation.split_maker import GenerationProgress, SplitRequest, make_split
+from arramon_dataset.generation.split_specs import EXTRA, SplitSpec
 from arramon_dataset.parallel import processes_of
 from arramon_dataset.plans import Plan, build_section, read_plan
 from arramon_server.episodes.epochs import epoch_of
@@ -26,7 +26,7 @@ OnProgress = Callable[[GenerationProgress], None]
 
 def generate(
     data: Path,
-    plans: Sequence[SplitPlan],
+    plans: Sequence[SplitSpec],
     *,
     scale: float = 1.0,
     seed: int = 0,
@@ -90,7 +90,7 @@ def generate_rooms(data: Path, count: int, *, seed: int = 0, jobs: int = 0, on_p
     """
     if count < 1:
         raise BadInput(f"the number of room tasks is {count}; expected at least 1")
-    order = SplitOrder(
+    order = SplitRequest(
         name=ROOMS,
         source=f"room tasks alone, seed {seed}, {NO_TRIAL}",
         key=(ROOMS, seed),
@@ -103,7 +103,7 @@ def generate_rooms(data: Path, count: int, *, seed: int = 0, jobs: int = 0, on_p
         return make_split(data, order, run, on_progress)
 
 
-def _check_secret(plans: Sequence[SplitPlan], secret: str) -> None:
+def _check_secret(plans: Sequence[SplitSpec], secret: str) -> None:
     if secret and not any(plan.hidden for plan in plans):
         names = ", ".join(plan.name for plan in plans)
         raise BadInput(f"a secret was given, but secrets seed hidden splits only, and {names} is not hidden")
@@ -116,8 +116,8 @@ def _check_secret(plans: Sequence[SplitPlan], secret: str) -> None:
 
 
 def _order(
-    data: Path, plan: SplitPlan, scale: float, seed: int, make_writer: MakeWriter, tried: bool, secret: str
-) -> SplitOrder:
+    data: Path, plan: SplitSpec, scale: float, seed: int, make_writer: MakeWriter, tried: bool, secret: str
+) -> SplitRequest:
     key = (secret or host_secret(data)) if plan.hidden else str(seed)
     built = extra_sections(key, plan.sections) if plan.name == EXTRA else _own_sections(key, plan.sections)
     episodes = dict(plan.episodes(scale))
@@ -128,7 +128,7 @@ def _order(
         return make_batches(key, plan.name, left, built, make_writer)
 
     source = f"scale {scale:g}, " + ("from the host's secret" if plan.hidden else f"seed {seed}")
-    return SplitOrder(
+    return SplitRequest(
         name=plan.name,
         source=source if tried else f"{source}, {NO_TRIAL}",
         key=(key, make_writer.__module__, make_writer.__qualname__),

@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 
+from arramon_dataset.generation.assembly_tasks import AssemblyTask, draw_decoys, draw_tasks
 from arramon_dataset.generation.draft import Draft
-from arramon_dataset.generation.rooms import AssemblyTask, draw_decoys, draw_tasks
-from arramon_dataset.generation.streets import NavigationTask, Streets, draw_length
+from arramon_dataset.generation.navigation_tasks import NavigationTask, NavigationTaskSampler, draw_length
 from arramon_dataset.randomness import seeded
 from arramon_server.episodes.episode import Turn
 from arramon_server.sim.catalogue import ALL_TYPES, ObjectType
@@ -52,10 +52,10 @@ class DraftSampler:
 
     def __init__(self, section: Section) -> None:
         self._section = section
-        self.streets = Streets(section)
+        self.streets = NavigationTaskSampler(section)
 
     def draw(self, episode_id: str, names: tuple[object, ...]) -> Draft:
-        """Return a complete draft; it depends on the id and `names` alone.
+        """Return a complete draft, determined by the id and the seed `names` alone.
 
         Args:
             episode_id: of the episode.
@@ -71,7 +71,7 @@ class DraftSampler:
         raise self._no_paths()
 
     def begin(self, names: tuple[object, ...]) -> PartialDraft:
-        """Return a draft without its second path; it depends on `names` alone.
+        """Return a draft without its second path, determined by the seed `names` alone.
 
         Raises:
             ValueError: if the section has no paths of any of the drawn lengths.

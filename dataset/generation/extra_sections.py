@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from functools import lru_cache
 
-from arramon_dataset.generation.sizes import FIRST_EXTRA
+from arramon_dataset.generation.split_specs import FIRST_EXTRA
 from arramon_dataset.plans import Plan, build_section
 from arramon_dataset.plans.faults import faults_of_plan, faults_of_section
 from arramon_dataset.plans.random_plan import draw_plan

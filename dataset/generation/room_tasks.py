@@ -6,10 +6,10 @@ from random import Random
 
 import arramon_lang as lang
 from arramon_client.world import Action
+from arramon_dataset.generation.assembly_tasks import draw_decoys, draw_tasks
 from arramon_dataset.generation.batches import GeneratedEpisode
-from arramon_dataset.generation.rooms import draw_decoys, draw_tasks
 from arramon_dataset.instructions.assembly.plan import plan_assembly
-from arramon_dataset.instructions.assembly.sight import whole_room
+from arramon_dataset.instructions.assembly.visible_objects import whole_room
 from arramon_dataset.instructions.gate.assembly import faults_of_assembly
 from arramon_dataset.instructions.gate.texts import faults_of_text
 from arramon_dataset.randomness import seeded

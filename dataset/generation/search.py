@@ -104,11 +104,11 @@ def dijkstra(
                 other = clearance[a * _STRIDE, b * _STRIDE]
                 if other < need or clearance[(i + a) * _STRIDE // 2, (j + b) * _STRIDE // 2] < need:
                     continue
-                way = 375 if far == 1 else (530 if far == 2 else 838)
-                new = cost[i, j] + way * (discomfort[clear] + discomfort[other]) // 2000
+                edge_length = 375 if far == 1 else (530 if far == 2 else 838)
+                new = cost[i, j] + edge_length * (discomfort[clear] + discomfort[other]) // 2000
                 if new < cost[a, b]:
                     cost[a, b] = new
-                    length[a, b] = length[i, j] + way
+                    length[a, b] = length[i, j] + edge_length
                     size = _push(heap, size, (new << _BITS) | (a * rows + b))
 
 

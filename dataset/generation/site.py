@@ -6,11 +6,11 @@ from typing import Protocol
 
 from arramon_dataset.generation.draft import Draft
 from arramon_dataset.generation.draft_sampler import DraftSampler
-from arramon_dataset.instructions.sight import identified
+from arramon_dataset.instructions.visible_landmarks import with_names_as_labels
 from arramon_dataset.layout.solids import Solids
 from arramon_dataset.plans.graph import StreetGraph
+from arramon_dataset.plans.graph_builder import street_graph
 from arramon_dataset.plans.plan import Plan
-from arramon_dataset.plans.street_graph import street_graph
 from arramon_server.episodes.episode import Instructions, Turn
 from arramon_server.sim.cameras import Camera
 from arramon_server.sim.city import city_scene
@@ -48,7 +48,7 @@ class GenerationSite:
         return Solids.of(self.section)
 
     @cached_property
-    def world(self) -> Physics:
+    def physics(self) -> Physics:
         """The section's physics, the authoritative collision check."""
         return physics_of(self.scene)
 
@@ -58,9 +58,9 @@ class GenerationSite:
         return RasterCamera(self.scene)
 
     @cached_property
-    def sight(self) -> Camera:
-        """A camera whose labels are the names of bodies, for `sight.find_landmarks`."""
-        return RasterCamera(identified(self.scene))
+    def landmark_camera(self) -> Camera:
+        """A camera whose labels are the names of bodies, for `visible_landmarks.find_landmarks`."""
+        return RasterCamera(with_names_as_labels(self.scene))
 
     @cached_property
     def sampler(self) -> DraftSampler:

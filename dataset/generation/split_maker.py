@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from arramon_dataset.generation.batches import GeneratedEpisode, GenerationBatch, RunBatches
-from arramon_dataset.generation.checkpoint import FOLDER, GenerationCheckpoint, origin_of
+from arramon_dataset.generation.checkpoint import FOLDER, GenerationCheckpoint, generation_digest
 from arramon_server.episodes.splits import Split, write_split
 from arramon_server.sim.section import Section
 
@@ -16,8 +16,8 @@ SOURCE = "generated"
 
 
 @dataclass(frozen=True, slots=True)
-class SplitOrder:
-    """The order to generate a split.
+class SplitRequest:
+    """A request to generate a split.
 
     Attributes:
         name: of the split.
@@ -73,13 +73,13 @@ def _clock(seconds: float) -> str:
 
 
 def make_split(
-    data: Path, order: SplitOrder, run: RunBatches, on_progress: Callable[[GenerationProgress], None]
+    data: Path, request: SplitRequest, run: RunBatches, on_progress: Callable[[GenerationProgress], None]
 ) -> Split:
     """Generate a split and write it, resuming from the checkpoint of an interrupted call.
 
     Args:
         data: the data folder.
-        order: the split.
+        request: the split to generate.
         run: runs batches and yields their results in order.
         on_progress: called with the progress, in this thread.
 
@@ -88,27 +88,29 @@ def make_split(
         Conflict: if another process is generating the split in this data folder.
         ArraMonError: if no valid episode is found for an id.
     """
-    with closing(GenerationCheckpoint(data / FOLDER / f"{order.name}.jsonl", origin_of(*order.key))) as checkpoint:
-        kept = [checkpoint.episodes[name] for name in order.episode_ids if name in checkpoint.episodes]
-        missing = [name for name in order.episode_ids if name not in checkpoint.episodes]
+    with closing(
+        GenerationCheckpoint(data / FOLDER / f"{request.name}.jsonl", generation_digest(*request.key))
+    ) as checkpoint:
+        kept = [checkpoint.episodes[name] for name in request.episode_ids if name in checkpoint.episodes]
+        missing = [name for name in request.episode_ids if name not in checkpoint.episodes]
         made = {one.episode.episode_id: one.episode for one in kept}
-        for one in _generate(order, missing, kept, run, checkpoint, on_progress):
+        for one in _generate(request, missing, kept, run, checkpoint, on_progress):
             made[one.episode.episode_id] = one.episode
         split = write_split(
             data,
-            order.name,
-            hidden=order.hidden,
-            training=order.training,
-            source=f"{SOURCE}, {order.source}",
-            episodes=(made[name] for name in order.episode_ids),
-            sections=order.sections,
+            request.name,
+            hidden=request.hidden,
+            training=request.training,
+            source=f"{SOURCE}, {request.source}",
+            episodes=(made[name] for name in request.episode_ids),
+            sections=request.sections,
         )
         checkpoint.remove()
     return split
 
 
 def _generate(
-    order: SplitOrder,
+    request: SplitRequest,
     missing: Sequence[str],
     kept: Sequence[GeneratedEpisode],
     run: RunBatches,
@@ -119,12 +121,12 @@ def _generate(
     begun, made, drafts = time.monotonic(), [], sum(one.attempts for one in kept)
     total = len(kept) + len(missing)
     if kept:
-        on_progress(GenerationProgress(order.name, len(kept), total, drafts, 0.0, len(kept)))
-    for generated in run(order.batches(missing)):
+        on_progress(GenerationProgress(request.name, len(kept), total, drafts, 0.0, len(kept)))
+    for generated in run(request.batches(missing)):
         checkpoint.add(generated)
         made += generated
         drafts += sum(one.attempts for one in generated)
         on_progress(
-            GenerationProgress(order.name, len(kept) + len(made), total, drafts, time.monotonic() - begun, len(kept))
+            GenerationProgress(request.name, len(kept) + len(made), total, drafts, time.monotonic() - begun, len(kept))
         )
     return made

@@ -24,7 +24,7 @@ class CellRectangle(NamedTuple):
         return self.bottom - self.top, self.right - self.left
 
 
-def cover(mask: Mask, shortest: int) -> list[CellRectangle]:
+def cover_with_rectangles(mask: Mask, shortest: int) -> list[CellRectangle]:
     """Return non-overlapping rectangles inside `mask`, those with the largest inscribed squares first.
 
     No square of `shortest` cells fits into what stays uncovered.
@@ -63,7 +63,7 @@ def grow(mask: Mask, seed: CellRectangle, first: str) -> CellRectangle:
     return CellRectangle(top, left, bottom, right)
 
 
-def split(rectangle: CellRectangle, shortest: int, longest: int, random: Random) -> list[CellRectangle]:
+def split_into_lots(rectangle: CellRectangle, shortest: int, longest: int, random: Random) -> list[CellRectangle]:
     """Return the rectangle as lots with sides of `shortest` to `longest` cells, where its own sides are long enough."""
     rows = cuts(rectangle.top, rectangle.bottom, shortest, longest, random)
     columns = cuts(rectangle.left, rectangle.right, shortest, longest, random)

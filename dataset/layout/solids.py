@@ -46,11 +46,11 @@ class Solids:
         """Return the distance of each of `places` (m, 2) of (x, z) from the nearest solid, (m,); inf without solids."""
         nearest = np.full(len(places), np.inf)
         for centre, half, heading in zip(self.centres, self.halves, self.headings, strict=True):
-            np.minimum(nearest, to_rectangle(places, centre, half, float(heading)), out=nearest)
+            np.minimum(nearest, distance_from_rectangle(places, centre, half, float(heading)), out=nearest)
         return nearest
 
 
-def to_rectangle(places: Points, centre: Points, half: Points, heading: float) -> Points:
+def distance_from_rectangle(places: Points, centre: Points, half: Points, heading: float) -> Points:
     """Return the distance of each of `places` (..., 2) of (x, z) from one rectangle, in units, (...,); 0 inside it."""
     angle = np.radians(heading)
     sin, cos = np.sin(angle), np.cos(angle)

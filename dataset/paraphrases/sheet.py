@@ -8,8 +8,8 @@ from PIL import Image
 
 from arramon_dataset.generation.site import GenerationSite
 from arramon_dataset.generation.split_maker import SOURCE
-from arramon_dataset.paraphrases.room import room_facts
-from arramon_dataset.paraphrases.route import LegFacts, RouteFacts, name_of, route_facts
+from arramon_dataset.paraphrases.room_facts import room_facts
+from arramon_dataset.paraphrases.route_facts import LegFacts, RouteFacts, landmark_name, route_facts
 from arramon_dataset.path_tolerances import FACTS_STRAIGHT
 from arramon_dataset.pictures.canvas import BLACK, PINK, SWATCHES, WHITE, Canvas, add_title
 from arramon_dataset.pictures.maps import EDGE, PROPS, STREET, roof_colour
@@ -36,9 +36,11 @@ def writer_sheet(episode: Episode, number: int, site: GenerationSite) -> tuple[I
     """Return the picture and the page of facts from which a writer describes turn 1 or 2 of an episode."""
     facts, turn = route_facts(episode, number, site), episode.turns[number - 1]
     chart = street_map(site.section, turn)
-    for mark in facts.marks:
-        if mark.label.kind not in ("intersection", "corner", "junction") and not mark.identity.startswith("collect"):
-            chart.label(mark.x + 0.2, mark.z, name_of(mark), size=11, colour=PROPS)
+    for landmark in facts.landmarks:
+        if landmark.label.kind not in ("intersection", "corner", "junction") and not landmark.identity.startswith(
+            "collect"
+        ):
+            chart.label(landmark.x + 0.2, landmark.z, landmark_name(landmark), size=11, colour=PROPS)
     chart.line(turn.path, PINK)
     draw_arrow(chart, facts.poses[0])
     chart.dot(turn.target.position.x, turn.target.position.z, 10, None, BLACK, width=3)
@@ -46,7 +48,7 @@ def writer_sheet(episode: Episode, number: int, site: GenerationSite) -> tuple[I
         draw_object(chart, item, f"TARGET: {item.type}" if item == turn.target else str(item.type))
     title = f"episode {episode.episode_id}, turn {number}: way pink, starts at the arrow, ends at the ringed target"
     shown = {f"step {n}": facts.poses[n] for n in _moments(facts.legs, len(facts.poses))}
-    picture = beside(add_title(chart.image, [title]), frames(shown, turn, site))
+    picture = with_views_beside(add_title(chart.image, [title]), agent_frames(shown, turn, site))
     lines = [f"== episode {episode.episode_id}, turn {number}", *_route_lines(facts, turn)]
     return picture, "\n".join([*lines, *room_facts(episode, number, with_goal=True)]) + "\n"
 
@@ -161,7 +163,7 @@ def draw_arrow(canvas: Canvas, pose: Pose) -> None:
     canvas.dot(pose.x, pose.z, 7, BLACK)
 
 
-def frames(poses: Mapping[str, Pose], turn: Turn, site: GenerationSite) -> list[tuple[str, Image.Image]]:
+def agent_frames(poses: Mapping[str, Pose], turn: Turn, site: GenerationSite) -> list[tuple[str, Image.Image]]:
     """Return the agent's frames from named poses in a turn's streets."""
     actors = [street_actor(item) for item in turn.street]
     return [
@@ -180,7 +182,7 @@ def _moments(legs: Sequence[LegFacts], count: int) -> list[int]:
     return sorted(moments)[:FRAMES]
 
 
-def beside(chart: Image.Image, views: Sequence[tuple[str, Image.Image]]) -> Image.Image:
+def with_views_beside(chart: Image.Image, views: Sequence[tuple[str, Image.Image]]) -> Image.Image:
     """Return a map with named views to its right, in three columns."""
     titled = [add_title(view, [name], size=11) for name, view in views]
     width, height = SIZE + 6, titled[0].height + 4

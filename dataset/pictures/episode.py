@@ -4,7 +4,7 @@ from contextlib import closing
 from pathlib import Path
 
 from arramon_dataset.pictures.canvas import stack
-from arramon_dataset.pictures.maps import name_of, recovered_map, room_map, section_map
+from arramon_dataset.pictures.maps import prop_name, recovered_map, room_map, section_map
 from arramon_dataset.pictures.views import contact_sheet
 from arramon_server.episodes.episode import Episode
 from arramon_server.episodes.provenance import Provenance
@@ -89,7 +89,7 @@ def _recovered(section: Section, provenance: Provenance) -> str:
     listed = []
     for each in provenance.props:
         prop = section.props[each.index]
-        listed.append((-each.votes, name_of(prop), prop.x, prop.z))
+        listed.append((-each.votes, prop_name(prop), prop.x, prop.z))
     for each in provenance.buildings:
         building = section.buildings[each.index]
         listed.append((-each.votes, f"{building.facade} building", building.x, building.z))

@@ -67,11 +67,11 @@ def _prop(canvas: Canvas, prop: Prop, origin: PropOrigin) -> None:
     radius, colour, size = _MARKS[origin.name]
     canvas.dot(prop.x, prop.z, radius, colour, colour)
     canvas.label(
-        prop.x + radius / canvas.scale + 0.1, prop.z, f"{name_of(prop)}{_votes(origin)}", size=size, colour=colour
+        prop.x + radius / canvas.scale + 0.1, prop.z, f"{prop_name(prop)}{_votes(origin)}", size=size, colour=colour
     )
 
 
-def name_of(prop: Prop) -> str:
+def prop_name(prop: Prop) -> str:
     """Return a plain English name of a prop."""
     return " ".join(filter(None, (prop.colour, prop.shape, prop.kind.replace("_", " "))))
 

@@ -1,8 +1,8 @@
 """Generation of a section from a street plan: buildings, street furniture and banners."""
 
-from arramon_dataset.plans.blocks import bounds_of, build_up
-from arramon_dataset.plans.landmarks import furnish
+from arramon_dataset.plans.buildings import bounds_of, buildings_of_plan
 from arramon_dataset.plans.plan import Plan
+from arramon_dataset.plans.street_furniture import furnish_streets
 from arramon_server.sim.section import Section
 
 
@@ -15,5 +15,5 @@ def build_section(plan: Plan, seed: str) -> Section:
         plan: street plan.
         seed: seeds heights, facades and furniture; for a hidden section, the host's secret.
     """
-    buildings = build_up(plan, seed)
-    return Section(plan.id, plan.heading, bounds_of(plan), buildings, furnish(plan, buildings, seed))
+    buildings = buildings_of_plan(plan, seed)
+    return Section(plan.id, plan.heading, bounds_of(plan), buildings, furnish_streets(plan, buildings, seed))

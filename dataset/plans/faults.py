@@ -9,12 +9,12 @@ from scipy import ndimage
 from arramon_client.world import AGENT_RADIUS, FACADES
 from arramon_dataset.layout.grid import Points, sample_points
 from arramon_dataset.layout.solids import Solids
-from arramon_dataset.plans.blocks import bounds_of
+from arramon_dataset.plans.buildings import bounds_of
 from arramon_dataset.plans.graph import StreetGraph
-from arramon_dataset.plans.landmarks import crossings, distances
+from arramon_dataset.plans.graph_builder import street_graph
 from arramon_dataset.plans.plan import Plan
-from arramon_dataset.plans.street_graph import street_graph
-from arramon_dataset.plans.strips import surface
+from arramon_dataset.plans.street_furniture import crossings, distances
+from arramon_dataset.plans.street_surface import street_surface
 from arramon_server.sim.city import label_of_prop
 from arramon_server.sim.section import Section
 
@@ -78,7 +78,7 @@ def _ground_faults(plan: Plan, section: Section) -> Iterator[str]:
     middles = sample_points(plan.lines(), 0.5)
     ends = np.concatenate([line[[0, -1]] for line in plan.lines()])
     inner = middles[distances(middles, ends).min(axis=1) > AT_END]
-    streets = surface(plan)
+    streets = street_surface(plan)
     beside = free[~streets.covers(free)]
     if len(beside) and np.min([strip.distance(beside) for strip in streets.strips], axis=0).max() > MAX_OFF_STREET:
         yield "it is open to the outside"
@@ -122,8 +122,8 @@ def _landmark_faults(plan: Plan, section: Section) -> Iterator[str]:
     ])  # fmt: skip
     if (twins < TWINS).any() or (twins < NEAR_TWINS).mean() >= NEAR_SHARE:
         yield "props that look the same are too near to each other"
-    houses = np.array([(building.x, building.z) for building in section.buildings])
-    apart = distances(houses, houses) + 1e9 * np.eye(len(houses))
+    centres = np.array([(building.x, building.z) for building in section.buildings])
+    apart = distances(centres, centres) + 1e9 * np.eye(len(centres))
     facades = [building.facade for building in section.buildings]
     if set(facades) != set(FACADES) or any(facades[i] == facades[int(j)] for i, j in enumerate(apart.argmin(axis=1))):
         yield "a facade is missing, or neighbours share one"
@@ -139,7 +139,7 @@ def _graph_faults(plan: Plan, section: Section) -> Iterator[str]:
     if not _leads_back(graph):
         yield "a street leaves a junction and does not come back to it"
     middles = np.array([(junction.x, junction.z) for junction in graph.junctions])
-    if not surface(plan).covers(middles).all():
+    if not street_surface(plan).covers(middles).all():
         yield "a junction lies beside the streets"
     for junction in graph.junctions:
         headings = [arm.heading for arm in junction.arms]

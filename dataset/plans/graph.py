@@ -62,8 +62,8 @@ class Junction:
 
     def arm_towards(self, heading: float, tolerance: float = STRAIGHT) -> Arm | None:
         """Return the arm whose direction is nearest to a heading, or None if none is within `tolerance` degrees."""
-        near = [arm for arm in self.arms if apart(arm.heading, heading) <= tolerance]
-        return min(near, key=lambda arm: apart(arm.heading, heading), default=None)
+        near = [arm for arm in self.arms if angle_between(arm.heading, heading) <= tolerance]
+        return min(near, key=lambda arm: angle_between(arm.heading, heading), default=None)
 
     def kind_from(self, heading: float) -> str:
         """Return the kind of the junction as seen by a walker who arrives with this heading.
@@ -160,7 +160,7 @@ class StreetGraph:
     junctions: tuple[Junction, ...]
     roads: tuple[Road, ...]
     corners: tuple[Corner, ...]
-    houses: tuple[NamedBuilding, ...]
+    buildings: tuple[NamedBuilding, ...]
 
     def junction(self, identity: str) -> Junction:
         """Return a junction by its identity.
@@ -194,7 +194,7 @@ class StreetGraph:
         return tuple(road for road in self.roads if road.distance(x, z) <= road.width / 2)
 
 
-def apart(one: float, other: float) -> float:
+def angle_between(one: float, other: float) -> float:
     """Return the angle between two headings, in degrees from 0 to 180."""
     return abs(turn_between(one, other))
 

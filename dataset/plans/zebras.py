@@ -3,8 +3,8 @@
 import math
 from random import Random
 
+from arramon_dataset.plans.junction_detection import MiddleLine, Mouth, detect_junctions, middle_lines_of
 from arramon_dataset.plans.plan import Plan
-from arramon_dataset.plans.survey import MiddleLine, Mouth, meetings_of, middle_lines_of
 from arramon_server.sim.assets.roadside import ZEBRA_LENGTH
 from arramon_server.sim.section import Prop
 
@@ -30,9 +30,9 @@ def zebra_crossings(plan: Plan, random: Random) -> tuple[Prop, ...]:
     """
     lines = middle_lines_of(plan)
     found: list[Prop] = []
-    for meeting in meetings_of(plan, lines):
-        streets = [mouth for mouth in meeting.mouths if 2 * lines[mouth.line].half_width >= NARROWEST]
-        if meeting.corners is not None or len(streets) < 3:
+    for detected in detect_junctions(plan, lines):
+        streets = [mouth for mouth in detected.mouths if 2 * lines[mouth.line].half_width >= NARROWEST]
+        if detected.corners is not None or len(streets) < 3:
             continue
         drawn = [mouth for mouth in streets if random.random() < SHARE]
         for mouth in drawn or [random.choice(streets)]:
@@ -44,7 +44,7 @@ def zebra_crossings(plan: Plan, random: Random) -> tuple[Prop, ...]:
 
 def _zebra(mouth: Mouth, line: MiddleLine) -> Prop:
     x, z = line.places[mouth.at].tolist()
-    heading = line.heading(mouth.at, mouth.way)
+    heading = line.heading(mouth.at, mouth.direction)
     angle, away = math.radians(heading), BACK + ZEBRA_LENGTH / 2
     x, z = round(x + away * math.sin(angle), 3), round(z + away * math.cos(angle), 3)
     return Prop("zebra_crossing", x, z, heading)

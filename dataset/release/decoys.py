@@ -1,6 +1,6 @@
 """Placement of the decoys that assembly instructions mention, so that the instructions identify the target's cell.
 
-The semantics of relations is that of `arramon_lang.room`, shared with followers.
+The semantics of relations is that of `arramon_lang.cell_grading`, shared with followers.
 """
 
 from collections.abc import Collection, Sequence
@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from random import Random
 
 from arramon_client.world import COLLECTIBLES, COLUMNS, ROWS
-from arramon_dataset.instructions.assembly.sight import to_standing, whole_room
+from arramon_dataset.instructions.assembly.visible_objects import to_room_object, whole_room
+from arramon_lang.cell_grading import Referent, find_cell, grade_relation, quarter_after
 from arramon_lang.meaning import Assembly, Thing, Where
-from arramon_lang.room import Referent, find_cell, grade_relation, quarter_after
 from arramon_server.sim.catalogue import ALL_TYPES, ObjectType
 from arramon_server.sim.room import RoomCell, RoomPosition
 from arramon_server.sim.rules import PlacedObject
@@ -30,7 +30,7 @@ def identifies_cell(meaning: Assembly, room: Sequence[PlacedObject], placement: 
 
 
 @dataclass(frozen=True, slots=True)
-class Arrangement:
+class DecoyPlacer:
     """Places the decoys of one instruction after another.
 
     Attributes:
@@ -78,14 +78,14 @@ class Arrangement:
             elif thing.kind == "wall":
                 known.append(whole_room(()).walls.get(thing.look, quarter))
             elif (item := self._find(thing, where, subject, quarter, placed)) is not None:
-                known.append(to_standing(item))
+                known.append(to_room_object(item))
                 self._relate_all(thing, item, quarter, placed)
             elif thing.kind in COLLECTIBLES or (not thing.kind and (thing.colour or thing.look)):
                 missing.append(thing)
         for thing in missing:
             new = self._add_decoy(thing, where, subject, known, quarter)
             if new is not None:
-                known.append(to_standing(new))
+                known.append(to_room_object(new))
                 self._relate_all(thing, new, quarter, placed)
 
     def _relate_all(self, thing: Thing, item: PlacedObject, quarter: int, placed: Sequence[PlacedObject]) -> None:
@@ -96,10 +96,10 @@ class Arrangement:
         self, thing: Thing, where: Where, subject: RoomPosition, quarter: int, placed: Sequence[PlacedObject]
     ) -> PlacedObject | None:
         """Return the existing object that a name refers to, by its complete name or by the relation, or None."""
-        fitting = [item for item in (*self.items(), *placed) if fits(thing, item.type)]
+        fitting = [item for item in (*self.items(), *placed) if name_matches_type(thing, item.type)]
         if fitting and thing.kind and thing.colour and thing.look:
             return fitting[0]
-        graded = [(relation_score(where, subject, to_standing(item), quarter), item) for item in fitting]
+        graded = [(relation_score(where, subject, to_room_object(item), quarter), item) for item in fitting]
         good = [(grade, item.placement, item) for grade, item in graded if grade >= MIN_GRADE]
         return max(good)[2] if good else None
 
@@ -108,14 +108,14 @@ class Arrangement:
     ) -> PlacedObject | None:
         """Add and return a decoy with that name for which the relation holds, or None if no cell or type is left."""
         used = {*self.excluded, *self.floor.values()}
-        types = [type_ for type_ in ALL_TYPES if fits(thing, type_) and type_ not in used]
+        types = [type_ for type_ in ALL_TYPES if name_matches_type(thing, type_) and type_ not in used]
         cells = [cell for cell in CELLS if cell not in self.floor and cell not in self.blocked]
         if not types or not cells or len(self.floor) >= self.max_decoys:
             return None
         type_ = self.random.choice(types)
         graded = {}
         for cell in self.random.sample(cells, len(cells)):
-            mark = to_standing(PlacedObject(type_, RoomPosition(cell.column, 1, cell.row)))
+            mark = to_room_object(PlacedObject(type_, RoomPosition(cell.column, 1, cell.row)))
             if where.relation == "between" and known:
                 at = subject.column, subject.row
                 graded[cell] = grade_relation(where, at, subject.level, (known[0], mark), quarter)
@@ -135,6 +135,6 @@ def relation_score(where: Where, subject: RoomPosition, landmark: Referent, quar
     return grade_relation(where, (subject.column, subject.row), subject.level, (landmark,), quarter)
 
 
-def fits(thing: Thing, type_: ObjectType) -> bool:
+def name_matches_type(thing: Thing, type_: ObjectType) -> bool:
     """Return whether every word of a name matches a type."""
     return thing.kind in ("", type_.kind) and thing.colour in ("", type_.colour) and thing.look in ("", type_.pattern)

@@ -10,10 +10,16 @@ import numpy as np
 
 import arramon_lang as lang
 from arramon_dataset.parallel import process_pool, processes_of
-from arramon_dataset.release.extras import ObjectReference, Points, arrange_decoys, draw_distracters, read_references
 from arramon_dataset.release.files import read_release
-from arramon_dataset.release.landmarks.city import rebuild
-from arramon_dataset.release.reconstruction import build_up
+from arramon_dataset.release.landmarks.rebuilt_section import rebuild_section
+from arramon_dataset.release.missing_objects import (
+    ObjectReference,
+    Points,
+    arrange_decoys,
+    draw_distracters,
+    read_references,
+)
+from arramon_dataset.release.reconstruction import reconstruct_section
 from arramon_lang.meaning import Assembly
 from arramon_server.episodes.episode import Episode, with_languages
 from arramon_server.episodes.provenance import Provenance, origins_of
@@ -142,18 +148,18 @@ def _rebuild_all(by_section: Mapping[str, Sequence[Episode]], processes: int) ->
 
 
 def _rebuild(section: str, episodes: Sequence[Episode]) -> Rebuilt:
-    ground = ground_of(episodes)
+    ground = walked_positions(episodes)
     with_objects = [add_objects(episode, ground) for episode in episodes]
-    return rebuild(_section(section, with_objects), with_objects)
+    return rebuild_section(_section(section, with_objects), with_objects)
 
 
 def _section(section: str, episodes: Sequence[Episode]) -> Section:
     turns = [turn for episode in episodes for turn in episode.turns]
     targets = np.array([(turn.target.position.x, turn.target.position.z) for turn in turns])
-    return build_up(section, [np.array(turn.path) for turn in turns], targets)
+    return reconstruct_section(section, [np.array(turn.path) for turn in turns], targets)
 
 
-def ground_of(episodes: Sequence[Episode]) -> Points:
+def walked_positions(episodes: Sequence[Episode]) -> Points:
     """Return all positions on paths in a section, (m, 2)."""
     ground: Points = np.unique(np.concatenate([np.array(t.path) for e in episodes for t in e.turns]).round(2), axis=0)
     return ground

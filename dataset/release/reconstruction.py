@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 
 from arramon_client.world import FACADES
 from arramon_dataset.layout.grid import CELL, Grid, Mask, Points, sample_points
-from arramon_dataset.layout.lots import CellRectangle, cover, split
+from arramon_dataset.layout.lots import CellRectangle, cover_with_rectangles, split_into_lots
 from arramon_dataset.layout.masks import (
     LONGEST,
     RING,
@@ -35,7 +35,7 @@ LOWEST, HIGHEST = 2.5, 9.0
 """Range of building heights, in units."""
 
 
-def build_up(section_id: str, paths: Sequence[Points], targets: Points) -> Section:
+def reconstruct_section(section_id: str, paths: Sequence[Points], targets: Points) -> Section:
     """Return a section without furniture whose episodes follow these paths; the same input gives the same section.
 
     No building is closer than 0.5 units to a segment of a path or to a target.
@@ -51,11 +51,11 @@ def build_up(section_id: str, paths: Sequence[Points], targets: Points) -> Secti
     if not paths:
         raise ValueError(f"section {section_id}: no paths to reconstruct it from")
     heading = street_heading(paths)
-    trodden = sample_points([*paths, *(target[None, :] for target in targets)])
-    grid = Grid.around(trodden, heading, CARVE + RING + CELL)
-    street, built = survey(grid, trodden)
-    buildings = tuple(raise_buildings(section_id, grid, lay_out(section_id, built, street)))
-    return Section(section_id, heading, bounds_of(trodden), buildings, ())
+    walked = sample_points([*paths, *(target[None, :] for target in targets)])
+    grid = Grid.around(walked, heading, CARVE + RING + CELL)
+    street, built = street_and_built_masks(grid, walked)
+    buildings = tuple(make_buildings(section_id, grid, lay_out(section_id, built, street)))
+    return Section(section_id, heading, bounds_of(walked), buildings, ())
 
 
 def street_heading(paths: Sequence[Points]) -> float:
@@ -80,9 +80,9 @@ def street_heading(paths: Sequence[Points]) -> float:
     return round(heading, 1)
 
 
-def survey(grid: Grid, trodden: Points) -> tuple[Mask, Mask]:
+def street_and_built_masks(grid: Grid, walked: Points) -> tuple[Mask, Mask]:
     """Return the cells of the street, and those to build on: all within RING of the street. Thin cells are street."""
-    distance, _ = cKDTree(trodden).query(grid.centres(), distance_upper_bound=2 * CARVE)
+    distance, _ = cKDTree(walked).query(grid.centres(), distance_upper_bound=2 * CARVE)
     free = (distance <= CARVE).reshape(grid.shape)
     thick = remove_thin(~free, THINNEST)
     return ~thick, thick & dilate(~thick, RING)
@@ -99,20 +99,20 @@ def remove_thin(mask: Mask, units: float) -> Mask:
 
 def lay_out(section_id: str, built: Mask, street: Mask) -> list[CellRectangle]:
     """Return the lots with a view of the street, and those that close the gaps between them."""
-    rectangles = cover(built, round(NARROWEST / CELL))
+    rectangles = cover_with_rectangles(built, round(NARROWEST / CELL))
     gaps = built & ~rectangle_mask(built.shape, rectangles) & ~dilate(street, NARROWEST)
-    rectangles += cover(gaps, 1)
+    rectangles += cover_with_rectangles(gaps, 1)
     lots = []
     for number, rectangle in enumerate(rectangles):
         random = seeded(section_id, "lots", number)
-        lots += split(rectangle, round(SHORTEST / CELL), round(LONGEST / CELL), random)
+        lots += split_into_lots(rectangle, round(SHORTEST / CELL), round(LONGEST / CELL), random)
     seen = connected_to(~rectangle_mask(built.shape, lots), street)
     lots = [lot for lot in lots if seen[with_neighbours(lot)].any()]
     unseen = ~rectangle_mask(built.shape, lots) & ~seen
     return [set_back(lot, seen, unseen, seeded(section_id, "setback", number)) for number, lot in enumerate(lots)]
 
 
-def raise_buildings(section_id: str, grid: Grid, lots: Sequence[CellRectangle]) -> list[Building]:
+def make_buildings(section_id: str, grid: Grid, lots: Sequence[CellRectangle]) -> list[Building]:
     """Return a building for each lot, with another facade than the one before."""
     buildings: list[Building] = []
     for number, lot in enumerate(lots):
@@ -133,7 +133,7 @@ def raise_buildings(section_id: str, grid: Grid, lots: Sequence[CellRectangle]) 
     return buildings
 
 
-def bounds_of(trodden: Points) -> tuple[float, float, float, float]:
+def bounds_of(walked: Points) -> tuple[float, float, float, float]:
     """Return the bounds of the ground that agents can reach, with a margin: (x from, z from, x to, z to)."""
-    low, high = trodden.min(axis=0) - CARVE, trodden.max(axis=0) + CARVE
+    low, high = walked.min(axis=0) - CARVE, walked.max(axis=0) + CARVE
     return float(low[0]), float(low[1]), float(high[0]), float(high[1])

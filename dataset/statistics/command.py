@@ -6,16 +6,16 @@ from pathlib import Path
 from typing import Any
 
 from arramon_dataset.statistics.diversity import SAMPLE
-from arramon_dataset.statistics.measure import Figures, measure
+from arramon_dataset.statistics.measure import SplitStatistics, measure
 from arramon_server.episodes.episode import Episode, languages_of
 from arramon_server.episodes.files import read_episodes
 from arramon_server.episodes.splits import folder_of, folders_of
 from arramon_server.errors import BadInput, NotFound
 
 
-def figures_of(
+def statistics_of(
     data: Path, splits: Sequence[str] = (), languages: Sequence[str] = (), *, sample: int = SAMPLE, seed: int = 0
-) -> list[Figures]:
+) -> list[SplitStatistics]:
     """Measure splits of a data folder in each language, all on samples of equal size.
 
     Args:
@@ -37,8 +37,8 @@ def figures_of(
     return [measure(split, episodes, code, sample=size, seed=seed) for split, code, episodes in chosen]
 
 
-def as_json(columns: Sequence[Figures]) -> list[dict[str, Any]]:
-    """Return the figures as JSON data: one object for each split and language."""
+def as_json(columns: Sequence[SplitStatistics]) -> list[dict[str, Any]]:
+    """Return the statistics as JSON data: one object for each split and language."""
     return [asdict(each) for each in columns]
 
 

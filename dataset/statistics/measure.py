@@ -32,8 +32,8 @@ class PropertyShare:
 
 
 @dataclass(frozen=True, eq=False)
-class PhaseFigures:
-    """Figures of one phase's instructions.
+class PhaseStatistics:
+    """Statistics of one phase's instructions.
 
     Attributes:
         lengths: of instructions and ground truths.
@@ -49,25 +49,25 @@ class PhaseFigures:
 
 
 @dataclass(frozen=True, eq=False)
-class Figures:
-    """Figures of a split's instructions in one language.
+class SplitStatistics:
+    """Statistics of a split's instructions in one language.
 
     Attributes:
         split: name of the split.
         language: code of the language.
         episodes: number of episodes in this language.
-        phases: figures by phase.
+        phases: statistics by phase.
     """
 
     split: str
     language: str
     episodes: int
-    phases: dict[str, PhaseFigures]
+    phases: dict[str, PhaseStatistics]
 
 
 def measure(
     split: str, episodes: Sequence[Episode], code: str, *, sample: int | None = SAMPLE, seed: int = 0
-) -> Figures:
+) -> SplitStatistics:
     """Measure the instructions of episodes in one language.
 
     Args:
@@ -86,16 +86,16 @@ def measure(
     except UnknownLanguage as error:
         raise NotFound(str(error)) from error
     phases = {phase: _measure_phase(episodes, phase, language, sample, seed) for phase in PHASES}
-    return Figures(split, code, len(episodes), phases)
+    return SplitStatistics(split, code, len(episodes), phases)
 
 
 def _measure_phase(
     episodes: Sequence[Episode], phase: str, language: Language, sample: int | None, seed: int
-) -> PhaseFigures:
+) -> PhaseStatistics:
     texts = [episode.instruction(language.code, turn, phase) for episode in episodes for turn in (1, 2)]
     words = [words_of(language, text) for text in texts]
     spoken = [each for each in words if each]
-    return PhaseFigures(
+    return PhaseStatistics(
         lengths=lengths_of(episodes, phase, words),
         frequent=_frequent(texts, language),
         properties=_properties(words, language),

@@ -1,4 +1,4 @@
-"""The paper's figures for its own data, for comparison."""
+"""The paper's statistics of its own data, for comparison."""
 
 LENGTHS: dict[str, dict[str, tuple[float, int]]] = {
     "navigation": {"words": (47.99, 147), "path": (48.14, 156), "actions": (75.78, 224)},

@@ -1,4 +1,4 @@
-"""Plots of the figures: distributions of lengths, linguistic properties, frequent words."""
+"""Plots of the statistics: distributions of lengths, linguistic properties, frequent words."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -11,7 +11,7 @@ from arramon_client.world import PHASES
 from arramon_dataset.pictures.canvas import BLACK, WHITE, Canvas, Colour, add_title, stack
 from arramon_dataset.statistics import paper
 from arramon_dataset.statistics.histogram import BINS, bin_shares
-from arramon_dataset.statistics.measure import FREQUENT, Figures
+from arramon_dataset.statistics.measure import FREQUENT, SplitStatistics
 from arramon_dataset.statistics.properties import PROPERTIES
 from arramon_server.errors import StorageError
 
@@ -29,7 +29,7 @@ _KEY_WIDTH, _KEY_HEIGHT, _KEYS = 130, 18, 6
 """Size of one legend entry in pixels, and number of entries per line."""
 
 
-def write_plots(columns: Sequence[Figures], folder: Path) -> list[Path]:
+def write_plots(columns: Sequence[SplitStatistics], folder: Path) -> list[Path]:
     """Write all plots into a folder, which is created if missing.
 
     Returns:
@@ -56,7 +56,7 @@ def write_plots(columns: Sequence[Figures], folder: Path) -> list[Path]:
     return written
 
 
-def _distributions(columns: Sequence[Figures], measure: str) -> Image:
+def _distributions(columns: Sequence[SplitStatistics], measure: str) -> Image:
     """Return a line plot for each phase: share of turns by length, one line per column."""
     panels = []
     for phase in PHASES:
@@ -82,7 +82,7 @@ _MEASURED = {
 }
 
 
-def _properties(columns: Sequence[Figures]) -> Image:
+def _properties(columns: Sequence[SplitStatistics]) -> Image:
     """Return a bar plot for each phase: one bar per property and column, and the paper's."""
     panels = []
     for phase in PHASES:
@@ -148,7 +148,7 @@ class _Panel:
         )
 
 
-def _frequent_words(columns: Sequence[Figures]) -> str:
+def _frequent_words(columns: Sequence[SplitStatistics]) -> str:
     """Return bar charts of words as SVG: viewers have fonts for every script, the picture library does not."""
     parts, width, row, top = [], 300, 18, 52
     for down, phase in enumerate(PHASES):
@@ -170,7 +170,7 @@ def _frequent_words(columns: Sequence[Figures]) -> str:
     return f'<svg xmlns="http://www.w3.org/2000/svg" {size} {style}>\n{ground}\n{body}\n</svg>\n'
 
 
-def _name(figures: Figures) -> str:
+def _name(figures: SplitStatistics) -> str:
     return f"{figures.split} {figures.language}"
 
 

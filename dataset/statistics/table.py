@@ -1,4 +1,4 @@
-"""Figures as text tables with a column for each split and language, and histograms."""
+"""Statistics as text tables with a column for each split and language, and histograms."""
 
 import unicodedata
 from collections.abc import Iterable, Iterator, Sequence
@@ -7,7 +7,7 @@ from arramon_client.world import PHASES
 from arramon_dataset.statistics import paper
 from arramon_dataset.statistics.histogram import BINS, bin_shares
 from arramon_dataset.statistics.lengths import MEASURES
-from arramon_dataset.statistics.measure import Figures
+from arramon_dataset.statistics.measure import SplitStatistics
 from arramon_dataset.statistics.properties import PROPERTIES
 
 _NAMES = {
@@ -25,7 +25,7 @@ _FIRST, _COLUMN, _BAR = 24, 18, 10
 _TEXT_BARS = " ▏▎▍▌▋▊▉█"
 
 
-def as_text(columns: Sequence[Figures]) -> Iterator[str]:
+def as_text(columns: Sequence[SplitStatistics]) -> Iterator[str]:
     """Yield all tables, line by line.
 
     Args:
@@ -44,7 +44,7 @@ def as_text(columns: Sequence[Figures]) -> Iterator[str]:
         yield ""
 
 
-def _lengths(columns: Sequence[Figures], phase: str) -> Iterator[str]:
+def _lengths(columns: Sequence[SplitStatistics], phase: str) -> Iterator[str]:
     yield from _titled("lengths of a turn", ["mean, max"] * len(columns))
     for name in MEASURES:
         turns = [each.phases[phase].lengths.turns[name] for each in columns]
@@ -57,7 +57,7 @@ def _lengths(columns: Sequence[Figures], phase: str) -> Iterator[str]:
         yield _row("path steps" if first else _NAMES[name], [f"{mean:.2f} {longest:5}" for mean, longest in cells])
 
 
-def _properties(columns: Sequence[Figures], phase: str) -> Iterator[str]:
+def _properties(columns: Sequence[SplitStatistics], phase: str) -> Iterator[str]:
     yield from _titled("linguistic properties", ["instr., episodes"] * len(columns) + ["paper, episodes"])
     for name in PROPERTIES:
         shares = [each.phases[phase].properties[name] for each in columns]
@@ -65,7 +65,7 @@ def _properties(columns: Sequence[Figures], phase: str) -> Iterator[str]:
         yield _row(_NAMES[name], [*cells, f"{paper.PROPERTIES[phase][name]:.0%}"])
 
 
-def _diversity(columns: Sequence[Figures], phase: str) -> Iterator[str]:
+def _diversity(columns: Sequence[SplitStatistics], phase: str) -> Iterator[str]:
     found = [each.phases[phase].diversity for each in columns]
     yield from _titled("diversity", [f"of {each.texts}" if each else "" for each in found])
     for name, values in (
@@ -83,7 +83,7 @@ def _diversity(columns: Sequence[Figures], phase: str) -> Iterator[str]:
         yield _row(name, values)
 
 
-def _words(columns: Sequence[Figures], phase: str) -> Iterator[str]:
+def _words(columns: Sequence[SplitStatistics], phase: str) -> Iterator[str]:
     lists = [each.phases[phase].frequent for each in columns]
     yield from _titled("frequent words", [""] * len(columns))
     for rank in range(max(map(len, lists))):
@@ -91,7 +91,7 @@ def _words(columns: Sequence[Figures], phase: str) -> Iterator[str]:
         yield _row(f"{rank + 1:4}", [f"{entry[0]} {entry[1]:5}" if entry else "" for entry in entries])
 
 
-def _histograms(columns: Sequence[Figures], phase: str) -> Iterator[str]:
+def _histograms(columns: Sequence[SplitStatistics], phase: str) -> Iterator[str]:
     for name in ("words", "path"):
         width, stop = BINS[phase, name]
         shares = [bin_shares(each.phases[phase].lengths.turns[name], width, stop) for each in columns]

@@ -7,8 +7,8 @@ says how each thing is mentioned. It serves to locate things from people's descr
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from arramon_lang.coreference import things_of
 from arramon_lang.meaning import Face, Rotate, Step, Thing, Walk, Where
-from arramon_lang.reference import things_of
 
 PartMeaning = Step | Thing | Where
 """Content of a parsed part: a step, the target, or a relation of the target."""

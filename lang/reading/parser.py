@@ -20,7 +20,7 @@ from arramon_lang.reading.matching import OPTIONAL, Automaton, PatternLabel, Phr
 from arramon_lang.reading.noun_phrases import NounPhraseParser
 from arramon_lang.reading.outline import OutlineEntry, entries_of
 from arramon_lang.reading.segmentation import TextSegmenter
-from arramon_lang.tokens import Tokenizer
+from arramon_lang.tokens import ScriptTokenizer
 
 ONLY_READ_CLAUSES = (
     *("turn with", "short of", "all sides", "walk past crossed", "walk past zebra_crossing"),
@@ -54,7 +54,7 @@ class InstructionParser:
         grammar: Grammar,
         lexicon: Mapping[str, Any],
         relations: Mapping[str, Any],
-        tokenizer: Tokenizer,
+        tokenizer: ScriptTokenizer,
         chunks: Mapping[str, Any] | None = None,
     ) -> None:
         self._grammar = grammar

@@ -5,7 +5,7 @@ from typing import Any
 
 from arramon_lang.lexicon import FUZZY_LENGTH, Lexicon, WordRole, keys_of, within_one_edit
 from arramon_lang.reading.mentions import Mention
-from arramon_lang.tokens import Token, Tokenizer
+from arramon_lang.tokens import ScriptTokenizer, Token
 
 RELATIONS = ("on_top_of", "left_of", "right_of", "in_front_of", "behind", "between", "near", "against")
 
@@ -27,7 +27,7 @@ class Relations:
         ValueError: if the position or a relation is unknown, or a relation is missing.
     """
 
-    def __init__(self, data: Mapping[str, Any], tokenizer: Tokenizer, lexicon: Lexicon) -> None:
+    def __init__(self, data: Mapping[str, Any], tokenizer: ScriptTokenizer, lexicon: Lexicon) -> None:
         if data["position"] not in _POSITIONS:
             raise ValueError(f"relations: position {data['position']!r} is not one of {', '.join(_POSITIONS)}")
         if set(data["phrases"]) != set(RELATIONS):

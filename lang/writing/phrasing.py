@@ -8,7 +8,7 @@ from typing import Protocol, TypeVar
 from arramon_lang.clauses import Value, focus_after, thing_slots
 from arramon_lang.grammar import INSIDE, SLOTS, Grammar, Lexeme, LookWording
 from arramon_lang.meaning import Thing, Where
-from arramon_lang.patterns import Alternatives, Pattern, Sequence, needed, possible
+from arramon_lang.patterns import Alternatives, Pattern, Sequence, possible_slots, required_slots
 from arramon_lang.writing.voice import Voice, draw_voice
 
 Filler = Callable[[Mapping[str, str]], str]
@@ -24,7 +24,7 @@ REPEATED_FACTOR = 0.4
 """Factor on the weight of a wording that the text has already used."""
 
 
-class Weighted(Protocol):
+class WeightedWording(Protocol):
     """A wording with its weight."""
 
     @property
@@ -32,7 +32,7 @@ class Weighted(Protocol):
         """Relative probability of being written; 0 if it is only read."""
 
 
-_T = TypeVar("_T", bound=Weighted)
+_T = TypeVar("_T", bound=WeightedWording)
 
 
 def constant(text: str) -> Filler:
@@ -86,8 +86,8 @@ class Phraser:
         for pattern in patterns:
             if not pattern.weight:
                 continue
-            must = needed(pattern.body, known)
-            can = {slot for slot in possible(pattern.body, known) if slot not in tables or slot in fillers}
+            must = required_slots(pattern.body, known)
+            can = {slot for slot in possible_slots(pattern.body, known) if slot not in tables or slot in fillers}
             attributes = {tables[slot].attribute if slot in tables else slot for slot in can}
             if must <= can and {tables[s].attribute if s in tables else s for s in must} <= content <= attributes:
                 fitting.append(pattern)
@@ -116,9 +116,13 @@ class Phraser:
         """Draw one of the options that fill the most slots, among those whose slots can all be filled."""
         known, content = SLOTS | self.grammar.tables.keys(), frozenset(content)
         weights = choice.weights or (1.0,) * len(choice.options)
-        allowed = [(o, w) for o, w in zip(choice.options, weights, strict=True) if w and needed(o, known) <= content]
-        most = max(len(possible(option, known) & content) for option, _ in allowed)
-        fullest = [(option, weight) for option, weight in allowed if len(possible(option, known) & content) == most]
+        allowed = [
+            (o, w) for o, w in zip(choice.options, weights, strict=True) if w and required_slots(o, known) <= content
+        ]
+        most = max(len(possible_slots(option, known) & content) for option, _ in allowed)
+        fullest = [
+            (option, weight) for option, weight in allowed if len(possible_slots(option, known) & content) == most
+        ]
         (chosen,) = self.random.choices([option for option, _ in fullest], [weight for _, weight in fullest])
         return chosen
 

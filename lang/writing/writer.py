@@ -9,7 +9,7 @@ from random import Random
 from arramon_lang.clauses import Clause, clause_of, focus_after
 from arramon_lang.grammar import SLOTS, Grammar
 from arramon_lang.meaning import PLACES, Assembly, Meaning, Navigation, Thing
-from arramon_lang.patterns import Pattern, Slot, needed, possible
+from arramon_lang.patterns import Pattern, Slot, possible_slots, required_slots
 from arramon_lang.writing.phrasing import Filler, Phraser, constant
 from arramon_lang.writing.voice import Voice, draw_voice
 
@@ -239,13 +239,15 @@ class _Draft(Phraser):
             return self.render(self.pick(fitting, "to pick it up"), {}, {**self.features, **marked}), True
         content = {"target", "where"} if target.where else {"target"}
         fitting = [
-            p for p in patterns if p.weight and needed(p.body, SLOTS) <= content and not (marked and p.main_only)
+            p
+            for p in patterns
+            if p.weight and required_slots(p.body, SLOTS) <= content and not (marked and p.main_only)
         ]
         pattern = self.pick(fitting, "what to pick up")
         noun = self.noun(target)
         fillers: dict[str, Filler] = {}
         wheres = target.where
-        if wheres and "where" in possible(pattern.body, SLOTS):
+        if wheres and "where" in possible_slots(pattern.body, SLOTS):
             fillers["where"] = lambda _: self.wheres(wheres, top=True)
             target = replace(target, where=())
         fillers["target"] = self.thing(target, noun, self.grammar.attached, top=True)

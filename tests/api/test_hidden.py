@@ -10,12 +10,12 @@ from google.protobuf.message import Message
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
 from arramon_dataset.generation.command import generate
-from arramon_dataset.generation.sizes import SPLITS
+from arramon_dataset.generation.split_specs import SPLITS
 from arramon_server.episodes.secret import host_secret
 from tests import tiny
 from tests.api.player import Player, create
 from tests.api.test_runs import refused
-from tests.dataset.generation.places import make_plain
+from tests.dataset.generation.small_section import make_plain_writer
 from tests.serving import METADATA, Server
 
 FORWARD, LEFT, INTERACT = 0, 1, 3
@@ -67,7 +67,12 @@ def test_hidden_run_in_play_reveals_only_its_progress(stub: EvaluationStub) -> N
 
 def test_messages_reveal_nothing_of_a_generated_hidden_split(tmp_path: Path) -> None:
     (split,) = generate(
-        tmp_path, [SPLITS["test_unseen"]], scale=2 / 1205, jobs=1, make_writer=make_plain, on_progress=lambda _: None
+        tmp_path,
+        [SPLITS["test_unseen"]],
+        scale=2 / 1205,
+        jobs=1,
+        make_writer=make_plain_writer,
+        on_progress=lambda _: None,
     )
     server = Server(tmp_path, "127.0.0.1:0", "--steps", "8")
     with grpc.insecure_channel(server.address) as channel:

@@ -12,7 +12,7 @@ from arramon_client.demonstrations import Demonstrations
 from arramon_client.environments import BadArgument
 from arramon_client.errors import UsageError
 from tests import tiny
-from tests.dataset.demonstrations.exporting import SIZE, export, playing_order, simulated
+from tests.dataset.demonstrations.exports import SIZE, expected_observations, export, playing_order
 
 
 @pytest.fixture(scope="module")
@@ -38,7 +38,7 @@ def test_it_reads_what_was_exported(data: Path, folder: Path) -> None:
         assert (len(one), one.cause, one.finished) == (len(tiny.ACTIONS), "AGENT_FINISHED", True)
         assert one.scores["turn 2"]["PTC"] == 1.0
         for language in one.instructions:
-            for step, expected in enumerate(simulated(data, one.episode_id, language, size=8)):
+            for step, expected in enumerate(expected_observations(data, one.episode_id, language, size=8)):
                 assert tuple(one.poses[step]) == expected.pose
                 assert one.turns[step] == expected.turn
                 assert ("navigation", "assembly")[one.phases[step]] == expected.phase
@@ -50,7 +50,7 @@ def test_frames_are_drawn_as_agents_see_them(data: Path, folder: Path) -> None:
     one = next(one for one in demonstrations if "hi" in one.instructions)
     drawn = list(demonstrations.draw(one, "hi", image_size=SIZE, data=data))
     assert [action for _, action in drawn] == list(tiny.ACTIONS)
-    for (seen, _), expected in zip(drawn, simulated(data, one.episode_id, "hi"), strict=True):
+    for (seen, _), expected in zip(drawn, expected_observations(data, one.episode_id, "hi"), strict=True):
         assert seen.rgb is not None
         assert seen.depth is not None
         assert (seen.rgb == expected.rgb).all()

@@ -12,7 +12,7 @@ import pytest
 from arramon_client import EmbeddedServerError, cli
 from arramon_client.local import first_episodes
 from arramon_client.local.first_episodes import holds_episodes, make_episodes
-from arramon_dataset.generation.sizes import SPLITS
+from arramon_dataset.generation.split_specs import SPLITS
 from tests import ROOT
 
 MAKER = """

@@ -14,7 +14,7 @@ import pytest
 
 from arramon_server.cli import FAMILIES
 from tests import ROOT, tiny
-from tests.dataset import recovered
+from tests.dataset import recovered_split
 from tests.forked import run
 from tests.release_format import record
 from tests.serving import Server
@@ -198,7 +198,7 @@ def test_show_writes_pictures_and_reports_what_is_missing(tmp_path: Path) -> Non
 
 
 def test_show_draws_a_section_and_lists_what_was_recovered(tmp_path: Path) -> None:
-    recovered.write(tmp_path)
+    recovered_split.write(tmp_path)
     pictures = tmp_path / "pictures"
     done = run("show", "--section", "1", "--data", tmp_path, "--output", pictures)
     assert done.stdout.split() == [str(pictures / f"own-section-1-{name}") for name in ("map.png", "recovered.txt")]

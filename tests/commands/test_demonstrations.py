@@ -14,7 +14,7 @@ from arramon_server import cli
 from arramon_server.episodes.splits import read_split
 from arramon_server.runs.storage.database import Database
 from tests import played, tiny
-from tests.dataset.demonstrations.exporting import contents
+from tests.dataset.demonstrations.exports import contents
 
 
 @pytest.fixture

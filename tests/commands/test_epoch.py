@@ -19,7 +19,7 @@ from arramon_server.process.lifecycle import check_secrets
 from arramon_server.runs.storage.database import Database
 from arramon_server.runs.storage.journal import Journal
 from arramon_server.runs.storage.records import CANCELLED
-from tests.dataset.generation.places import make_plain
+from tests.dataset.generation.small_section import make_plain_writer
 from tests.played import play
 
 SCALE = "0.0017"
@@ -74,7 +74,7 @@ class Host:
 
 @pytest.fixture
 def host(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Host:
-    monkeypatch.setattr(instruction_writer, "make_instruction_writer", make_plain)
+    monkeypatch.setattr(instruction_writer, "make_instruction_writer", make_plain_writer)
     return Host(tmp_path, capsys)
 
 

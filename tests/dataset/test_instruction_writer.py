@@ -1,3 +1,5 @@
+"""The instruction writer: whole generated splits in every language, and the criteria of a trial."""
+
 import re
 from pathlib import Path
 
@@ -6,9 +8,9 @@ import pytest
 import arramon_lang as lang
 from arramon_client.world import Action
 from arramon_dataset.demands import episode_demands
-from arramon_dataset.generation import GenerationSite, problems
+from arramon_dataset.generation import GenerationSite, faults_of_episode
 from arramon_dataset.generation.split_maker import GenerationProgress
-from arramon_dataset.instruction_writer import first_turn, passes
+from arramon_dataset.instruction_writer import initial_turn_angle, passes_trial
 from arramon_server.cli import main
 from arramon_server.episodes.splits import folder_of, read_split
 from arramon_server.scoring.episode import METRICS, EpisodeScores
@@ -28,13 +30,13 @@ def test_generate_writes_episodes_in_every_language(tmp_path: Path, capsys: pyte
     assert list(split.episodes) == ["55000", "55008"]
     for episode in split.episodes.values():
         assert set(episode.instructions) == set(lang.available())
-        assert problems(episode, site.solids, site.world) == ()
+        assert faults_of_episode(episode, site.solids, site.physics) == ()
         for code, texts in episode.instructions.items():
             assert episode_demands(episode, code) == split.demands[episode.episode_id]
             for turn, text in zip(episode.turns, texts, strict=True):
                 read = lang.load(code).read(text.navigation, "navigation")
                 assert read.target.kind == turn.target.type.kind  # type: ignore[union-attr]
-    site.world.close()
+    site.physics.close()
 
 
 @pytest.mark.parametrize(
@@ -61,7 +63,7 @@ def test_invalid_generate_options_are_refused(
     [((F, L, L), 0.0), ((L, L, F), 60.0), ((R,) * 6 + (F,), 180.0), ((L, R, F), 0.0), ((R, P), 30.0)],
 )
 def test_first_turn_sums_the_leading_rotations(actions: tuple[Action, ...], degrees: float) -> None:
-    assert first_turn(actions) == degrees
+    assert initial_turn_angle(actions) == degrees
 
 
 @pytest.mark.parametrize(
@@ -80,7 +82,7 @@ def test_follower_scores_decide_whether_instructions_pass(
     first: dict[str, float], second: dict[str, float], expected: bool
 ) -> None:
     perfect = dict.fromkeys(METRICS, 1.0)
-    assert passes(EpisodeScores("1", "6", (perfect | first, perfect | second))) is expected
+    assert passes_trial(EpisodeScores("1", "6", (perfect | first, perfect | second))) is expected
 
 
 def test_progress_shows_counts_and_time_left() -> None:

@@ -6,12 +6,12 @@ from arramon_client.world import bearing, turn_between
 from arramon_dataset.paths import (
     PathGeometry,
     Place,
-    along_relation,
     distance_from_line,
     distance_from_segment,
     legs_of,
     max_deviation,
     offset_seen_from,
+    relation_offset,
 )
 from tests.dataset.instructions.town import PATH
 
@@ -78,11 +78,11 @@ def test_distance_from_a_line_does_not_end_with_the_segment(place: Place, segmen
 def test_offset_along_a_relation(relation: str, offset: tuple[float, float] | None) -> None:
     """The viewer looks east at a place; the landmark is 1 unit behind it and 2 to its right."""
     right, behind = offset_seen_from((0.0, 0.0), (5.0, 0.0), (6.0, -2.0))
-    assert along_relation(relation, right, behind) == (offset if offset is None else pytest.approx(offset))
+    assert relation_offset(relation, right, behind) == (offset if offset is None else pytest.approx(offset))
 
 
 def test_path_bends_at_the_corner_alone() -> None:
     geometry = PathGeometry(PATH, 0.0, (14.0, 0.0))
     (corner,) = (at for at, angle in geometry.bends.items() if abs(angle) > 60.0)
     assert PATH[corner] == (0.0, 0.0)
-    assert geometry.closest(0.5, 0.5, 0, 2.0) == geometry.nearest((0.5, 0.5), 0, len(PATH)) == corner
+    assert geometry.first_approach(0.5, 0.5, 0, 2.0) == geometry.nearest((0.5, 0.5), 0, len(PATH)) == corner

@@ -1,4 +1,4 @@
-"""The option `--episode` of `arramon-server check-instruction`: what a text names, and is not there."""
+"""The option `--episode` of `arramon-server check-instruction`: furniture that a text names and the section lacks."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from arramon_server.cli import main
-from tests.dataset import recovered
+from tests.dataset import recovered_split
 
 Run = Callable[..., tuple[int, list[str], str]]
 
@@ -16,7 +16,7 @@ WRONG = "Walk past the red barrier on your left and pick up the striped red mug 
 
 @pytest.fixture
 def run(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Run:
-    recovered.write(tmp_path, TRUE, WRONG)
+    recovered_split.write(tmp_path, TRUE, WRONG)
 
     def run(*arguments: str) -> tuple[int, list[str], str]:
         status = main(["check-instruction", "--phase", "navigation", "--data", str(tmp_path), *arguments])

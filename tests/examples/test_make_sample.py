@@ -11,9 +11,9 @@ import pytest
 
 import arramon_lang as lang
 from arramon_dataset.randomness import seeded
-from arramon_dataset.release.extras import read_references
 from arramon_dataset.release.files import read_release
 from arramon_dataset.release.importer import import_release
+from arramon_dataset.release.missing_objects import read_references
 from arramon_server.episodes.episode import Episode
 from arramon_server.sim.catalogue import ObjectType
 from arramon_server.sim.room import RoomCell

@@ -10,7 +10,7 @@ from arramon_lang import load
 from arramon_lang.meaning import Thing, Where
 from arramon_lang.patterns import Pattern
 from arramon_lang.writing.phrasing import Phraser
-from tests.lang.hindi import (
+from tests.lang.hindi_forms import (
     COLOURS,
     FORMS,
     LOOKS,

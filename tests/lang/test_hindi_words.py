@@ -4,7 +4,7 @@ import pytest
 
 from arramon_lang import load
 from arramon_lang.grammar import INSIDE
-from tests.lang.hindi import COLOURS, FORMS, LOOKS, NOUNS, POSTPOSITIONS, WHICHES, nfc, nouns
+from tests.lang.hindi_forms import COLOURS, FORMS, LOOKS, NOUNS, POSTPOSITIONS, WHICHES, nfc, nouns
 
 VERBS = {
     "go": [

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from arramon_client.world import COLLECTIBLE_COLOURS, COLLECTIBLE_PATTERNS, COLLECTIBLES
 from arramon_lang.language import ROOT, available, load
 from arramon_lang.lexicon import Lexicon, within_one_edit
-from arramon_lang.tokens import Tokenizer
+from arramon_lang.tokens import ScriptTokenizer
 
 EMPTY: dict[str, Any] = {
     "kinds": {}, "patterned_kinds": {}, "patterns": {}, "colours": {},
@@ -85,7 +85,7 @@ def test_within_one_edit_equals_all_single_edits(a: str, b: str) -> None:
 
 def test_word_near_two_meanings_is_not_recognised() -> None:
     data = EMPTY | {"colours": {"red": ["crimson"]}, "kinds": {"mug": ["brimson"]}}
-    lexicon = Lexicon(data, Tokenizer("a-z"))
+    lexicon = Lexicon(data, ScriptTokenizer("a-z"))
     assert lexicon.read(["frimson"], 0) is None
     found = lexicon.read(["crimsom"], 0)
     assert found is not None
@@ -95,9 +95,9 @@ def test_word_near_two_meanings_is_not_recognised() -> None:
 def test_a_phrase_with_two_meanings_is_an_error() -> None:
     for first, second in product(("kinds", "colours"), ("patterns", "patterned_kinds")):
         with pytest.raises(ValueError, match=r"(?i)'rose' is listed as"):
-            Lexicon(EMPTY | {first: {"red": ["rose"]}, second: {"ball": ["Rose"]}}, Tokenizer("a-zA-Z"))
+            Lexicon(EMPTY | {first: {"red": ["rose"]}, second: {"ball": ["Rose"]}}, ScriptTokenizer("a-zA-Z"))
 
 
 def test_a_missing_table_is_an_error() -> None:
     with pytest.raises(ValueError, match="'colours' is missing"):
-        Lexicon({key: value for key, value in EMPTY.items() if key != "colours"}, Tokenizer("a-z"))
+        Lexicon({key: value for key, value in EMPTY.items() if key != "colours"}, ScriptTokenizer("a-z"))

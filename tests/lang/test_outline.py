@@ -25,14 +25,14 @@ TEXTS = [
 
 @pytest.mark.parametrize(("code", "text", "expected"), TEXTS)
 def test_turns_and_things_come_in_the_order_of_the_text(code: str, text: str, expected: list[str]) -> None:
-    told = []
+    entries = []
     for said in load(code).outline(text):
         thing = said.thing
         words = (
             (said.direction,) if thing is None else (said.manner, thing.kind, thing.colour, said.relation, said.side)
         )
-        told.append(" ".join(filter(None, words)) + "+" * said.tied)
-    assert told == expected
+        entries.append(" ".join(filter(None, words)) + "+" * said.tied)
+    assert entries == expected
 
 
 def test_a_thing_named_twice_has_one_identity() -> None:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from arramon_lang.patterns import Alternatives, Slot, needed, parse, possible, spell_out, split_weight
+from arramon_lang.patterns import Alternatives, Slot, parse, possible_slots, required_slots, spell_out, split_weight
 
 KNOWN = frozenset(("thing", "side", "where"))
 
@@ -48,8 +48,8 @@ def test_unbalanced_brackets_are_refused(text: str) -> None:
 )
 def test_needed_and_possible_slots_are_determined(text: str, must: set[str], may: set[str]) -> None:
     body = parse(text).body
-    assert needed(body, KNOWN) == must
-    assert possible(body, KNOWN) == may
+    assert required_slots(body, KNOWN) == must
+    assert possible_slots(body, KNOWN) == may
 
 
 def test_spell_out_gives_every_text_of_a_pattern() -> None:

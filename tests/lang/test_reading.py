@@ -7,9 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from arramon_lang import CannotRead, load
+from arramon_lang.coreference import first_mentions
 from arramon_lang.meaning import Assembly, Face, Meaning, Navigation, Rotate, Thing, Walk, Where
-from arramon_lang.reference import co_reference
-from tests.lang import sampling
+from tests.lang import random_meanings
 
 BENCH, CONE, BOOTH = Thing("bench"), Thing("cone", "blue"), Thing("phone_booth")
 SILVER = Thing("bench", "silver")
@@ -28,11 +28,11 @@ def near(thing: Thing, *landmarks: Thing, relation: str = "near") -> Thing:
 @settings(max_examples=120, deadline=None)
 def test_written_texts_are_read_back_to_their_meaning(seed: int) -> None:
     random = Random(seed)
-    for meaning in sampling.meanings(random, 1):
+    for meaning in random_meanings.meanings(random, 1):
         text = load("en").write(meaning, random)
         read = load("en").read(text, phase_of(meaning))
         assert read == meaning, text
-        assert co_reference(read) == co_reference(meaning), text
+        assert first_mentions(read) == first_mentions(meaning), text
 
 
 PEOPLES: list[tuple[str, Meaning]] = [

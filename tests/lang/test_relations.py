@@ -7,7 +7,7 @@ import pytest
 from arramon_lang.language import ROOT, available, load
 from arramon_lang.lexicon import Lexicon
 from arramon_lang.reading.relations import RELATIONS, Relations
-from arramon_lang.tokens import Tokenizer
+from arramon_lang.tokens import ScriptTokenizer
 from tests.lang.test_lexicon import EMPTY
 
 OutlineEntry = tuple[str, str | None]
@@ -122,7 +122,7 @@ def test_every_relation_phrase_is_recognised(code: str) -> None:
 )
 def test_invalid_relation_data_is_refused(changes: dict[str, object], message: str) -> None:
     data = {"position": "before", "conjunctions": [], "skipped": [], "phrases": {key: [] for key in RELATIONS}}
-    tokenizer = Tokenizer("a-z")
+    tokenizer = ScriptTokenizer("a-z")
     lexicon = Lexicon(EMPTY | {"kinds": {"ball": ["ball"]}}, tokenizer)
     Relations(data, tokenizer, lexicon)
     with pytest.raises(ValueError, match=message):

@@ -8,10 +8,10 @@ from random import Random
 import pytest
 
 from arramon_lang import load
+from arramon_lang.coreference import mentions
 from arramon_lang.grammar import forms_of
 from arramon_lang.meaning import Assembly, Face, Navigation, Rotate, Thing, Walk
-from arramon_lang.reference import mentions
-from tests.lang import sampling
+from tests.lang import random_meanings
 from tests.lang.test_hindi_texts import REGISTERS
 
 EPISODES = 130
@@ -90,7 +90,7 @@ def episodes(code: str, seed: int) -> Iterator[list[str]]:
     random, language = Random(seed), load(code)
     for _ in range(EPISODES):
         voice = language.draw_voice(random)
-        yield [language.write(meaning, random, voice) for meaning in sampling.meanings(random, 2)]
+        yield [language.write(meaning, random, voice) for meaning in random_meanings.meanings(random, 2)]
 
 
 @pytest.mark.parametrize("code", FORBIDDEN)
@@ -115,7 +115,7 @@ def test_an_episode_keeps_to_one_register() -> None:
 @pytest.mark.parametrize("code", FORBIDDEN)
 def test_an_episode_has_one_noun_for_a_kind(code: str) -> None:
     language, random = load(code), Random(23)
-    for kind in sampling.KINDS:
+    for kind in random_meanings.KINDS:
         names = {form: lexeme for lexeme in language.grammar.nouns[kind] for form in forms_of([lexeme])}
         for _ in range(12):
             voice = language.draw_voice(random)
@@ -230,10 +230,10 @@ def test_one_turns_there_only_where_one_has_come_to(code: str, there: str) -> No
 def test_a_barrier_of_two_colours_is_called_so(code: str, said: str, also_read: list[str]) -> None:
     language = load(code)
     meaning = Navigation((Walk("to", (BARRIER,)),), MUG)
-    told = {
+    wordings = {
         "en": "Walk to the {} barrier. Pick up the dotted red mug.",
         "hi": "{} बैरियर तक चलें। बिंदीदार लाल मग उठाएँ।",
     }
     assert any(unicodedata.normalize("NFC", said) in language.write(meaning, Random(seed)) for seed in range(20))
     for words in (said, *also_read):
-        assert language.read(told[code].format(words), "navigation") == meaning, words
+        assert language.read(wordings[code].format(words), "navigation") == meaning, words

@@ -8,7 +8,7 @@ import pytest
 from arramon_lang import load
 from arramon_lang.meaning import Assembly, Face, Navigation, Rotate, Thing, Walk, Where
 from arramon_lang.quality import BLOCKED, check
-from tests.lang import sampling
+from tests.lang import random_meanings
 
 MUG = Thing("mug", "red", "striped", identity="3")
 BENCH, BANNER = Thing("bench", identity="1"), Thing("banner", "orange", "star")
@@ -24,7 +24,7 @@ def some(said: str, texts: list[str]) -> bool:
 
 
 def test_text_is_determined_by_meaning_and_seed() -> None:
-    meaning = sampling.navigation(Random(5))
+    meaning = random_meanings.navigation(Random(5))
     assert load("en").write(meaning, Random(1)) == load("en").write(meaning, Random(1))
     assert len(set(written(meaning, 30))) == 30
 
@@ -85,7 +85,7 @@ def test_articles_agree_with_the_next_word() -> None:
 
 def test_written_texts_are_well_formed_and_pass_the_checks() -> None:
     random = Random(11)
-    for meaning in sampling.meanings(random, 150):
+    for meaning in random_meanings.meanings(random, 150):
         text = load("en").write(meaning, random)
         assert re.fullmatch(r"[A-Z][A-Za-z0-9 ,;.'-]*\.", text), text
         assert not re.search(r"\s[,;.]|[,;.]{2}|  |[,;][^\s]|\.[^\s]|\. [a-z]", text), text

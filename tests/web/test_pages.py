@@ -19,7 +19,7 @@ from arramon_server.runs.storage.records import COMPLETE, CommitBatch, EpisodeEn
 from arramon_server.scoring.episode import METRICS
 from arramon_server.web import pages, texts
 from tests import tiny
-from tests.dataset import recovered
+from tests.dataset import recovered_split
 from tests.played import play
 from tests.web.made import (
     HIDDEN_RUN,
@@ -471,7 +471,7 @@ def test_slow_drawing_does_not_block_other_pages(shown: WebHouse, monkeypatch: p
 
 
 def test_recovered_furniture_is_marked_on_the_map_of_an_episode(web: WebHouse) -> None:
-    web.restart(own=recovered.write(web.folder))
+    web.restart(own=recovered_split.write(web.folder))
     run = web.play("e" * 32, "own")
     for language, key in (("en", "recovered landmark: the texts"), ("hi", "पता लगाई गई पहचान की चीज़")):
         page = web.site.get(f"/{language}/runs/{run}/episodes/0").text

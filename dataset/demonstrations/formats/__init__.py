@@ -8,7 +8,7 @@ from typing import Any, Protocol, cast
 
 from arramon_dataset.demonstrations.folder import ExportFolder
 from arramon_dataset.demonstrations.parts import ExportPart
-from arramon_dataset.demonstrations.request import HUGGINGFACE, LEROBOT, MINARI, PLAIN, Export
+from arramon_dataset.demonstrations.request import HUGGINGFACE, LEROBOT, MINARI, PLAIN, ResolvedExport
 from arramon_server.episodes.splits import Split
 from arramon_server.errors import BadInput
 
@@ -27,7 +27,7 @@ INSTALL = "pip install 'arramon-server[demos]'"
 class DemonstrationFormat(Protocol):
     """The functions of a format's module."""
 
-    def write_part(self, export: Export, split: Split, part: ExportPart, made: Path) -> Mapping[str, Any]:
+    def write_part(self, export: ResolvedExport, split: Split, part: ExportPart, made: Path) -> Mapping[str, Any]:
         """Write the files of a part, and return its summary for `finish`, as plain data.
 
         Args:
@@ -37,7 +37,9 @@ class DemonstrationFormat(Protocol):
             made: an empty folder for the files, laid out as in the export's folder.
         """
 
-    def finish(self, export: Export, split: Split, folder: ExportFolder, parts: Sequence[Mapping[str, Any]]) -> None:
+    def finish(
+        self, export: ResolvedExport, split: Split, folder: ExportFolder, parts: Sequence[Mapping[str, Any]]
+    ) -> None:
         """Write the files that describe the whole export, once all parts are finished.
 
         Args:

@@ -56,7 +56,7 @@ def feature_of(sensor: str, size: int) -> Any:
 
 def sensor_column(rendered: RenderedDemonstration, sensor: str) -> pa.Array:
     """Return a sensor's values before each action as a lossless column."""
-    values = [getattr(seen, sensor) for seen in rendered.seen]
+    values = [getattr(each, sensor) for each in rendered.action_observations]
     if sensor == "rgb":
         return png_column(values)
     if sensor == "pose":

@@ -15,7 +15,7 @@ from arramon_dataset.demonstrations.folder import ExportFolder
 from arramon_dataset.demonstrations.formats.columns import TableFile, feature_of, sensor_column
 from arramon_dataset.demonstrations.parts import ExportPart
 from arramon_dataset.demonstrations.rendering import RenderedDemonstration, render
-from arramon_dataset.demonstrations.request import Export
+from arramon_dataset.demonstrations.request import ResolvedExport
 from arramon_dataset.demonstrations.trajectory import PHASES
 from arramon_server.episodes.splits import Split
 
@@ -35,7 +35,7 @@ COLUMNS = {
 """Croissant type and meaning of each column except the sensors."""
 
 
-def features_of(export: Export) -> "datasets.Features":
+def features_of(export: ResolvedExport) -> "datasets.Features":
     """Return the features of the columns."""
     request = export.request
     return datasets.Features({
@@ -54,7 +54,7 @@ def features_of(export: Export) -> "datasets.Features":
     })  # fmt: skip
 
 
-def write_part(export: Export, split: Split, part: ExportPart, made: Path) -> Mapping[str, Any]:  # noqa: ARG001
+def write_part(export: ResolvedExport, split: Split, part: ExportPart, made: Path) -> Mapping[str, Any]:  # noqa: ARG001
     """Write a file for each language; frames are rendered and encoded once for all languages."""
     files: dict[str, TableFile] = {}
     counts = dict.fromkeys(export.request.languages, 0)
@@ -66,7 +66,7 @@ def write_part(export: Export, split: Split, part: ExportPart, made: Path) -> Ma
             for code in source.languages:
                 if code not in files:
                     files[code] = TableFile(made / names[code], features_of(export))
-                files[code].write({**columns, "instruction": rendered.instructions(code, rendered.seen)})
+                files[code].write({**columns, "instruction": rendered.instructions(code, rendered.action_observations)})
                 counts[code] += rendered.steps
     finally:
         for file in files.values():
@@ -75,7 +75,7 @@ def write_part(export: Export, split: Split, part: ExportPart, made: Path) -> Ma
     return {"rows": counts, "bytes": bytes_of}
 
 
-def finish(export: Export, split: Split, folder: ExportFolder, parts: Sequence[Mapping[str, Any]]) -> None:  # noqa: ARG001
+def finish(export: ResolvedExport, split: Split, folder: ExportFolder, parts: Sequence[Mapping[str, Any]]) -> None:  # noqa: ARG001
     """Write the dataset card and the Croissant file."""
     rows = {code: sum(part["rows"][code] for part in parts) for code in export.request.languages}
     there = [code for code in export.request.languages if rows[code]]
@@ -103,9 +103,9 @@ def finish(export: Export, split: Split, folder: ExportFolder, parts: Sequence[M
     )
 
 
-def _columns(export: Export, rendered: RenderedDemonstration) -> dict[str, Any]:
+def _columns(export: ResolvedExport, rendered: RenderedDemonstration) -> dict[str, Any]:
     """Return the columns that do not depend on the language."""
-    seen = rendered.seen
+    seen = rendered.action_observations
     return {
         "episode_id": [rendered.source.episode_id] * rendered.steps,
         "step": [each.step for each in seen],
@@ -121,7 +121,7 @@ def _columns(export: Export, rendered: RenderedDemonstration) -> dict[str, Any]:
     }
 
 
-def _fields(export: Export) -> list[CroissantField]:
+def _fields(export: ResolvedExport) -> list[CroissantField]:
     """Return the columns that Croissant's types can express: all except arrays."""
     fields = [CroissantField(name, type_, meaning) for name, (type_, meaning) in COLUMNS.items()]
     if "rgb" in export.request.sensors:
@@ -129,7 +129,7 @@ def _fields(export: Export) -> list[CroissantField]:
     return fields
 
 
-def _features_of_card(export: Export) -> Any:
+def _features_of_card(export: ResolvedExport) -> Any:
     """Return the features for the card: without it, loaders would take an array for lists of lists."""
     info = datasets.DatasetInfo(features=features_of(export), config_name="default")
     card_data = DatasetCardData()
@@ -137,6 +137,6 @@ def _features_of_card(export: Export) -> Any:
     return card_data["dataset_info"]["features"]
 
 
-def _columns_in_words(export: Export) -> dict[str, str]:
+def _columns_in_words(export: ResolvedExport) -> dict[str, str]:
     sensors = {sensor: f"{UNITS[sensor][0]}: {UNITS[sensor][1]}" for sensor in export.request.sensors}
     return {**{name: meaning for name, (_, meaning) in COLUMNS.items()}, **sensors}

@@ -19,7 +19,7 @@ from arramon_dataset.demonstrations.formats import statistics
 from arramon_dataset.demonstrations.formats.columns import TableFile, feature_of, sensor_column
 from arramon_dataset.demonstrations.parts import ExportPart
 from arramon_dataset.demonstrations.rendering import RenderedDemonstration, render
-from arramon_dataset.demonstrations.request import Export
+from arramon_dataset.demonstrations.request import ResolvedExport
 from arramon_dataset.demonstrations.trajectory import PHASES
 from arramon_server.episodes.splits import Split
 
@@ -63,7 +63,7 @@ INDICES = {
 """Type and meaning of the features that LeRobot requires."""
 
 
-def info_of(export: Export, tasks: int) -> dict[str, Any]:
+def info_of(export: ResolvedExport, tasks: int) -> dict[str, Any]:
     """Return the content of `meta/info.json`."""
     return {
         "codebase_version": VERSION,
@@ -82,18 +82,18 @@ def info_of(export: Export, tasks: int) -> dict[str, Any]:
     }
 
 
-def write_part(export: Export, split: Split, part: ExportPart, made: Path) -> Mapping[str, Any]:  # noqa: ARG001
+def write_part(export: ResolvedExport, split: Split, part: ExportPart, made: Path) -> Mapping[str, Any]:  # noqa: ARG001
     """Write a file with all episodes of a part, in each of their languages."""
     place = _place(part.number)
     file = TableFile(made / DATA.format(**place), _hf_features(export))
     episodes: list[dict[str, Any]] = []
-    index, number = part.steps_before, part.episodes_before
+    index, number = part.steps_before, part.demonstrations_before
     try:
         for source in part.sources:
             rendered = render(export, source)
             columns, stats = _columns(export, rendered), _statistics(export, rendered)
             for language in source.languages:
-                texts = rendered.instructions(language, rendered.seen)
+                texts = rendered.instructions(language, rendered.action_observations)
                 steps = np.arange(rendered.steps)
                 file.write(
                     {
@@ -128,7 +128,7 @@ def write_part(export: Export, split: Split, part: ExportPart, made: Path) -> Ma
     return {"episodes": episodes, "tasks": dict(part.tasks)}
 
 
-def finish(export: Export, split: Split, folder: ExportFolder, parts: Sequence[Mapping[str, Any]]) -> None:  # noqa: ARG001
+def finish(export: ResolvedExport, split: Split, folder: ExportFolder, parts: Sequence[Mapping[str, Any]]) -> None:  # noqa: ARG001
     """Write information, tasks, episodes, statistics, card and Croissant file."""
     episodes = [episode for part in parts for episode in part["episodes"]]
     tasks = {text: number for part in parts for text, number in part["tasks"].items()}
@@ -141,7 +141,10 @@ def finish(export: Export, split: Split, folder: ExportFolder, parts: Sequence[M
         (made / name).parent.mkdir(parents=True, exist_ok=True)
         table.to_parquet(made / name)
         folder.place(made / name, name)
-    stats = {key: statistics.of_all([episode["stats"][key] for episode in episodes]) for key in episodes[0]["stats"]}
+    stats = {
+        key: statistics.combined_statistics([episode["stats"][key] for episode in episodes])
+        for key in episodes[0]["stats"]
+    }
     folder.write_text(STATS, as_json(stats))
     folder.write_text(INFO, as_json(info_of(export, len(tasks))))
     meanings = {name: meaning for name, (_, meaning) in {**NUMBERS, **INDICES}.items()}
@@ -163,7 +166,7 @@ def _place(part: int) -> dict[str, int]:
     return {"chunk_index": part // FILES_PER_CHUNK, "file_index": part % FILES_PER_CHUNK}
 
 
-def _features(export: Export) -> dict[str, dict[str, Any]]:
+def _features(export: ResolvedExport) -> dict[str, dict[str, Any]]:
     """Return all features as LeRobot describes them."""
     sensors: dict[str, dict[str, Any]] = {}
     for sensor in export.request.sensors:
@@ -181,20 +184,20 @@ def _features(export: Export) -> dict[str, dict[str, Any]]:
     return {**sensors, **numbers}
 
 
-def _hf_features(export: Export) -> "datasets.Features":
+def _hf_features(export: ResolvedExport) -> "datasets.Features":
     sensors = {KEYS[sensor]: feature_of(sensor, export.request.size) for sensor in export.request.sensors}
     numbers = {name: datasets.Value(type_) for name, (type_, _) in {**NUMBERS, **INDICES}.items()}
     return datasets.Features({**sensors, **numbers})
 
 
-def _columns(export: Export, rendered: RenderedDemonstration) -> dict[str, Any]:
+def _columns(export: ResolvedExport, rendered: RenderedDemonstration) -> dict[str, Any]:
     """Return the columns that depend on neither the language nor the position in the data set."""
     sensors = {KEYS[sensor]: sensor_column(rendered, sensor) for sensor in export.request.sensors}
     return {**sensors, **_numbers(rendered)}
 
 
 def _numbers(rendered: RenderedDemonstration) -> dict[str, list[Any]]:
-    seen = rendered.seen
+    seen = rendered.action_observations
     return {
         "observation.turn": [each.turn for each in seen],
         "observation.phase": [[phase.value for phase in PHASES].index(each.phase) for each in seen],
@@ -206,13 +209,19 @@ def _numbers(rendered: RenderedDemonstration) -> dict[str, list[Any]]:
     }
 
 
-def _statistics(export: Export, rendered: RenderedDemonstration) -> dict[str, statistics.Statistics]:
+def _statistics(export: ResolvedExport, rendered: RenderedDemonstration) -> dict[str, statistics.Statistics]:
     """Return the statistics of an episode, without depth and segmentation, whose statistics are as large as frames."""
-    found = {name: statistics.of_numbers(np.asarray(values)[:, None]) for name, values in _numbers(rendered).items()}
+    found = {
+        name: statistics.numeric_statistics(np.asarray(values)[:, None]) for name, values in _numbers(rendered).items()
+    }
     if "pose" in export.request.sensors:
-        found[KEYS["pose"]] = statistics.of_numbers(np.asarray([each.pose for each in rendered.seen]))
+        found[KEYS["pose"]] = statistics.numeric_statistics(
+            np.asarray([each.pose for each in rendered.action_observations])
+        )
     if "rgb" in export.request.sensors:
-        found[KEYS["rgb"]] = statistics.of_frames([each.rgb for each in rendered.seen if each.rgb is not None])
+        found[KEYS["rgb"]] = statistics.frame_statistics(
+            [each.rgb for each in rendered.action_observations if each.rgb is not None]
+        )
     return found
 
 

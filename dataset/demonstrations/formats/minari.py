@@ -28,11 +28,11 @@ from arramon_client.environments.spaces import (
 )
 from arramon_client.environments.tokens import ByteTokenizer
 from arramon_dataset.demonstrations.croissant import CroissantFiles, write_croissant
-from arramon_dataset.demonstrations.description import describe
+from arramon_dataset.demonstrations.description import describe_export
 from arramon_dataset.demonstrations.folder import ExportFolder
 from arramon_dataset.demonstrations.parts import ExportPart
 from arramon_dataset.demonstrations.rendering import RenderedDemonstration, player_of, render, settings_of
-from arramon_dataset.demonstrations.request import Export
+from arramon_dataset.demonstrations.request import ResolvedExport
 from arramon_server.episodes.splits import Split
 
 ENVIRONMENT = f"{NAMESPACE}/ArraMon-v0"
@@ -42,19 +42,19 @@ STORAGE = "arrow"
 COMPRESSION = "zstd"
 
 
-def datasets_of(export: Export) -> list[tuple[str, ...]]:
+def datasets_of(export: ResolvedExport) -> list[tuple[str, ...]]:
     """Return the languages of each dataset."""
     languages = export.request.languages
     return [languages] if export.request.single_dataset else [(language,) for language in languages]
 
 
-def dataset_id(export: Export, languages: Sequence[str]) -> str:
+def dataset_id(export: ResolvedExport, languages: Sequence[str]) -> str:
     """Return the id of the dataset of some languages, like "arramon/train-en-v0" or "arramon/train-en_hi-v0"."""
     split = re.sub(r"[^-\w]", "_", export.request.split)
     return f"{NAMESPACE}/{split}-{'_'.join(languages)}-v0"
 
 
-def write_part(export: Export, split: Split, part: ExportPart, made: Path) -> Mapping[str, Any]:  # noqa: ARG001
+def write_part(export: ResolvedExport, split: Split, part: ExportPart, made: Path) -> Mapping[str, Any]:  # noqa: ARG001
     """Write a folder for each demonstration with the library `minari`."""
     groups = datasets_of(export)
     numbers = [sum(part.before[language] for language in languages) for languages in groups]
@@ -70,7 +70,7 @@ def write_part(export: Export, split: Split, part: ExportPart, made: Path) -> Ma
     return {"end": ends, "steps": {language: _steps(part, language) for language in ends}}
 
 
-def finish(export: Export, split: Split, folder: ExportFolder, parts: Sequence[Mapping[str, Any]]) -> None:  # noqa: ARG001
+def finish(export: ResolvedExport, split: Split, folder: ExportFolder, parts: Sequence[Mapping[str, Any]]) -> None:  # noqa: ARG001
     """Write the metadata of the datasets, and the Croissant file."""
     ends = parts[-1]["end"]
     groups = [languages for languages in datasets_of(export) if any(ends[language] for language in languages)]
@@ -87,7 +87,7 @@ def finish(export: Export, split: Split, folder: ExportFolder, parts: Sequence[M
                 "total_steps": sum(part["steps"][language] for part in parts for language in languages),
                 "dataset_size": round(sum(sizes) / 1e6, 1),
                 "algorithm_name": "ground truth" if export.request.run_id is None else f"run {export.request.run_id}",
-                "description": describe(export),
+                "description": describe_export(export),
                 "requirements": ["arramon-client[environments]", "arramon-server"],
             }
         )
@@ -106,7 +106,12 @@ def _steps(part: ExportPart, language: str) -> int:
 
 
 def _write_episode(
-    export: Export, rendered: RenderedDemonstration, language: str, languages: Sequence[str], number: int, folder: Path
+    export: ResolvedExport,
+    rendered: RenderedDemonstration,
+    language: str,
+    languages: Sequence[str],
+    number: int,
+    folder: Path,
 ) -> None:
     """Write an episode as `number` of a dataset: with `minari` to a separate folder, then compressed to its place."""
     own = folder.parent / "own"
@@ -148,7 +153,7 @@ def _observations(tokenizer: ByteTokenizer, rendered: RenderedDemonstration, lan
     return {key: texts if key == "instruction" else columns[key] for key in values[0]}
 
 
-def _new_storage(export: Export, languages: Sequence[str], folder: Path) -> Any:
+def _new_storage(export: ResolvedExport, languages: Sequence[str], folder: Path) -> Any:
     """Return a new Minari storage, with the specification to recreate the environment."""
     register()
     request = export.request
@@ -174,7 +179,7 @@ def _new_storage(export: Export, languages: Sequence[str], folder: Path) -> Any:
     )
 
 
-def _texts(export: Export, languages: Sequence[str]) -> TextBounds:
+def _texts(export: ResolvedExport, languages: Sequence[str]) -> TextBounds:
     """Return alphabet and maximum lengths of the instructions in all languages of a dataset."""
     return merge_bounds(player_of(export, language).split.texts[language] for language in languages)
 

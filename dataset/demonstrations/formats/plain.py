@@ -12,9 +12,9 @@ from typing import Any
 from arramon_dataset.demonstrations.croissant import CroissantField, CroissantFiles, write_croissant
 from arramon_dataset.demonstrations.folder import ExportFolder
 from arramon_dataset.demonstrations.parts import ExportPart
-from arramon_dataset.demonstrations.request import Export
+from arramon_dataset.demonstrations.request import ResolvedExport
 from arramon_dataset.demonstrations.sources import EpisodeActions
-from arramon_dataset.demonstrations.trajectory import follow
+from arramon_dataset.demonstrations.trajectory import replay_demonstration
 from arramon_server.episodes.splits import Split
 from arramon_server.runs.play.worlds import Worlds
 
@@ -28,7 +28,7 @@ FIELDS = (
 )
 
 
-def write_part(export: Export, split: Split, part: ExportPart, made: Path) -> Mapping[str, Any]:
+def write_part(export: ResolvedExport, split: Split, part: ExportPart, made: Path) -> Mapping[str, Any]:
     """Write one line for each episode; all languages share it."""
     worlds = _worlds(split)
     with (made / f"demonstrations-{part.number:05d}-of-{export.parts:05d}.jsonl").open("w", encoding="utf-8") as file:
@@ -37,15 +37,15 @@ def write_part(export: Export, split: Split, part: ExportPart, made: Path) -> Ma
     return {}
 
 
-def finish(export: Export, split: Split, folder: ExportFolder, parts: Sequence[Mapping[str, Any]]) -> None:  # noqa: ARG001
+def finish(export: ResolvedExport, split: Split, folder: ExportFolder, parts: Sequence[Mapping[str, Any]]) -> None:  # noqa: ARG001
     """Write the Croissant file."""
     write_croissant(export, folder, (CroissantFiles("demonstrations", FILES, "application/jsonlines", FIELDS),))
 
 
-def _line(export: Export, split: Split, source: EpisodeActions, worlds: Worlds) -> dict[str, Any]:
+def _line(export: ResolvedExport, split: Split, source: EpisodeActions, worlds: Worlds) -> dict[str, Any]:
     episode = split.episodes[source.episode_id]
     ground = worlds.collision_check(split.name, episode)
-    trajectory = follow(source, episode, ground, export.steps_per_phase)
+    trajectory = replay_demonstration(source, episode, ground, export.steps_per_phase)
     return {
         "episode_id": episode.episode_id,
         "section": episode.section,

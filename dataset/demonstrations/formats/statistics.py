@@ -15,7 +15,7 @@ SAMPLED_FRAMES = 16
 """Number of evenly spaced frames of an episode that are used for statistics."""
 
 
-def of_numbers(values: npt.NDArray[Any]) -> Statistics:
+def numeric_statistics(values: npt.NDArray[Any]) -> Statistics:
     """Return the statistics of a feature over the steps of an episode.
 
     Args:
@@ -32,7 +32,7 @@ def of_numbers(values: npt.NDArray[Any]) -> Statistics:
     }
 
 
-def of_frames(frames: Sequence[npt.NDArray[np.uint8]]) -> Statistics:
+def frame_statistics(frames: Sequence[npt.NDArray[np.uint8]]) -> Statistics:
     """Return the statistics of the channels of sampled frames of an episode, scaled to 0 to 1, (3, 1, 1) each.
 
     Args:
@@ -56,7 +56,7 @@ def of_frames(frames: Sequence[npt.NDArray[np.uint8]]) -> Statistics:
     return {**{name: value.reshape(3, 1, 1).tolist() for name, value in values.items()}, "count": [len(chosen)]}
 
 
-def of_all(episodes: Sequence[Mapping[str, Any]]) -> Statistics:
+def combined_statistics(episodes: Sequence[Mapping[str, Any]]) -> Statistics:
     """Combine the statistics of several episodes; quantiles are weighted means, as in LeRobot."""
     values = {name: np.stack([np.asarray(one[name], np.float64) for one in episodes]) for name in episodes[0]}
     counts = values["count"].reshape(-1, *(1 for _ in values["mean"].shape[1:]))

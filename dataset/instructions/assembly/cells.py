@@ -1,8 +1,8 @@
 """Free cells of the room that an instruction fits as a person reads it: each relation holds or does not."""
 
 from arramon_client.world import COLUMNS, ROWS
+from arramon_lang.cell_grading import START, Cell, Room, quarter_after, relative
 from arramon_lang.meaning import Assembly, Thing, Where
-from arramon_lang.room import START, Cell, Room, quarter_after, relative
 
 BEYOND: tuple[Cell, ...] = ((0, 1), (1, 0), (0, -1), (-1, 0))
 """Offset of the cell beyond a wall, by the wall's quarter."""

@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 from random import Random
 
+from arramon_lang.cell_grading import Room, RoomObject, relative, weigh_things
 from arramon_lang.meaning import Thing, Where
-from arramon_lang.room import Room, RoomObject, relative, weigh_things
 from arramon_server.sim.catalogue import ObjectType
 
 IN_FULL, WITH_PLACE = 0.55, 0.1
@@ -107,7 +107,12 @@ class ObjectNamer:
 
 
 def adjacent_relation(item: RoomObject, other: RoomObject, quarter: int) -> str:
-    """Return an item's relation to one in an adjacent cell, both on the floor, seen in a quarter; "" if none holds."""
+    """Return an item's relation to one in an adjacent cell, both on the floor; "" if none holds.
+
+    Args:
+        item, other: the objects.
+        quarter: viewing direction of the agent in quarter turns clockwise from +row.
+    """
     if item.level != 1 or other.level != 1:
         return ""
     sides = {(-1, 0): "left_of", (1, 0): "right_of", (0, -1): "in_front_of", (0, 1): "behind"}
@@ -120,10 +125,10 @@ def _is_on(item: RoomObject, other: RoomObject) -> bool:
 
 def _named(item: RoomObject, words: tuple[str, ...], where: tuple[Where, ...] = ()) -> Thing:
     kind, colour, look = (getattr(item, word) if word in words else "" for word in ("kind", "colour", "look"))
-    return Thing(kind, colour, look, where=where, identity=identity_of(item))
+    return Thing(kind, colour, look, where=where, identity=object_identity(item))
 
 
-def identity_of(item: RoomObject) -> str:
+def object_identity(item: RoomObject) -> str:
     """Return the identity of an object in the room: its place."""
     return f"room/{item.column},{item.level},{item.row}"
 

@@ -1,7 +1,7 @@
 """Planning of assembly instructions: turns and relations that identify the target's cell and no other.
 
-The semantics of relations is that of `arramon_lang.room`, shared with followers. Only objects that the camera sees from
-the start tile are mentioned; the plan must hold with and without the hidden ones.
+The semantics of relations is that of `arramon_lang.cell_grading`, shared with followers. Only objects that the camera
+shows from the start tile are mentioned; the plan must hold with and without the hidden ones.
 """
 
 from collections.abc import Iterator
@@ -11,9 +11,9 @@ from random import Random
 from arramon_client.world import COLUMNS, ROWS
 from arramon_dataset.instructions.assembly.cells import fitting_cells
 from arramon_dataset.instructions.assembly.namer import ObjectNamer
-from arramon_dataset.instructions.assembly.sight import seen_room, whole_room
+from arramon_dataset.instructions.assembly.visible_objects import visible_room, whole_room
+from arramon_lang.cell_grading import RoomObject, find_cell, quarter_after, relative
 from arramon_lang.meaning import Assembly, Thing, Where
-from arramon_lang.room import RoomObject, find_cell, quarter_after, relative
 from arramon_server.sim.catalogue import ObjectType
 from arramon_server.sim.room import START, RoomPosition
 from arramon_server.sim.rules import PlacedObject
@@ -80,7 +80,7 @@ def plan_assembly(
             f"the target's level is {target_cell.level} in column {cell[0]}, row {cell[1]}; "
             f"expected one above the {whole.height(cell)} objects there"
         )
-    seen = seen_room(room)
+    seen = visible_room(room)
     for _ in range(TRIES):
         turns = _draw_turns(target_cell, random)
         namer = ObjectNamer(seen, whole, target_type, quarter_after(turns))

@@ -4,8 +4,8 @@ from collections.abc import Iterator
 
 from arramon_dataset.instructions.assembly.cells import fitting_cells, from_wall
 from arramon_dataset.instructions.gate.texts import faults_of_names
+from arramon_lang.cell_grading import START, Cell, Room, RoomObject, quarter_after, relative
 from arramon_lang.meaning import Assembly, Thing, Where
-from arramon_lang.room import START, Cell, Room, RoomObject, quarter_after, relative
 
 
 def faults_of_assembly(meaning: Assembly, cell: Cell, room: Room) -> tuple[str, ...]:

@@ -2,23 +2,23 @@
 
 from dataclasses import replace
 
-from arramon_dataset.instructions.gate.progress import GateProgress, nearest
+from arramon_dataset.instructions.gate.progress import GateProgress, nearest_index
 from arramon_dataset.instructions.gate.streets import faults_of_place, faults_of_turn_on_the_way
 from arramon_dataset.instructions.gate.texts import faults_of_names
 from arramon_dataset.instructions.gate.things import (
+    faults_of_confusable_things,
     faults_of_description,
+    faults_of_group,
     faults_of_relations,
-    faults_of_rivals,
-    faults_of_several,
-    faults_of_sight,
     faults_of_target,
+    faults_of_visibility,
 )
-from arramon_dataset.instructions.gate.turns import faults_of_bends, faults_of_face, turn
+from arramon_dataset.instructions.gate.turns import check_turn, faults_of_bends, faults_of_face
 from arramon_dataset.instructions.gate.walks import check_walk
 from arramon_dataset.instructions.gate.world import GateWorld
 from arramon_dataset.path_tolerances import ACCEPTED_AT
+from arramon_lang.coreference import things_of
 from arramon_lang.meaning import PLACES, Face, Navigation, Rotate, Step, Thing, Walk
-from arramon_lang.reference import things_of
 
 NOT_FIRST = ("intersection", "t_junction", "corner", "building_corner")
 """Kinds of places that refer to the first one on the path; so does a square that marks a turn."""
@@ -35,7 +35,7 @@ def faults_of_navigation(meaning: Navigation, world: GateWorld) -> tuple[str, ..
 
     Args:
         meaning: with identities of all things that it names.
-        world: of its turn.
+        world: the gate's view of the turn.
     """
     check = NavigationCheck(world)
     faults = [*faults_of_names(meaning), *(fault for step in meaning.steps for fault in check.add(step))]
@@ -43,10 +43,10 @@ def faults_of_navigation(meaning: Navigation, world: GateWorld) -> tuple[str, ..
 
 
 class NavigationCheck:
-    """Checks an instruction step by step while it advances along the path; a `navigation.plan.Judge`.
+    """Checks an instruction step by step while it advances along the path; a `navigation.plan.PlanCheck`.
 
     Args:
-        world: of its turn.
+        world: the gate's view of the turn.
     """
 
     def __init__(self, world: GateWorld) -> None:
@@ -85,9 +85,9 @@ class NavigationCheck:
         for thing in things:
             faults += faults_of_description(world, before, thing)
             if thing.kind in NOT_FIRST or (thing.kind == "square" and isinstance(step, Rotate)):
-                faults += faults_of_place(world, before.last_choice, thing, step)
+                faults += faults_of_place(world, before.first_alternative, thing, step)
             faults += faults_of_relations(world, before, thing)
-            faults += faults_of_several(world, before, thing)
+            faults += faults_of_group(world, before, thing)
         self._advance(step, faults)
         self._last = step
         named = before.named.union(thing.identity for thing in things)
@@ -95,14 +95,14 @@ class NavigationCheck:
             self._progress, named=named, since=before.at, earlier=frozenset(before.mentioned_turns)
         )
         for thing in things if world.poses else ():
-            faults += faults_of_sight(world, progress, thing)
-            faults += faults_of_rivals(world, progress, thing, is_faced=isinstance(step, Face))
+            faults += faults_of_visibility(world, progress, thing)
+            faults += faults_of_confusable_things(world, progress, thing, is_faced=isinstance(step, Face))
         return faults
 
     def _advance(self, step: Step, faults: list[str]) -> None:
         world, before = self._world, self._progress
         if isinstance(step, Rotate):
-            self._progress = turn(world, before, step, faults)
+            self._progress = check_turn(world, before, step, faults)
             if step.thing is None and isinstance(self._last, Walk) and self._last.way in UNREACHED:
                 faults += faults_of_turn_on_the_way(world, before.since, step.direction, self._progress.at)
             if self._is_short(step, self._progress.turned[len(before.turned) :]):
@@ -118,5 +118,5 @@ class NavigationCheck:
         last = self._last
         if step.thing is not None or not isinstance(last, Walk) or last.way != "to" or last.things[0].kind in PLACES:
             return False
-        near = nearest(self._world, last.things, self._progress.since, ACCEPTED_AT)
+        near = nearest_index(self._world, last.things, self._progress.since, ACCEPTED_AT)
         return near is not None and any(index < near - SHORT_OF for index in turned)

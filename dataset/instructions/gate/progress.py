@@ -43,8 +43,8 @@ class GateProgress:
         return max((*self.mentioned_turns, 0))
 
     @property
-    def last_choice(self) -> int:
-        """Index of the place from which on the streets that open count as alternatives."""
+    def first_alternative(self) -> int:
+        """Index of the first place from which a street may be mistaken for the one that the next step names."""
         return self.at if self.at and self.at in self.turned else self.at - 2
 
 
@@ -53,11 +53,11 @@ def places_ahead(world: GateWorld, at: int, count: int) -> range:
     return range(at, min(at + count, len(world.path)))
 
 
-def nearest(world: GateWorld, things: Sequence[Thing], at: int, limit: float) -> int | None:
+def nearest_index(world: GateWorld, things: Sequence[Thing], at: int, limit: float) -> int | None:
     """Return the index where the path comes closest to things, from a place on; None if it stays farther away.
 
     Args:
-        world: of its turn.
+        world: the gate's view of the turn.
         things: with identities.
         at: index of the place to begin with.
         limit: maximum distance, in units.
@@ -67,16 +67,18 @@ def nearest(world: GateWorld, things: Sequence[Thing], at: int, limit: float) ->
         far = range(at, len(world.path))
         entered = (i for i in far if road is not None and road.distance(*world.path[i]) <= road.width / 2)
         return next(entered, None)
-    marks = [mark for thing in things for mark in world.landmarks(thing.identity)]
-    if len(things) == 1 and marks and marks[0].label.kind != "building":
-        near = [world.geometry.closest(mark.x, mark.z, max(at - 2, 0), limit) for mark in marks]
+    landmarks = [landmark for thing in things for landmark in world.landmarks(thing.identity)]
+    if len(things) == 1 and landmarks and landmarks[0].label.kind != "building":
+        near = [world.geometry.first_approach(landmark.x, landmark.z, max(at - 2, 0), limit) for landmark in landmarks]
         return None if any(index is None for index in near) else max(index for index in near if index is not None)
-    x, z = middle(world, things, at)
+    x, z = middle_of(world, things, at)
     junction = world.junction(things[0].identity)
-    return world.geometry.closest(x, z, max(at - 2, 0), limit + (junction.radius if junction is not None else 0.0))
+    return world.geometry.first_approach(
+        x, z, max(at - 2, 0), limit + (junction.radius if junction is not None else 0.0)
+    )
 
 
-def middle(world: GateWorld, things: Sequence[Thing], at: int) -> Place:
+def middle_of(world: GateWorld, things: Sequence[Thing], at: int) -> Place:
     """Return the middle of things or places; the path's place `at` if none of them exists."""
     places: list[Place] = []
     for thing in things:
@@ -86,7 +88,7 @@ def middle(world: GateWorld, things: Sequence[Thing], at: int) -> Place:
         elif corner is not None:
             places.append((corner.x, corner.z))
         else:
-            places += [(mark.x, mark.z) for mark in world.landmarks(thing.identity)]
+            places += [(landmark.x, landmark.z) for landmark in world.landmarks(thing.identity)]
     if not places:
         return world.path[at]
     return sum(x for x, _ in places) / len(places), sum(z for _, z in places) / len(places)

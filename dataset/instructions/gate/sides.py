@@ -8,7 +8,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 from arramon_dataset.instructions.gate.world import GateWorld
-from arramon_dataset.instructions.sight import Landmark
+from arramon_dataset.instructions.visible_landmarks import Landmark
 from arramon_dataset.path_tolerances import (
     ACCEPTED_ASIDE,
     ACCEPTED_ASIDE_ZEBRA,
@@ -32,43 +32,43 @@ def faults_of_side(world: GateWorld, since: int, step: Walk) -> Iterator[str]:
     """Yield each thing that is not beside the walker on the stated side before the path bends again.
 
     Args:
-        world: of its turn.
+        world: the gate's view of the turn.
         since: index of the path's place where the step begins.
         step: past or beside something, with a side.
     """
     least = ACCEPTED_ASIDE_ZEBRA if step.things[0].kind == "zebra_crossing" else ACCEPTED_ASIDE
-    for mark in (mark for thing in step.things for mark in world.landmarks(thing.identity)):
-        sides = list(sides_of(world, since, mark))
+    for landmark in (landmark for thing in step.things for landmark in world.landmarks(thing.identity)):
+        sides = list(sides_of(world, since, landmark))
         own = [right if step.side == "right" else -right for right in sides]
         if not any(right >= least for right in own) or any(right <= -least for right in own):
-            yield f"{mark.identity} is not on the {step.side}"
+            yield f"{landmark.identity} is not on the {step.side}"
 
 
 def faults_of_passing(world: GateWorld, since: int, step: Walk) -> Iterator[str]:
     """Yield each thing that the path neither passes nor reaches before it bends again.
 
     Args:
-        world: of its turn.
+        world: the gate's view of the turn.
         since: index of the path's place where the step begins.
         step: past something, on either side.
     """
-    for mark in (mark for thing in step.things for mark in world.landmarks(thing.identity)):
-        ground = ground_of(world, mark)
+    for landmark in (landmark for thing in step.things for landmark in world.landmarks(thing.identity)):
+        ground = footprint_of(world, landmark)
         places = [(pose.x, pose.z) for pose in poses_of_part(world, since).values()]
         is_reached = any(math.dist(nearest_on_outline(ground, place), place) <= STOOD_AT for place in places)
-        if not is_reached and not any(True for _ in sides_of(world, since, mark)):
-            yield f"{mark.identity} is not passed before the path bends"
+        if not is_reached and not any(True for _ in sides_of(world, since, landmark)):
+            yield f"{landmark.identity} is not passed before the path bends"
 
 
-def sides_of(world: GateWorld, since: int, mark: Landmark) -> Iterator[float]:
+def sides_of(world: GateWorld, since: int, landmark: Landmark) -> Iterator[float]:
     """Yield how far to the right of the path a thing is, at each place of a straight part that is beside it.
 
     Args:
-        world: of its turn.
+        world: the gate's view of the turn.
         since: index of a place on the part, which ends at the next bend that must be mentioned.
-        mark: the thing.
+        landmark: the thing.
     """
-    ground = ground_of(world, mark)
+    ground = footprint_of(world, landmark)
     for here in poses_of_part(world, since).values():
         place = nearest_on_outline(ground, (here.x, here.z))
         right, ahead = here.local(*place)
@@ -81,7 +81,7 @@ def poses_of_part(world: GateWorld, since: int) -> dict[int, Pose]:
     """Return the places of the path up to the next bend that must be mentioned, with the path's direction at each.
 
     Args:
-        world: of its turn.
+        world: the gate's view of the turn.
         since: index of the first place; up to SINCE places before it are included if they are on the same part.
 
     Returns:
@@ -90,12 +90,12 @@ def poses_of_part(world: GateWorld, since: int) -> dict[int, Pose]:
     return world.geometry.straight_part(since, ACCEPTED_UNMENTIONED, SINCE)
 
 
-def ground_of(world: GateWorld, mark: Landmark) -> Sequence[Place]:
+def footprint_of(world: GateWorld, landmark: Landmark) -> Sequence[Place]:
     """Return the corners of a building, or the position of any other thing."""
-    houses = () if world.graph is None else world.graph.houses
-    return next((each.corners for each in houses if each.identity == mark.identity), ((mark.x, mark.z),))
+    buildings = () if world.graph is None else world.graph.buildings
+    return next((each.corners for each in buildings if each.identity == landmark.identity), ((landmark.x, landmark.z),))
 
 
-def stands_on(mark: Landmark, other: Landmark) -> bool:
-    """Return whether a thing stands at least partly on another that is a zebra crossing."""
-    return other.covers_ground(mark.x, mark.z, ACCEPTED_ZEBRA_MARGIN)
+def is_on_crossing(landmark: Landmark, other: Landmark) -> bool:
+    """Return whether `other` is a zebra crossing on which a thing stands, at least partly."""
+    return other.covers_ground(landmark.x, landmark.z, ACCEPTED_ZEBRA_MARGIN)

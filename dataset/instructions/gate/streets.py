@@ -19,7 +19,7 @@ ASIDE = (40.0, 140.0)
 """Range of the angle between the path and a street that opens on one side, in degrees."""
 
 OPENING_NEAR = 3.0
-"""Maximum distance of the path from an opening between houses that it passes, in units."""
+"""Maximum distance of the path from an opening between buildings that it passes, in units."""
 
 BEYOND_TURN = 20.0
 """Minimum difference between a thing's angles to the path before and after a turn for it to lie beyond, in degrees."""
@@ -37,7 +37,7 @@ def faults_of_place(world: GateWorld, since: int, thing: Thing, step: Step) -> I
     """Yield each place with the same name that the path reaches before the intended one.
 
     Args:
-        world: of its turn.
+        world: the gate's view of the turn.
         since: index of the path's place where the step begins; earlier if streets that open there count.
         thing: an intersection, T-junction, square or corner without an ordinal.
         step: the one that mentions it.
@@ -48,13 +48,13 @@ def faults_of_place(world: GateWorld, since: int, thing: Thing, step: Step) -> I
         yield from _earlier_corners(world, since, thing)
         return
     own = world.junction(thing.identity)
-    near = None if own is None else world.geometry.closest(own.x, own.z, max(since, 0), own.radius + COME_TO)
+    near = None if own is None else world.geometry.first_approach(own.x, own.z, max(since, 0), own.radius + COME_TO)
     if near is None:
         return
     is_turn = isinstance(step, Rotate) and step.at == "at" and thing.kind != "corner"
     side = SIDES.get(step.direction) if isinstance(step, Rotate) and is_turn else None
     for other in world.graph.junctions:
-        at = world.geometry.closest(other.x, other.z, max(since, 0), other.radius + 1.0)
+        at = world.geometry.first_approach(other.x, other.z, max(since, 0), other.radius + 1.0)
         if at is None or other is own or len(other.arms) < 3 or not since + 1 < at < near - 2:
             continue
         if side is None or _opens(world, other, at, side):
@@ -69,15 +69,15 @@ def _opens(world: GateWorld, junction: Junction, at: int, side: float) -> bool:
 def _earlier_corners(world: GateWorld, since: int, thing: Thing) -> Iterator[str]:
     """Yield each corner of a building with the same look that the path passes before the intended one."""
     own = world.corner(thing.identity)
-    near = None if own is None else world.geometry.closest(own.x, own.z, max(since, 0), CORNER_NEAR)
+    near = None if own is None else world.geometry.first_approach(own.x, own.z, max(since, 0), CORNER_NEAR)
     if own is None or near is None or world.graph is None:
         return
-    looks = {house.identity for house in world.graph.houses if house.look == thing.look}
-    for house in (house for house in world.graph.houses if house.identity in looks):
-        for x, z in house.corners:
-            at = world.geometry.closest(x, z, max(since, 0), CORNER_NEAR)
+    looks = {building.identity for building in world.graph.buildings if building.look == thing.look}
+    for building in (building for building in world.graph.buildings if building.identity in looks):
+        for x, z in building.corners:
+            at = world.geometry.first_approach(x, z, max(since, 0), CORNER_NEAR)
             if at is not None and since < at < near - 1 and math.dist((x, z), (own.x, own.z)) > 1.0:
-                yield f"a corner of {house.identity} comes before {thing.identity}"
+                yield f"a corner of {building.identity} comes before {thing.identity}"
 
 
 def faults_of_street(world: GateWorld, since: int, thing: Thing, direction: str, index: int) -> Iterator[str]:
@@ -99,7 +99,7 @@ def faults_of_turn_by(world: GateWorld, since: int, step: Rotate, near: int, ind
     """Yield each street that also fits a turn before or after a thing.
 
     Args:
-        world: of its turn.
+        world: the gate's view of the turn.
         since: index of the path's place where the step begins.
         step: with a thing.
         near: index of the place that is nearest to the thing.
@@ -157,11 +157,11 @@ def _junctions_at(world: GateWorld, index: int) -> list[Junction]:
 
 
 def _earlier_openings(world: GateWorld, since: int, direction: str, index: int) -> int:
-    """Return how many openings between houses, streets or not, the path passes on one side before a turn."""
+    """Return how many openings between buildings, streets or not, the path passes on one side before a turn."""
     passed: list[int] = []
-    for mark in world.marks:
-        if mark.label.kind == "intersection" and mark.label.look == direction:
-            near = world.geometry.closest(mark.x, mark.z, max(since, 0), OPENING_NEAR)
+    for landmark in world.all_landmarks:
+        if landmark.label.kind == "intersection" and landmark.label.look == direction:
+            near = world.geometry.first_approach(landmark.x, landmark.z, max(since, 0), OPENING_NEAR)
             if near is not None and since + 1 <= near < index - 3 and all(abs(near - each) > 3 for each in passed):
                 passed.append(near)
     return len(passed)
@@ -171,7 +171,7 @@ def passed_arms(world: GateWorld, since: int, direction: str, index: int, kind: 
     """Return the streets of a kind that open on one side of the path between two of its places, inclusive.
 
     Args:
-        world: of its turn.
+        world: the gate's view of the turn.
         since, index: of the two places.
         direction: "left" or "right".
         kind: "street" or "alley".
@@ -180,7 +180,7 @@ def passed_arms(world: GateWorld, since: int, direction: str, index: int, kind: 
     found = set()
     assert world.graph is not None
     for junction in world.graph.junctions:
-        near = world.geometry.closest(junction.x, junction.z, max(since, 0), junction.radius + near_by)
+        near = world.geometry.first_approach(junction.x, junction.z, max(since, 0), junction.radius + near_by)
         if near is None or near > index + 2 or near < since + 1:
             continue
         before = world.geometry.heading_before(min(max(near - 2, 0), max(index - 2, 0)))

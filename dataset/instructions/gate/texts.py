@@ -8,8 +8,8 @@ the planners except geometry and what a relation in the room means to a person
 from collections.abc import Iterator
 
 import arramon_lang as lang
+from arramon_lang.coreference import first_mentions, mentions
 from arramon_lang.meaning import Meaning, Navigation, Thing
-from arramon_lang.reference import co_reference, mentions
 
 
 def faults_of_text(text: str, language: str, meaning: Meaning) -> tuple[str, ...]:
@@ -27,7 +27,7 @@ def faults_of_text(text: str, language: str, meaning: Meaning) -> tuple[str, ...
         return (str(error),)
     if read != meaning:
         return (f"says {_difference(read, meaning)}",)
-    if co_reference(read) != co_reference(meaning):
+    if first_mentions(read) != first_mentions(meaning):
         return (f"takes one thing for another: {_mixed_up(read, meaning)}",)
     return ()
 
@@ -76,5 +76,5 @@ def _difference(read: Meaning, meaning: Meaning) -> str:
 
 
 def _mixed_up(read: Meaning, meaning: Meaning) -> str:
-    pairs = zip(co_reference(read), co_reference(meaning), mentions(meaning), strict=True)
+    pairs = zip(first_mentions(read), first_mentions(meaning), mentions(meaning), strict=True)
     return next(f"{_called(thing)}" for one, other, thing in pairs if one != other)

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from arramon_client.world import turn_between
-from arramon_dataset.instructions.gate.progress import HINDSIGHT, GateProgress, middle, nearest
+from arramon_dataset.instructions.gate.progress import HINDSIGHT, GateProgress, middle_of, nearest_index
 from arramon_dataset.instructions.gate.streets import (
     faults_of_heading,
     faults_of_street,
@@ -22,7 +22,7 @@ from arramon_dataset.path_tolerances import (
 )
 from arramon_dataset.paths import PEAK, direction
 from arramon_lang.meaning import PLACES, Rotate, Thing
-from arramon_lang.street import DEGREES
+from arramon_lang.street_words import DEGREES
 
 TURN_REACH = 4
 """Maximum number of places between a turn and the place nearest to the thing that marks it."""
@@ -46,7 +46,7 @@ BACK = 10
 
 def faults_of_face(world: GateWorld, progress: GateProgress, thing: Thing) -> Iterator[str]:
     """Yield the faults of an instruction to face a thing."""
-    (x, z), here = middle(world, (thing,), progress.at), world.path[progress.at]
+    (x, z), here = middle_of(world, (thing,), progress.at), world.path[progress.at]
     towards = direction(here, (x, z))
     if abs(turn_between(world.geometry.heading_after(progress.at), towards)) > ACCEPTED_FACED:
         yield f"the path does not continue towards {thing.identity}"
@@ -54,7 +54,7 @@ def faults_of_face(world: GateWorld, progress: GateProgress, thing: Thing) -> It
         yield f"{thing.identity} is a place: what to face is ambiguous"
 
 
-def turn(world: GateWorld, progress: GateProgress, step: Rotate, faults: list[str]) -> GateProgress:
+def check_turn(world: GateWorld, progress: GateProgress, step: Rotate, faults: list[str]) -> GateProgress:
     """Return the progress after a turn; its faults are added to `faults`."""
     degrees = DEGREES[step.direction]
     if step.thing is None:
@@ -65,19 +65,21 @@ def turn(world: GateWorld, progress: GateProgress, step: Rotate, faults: list[st
         if abs(degrees) >= 90.0:
             faults += faults_of_heading(world, index, degrees)
         return _turn_at(world, progress, index, degrees, faults)
-    near = nearest(world, (step.thing,), progress.at, ACCEPTED_AT)
+    near = nearest_index(world, (step.thing,), progress.at, ACCEPTED_AT)
     reach = TURN_REACH + (3 if step.thing.kind in PLACES else 0)
     index = None if near is None else world.turn_near(near, degrees, reach)
-    marks = world.landmarks(step.thing.identity)
-    apart = [math.dist((mark.x, mark.z), world.path[index]) for mark in marks] if index is not None else []
+    landmarks = world.landmarks(step.thing.identity)
+    apart = (
+        [math.dist((landmark.x, landmark.z), world.path[index]) for landmark in landmarks] if index is not None else []
+    )
     if near is None or index is None or (step.at == "at" and min(apart, default=0.0) > ACCEPTED_TURN_AT):
         faults.append(f"the path does not turn {step.direction} {step.at} {step.thing.identity}")
         return progress
     if step.thing.kind in ("street", "alley"):
-        faults += faults_of_street(world, progress.last_choice, step.thing, step.direction, index)
+        faults += faults_of_street(world, progress.first_alternative, step.thing, step.direction, index)
     elif step.thing.kind not in PLACES:
         faults += faults_of_turn_by(world, progress.at, step, near, index)
-    if step.at == "before" and any(is_beyond_turn(world, mark.x, mark.z, index) for mark in marks):
+    if step.at == "before" and any(is_beyond_turn(world, landmark.x, landmark.z, index) for landmark in landmarks):
         faults.append(f"{step.thing.identity} lies in the street after the turn")
     return _turn_at(world, progress, index, degrees, faults)
 
@@ -151,5 +153,5 @@ def _sees_goal(world: GateWorld, at: int) -> bool:
     """Return whether the target is near a place of the path, and visible before the path turns there."""
     if math.dist(world.path[at], world.goal) > AT_GOAL:
         return False
-    targets = [mark for mark in world.marks if (mark.x, mark.z) == world.goal]
-    return not world.poses or any(world.is_visible(mark, at - HINDSIGHT, at - 1) for mark in targets)
+    targets = [landmark for landmark in world.all_landmarks if (landmark.x, landmark.z) == world.goal]
+    return not world.poses or any(world.is_visible(landmark, at - HINDSIGHT, at - 1) for landmark in targets)

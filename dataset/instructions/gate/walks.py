@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from arramon_client.world import turn_between
-from arramon_dataset.instructions.gate.progress import GateProgress, middle, nearest, places_ahead
+from arramon_dataset.instructions.gate.progress import GateProgress, middle_of, nearest_index, places_ahead
 from arramon_dataset.instructions.gate.sides import faults_of_passing, faults_of_side, poses_of_part
 from arramon_dataset.instructions.gate.turns import TURN_REACH
 from arramon_dataset.instructions.gate.world import GateWorld
@@ -28,7 +28,9 @@ def check_walk(world: GateWorld, progress: GateProgress, step: Walk, faults: lis
         faults += _faults_of_straight(world, progress, step.things)
     if step.way in ("until", "towards"):
         return _approach(world, progress, step, faults)
-    near = nearest(world, step.things, progress.at, ACCEPTED_BY if step.way in ("past", "beside") else ACCEPTED_AT)
+    near = nearest_index(
+        world, step.things, progress.at, ACCEPTED_BY if step.way in ("past", "beside") else ACCEPTED_AT
+    )
     if near is None:
         faults.append(f"the path does not come {step.way} {step.things[0].identity}")
         return progress
@@ -42,14 +44,14 @@ def check_walk(world: GateWorld, progress: GateProgress, step: Walk, faults: lis
 
 
 def _approach(world: GateWorld, progress: GateProgress, step: Walk, faults: list[str]) -> GateProgress:
-    x, z = middle(world, step.things, progress.at)
+    x, z = middle_of(world, step.things, progress.at)
     here = math.dist(world.path[progress.at], (x, z))
     ahead = places_ahead(world, progress.at, 30)
     if min(math.dist(world.path[i], (x, z)) for i in ahead) > here - 1.0 and here > 3.5:
         faults.append(f"the path does not lead towards {step.things[0].identity}")
     if step.way == "until":
         return progress
-    return replace(progress, at=max(progress.at, world.geometry.closest(x, z, progress.at, ACCEPTED_BY) or 0))
+    return replace(progress, at=max(progress.at, world.geometry.first_approach(x, z, progress.at, ACCEPTED_BY) or 0))
 
 
 def _is_amid(world: GateWorld, things: Sequence[Thing], since: int, near: int) -> bool:
@@ -57,14 +59,14 @@ def _is_amid(world: GateWorld, things: Sequence[Thing], since: int, near: int) -
     here = poses_of_part(world, since).get(near)
     if here is None:
         return False
-    places = [here.local(mark.x, mark.z) for each in things for mark in world.landmarks(each.identity)]
+    places = [here.local(landmark.x, landmark.z) for each in things for landmark in world.landmarks(each.identity)]
     (right, along), (other, far) = min(places), max(places)
     return right < 0.0 < other and abs(right + other) <= 5.0 and abs(along - far) <= other - right
 
 
 def _faults_of_straight(world: GateWorld, progress: GateProgress, things: Sequence[Thing]) -> Iterator[str]:
     """Yield whether things described as straight ahead are not."""
-    (x, z), here = middle(world, things, progress.at), world.path[progress.at]
+    (x, z), here = middle_of(world, things, progress.at), world.path[progress.at]
     towards = direction(here, (x, z))
     is_turned = any(abs(progress.at - turn) <= TURN_REACH for turn in progress.mentioned_turns)
     heading = world.geometry.heading_after(progress.at) if is_turned else world.geometry.heading_before(progress.at)

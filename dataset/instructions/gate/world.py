@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from arramon_client.world import turn_between
-from arramon_dataset.instructions.sight import Landmark
+from arramon_dataset.instructions.visible_landmarks import Landmark
 from arramon_dataset.path_tolerances import ACCEPTED_TURNS
 from arramon_dataset.paths import PathGeometry, Place
 from arramon_dataset.plans.graph import Corner, Junction, Road, StreetGraph
@@ -22,7 +22,7 @@ class GateWorld:
     Attributes:
         path: distinct positions of the ground truth.
         start: first pose.
-        marks: all landmarks.
+        all_landmarks: those along the path.
         goal: (x, z) of the target.
         graph: the section's streets; None without a plan.
         poses: along the path, to which `Landmark.seen` refers; () to skip the checks of visibility.
@@ -30,7 +30,7 @@ class GateWorld:
 
     path: Sequence[Place]
     start: Pose
-    marks: Sequence[Landmark]
+    all_landmarks: Sequence[Landmark]
     goal: Place
     graph: StreetGraph | None
     poses: Sequence[Pose] = ()
@@ -41,7 +41,7 @@ class GateWorld:
 
     @cached_property
     def _by_identity(self) -> dict[str, Landmark]:
-        return {mark.identity: mark for mark in self.marks if mark.label.kind != "intersection"}
+        return {landmark.identity: landmark for landmark in self.all_landmarks if landmark.label.kind != "intersection"}
 
     def junction(self, identity: str) -> Junction | None:
         """Return the junction of an identity, or None."""
@@ -84,17 +84,17 @@ class GateWorld:
         ]
         return min(found)[1] if found else None
 
-    def is_visible(self, mark: Landmark, first: int, last: int) -> bool:
+    def is_visible(self, landmark: Landmark, first: int, last: int) -> bool:
         """Return whether a landmark is recognised from one of the path's places from `first` to `last`."""
         places = set(self.path[max(first, 0) : last + 1])
-        return any(number >= 0 and (self.poses[number].x, self.poses[number].z) in places for number in mark.seen)
+        return any(number >= 0 and (self.poses[number].x, self.poses[number].z) in places for number in landmark.seen)
 
-    def is_visible_on(self, mark: Landmark, index: int) -> bool:
+    def is_visible_on(self, landmark: Landmark, index: int) -> bool:
         """Return whether a landmark is recognised from a place of the path while the walker turns to the next place."""
         place, on = self.path[index], self.geometry.heading_after(index)
         return any(
             number >= 0
             and (self.poses[number].x, self.poses[number].z) == place
             and abs(turn_between(self.poses[number].heading, on)) <= FACING
-            for number in mark.seen
+            for number in landmark.seen
         )

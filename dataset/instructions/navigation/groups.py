@@ -5,10 +5,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from arramon_client.world import COLLECTIBLES
-from arramon_dataset.instructions.navigation.choice import fits, perceived_distance
-from arramon_dataset.instructions.sight import Landmark
+from arramon_dataset.instructions.navigation.landmark_names import name_matches, perceived_distance
+from arramon_dataset.instructions.visible_landmarks import Landmark
 from arramon_lang.meaning import Thing
-from arramon_lang.street import GROUP_RADIUS
+from arramon_lang.street_words import GROUP_RADIUS
 from arramon_server.sim.geometry import Pose
 
 SEPARATE = 4.0
@@ -27,64 +27,68 @@ class LandmarkGroup:
 
     Attributes:
         name: of number "two" or "several", with the identities of all.
-        marks: the landmarks, the nearest first.
+        landmarks: the landmarks, the nearest first.
     """
 
     name: Thing
-    marks: tuple[Landmark, ...]
+    landmarks: tuple[Landmark, ...]
 
 
 def groups_centred_on(
-    mark: Landmark, marks: Sequence[Landmark], seen: Sequence[Landmark], until: int
+    landmark: Landmark, landmarks: Sequence[Landmark], seen: Sequence[Landmark], until: int
 ) -> Iterator[LandmarkGroup]:
     """Yield the groups centred on a landmark, those with the shorter name first.
 
     Args:
-        mark: a landmark.
-        marks: all landmarks of its kind.
+        landmark: a landmark.
+        landmarks: all landmarks of its kind.
         seen: the landmarks recognised where the group is named; only these can be members.
         until: index of the last pose; landmarks glimpsed later cannot be confused with the members.
     """
-    if mark.label.kind in NEVER_SEVERAL:
+    if landmark.label.kind in NEVER_SEVERAL:
         return
-    for name in dict.fromkeys((Thing(mark.label.kind), Thing(mark.label.kind, mark.label.colour, mark.label.look))):
-        fitting = [other for other in marks if fits(name, other)]
-        members = [other for other in fitting if _apart(mark, other) <= GROUP_RADIUS - 0.5]
+    for name in dict.fromkeys(
+        (Thing(landmark.label.kind), Thing(landmark.label.kind, landmark.label.colour, landmark.label.look))
+    ):
+        fitting = [other for other in landmarks if name_matches(name, other)]
+        members = [other for other in fitting if _apart(landmark, other) <= GROUP_RADIUS - 0.5]
         if len(members) < 2 or any(other not in seen for other in members):
             continue
         rest = (other for other in fitting if other not in members and _is_glimpsed(other, until))
-        if any(_apart(mark, other) < GROUP_RADIUS + SEPARATE for other in rest):
+        if any(_apart(landmark, other) < GROUP_RADIUS + SEPARATE for other in rest):
             continue
-        members.sort(key=lambda other: (_apart(mark, other), other.identity))
+        members.sort(key=lambda other: (_apart(landmark, other), other.identity))
         number = "two" if len(members) == 2 else "several"
         identity = "+".join(sorted(other.identity for other in members))
         yield LandmarkGroup(Thing(name.kind, name.colour, name.look, number=number, identity=identity), tuple(members))
 
 
 def group_nearest_to(
-    mark: Landmark, marks: Sequence[Landmark], seen: Sequence[Landmark], view: Pose, until: int
+    landmark: Landmark, landmarks: Sequence[Landmark], seen: Sequence[Landmark], view: Pose, until: int
 ) -> LandmarkGroup | None:
     """Return the group whose nearest member is the landmark; None if there is none or it is not clearly separate.
 
     Args:
-        mark: a landmark.
-        marks: all landmarks of its kind.
+        landmark: a landmark.
+        landmarks: all landmarks of its kind.
         seen: the landmarks recognised within the next few places.
         view: position and course of the walker.
         until: index of the last pose; landmarks glimpsed later cannot be confused with the members.
     """
-    own = perceived_distance(mark, view)
-    for group in groups_centred_on(mark, marks, seen, until):
-        rest = (o for o in marks if fits(group.name, o) and o not in group.marks and _is_glimpsed(o, until))
-        if any(perceived_distance(other, view) < own for other in group.marks):
+    own = perceived_distance(landmark, view)
+    for group in groups_centred_on(landmark, landmarks, seen, until):
+        rest = (
+            o for o in landmarks if name_matches(group.name, o) and o not in group.landmarks and _is_glimpsed(o, until)
+        )
+        if any(perceived_distance(other, view) < own for other in group.landmarks):
             continue
         if all(perceived_distance(other, view) >= CLEARLY_FARTHER * own for other in rest):
             return group
     return None
 
 
-def _is_glimpsed(mark: Landmark, until: int) -> bool:
-    return mark.glimpsed is not None and mark.glimpsed <= until
+def _is_glimpsed(landmark: Landmark, until: int) -> bool:
+    return landmark.glimpsed is not None and landmark.glimpsed <= until
 
 
 def _apart(one: Landmark, other: Landmark) -> float:

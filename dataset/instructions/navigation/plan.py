@@ -2,7 +2,7 @@
 
 A plan is a sequence of steps from landmark to landmark and from place to place. Each step's end is predicted with the
 follower's semantics (agents/follower/navigation.py), and the next step is planned from there. The planner searches
-depth first, cheapest step first, and skips steps that the judge rejects.
+depth first, cheapest step first, and skips steps that the check rejects.
 """
 
 import math
@@ -12,26 +12,26 @@ from random import Random
 from typing import Protocol
 
 from arramon_client.world import bearing, turn_between
-from arramon_dataset.instructions.navigation.choice import fits, full_name
-from arramon_dataset.instructions.navigation.landmarks import PLACES as OPEN_PLACES
-from arramon_dataset.instructions.navigation.landmarks import landmark_options
-from arramon_dataset.instructions.navigation.names import distinguish
-from arramon_dataset.instructions.navigation.places import place_options
+from arramon_dataset.instructions.navigation.distinct_names import with_distinct_names
+from arramon_dataset.instructions.navigation.landmark_names import full_name, name_matches
+from arramon_dataset.instructions.navigation.landmark_steps import PLACES as OPEN_PLACES
+from arramon_dataset.instructions.navigation.landmark_steps import landmark_options
+from arramon_dataset.instructions.navigation.place_steps import place_options
 from arramon_dataset.instructions.navigation.route import (
     DescribedRoute,
-    Option,
+    StepOption,
     Waypoint,
     path_turns_by,
     turn_towards,
     turn_word,
 )
-from arramon_dataset.instructions.navigation.target import describe
-from arramon_dataset.instructions.sight import Landmark
+from arramon_dataset.instructions.navigation.target import describe_target
+from arramon_dataset.instructions.visible_landmarks import Landmark
 from arramon_dataset.path_tolerances import PLANNED_DEVIATION, PLANNED_STRAIGHT
 from arramon_dataset.paths import Place, max_deviation
 from arramon_dataset.plans.graph import StreetGraph
+from arramon_lang.coreference import mentions
 from arramon_lang.meaning import PLACES, Face, Navigation, Rotate, Step, Thing, Walk
-from arramon_lang.reference import mentions
 from arramon_server.sim.geometry import Pose
 from arramon_server.sim.rules import Collectible
 
@@ -57,24 +57,24 @@ FACE_FIRST = 0.6
 """Probability that the first turn is described by the landmark to face, where that is unambiguous."""
 
 
-class Judge(Protocol):
+class PlanCheck(Protocol):
     """Accepts or rejects the steps of a plan, one after another."""
 
-    def after(self, steps: tuple[Step, ...]) -> "Judge | None":
-        """Return the judge after further steps; None if it rejects one of them."""
+    def after(self, steps: tuple[Step, ...]) -> "PlanCheck | None":
+        """Return the check after further steps; None if it rejects one of them."""
 
     def may_end(self, target: Thing) -> bool:
         """Return whether the plan may end here: the target's description is true and no step is missing."""
 
 
-class AcceptAll:
-    """A judge that accepts every step."""
+class AcceptAllSteps:
+    """A check that accepts every step."""
 
-    def after(self, steps: tuple[Step, ...]) -> "AcceptAll":  # noqa: ARG002 - a judge's
-        """Return this judge."""
+    def after(self, steps: tuple[Step, ...]) -> "AcceptAllSteps":  # noqa: ARG002 - part of the protocol
+        """Return this check."""
         return self
 
-    def may_end(self, target: Thing) -> bool:  # noqa: ARG002 - a judge's
+    def may_end(self, target: Thing) -> bool:  # noqa: ARG002 - part of the protocol
         """Return True."""
         return True
 
@@ -84,32 +84,34 @@ def plan_navigation(
     poses: Sequence[Pose],
     target: Collectible,
     street: Sequence[Collectible],
-    marks: Sequence[Landmark],
+    landmarks: Sequence[Landmark],
     random: Random,
     graph: StreetGraph | None = None,
-    judge: Judge | None = None,
+    plan_check: PlanCheck | None = None,
 ) -> Navigation | None:
     """Return the meaning of an instruction to walk a path, or None if planning fails.
 
     Args:
         path: distinct positions (x, z) of the ground truth.
-        poses: along the path, from `sight.poses_along`.
+        poses: along the path, from `visible_landmarks.poses_along`.
         target: the object to pick up at the end.
         street: all collectibles of the turn, including the target.
-        marks: result of `sight.find_landmarks` for the poses; can be reused for many draws.
+        landmarks: result of `visible_landmarks.find_landmarks` for the poses; can be reused for many draws.
         random: draws the wording; another draw gives another plan.
         graph: of the section's streets; None to call every place a corner.
-        judge: of the steps; None to accept all of them.
+        plan_check: accepts or rejects steps; None to accept all of them.
     """
-    thing = describe(target, street, marks, poses, random)
+    thing = describe_target(target, street, landmarks, poses, random)
     if thing is None:
         return None
-    route = DescribedRoute(path, poses, marks, (target.position.x, target.position.z), graph, random)
-    steps = _Planner(route, thing).steps(judge or AcceptAll())
+    route = DescribedRoute(path, poses, landmarks, (target.position.x, target.position.z), graph, random)
+    steps = _Planner(route, thing).steps(plan_check or AcceptAllSteps())
     if steps is None:
         return None
-    full_names = {mark.identity: full_name(mark) for mark in marks if mark.label.kind not in OPEN_PLACES}
-    return distinguish(Navigation(steps, thing), full_names, random)
+    full_names = {
+        landmark.identity: full_name(landmark) for landmark in landmarks if landmark.label.kind not in OPEN_PLACES
+    }
+    return with_distinct_names(Navigation(steps, thing), full_names, random)
 
 
 class _Planner:
@@ -117,22 +119,24 @@ class _Planner:
 
     def __init__(self, route: DescribedRoute, target: Thing) -> None:
         self._route, self._target, self._random = route, target, route.random
-        self._around = [mark for mark in route.marks if mark.glimpsed is not None and mark.glimpsed <= 0]
-        seen = [route.first_seen(mark) for mark in route.marks if (mark.x, mark.z) == route.goal]
+        self._around = [
+            landmark for landmark in route.landmarks if landmark.glimpsed is not None and landmark.glimpsed <= 0
+        ]
+        seen = [route.first_seen(landmark) for landmark in route.landmarks if (landmark.x, landmark.z) == route.goal]
         self._target_seen = min(seen, default=math.inf)
 
-    def steps(self, judge: Judge) -> tuple[Step, ...] | None:
+    def steps(self, plan_check: PlanCheck) -> tuple[Step, ...] | None:
         """Return all steps to the target, or None if the search fails."""
         self._left = TRIED
-        return self._from(Waypoint(self._route.start, 0), (), judge)
+        return self._from(Waypoint(self._route.start, 0), (), plan_check)
 
-    def _from(self, waypoint: Waypoint, steps: tuple[Step, ...], judge: Judge) -> tuple[Step, ...] | None:
+    def _from(self, waypoint: Waypoint, steps: tuple[Step, ...], plan_check: PlanCheck) -> tuple[Step, ...] | None:
         """Return a complete plan that extends `steps`, which end at the waypoint; None if there is none."""
         if not self._left or len(steps) > MAX_STEPS:
             return None
         self._left -= 1
         last = self._final_steps(waypoint)
-        if last is not None and not self._may_end(judge, last):
+        if last is not None and not self._may_end(plan_check, last):
             last = None
         if last is not None and not (steps and self._may_say_more(waypoint)):
             return (*steps, *last)
@@ -140,7 +144,7 @@ class _Planner:
             if option.steps[-1] == Walk("ahead") == next(reversed(steps), None):
                 continue
             for wording in self._wordings(waypoint, option, is_first=not steps):
-                after = None if self._mixes((*steps, *wording)) else judge.after(wording)
+                after = None if self._mixes((*steps, *wording)) else plan_check.after(wording)
                 if after is not None:
                     whole = self._from(option.waypoint, (*steps, *wording), after)
                     if whole is not None:
@@ -148,7 +152,7 @@ class _Planner:
                     break
         if last is not None:
             return (*steps, *last)
-        return steps if steps and waypoint.number >= self._route.last and judge.may_end(self._target) else None
+        return steps if steps and waypoint.number >= self._route.last and plan_check.may_end(self._target) else None
 
     def _mixes(self, steps: tuple[Step, ...]) -> bool:
         """Return whether steps name both a group and other things of the same kind."""
@@ -160,11 +164,11 @@ class _Planner:
                 several.add(thing.kind)
         return any(len(named[kind]) > 1 for kind in several)
 
-    def _may_end(self, judge: Judge, last: tuple[Step, ...]) -> bool:
-        after = judge.after(last)
+    def _may_end(self, plan_check: PlanCheck, last: tuple[Step, ...]) -> bool:
+        after = plan_check.after(last)
         return after is not None and after.may_end(self._target)
 
-    def _options(self, waypoint: Waypoint, *, is_optional: bool) -> list[Option]:
+    def _options(self, waypoint: Waypoint, *, is_optional: bool) -> list[StepOption]:
         """Return the candidate steps at a waypoint, the cheapest first; no turns if the plan could end here."""
         route = self._route
         options = sorted([*place_options(route, waypoint), *landmark_options(route, waypoint)], key=lambda o: o.cost)
@@ -173,7 +177,7 @@ class _Planner:
         ahead = self._ahead(waypoint)
         return options if ahead is None else [*options, ahead]
 
-    def _wordings(self, waypoint: Waypoint, option: Option, *, is_first: bool) -> list[tuple[Step, ...]]:
+    def _wordings(self, waypoint: Waypoint, option: StepOption, *, is_first: bool) -> list[tuple[Step, ...]]:
         """Return alternative wordings of an option's steps: elaborate, plain, and without the stated side."""
         wording = self._with_facing(option) if is_first else (*self._along_street(waypoint, option), *option.steps)
         wordings = [wording] if wording == option.steps else [wording, option.steps]
@@ -208,7 +212,7 @@ class _Planner:
             return (*turns, Walk(way, (self._target,), straight=not turns and abs(off) <= PLANNED_STRAIGHT))
         return turns
 
-    def _along_street(self, waypoint: Waypoint, option: Option) -> tuple[Step, ...]:
+    def _along_street(self, waypoint: Waypoint, option: StepOption) -> tuple[Step, ...]:
         """Return a walk along the street entered by the last turn, drawn at random; () if the street is ambiguous."""
         graph, step = self._route.graph, option.steps[-1]
         is_on = (isinstance(step, Walk) and step.way == "past") or (isinstance(step, Rotate) and step.at != "")
@@ -219,7 +223,7 @@ class _Planner:
             return ()
         return (Walk("along", (Thing(roads[0].kind, identity=roads[0].identity),)),)
 
-    def _ahead(self, waypoint: Waypoint) -> Option | None:
+    def _ahead(self, waypoint: Waypoint) -> StepOption | None:
         """Return a walk straight ahead, possibly after a turn, to a place with more in view; None if there is none."""
         route = self._route
         onward = route.onward_heading(waypoint.number, 4)
@@ -239,9 +243,9 @@ class _Planner:
         if number < waypoint.number + 3:
             return None
         pose = Pose(*route.path[number], bearing(here, route.path[number]))
-        return Option(0.0, (*turns, Walk("ahead")), Waypoint(pose, number, turned=True))
+        return StepOption(0.0, (*turns, Walk("ahead")), Waypoint(pose, number, turned=True))
 
-    def _with_facing(self, option: Option) -> tuple[Step, ...]:
+    def _with_facing(self, option: StepOption) -> tuple[Step, ...]:
         """Return the option's steps, with the first turn sometimes replaced by facing a landmark."""
         after = option.steps[-1]
         is_turn_at = isinstance(after, Rotate) and after.at == "at"  # "Face the bin, turn left at that bin."
@@ -253,7 +257,7 @@ class _Planner:
             thing is None
             or thing.number
             or thing.kind in PLACES
-            or sum(fits(thing, mark) for mark in self._around) != 1
+            or sum(name_matches(thing, landmark) for landmark in self._around) != 1
         ):
             return option.steps
         return (Face(thing), after)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from random import Random
 
 from arramon_client.world import bearing, turn_between
-from arramon_dataset.instructions.sight import Landmark
+from arramon_dataset.instructions.visible_landmarks import Landmark
 from arramon_dataset.path_tolerances import (
     PLANNED_AROUND,
     PLANNED_DEVIATION,
@@ -16,9 +16,9 @@ from arramon_dataset.path_tolerances import (
 )
 from arramon_dataset.paths import PathGeometry, Place, max_deviation
 from arramon_dataset.plans.graph import StreetGraph
+from arramon_lang.coreference import things_of
 from arramon_lang.meaning import Rotate, Step, Walk
-from arramon_lang.reference import things_of
-from arramon_lang.street import DEGREES, PASSED_WITHIN
+from arramon_lang.street_words import DEGREES, PASSED_WITHIN
 from arramon_server.sim.geometry import Pose, wrap
 
 SNAP = 40.0
@@ -49,7 +49,7 @@ class Waypoint:
 
 
 @dataclass(frozen=True, slots=True)
-class Option:
+class StepOption:
     """A candidate continuation; lower cost is better."""
 
     cost: float
@@ -62,8 +62,8 @@ class DescribedRoute:
 
     Args:
         path: distinct positions (x, z) of the ground truth.
-        poses: along the path, from `sight.poses_along`.
-        marks: from `sight.find_landmarks`.
+        poses: along the path, from `visible_landmarks.poses_along`.
+        landmarks: from `visible_landmarks.find_landmarks`.
         goal: (x, z) of the target.
         graph: of the section's streets, or None.
         random: draws all choices.
@@ -79,22 +79,22 @@ class DescribedRoute:
         self,
         path: Sequence[Place],
         poses: Sequence[Pose],
-        marks: Sequence[Landmark],
+        landmarks: Sequence[Landmark],
         goal: Place,
         graph: StreetGraph | None,
         random: Random,
     ) -> None:
-        self.path, self.marks, self.goal, self.graph, self.random = path, marks, goal, graph, random
+        self.path, self.landmarks, self.goal, self.graph, self.random = path, landmarks, goal, graph, random
         self.start = poses[0]
         # Index -1, a look around at the start, does not count: those landmarks are not seen while walking.
-        self._first = {id(mark): next((n for n in mark.seen if n >= 0), len(poses)) for mark in marks}
-        self.target = next((mark.label for mark in marks if (mark.x, mark.z) == goal), None)
-        self.has_twin = sum(mark.label == self.target for mark in marks) > 1
+        self._first = {id(landmark): next((n for n in landmark.seen if n >= 0), len(poses)) for landmark in landmarks}
+        self.target = next((landmark.label for landmark in landmarks if (landmark.x, landmark.z) == goal), None)
+        self.has_twin = sum(landmark.label == self.target for landmark in landmarks) > 1
         self.prefers_groups = random.random() < GROUP_PREFERENCE
         self.geometry = PathGeometry(path, self.start.heading, goal)
         self._by_kind: dict[str, list[Landmark]] = {}
-        for mark in marks:
-            self._by_kind.setdefault(mark.label.kind, []).append(mark)
+        for landmark in landmarks:
+            self._by_kind.setdefault(landmark.label.kind, []).append(landmark)
         self.departures = [0] * len(path)
         place = 0
         for number, pose in enumerate(poses):
@@ -108,20 +108,20 @@ class DescribedRoute:
         return len(self.path) - 1
 
     def of_kind(self, kind: str) -> Sequence[Landmark]:
-        """Return the landmarks of a kind, in the order of `marks`; only these can share a name."""
+        """Return the landmarks of a kind, in the order of `landmarks`; only these can share a name."""
         return self._by_kind.get(kind, ())
 
-    def first_seen(self, mark: Landmark) -> int:
+    def first_seen(self, landmark: Landmark) -> int:
         """Return the index of the first pose from which a landmark is seen; the number of poses if there is none."""
-        return self._first[id(mark)]
+        return self._first[id(landmark)]
 
-    def is_seen(self, mark: Landmark, waypoint: Waypoint) -> bool:
+    def is_seen(self, landmark: Landmark, waypoint: Waypoint) -> bool:
         """Return whether a landmark is seen before the walker leaves a waypoint."""
-        return self.first_seen(mark) <= self.departures[waypoint.number]
+        return self.first_seen(landmark) <= self.departures[waypoint.number]
 
     def option(
         self, waypoint: Waypoint, turns: tuple[Step, ...], step: Step, end: Pose, cost: float
-    ) -> Iterator[Option]:
+    ) -> Iterator[StepOption]:
         """Yield these steps as an option if they advance along the path."""
         if isinstance(step, Walk) and step.things:
             step = replace(step, straight=self._is_straight(waypoint, turns, end))
@@ -139,7 +139,7 @@ class DescribedRoute:
         total = cost + 0.8 * off + 0.5 * strayed - 0.4 * gain + 1.2 * len(turns) + wrong + 1.5 * self.random.random()
         about = next((thing.identity for thing in things_of(step)), "")
         pose = self._on_path(end, number, step)
-        yield Option(total, (*turns, step), Waypoint(pose, number, isinstance(step, Rotate), about))
+        yield StepOption(total, (*turns, step), Waypoint(pose, number, isinstance(step, Rotate), about))
 
     def _on_path(self, end: Pose, number: int, step: Step) -> Pose:
         """Return the pose after a step, its course aligned with the path unless they differ by more than SNAP."""

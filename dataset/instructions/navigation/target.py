@@ -5,9 +5,9 @@ from collections.abc import Sequence
 from random import Random
 
 from arramon_client.world import COLLECTIBLES
-from arramon_dataset.instructions.navigation.choice import full_name
 from arramon_dataset.instructions.navigation.groups import groups_centred_on
-from arramon_dataset.instructions.sight import Landmark
+from arramon_dataset.instructions.navigation.landmark_names import full_name
+from arramon_dataset.instructions.visible_landmarks import Landmark
 from arramon_dataset.path_tolerances import (
     PLANNED_LAST_VIEWS,
     PLANNED_NEAR,
@@ -15,7 +15,7 @@ from arramon_dataset.path_tolerances import (
     PLANNED_TWIN_GAP,
     PLANNED_ZEBRA_MARGIN,
 )
-from arramon_dataset.paths import Place, along_relation, offset_seen_from
+from arramon_dataset.paths import Place, offset_seen_from, relation_offset
 from arramon_lang.meaning import Thing, Where
 from arramon_server.sim.geometry import Pose
 from arramon_server.sim.labels import SegmentationLabel
@@ -40,26 +40,30 @@ FULL = 0.85
 """Probability of the complete name although fewer words suffice."""
 
 
-def describe(
-    target: Collectible, street: Sequence[Collectible], marks: Sequence[Landmark], poses: Sequence[Pose], random: Random
+def describe_target(
+    target: Collectible,
+    street: Sequence[Collectible],
+    landmarks: Sequence[Landmark],
+    poses: Sequence[Pose],
+    random: Random,
 ) -> Thing | None:
     """Return a name that matches only the target among the turn's collectibles; None if it is not seen at the end.
 
     Args:
         target: the object to pick up.
         street: all collectibles of the turn.
-        marks: landmarks along the path.
+        landmarks: landmarks along the path.
         poses: along the path.
         random: draws the words.
     """
-    every = marks
-    marks = [mark for mark in marks if mark.seen]
+    every = landmarks
+    landmarks = [landmark for landmark in landmarks if landmark.seen]
     own, at = SegmentationLabel.of(target.type), (target.position.x, target.position.z)
     if not any(
-        mark.label == own
-        and math.dist((mark.x, mark.z), (target.position.x, target.position.z)) < 0.1
-        and mark.seen[-1] >= len(poses) - 6
-        for mark in marks
+        landmark.label == own
+        and math.dist((landmark.x, landmark.z), (target.position.x, target.position.z)) < 0.1
+        and landmark.seen[-1] >= len(poses) - 6
+        for landmark in landmarks
     ):
         return None
     others = [item.type for item in street if item is not target and item != target]
@@ -73,15 +77,20 @@ def describe(
         ):
             colour, pattern = said_colour, said_pattern
             break
-    identity = next((mark.identity for mark in marks if mark.label == own and (mark.x, mark.z) == at), "target")
-    twins = [mark for mark in every if mark.label == own and (mark.x, mark.z) != at]
-    where = _where(target, every, poses, random, [mark for mark in every if _is_by_any(mark, twins)] if twins else None)
+    identity = next(
+        (landmark.identity for landmark in landmarks if landmark.label == own and (landmark.x, landmark.z) == at),
+        "target",
+    )
+    twins = [landmark for landmark in every if landmark.label == own and (landmark.x, landmark.z) != at]
+    where = _where(
+        target, every, poses, random, [landmark for landmark in every if _is_by_any(landmark, twins)] if twins else None
+    )
     return None if twins and not where else Thing(kind, colour, pattern, where=where, identity=identity)
 
 
-def _is_by_any(mark: Landmark, twins: Sequence[Landmark]) -> bool:
+def _is_by_any(landmark: Landmark, twins: Sequence[Landmark]) -> bool:
     """Return whether a landmark is near an object that looks like the target."""
-    return any(math.dist((mark.x, mark.z), (twin.x, twin.z)) < PLANNED_TWIN_GAP for twin in twins)
+    return any(math.dist((landmark.x, landmark.z), (twin.x, twin.z)) < PLANNED_TWIN_GAP for twin in twins)
 
 
 def _where(
@@ -101,43 +110,43 @@ def _where(
     is_alone = elsewhere is None
     unsuited = UNSUITED if random.random() < BUILDING_SHARE and is_alone else (*UNSUITED, "building")
     near = []
-    marks = [mark for mark in every if mark.seen]
-    for mark in marks:
-        right, ahead = offset_seen_from((view.x, view.z), (x, z), (mark.x, mark.z))
+    landmarks = [landmark for landmark in every if landmark.seen]
+    for landmark in landmarks:
+        right, ahead = offset_seen_from((view.x, view.z), (x, z), (landmark.x, landmark.z))
         distance = math.hypot(right, ahead)
         if (
-            mark.label.kind in unsuited
-            or mark.label.look == "grey"
+            landmark.label.kind in unsuited
+            or landmark.label.look == "grey"
             or distance > PLANNED_NEAR
             or distance < 0.1
-            or mark.seen[-1] < len(poses) - 10
-            or mark.covers_ground(x, z, PLANNED_ZEBRA_MARGIN)
-            or any(mark.label == other.label for other in elsewhere or ())
+            or landmark.seen[-1] < len(poses) - 10
+            or landmark.covers_ground(x, z, PLANNED_ZEBRA_MARGIN)
+            or any(landmark.label == other.label for other in elsewhere or ())
         ):
             continue
-        liking = COLLECTIBLE_LIKING if mark.label.kind in COLLECTIBLES else 0.0
-        near.append((distance + random.random() - liking, right, ahead, mark))
+        liking = COLLECTIBLE_LIKING if landmark.label.kind in COLLECTIBLES else 0.0
+        near.append((distance + random.random() - liking, right, ahead, landmark))
     if not near or (random.random() < UNPLACED and is_alone):
         return ()
-    _, right, ahead, mark = min(near, key=lambda item: (item[0], item[3].identity))
-    name = full_name(mark)
+    _, right, ahead, landmark = min(near, key=lambda item: (item[0], item[3].identity))
+    name = full_name(landmark)
     relation = "near"
     if random.random() < 0.5:
         if abs(right) > 1.5 * abs(ahead):
             relation = "left_of" if right > 0.0 else "right_of"
         elif abs(ahead) > 1.5 * abs(right):
             relation = "in_front_of" if ahead > 0.0 else "behind"
-    if not all(_is_so_from(pose, relation, (x, z), mark) for pose in poses[-PLANNED_LAST_VIEWS:]):
+    if not all(_is_so_from(pose, relation, (x, z), landmark) for pose in poses[-PLANNED_LAST_VIEWS:]):
         relation = "near"
-    group = next(groups_centred_on(mark, every, marks, len(poses)), None)
+    group = next(groups_centred_on(landmark, every, landmarks, len(poses)), None)
     if group is not None and is_alone and random.random() < GROUP_SHARE:
         return (Where("near", (group.name,)),)
     return (Where(relation, (name,)),)
 
 
-def _is_so_from(view: Pose, relation: str, place: Place, mark: Landmark) -> bool:
+def _is_so_from(view: Pose, relation: str, place: Place, landmark: Landmark) -> bool:
     """Return whether a place is clearly in a relation to a landmark, as seen from a pose."""
-    offset = along_relation(relation, *offset_seen_from((view.x, view.z), place, (mark.x, mark.z)))
+    offset = relation_offset(relation, *offset_seen_from((view.x, view.z), place, (landmark.x, landmark.z)))
     if offset is None:
         return True
     along, across = offset

@@ -1,4 +1,4 @@
-"""Agreement of a text with a world: whether each named thing stands where the text's alignment implies."""
+"""Agreement of a text with a section: whether each named thing stands where the aligned text implies it."""
 
 from collections.abc import Mapping, Sequence
 from functools import cache
@@ -7,10 +7,18 @@ import numpy as np
 from scipy import ndimage
 
 from arramon_dataset.release.landmarks.alignment import EventAlignment
-from arramon_dataset.release.landmarks.kernels import ASIDE, BACK, STEP, frames_of, in_frames, is_ahead, kernel
+from arramon_dataset.release.landmarks.kernels import (
+    ASIDE,
+    BACK,
+    STEP,
+    is_ahead,
+    kernel,
+    kernel_frames,
+    offsets_in_frames,
+)
 from arramon_dataset.release.landmarks.mentions import FURNITURE, Event
 from arramon_dataset.release.landmarks.turn_paths import Numbers, TurnPath
-from arramon_lang.street import is_of_colour
+from arramon_lang.street_words import is_of_colour
 from arramon_server.sim.city import label_of_prop
 from arramon_server.sim.section import Prop
 
@@ -34,7 +42,7 @@ def _apart(manner: str, relation: str) -> Numbers:
     return distances
 
 
-def nearest(event: Event, place: int, path: TurnPath, things: Sequence[PlacedThing]) -> tuple[int, float]:
+def nearest_match(event: Event, place: int, path: TurnPath, things: Sequence[PlacedThing]) -> tuple[int, float]:
     """Return the index of the matching thing nearest to where a mention implies it, and its distance, or (-1, inf).
 
     A thing matches if its kind, colour and side are as stated, and for a banner its shape.
@@ -42,9 +50,9 @@ def nearest(event: Event, place: int, path: TurnPath, things: Sequence[PlacedThi
     fitting = [number for number, thing in enumerate(things) if _fits(event, thing)]
     if not fitting:
         return -1, np.inf
-    origins, directions = frames_of(event, path)
+    origins, directions = kernel_frames(event, path)
     places = np.array([things[number][1:3] for number in fitting], dtype=np.float64)
-    ahead, right = in_frames(origins[place : place + 1], directions[place : place + 1], places)
+    ahead, right = offsets_in_frames(origins[place : place + 1], directions[place : place + 1], places)
     table = _apart(event.manner, event.relation)
     row, column = np.rint((ahead[0] + BACK) / STEP).astype(int), np.rint((right[0] + ASIDE) / STEP).astype(int)
     inside = (row >= 0) & (row < table.shape[0]) & (column >= 0) & (column < table.shape[1])
@@ -73,7 +81,7 @@ def mentions_of(
     found = []
     for event, place in zip(events, aligned.best, strict=True):
         if event.kind in kinds:
-            number, apart = nearest(event, place, path, things)
+            number, apart = nearest_match(event, place, path, things)
             found.append((event, place, number if apart <= WITHIN else -1))
     return found
 
@@ -84,8 +92,10 @@ def placed_things(props: Sequence[Prop]) -> list[PlacedThing]:
     return [(prop.kind, prop.x, prop.z, label.colour, label.look) for prop, label in zip(props, labels, strict=True)]
 
 
-def by_kind(things: Sequence[PlacedThing], strength: float) -> Mapping[str, list[tuple[float, float, float, str]]]:
-    """Return things as `recovery.LandmarkMap.of` takes them, all with one strength."""
+def landmarks_by_kind(
+    things: Sequence[PlacedThing], strength: float
+) -> Mapping[str, list[tuple[float, float, float, str]]]:
+    """Return (x, z, strength, colour) of each thing by kind, the input of `recovery.LandmarkMap.of`."""
     listed: dict[str, list[tuple[float, float, float, str]]] = {}
     for kind, x, z, colour, _ in things:
         listed.setdefault(kind, []).append((x, z, strength, colour))

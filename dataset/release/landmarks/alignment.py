@@ -12,7 +12,7 @@ import numpy as np
 
 from arramon_dataset.release.landmarks.mentions import Event
 from arramon_dataset.release.landmarks.turn_paths import Indices, Numbers, TurnPath
-from arramon_lang.street import DEGREES
+from arramon_lang.street_words import DEGREES
 
 BIG = 60.0
 """Minimum size of turns of a path that texts usually mention, in degrees."""

@@ -10,9 +10,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from arramon_dataset.randomness import seeded
-from arramon_dataset.release.landmarks.ground import FreeSpace, apart_from
+from arramon_dataset.release.landmarks.furniture_grid import FreeSpace, apart_from
 from arramon_dataset.release.landmarks.mentions import DRAWN
-from arramon_dataset.release.landmarks.own_furniture import front
+from arramon_dataset.release.landmarks.own_furniture import front_towards_path
 from arramon_dataset.release.landmarks.turn_paths import Numbers
 from arramon_server.sim.section import ON_WALLS, Prop
 
@@ -60,7 +60,7 @@ def distracter_furniture(
             return False
         spot = ground.places[spots[int(clear.argmax())]]
         x, z = round(float(spot[0]), 3), round(float(spot[1]), 3)
-        placed.append(Prop(prop.kind, x, z, front(spot, ground.heading, space.walked), prop.colour))
+        placed.append(Prop(prop.kind, x, z, front_towards_path(spot, ground.heading, space.walked), prop.colour))
         taken.append((x, z, prop.kind))
         return True
 

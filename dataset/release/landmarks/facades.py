@@ -7,7 +7,7 @@ import numpy as np
 
 import arramon_client.world as world
 from arramon_dataset.release.landmarks.alignment import align
-from arramon_dataset.release.landmarks.kernels import frames_of, likelihood
+from arramon_dataset.release.landmarks.kernels import kernel_frames, likelihood
 from arramon_dataset.release.landmarks.mentions import FACADES
 from arramon_dataset.release.landmarks.mixture import MentionsOfKind, peaks_of
 from arramon_dataset.release.landmarks.recovery import CERTAIN, SIGNIFICANT, LandmarkMap, TurnText
@@ -19,7 +19,7 @@ ALONG = 1.0
 """Spacing of the points of a facade at which mentions are evaluated, in units."""
 
 
-def paint(
+def paint_facades(
     buildings: Sequence[Building], texts: Sequence[TurnText]
 ) -> tuple[tuple[Building, ...], tuple[Recovered, ...]]:
     """Return the buildings with the facades on which texts agree, and the indices of these with their votes.
@@ -38,7 +38,7 @@ def paint(
             if event.kind != FACADES or event.look not in world.FACADES:
                 continue
             chosen = np.flatnonzero(posterior >= SIGNIFICANT)
-            origins, directions = frames_of(event, each.path)
+            origins, directions = kernel_frames(event, each.path)
             values = posterior[chosen] @ likelihood(event, origins[chosen], directions[chosen], points)
             rows.append(np.maximum.reduceat(values, owners))
             weights.append(event.weight)
@@ -48,8 +48,8 @@ def paint(
     centres = np.array([(building.x, building.z) for building in buildings])
     painted = list(buildings)
     recovered: list[Recovered] = []
-    ballot = MentionsOfKind(centres, np.array(rows), np.array(weights), looks, [""] * len(looks))
-    for peak in peaks_of(ballot, CERTAIN):
+    mentions = MentionsOfKind(centres, np.array(rows), np.array(weights), looks, [""] * len(looks))
+    for peak in peaks_of(mentions, CERTAIN):
         index = int(np.hypot(*(centres - (peak.x, peak.z)).T).argmin())
         if all(each.index != index for each in recovered):
             painted[index] = replace(painted[index], facade=peak.colours[0][0])

@@ -1,4 +1,4 @@
-"""Kernels: the likelihood of a mentioned thing at each place around the walker, by the manner of the mention.
+"""Kernels: likelihood of a thing at each place around the walker, by how a text mentions it ("past", "towards").
 
 A kernel is a table over the walker's own frame: rows ahead, columns to the right. Its greatest value is 1.
 """
@@ -94,7 +94,7 @@ def _ring(radius: float) -> Numbers:
     return ring
 
 
-def frames_of(event: Event, path: TurnPath) -> tuple[Numbers, Numbers]:
+def kernel_frames(event: Event, path: TurnPath) -> tuple[Numbers, Numbers]:
     """Return the origins (n, 2) and directions (n,) of a mention's kernel at each place of a path."""
     if event.manner == "target":
         size = len(path.places)
@@ -108,7 +108,7 @@ def frames_of(event: Event, path: TurnPath) -> tuple[Numbers, Numbers]:
 def likelihood(event: Event, origins: Numbers, directions: Numbers, places: Numbers) -> Numbers:
     """Return the kernel's values (n, m) at places (m, 2), for n frames."""
     table = _bordered(event.manner, event.relation, event.side)
-    ahead, right = in_frames(origins, directions, places)
+    ahead, right = offsets_in_frames(origins, directions, places)
     row, column = (ahead + BACK) / STEP, (right + ASIDE) / STEP
     for index, size in ((row, table.shape[0]), (column, table.shape[1])):  # Places outside fall on the border.
         np.clip(np.rint(index, out=index), -1.0, size - 2.0, out=index)
@@ -122,7 +122,7 @@ def _bordered(manner: str, relation: str, side: str) -> Numbers:
     return np.pad(kernel(manner, relation, side), 1)
 
 
-def in_frames(origins: Numbers, directions: Numbers, places: Numbers) -> tuple[Numbers, Numbers]:
+def offsets_in_frames(origins: Numbers, directions: Numbers, places: Numbers) -> tuple[Numbers, Numbers]:
     """Return how far places (m, 2) are ahead and to the right, (n, m) each, in n frames."""
     sin, cos = np.sin(np.radians(directions))[:, None], np.cos(np.radians(directions))[:, None]
     x, z = places[None, :, 0] - origins[:, 0, None], places[None, :, 1] - origins[:, 1, None]

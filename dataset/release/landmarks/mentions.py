@@ -9,13 +9,13 @@ from arramon_lang.reading.outline import OutlineEntry
 from arramon_server.sim.labels import IMPORTED_BANNER_COLOURS
 
 METAL, METAL_BENCH = ("bench", "silver"), "metal_bench"
-"""Kind and colour of metal benches, and their sort."""
+"""Kind and colour of metal benches, and the kind as which they are recovered."""
 
 SCENERY = (
     "barrier", "banner", "barrel", "tyre_stack", "traffic_light", "mailbox", "bags", "stop_sign", "speed_sign",
     METAL_BENCH,
 )  # fmt: skip
-"""Sorts of street furniture that keep their places in all episodes of a section. People who name one beside targets
+"""Kinds of street furniture that keep their places in all episodes of a section. People who name one beside targets
 less than 2 units apart in different episodes agree 3 to 15 times as often as chance."""
 
 DRAWN = ("cone", "phone_booth", "bench", "dumpster", "lamp_post", "hydrant", "bin")
@@ -60,8 +60,8 @@ class Event:
     identity: str = ""
 
     @property
-    def sort(self) -> str:
-        """The landmark's kind, or "metal_bench", a bench that unlike others keeps its place."""
+    def recovered_kind(self) -> str:
+        """The kind as which the landmark is recovered: its own, or "metal_bench" for a metal bench."""
         return METAL_BENCH if (self.kind, self.colour) == METAL else self.kind
 
 

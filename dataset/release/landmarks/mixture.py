@@ -69,7 +69,7 @@ class MentionsOfKind:
     looks: Sequence[str]
     languages: Sequence[str] = ()
 
-    def part(self, chosen: Indices) -> "MentionsOfKind":
+    def subset(self, chosen: Indices) -> "MentionsOfKind":
         """Return the mentions at these indices."""
         return MentionsOfKind(
             self.cells,
@@ -81,31 +81,31 @@ class MentionsOfKind:
         )
 
 
-def responsibilities(ballot: MentionsOfKind) -> tuple[Numbers, list[str], Numbers]:
+def responsibilities(mentions: MentionsOfKind) -> tuple[Numbers, list[str], Numbers]:
     """Return the mixture: weights (g, c), the names of its c colours, and each mention's share in each cell (m, g)."""
-    names = sorted({colour for colour in ballot.colours if colour}) or [""]
-    fits = np.array([[1.0 if said in ("", name) else OTHER_COLOUR for name in names] for said in ballot.colours])
-    likely, count = ballot.likelihoods, float(ballot.weights.sum())
+    names = sorted({colour for colour in mentions.colours if colour}) or [""]
+    fits = np.array([[1.0 if said in ("", name) else OTHER_COLOUR for name in names] for said in mentions.colours])
+    likely, count = mentions.likelihoods, float(mentions.weights.sum())
     cells = likely.shape[1]
     mixture = np.full((cells, len(names)), 1.0 / (cells * len(names)))
     background = BACKGROUND * likely.mean(axis=1) * fits.mean(axis=1) + 1e-12
     for _ in range(ITERATIONS):
         evidence = (1.0 - BACKGROUND) * ((likely @ mixture) * fits).sum(axis=1) + background
-        mixture *= likely.T @ (fits * (ballot.weights / evidence)[:, None])
+        mixture *= likely.T @ (fits * (mentions.weights / evidence)[:, None])
         mixture *= (1.0 - BACKGROUND) / count
         mixture = (mixture / max(float(mixture.sum()), 1e-12)).round(ROUNDED)
     evidence = (1.0 - BACKGROUND) * ((likely @ mixture) * fits).sum(axis=1) + background
-    shares = (1.0 - BACKGROUND) * likely * (fits @ mixture.T) / evidence[:, None] * ballot.weights[:, None]
+    shares = (1.0 - BACKGROUND) * likely * (fits @ mixture.T) / evidence[:, None] * mentions.weights[:, None]
     return mixture, names, shares
 
 
-def peaks_of(ballot: MentionsOfKind, least: float) -> list[Peak]:
+def peaks_of(mentions: MentionsOfKind, least: float) -> list[Peak]:
     """Return the places with at least so many votes, those with the most votes first."""
-    if not len(ballot.weights):
+    if not len(mentions.weights):
         return []
-    _, _, shares = responsibilities(ballot)
+    _, _, shares = responsibilities(mentions)
     votes = shares.sum(axis=0)
-    tree = cKDTree(ballot.cells)
+    tree = cKDTree(mentions.cells)
     peaks: list[Peak] = []
     neighbours = tree.sparse_distance_matrix(tree, MERGED, output_type="coo_matrix")
     close = coo_matrix((np.ones(neighbours.nnz), (neighbours.row, neighbours.col)), neighbours.shape).tocsr()
@@ -114,9 +114,9 @@ def peaks_of(ballot: MentionsOfKind, least: float) -> list[Peak]:
         at = int(sums.argmax())
         if sums[at] < least:
             return peaks
-        near = np.array(sorted(tree.query_ball_point(ballot.cells[at], MERGED)), dtype=np.intp)
+        near = np.array(sorted(tree.query_ball_point(mentions.cells[at], MERGED)), dtype=np.intp)
         mass = votes[near] / votes[near].sum()
-        x, z = mass @ ballot.cells[near]
+        x, z = mass @ mentions.cells[near]
         said = shares[:, near].sum(axis=1)
         peaks.append(
             Peak(
@@ -125,7 +125,11 @@ def peaks_of(ballot: MentionsOfKind, least: float) -> list[Peak]:
                 float(sums[at]),
                 *(
                     _by_word(said, words)
-                    for words in (ballot.colours, ballot.looks, ballot.languages or [""] * len(said))
+                    for words in (
+                        mentions.colours,
+                        mentions.looks,
+                        mentions.languages or [""] * len(said),
+                    )
                 ),
             )
         )

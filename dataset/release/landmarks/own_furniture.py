@@ -9,12 +9,12 @@ from random import Random
 
 import numpy as np
 
-from arramon_dataset.layout.places import PATH_GAP, TARGET_GAP
+from arramon_dataset.layout.prop_places import PATH_GAP, TARGET_GAP
 from arramon_dataset.randomness import seeded
 from arramon_dataset.release.landmarks.alignment import align
-from arramon_dataset.release.landmarks.ground import FreeSpace, FurnitureGrid, apart_from
+from arramon_dataset.release.landmarks.furniture_grid import FreeSpace, FurnitureGrid, apart_from
 from arramon_dataset.release.landmarks.mentions import DRAWN, METAL_BENCH, Event
-from arramon_dataset.release.landmarks.recovery import LandmarkMap, TurnText, vote
+from arramon_dataset.release.landmarks.recovery import LandmarkMap, TurnText, mention_likelihood
 from arramon_dataset.release.landmarks.turn_paths import Indices, Numbers
 from arramon_server.sim.assets import furniture
 from arramon_server.sim.assets.furniture import footprint_radius
@@ -57,8 +57,8 @@ def furniture_mentions(texts: Sequence[TurnText], known: LandmarkMap, ground: Fu
             continue
         aligned = align(each.events, each.path, known.fit)
         for event, posterior, place in zip(each.events, aligned.posterior, aligned.best, strict=True):
-            if event.kind in DRAWN and event.sort != METAL_BENCH:
-                likely = vote(event, each.path, posterior, ground.places)
+            if event.kind in DRAWN and event.recovered_kind != METAL_BENCH:
+                likely = mention_likelihood(event, each.path, posterior, ground.places)
                 top = float(likely.max())
                 if top > 0.0:
                     found.append(FurnitureMention(event, each.turn, likely / top, each.path.places[place]))
@@ -89,7 +89,7 @@ def own_furniture(
                 break
             at = _best(group, indices, space.ground)
             explained = [each for each in group if each.likely[at] >= EXPLAINED] or group[:1]
-            prop = make(kind, space.ground.places[at], explained, space, random)
+            prop = make_prop(kind, space.ground.places[at], explained, space, random)
             placed.append(prop)
             news.append((prop.x, prop.z, kind))
             taken.append(news[0])
@@ -122,22 +122,24 @@ def _best(group: Sequence[FurnitureMention], indices: Indices, ground: Furniture
     return int(tops[int((-best + 2.0 * seen).argmax())])
 
 
-def make(kind: str, place: Numbers, mentions: Sequence[FurnitureMention], space: FreeSpace, random: Random) -> Prop:
+def make_prop(
+    kind: str, place: Numbers, mentions: Sequence[FurnitureMention], space: FreeSpace, random: Random
+) -> Prop:
     """Return a prop of a kind at a place, in the stated colour, with its front to the nearest path."""
     possible = (*furniture.COLOURS.get(kind, ()), *furniture.IMPORTED_COLOURS.get(kind, ()))
     said = next((each.event.colour for each in mentions if each.event.colour in possible), "")
     drawn = random.choice(furniture.COLOURS.get(kind, ("",)))
-    return Prop(kind, *_rounded(place), front(place, space.ground.heading, space.walked), said or drawn)
+    return Prop(kind, *_rounded(place), front_towards_path(place, space.ground.heading, space.walked), said or drawn)
 
 
-def front(place: Numbers, heading: float, walked: Numbers) -> float:
+def front_towards_path(place: Numbers, heading: float, walked: Numbers) -> float:
     """Return the heading along one of the streets' axes that is nearest to the direction of the nearest path."""
     x, z = walked[int(((walked - place) ** 2).sum(axis=1).argmin())] - place
     turns = round((float(np.degrees(np.arctan2(x, z))) - heading) / 90.0)
     return round(wrap(heading + 90.0 * turns), 3)
 
 
-def moved_off(props: Sequence[Prop], space: FreeSpace) -> tuple[list[MovedProp], list[int]]:
+def move_off_paths(props: Sequence[Prop], space: FreeSpace) -> tuple[list[MovedProp], list[int]]:
     """Return which of a section's props an episode moves off its own paths and objects, and which it leaves out.
 
     A prop is moved to the nearest free place, and left out if there is none.

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from arramon_dataset.release.landmarks.alignment import EventAlignment, align
-from arramon_dataset.release.landmarks.kernels import frames_of, likelihood
+from arramon_dataset.release.landmarks.kernels import kernel_frames, likelihood
 from arramon_dataset.release.landmarks.mentions import METAL, METAL_BENCH, SCENERY, Event, events_of
 from arramon_dataset.release.landmarks.mixture import MentionsOfKind, Peak, peaks_of
 from arramon_dataset.release.landmarks.turn_paths import Numbers, TurnPath, paths_of_turns
@@ -121,7 +121,7 @@ class LandmarkMap:
         """Return the likelihood (n,) of a mention at each place of a path."""
         if event.kind not in self.places:
             return np.ones(len(path.places))
-        origins, directions = frames_of(event, path)
+        origins, directions = kernel_frames(event, path)
         values = likelihood(event, origins, directions, self.places[event.kind])
         strengths = self.strengths[event.kind]
         if event.colour:
@@ -131,7 +131,7 @@ class LandmarkMap:
         return found
 
 
-def texts_of(episode: Episode) -> list[TurnText]:
+def turn_texts(episode: Episode) -> list[TurnText]:
     """Return the texts of an episode as events, in all its languages, turn by turn."""
     paths = paths_of_turns(episode)
     return [
@@ -145,14 +145,17 @@ def recover(texts: Sequence[TurnText]) -> list[RecoveredLandmark]:
     """Return the landmarks of a section on which its texts agree; the same texts give the same result."""
     texts = [each for each in texts if each.events]
     known = LandmarkMap()
-    ballots: dict[str, tuple[MentionsOfKind, Numbers]] = {}
+    by_kind: dict[str, tuple[MentionsOfKind, Numbers]] = {}
     for _ in range(ROUNDS + 1):
         aligned = [align(each.events, each.path, known.fit) for each in texts]
-        ballots = {kind: _ballot(kind, texts, aligned) for kind in SCENERY}
+        by_kind = {kind: _mentions_of_kind(kind, texts, aligned) for kind in SCENERY}
         known = LandmarkMap.of(
-            {_kind(sort): _strengths(peaks_of(ballot, 1.0)) for sort, (ballot, _) in ballots.items()}
+            {
+                _kind(recovered_kind): _strengths(peaks_of(mentions, 1.0))
+                for recovered_kind, (mentions, _) in by_kind.items()
+            }
         )
-    return [landmark for kind, (ballot, halves) in ballots.items() for landmark in _confirmed(kind, ballot, halves)]
+    return [landmark for kind, (mentions, halves) in by_kind.items() for landmark in _confirmed(kind, mentions, halves)]
 
 
 def _strengths(peaks: Sequence[Peak]) -> list[tuple[float, float, float, str]]:
@@ -162,16 +165,18 @@ def _strengths(peaks: Sequence[Peak]) -> list[tuple[float, float, float, str]]:
     ]
 
 
-def _ballot(kind: str, texts: Sequence[TurnText], aligned: Sequence[EventAlignment]) -> tuple[MentionsOfKind, Numbers]:
+def _mentions_of_kind(
+    kind: str, texts: Sequence[TurnText], aligned: Sequence[EventAlignment]
+) -> tuple[MentionsOfKind, Numbers]:
     """Return the mentions of a kind, and for each the half of the episodes (0 or 1) that it belongs to."""
     cells = _cells(np.concatenate([each.path.places for each in texts]), REACH.get(kind, GROUND))
     rows, weights, colours, looks, languages, halves = [], [], [], [], [], []
     order = {episode: number for number, episode in enumerate(sorted({each.episode for each in texts}))}
     for each, found in zip(texts, aligned, strict=True):
         for event, posterior in zip(each.events, found.posterior, strict=True):
-            if event.sort != kind:
+            if event.recovered_kind != kind:
                 continue
-            rows.append(vote(event, each.path, posterior, cells))
+            rows.append(mention_likelihood(event, each.path, posterior, cells))
             weights.append(event.weight)
             colours.append(event.colour)
             looks.append(event.look)
@@ -181,10 +186,10 @@ def _ballot(kind: str, texts: Sequence[TurnText], aligned: Sequence[EventAlignme
     return MentionsOfKind(cells, likely, np.array(weights), colours, looks, languages), np.array(halves)
 
 
-def vote(event: Event, path: TurnPath, posterior: Numbers, cells: Numbers) -> Numbers:
+def mention_likelihood(event: Event, path: TurnPath, posterior: Numbers, cells: Numbers) -> Numbers:
     """Return the likelihood (g,) of a mentioned thing in each of the cells (g, 2)."""
     chosen = np.flatnonzero(posterior >= SIGNIFICANT)
-    origins, directions = frames_of(event, path)
+    origins, directions = kernel_frames(event, path)
     voted: Numbers = posterior[chosen] @ likelihood(event, origins[chosen], directions[chosen], cells)
     return voted
 
@@ -198,11 +203,11 @@ def _cells(walked: Numbers, reach: float) -> Numbers:
     return near
 
 
-def _confirmed(kind: str, ballot: MentionsOfKind, halves: Numbers) -> list[RecoveredLandmark]:
+def _confirmed(kind: str, mentions: MentionsOfKind, halves: Numbers) -> list[RecoveredLandmark]:
     """Return the peaks with CERTAIN votes, or that both halves of the episodes confirm."""
-    by_half = [peaks_of(ballot.part(np.flatnonzero(halves == half)), HALF) for half in (0, 1)]
+    by_half = [peaks_of(mentions.subset(np.flatnonzero(halves == half)), HALF) for half in (0, 1)]
     found = []
-    for peak in peaks_of(ballot, ENOUGH):
+    for peak in peaks_of(mentions, ENOUGH):
         votes = [
             max((p.votes for p in listed if np.hypot(p.x - peak.x, p.z - peak.z) <= AGREED), default=0.0)
             for listed in by_half
@@ -222,6 +227,6 @@ def _confirmed(kind: str, ballot: MentionsOfKind, halves: Numbers) -> list[Recov
     return found
 
 
-def _kind(sort: str) -> str:
-    """Return the kind of street furniture of a sort."""
-    return METAL[0] if sort == METAL_BENCH else sort
+def _kind(recovered_kind: str) -> str:
+    """Return the kind of street furniture that a recovered kind belongs to."""
+    return METAL[0] if recovered_kind == METAL_BENCH else recovered_kind

@@ -7,18 +7,18 @@ import numpy as np
 from arramon_client.world import BANNER_SHAPES
 from arramon_dataset.layout import furniture_colours
 from arramon_dataset.layout.grid import to_street_frame, to_world_frame
-from arramon_dataset.layout.places import (
+from arramon_dataset.layout.prop_places import (
     AT_CORNERS,
     WALL_GAP,
     Surroundings,
-    at_corners,
-    beside_walls,
     building_distance,
-    extents,
+    corner_places,
+    half_size,
     is_wall_clear,
+    wall_places,
 )
-from arramon_dataset.release.landmarks.ground import FurnitureGrid, apart_from
-from arramon_dataset.release.landmarks.own_furniture import front
+from arramon_dataset.release.landmarks.furniture_grid import FurnitureGrid, apart_from
+from arramon_dataset.release.landmarks.own_furniture import front_towards_path
 from arramon_dataset.release.landmarks.recovery import RecoveredLandmark
 from arramon_dataset.release.landmarks.turn_paths import Numbers
 from arramon_server.sim.assets import furniture
@@ -91,8 +91,8 @@ def _on_ground(
 ) -> tuple[float, float, float] | None:
     place = np.array([landmark.x, landmark.z])
     if landmark.kind in AT_CORNERS:
-        half_width, _ = extents(landmark.kind)
-        corners, fronts = at_corners(surroundings, half_width + WALL_GAP)
+        half_width, _ = half_size(landmark.kind)
+        corners, fronts = corner_places(surroundings, half_width + WALL_GAP)
         places = to_world_frame(corners, surroundings.heading)
         clear = apart_from(places, landmark.kind, taken) & (building_distance(surroundings, corners) > 0.0)
         apart = np.where(clear, np.hypot(*(places - place).T), np.inf)
@@ -104,15 +104,15 @@ def _on_ground(
     if not len(free):
         return None
     spot = ground.places[free[int(np.hypot(*(ground.places[free] - place).T).argmin())]]
-    return round(float(spot[0]), 3), round(float(spot[1]), 3), front(spot, ground.heading, walked)
+    return round(float(spot[0]), 3), round(float(spot[1]), 3), front_towards_path(spot, ground.heading, walked)
 
 
 def _on_wall(
     landmark: RecoveredLandmark, surroundings: Surroundings, taken: Sequence[tuple[float, float, str]]
 ) -> tuple[float, float, float] | None:
     """Return the clear place on a wall that is nearest to a landmark, and the direction in which it faces."""
-    half_width, _ = extents("banner")
-    places, fronts = beside_walls(surroundings, 0.0, half_width)
+    half_width, _ = half_size("banner")
+    places, fronts = wall_places(surroundings, 0.0, half_width)
     place = to_street_frame(np.array([[landmark.x, landmark.z]]), surroundings.heading)[0]
     near = np.flatnonzero(np.hypot(*(places - place).T) <= TO_WALL)
     places, fronts = places[near], fronts[near]

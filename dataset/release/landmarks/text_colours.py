@@ -6,7 +6,13 @@ People differ in the name of a colour: some call the same barrel gold, some oran
 from collections.abc import Sequence
 from dataclasses import replace
 
-from arramon_dataset.release.landmarks.agreement import WITHIN, by_kind, mentions_of, nearest, placed_things
+from arramon_dataset.release.landmarks.agreement import (
+    WITHIN,
+    landmarks_by_kind,
+    mentions_of,
+    nearest_match,
+    placed_things,
+)
 from arramon_dataset.release.landmarks.alignment import align
 from arramon_dataset.release.landmarks.mentions import SCENERY
 from arramon_dataset.release.landmarks.recovery import LandmarkMap, RecoveredLandmark, TurnText
@@ -32,7 +38,7 @@ def recolour_landmarks(
     """
     changed: dict[int, Prop] = {}
     things = placed_things(standing)
-    known = LandmarkMap.of(by_kind(things, strength))
+    known = LandmarkMap.of(landmarks_by_kind(things, strength))
     for each in texts:
         if not each.events:
             continue
@@ -42,7 +48,7 @@ def recolour_landmarks(
                 continue
             same = [number for number, landmark in enumerate(landmarks) if event.colour in landmark.names]
             plain = replace(event, colour="", look="")
-            number, apart = nearest(plain, place, each.path, [things[number] for number in same])
+            number, apart = nearest_match(plain, place, each.path, [things[number] for number in same])
             if apart <= WITHIN:
                 at = same[number]
                 landmark = landmarks[at]

@@ -5,8 +5,8 @@ import pytest
 from arramon_agents.mapping.probabilistic_landmark_memory import ProbabilisticLandmarkMemory
 from arramon_agents.mapping.probabilistic_room_memory import ProbabilisticRoomMemory
 from arramon_agents.perception.eyes.predicted_segmentation import LABELS
+from arramon_lang.cell_grading import RoomObject
 from arramon_lang.meaning import Thing
-from arramon_lang.room import RoomObject
 from tests.agents.perception.eyes.test_grid import named
 
 SMALL, LARGE = (slice(100, 105), slice(40, 45)), (slice(100, 130), slice(40, 70))

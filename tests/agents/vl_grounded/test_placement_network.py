@@ -11,7 +11,7 @@ from arramon_agents.vl_grounded.attributes import KINDS  # noqa: E402
 from arramon_agents.vl_grounded.look_around import TURNS, LookAround, attributes_in_rooms  # noqa: E402
 from arramon_agents.vl_grounded.network import Grounded  # noqa: E402
 from arramon_agents.vl_grounded.placement_network import CELLS, LEVELS  # noqa: E402
-from arramon_lang.room import RoomObject  # noqa: E402
+from arramon_lang.cell_grading import RoomObject  # noqa: E402
 
 
 def test_a_look_around_shows_each_heading_once() -> None:

@@ -20,8 +20,8 @@ from arramon_agents.vl_grounded.initial_vocabulary import initialise_from_reader
 from arramon_agents.vl_grounded.instruction_encoder import InstructionEncoder
 from arramon_agents.vl_grounded.room_views import collect_views
 from arramon_agents.vl_grounded.task import attributes_ahead
+from arramon_lang.cell_grading import RoomObject
 from arramon_lang.meaning import Navigation, Thing, Walk
-from arramon_lang.room import RoomObject
 
 MEANT = Navigation(
     (

@@ -20,8 +20,8 @@ from arramon_agents.vl_map.placement_network import (  # noqa: E402
     stack_inputs,
 )
 from arramon_agents.vl_map.train import train_rooms  # noqa: E402
+from arramon_lang.cell_grading import START, Room, RoomObject, find_cell  # noqa: E402
 from arramon_lang.meaning import Assembly, Thing, Where  # noqa: E402
-from arramon_lang.room import START, Room, RoomObject, find_cell  # noqa: E402
 from tests import tiny  # noqa: E402
 
 MUG, TV = RoomObject("mug", "red", "dotted", 1, 2), RoomObject("tv", "blue", "striped", 3, 1)

@@ -1,12 +1,12 @@
-"""Alignment of words with routes: the shipped models, and files that are none."""
+"""Word alignment models: scores of the shipped ones, and errors of invalid files."""
 
 import gzip
 from pathlib import Path
 
 import pytest
 
-from arramon_dataset.alignment.model import contradicts, load, read_model, words_of
-from arramon_dataset.alignment.routes import mirrored
+from arramon_dataset.alignment.model import contradicts_route, load, read_model, words_of
+from arramon_dataset.alignment.route_tokens import mirrored
 from arramon_dataset.paraphrases.collection import HALVES, generated_episodes, paraphrases
 from arramon_server.errors import BadFile
 
@@ -34,7 +34,7 @@ def test_a_broken_model_is_named(tmp_path: Path, content: bytes) -> None:
 
 def test_a_language_without_a_model_is_not_checked() -> None:
     assert load("xx") is None
-    assert not contradicts("go left", "xx", ("turn:left", "target:mug"))
+    assert not contradicts_route("go left", "xx", ("turn:left", "target:mug"))
 
 
 @pytest.mark.parametrize("code", ["en", "hi"])

@@ -6,7 +6,7 @@ import pytest
 
 from arramon_dataset.demonstrations.request import FORMATS
 from tests import tiny
-from tests.dataset.demonstrations.exporting import export
+from tests.dataset.demonstrations.exports import export
 from tests.shared import shared_folder
 
 

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from tests.dataset.demonstrations.exporting import playing_order
+from tests.dataset.demonstrations.exports import playing_order
 
 if TYPE_CHECKING:
     import mlcroissant

@@ -10,7 +10,7 @@ import pytest
 from arramon_dataset.demonstrations.export import ExportProgress
 from arramon_dataset.demonstrations.folder import RECORD, WORK, ExportFolder, read_record
 from arramon_server.errors import BadFile, BadInput, Conflict, StorageError
-from tests.dataset.demonstrations.exporting import contents, export
+from tests.dataset.demonstrations.exports import contents, export
 
 FORMATS = ("plain", "minari", "lerobot", "huggingface")
 

@@ -8,7 +8,7 @@ import pytest
 from arramon_client.demonstrations import Demonstrations
 from arramon_dataset.demonstrations.request import FORMATS
 from arramon_server import cli
-from tests.dataset.demonstrations.exporting import contents, export
+from tests.dataset.demonstrations.exports import contents, export
 
 NAMES = ("out", "my data/the first export", "प्रदर्शन/पहला", "../beside")
 
@@ -33,8 +33,19 @@ def test_the_default_folder_of_the_command(
     (tmp_path / "डेटा फ़ोल्डर").symlink_to(data)
     monkeypatch.chdir(tmp_path)
     small = [] if format_ == "plain" else ["--size", "16", "--sensors", "rgb"]
-    asked = ["export-demos", "--data", "डेटा फ़ोल्डर", "--split", "tiny", "--format", format_, "--jobs", "2", *small]
-    assert cli.main(asked) in (0, None)
+    command_line = [
+        "export-demos",
+        "--data",
+        "डेटा फ़ोल्डर",
+        "--split",
+        "tiny",
+        "--format",
+        format_,
+        "--jobs",
+        "2",
+        *small,
+    ]
+    assert cli.main(command_line) in (0, None)
     folder = Path("demonstrations") / f"tiny-{format_}"
     assert capsys.readouterr().out == f"{folder}: 10 episodes with 130 steps in en, hi\n"
     assert (tmp_path / folder / "demonstrations.json").is_file()

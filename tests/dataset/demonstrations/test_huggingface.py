@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from tests import tiny
-from tests.dataset.demonstrations.exporting import SIZE, playing_order, simulated
+from tests.dataset.demonstrations.exports import SIZE, expected_observations, playing_order
 
 if TYPE_CHECKING:
     import datasets
@@ -40,7 +40,7 @@ def test_frames_are_the_simulators(data: Path, loaded: "datasets.DatasetDict", l
     rows = loaded[language].with_format("numpy")
     order = playing_order(data, language)
     for number in (0, len(order) - 1):
-        for step, expected in enumerate(simulated(data, order[number], language)):
+        for step, expected in enumerate(expected_observations(data, order[number], language)):
             row = rows[number * len(tiny.ACTIONS) + step]
             assert (row["episode_id"], row["step"], row["action"]) == (order[number], step, tiny.ACTIONS[step])
             for sensor in ("rgb", "depth", "segmentation"):

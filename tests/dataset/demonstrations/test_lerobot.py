@@ -15,7 +15,7 @@ import pytest
 from PIL import Image
 
 from tests import tiny
-from tests.dataset.demonstrations.exporting import SIZE, Seen, playing_order, simulated
+from tests.dataset.demonstrations.exports import SIZE, ExpectedObservation, expected_observations, playing_order
 
 STEPS = len(tiny.ACTIONS)
 
@@ -31,7 +31,7 @@ def rows_of(folder: Path) -> "pd.DataFrame":
     return pd.concat([pq.read_table(file).to_pandas() for file in files], ignore_index=True)
 
 
-def check_frame(row: Any, expected: Seen) -> None:
+def check_frame(row: Any, expected: ExpectedObservation) -> None:
     picture = np.asarray(Image.open(io.BytesIO(row["observation.images.rgb"]["bytes"])))
     assert (picture == expected.rgb).all()
     depth = np.stack(row["observation.depth"])
@@ -47,7 +47,7 @@ def test_frames_are_the_simulators(data: Path, exports: dict[str, Path]) -> None
     episodes = expected_episodes(data)
     assert len(rows) == len(episodes) * STEPS
     for number in (0, 1, len(episodes) - 1):
-        for step, expected in enumerate(simulated(data, *episodes[number])):
+        for step, expected in enumerate(expected_observations(data, *episodes[number])):
             row = rows.iloc[number * STEPS + step]
             check_frame(row, expected)
             assert (row["episode_index"], row["frame_index"], row["timestamp"]) == (number, step, float(step))
@@ -108,7 +108,7 @@ def test_lerobot_reads_it(data: Path, exports: dict[str, Path]) -> None:
     episodes = expected_episodes(data)
     assert dataset.num_episodes == len(episodes)
     for number in (0, len(episodes) - 1):
-        for step, expected in enumerate(simulated(data, *episodes[number])):
+        for step, expected in enumerate(expected_observations(data, *episodes[number])):
             item = dataset[number * STEPS + step]
             picture = (item["observation.images.rgb"].numpy().transpose(1, 2, 0) * 255).round().astype(np.uint8)
             assert (picture == expected.rgb).all()

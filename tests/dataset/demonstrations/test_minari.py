@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests import tiny
-from tests.dataset.demonstrations.exporting import export, playing_order, simulated
+from tests.dataset.demonstrations.exports import expected_observations, export, playing_order
 
 
 @pytest.mark.parametrize("language", ["en", "hi"])
@@ -26,7 +26,7 @@ def test_frames_are_the_simulators(data: Path, exports: dict[str, Path], languag
         assert episode.rewards.sum() == pytest.approx(4.0)
         seen = episode.observations
         assert (seen["rgb"].dtype, seen["depth"].dtype, seen["segmentation"].dtype) == (np.uint8, np.float32, np.int16)
-        for step, expected in enumerate(simulated(data, order[number], language)):
+        for step, expected in enumerate(expected_observations(data, order[number], language)):
             for sensor in ("rgb", "depth", "segmentation"):
                 assert (seen[sensor][step] == getattr(expected, sensor)).all(), (sensor, step)
             assert tuple(seen["pose"][step]) == expected.pose

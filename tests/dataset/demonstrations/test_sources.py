@@ -9,7 +9,7 @@ import minari
 import pytest
 
 from arramon_client.demonstrations import Demonstrations
-from arramon_dataset.demonstrations.export import checked_request, export_demonstrations, find_split
+from arramon_dataset.demonstrations.export import complete_request, export_demonstrations, find_split
 from arramon_dataset.demonstrations.request import make_request
 from arramon_dataset.demonstrations.sources import EpisodeActions, EpisodeSelection, ground_truth, recorded_run
 from arramon_server.errors import ArraMonError, BadInput, Conflict
@@ -17,7 +17,7 @@ from arramon_server.runs.storage import causes
 from arramon_server.runs.storage.database import Database
 from arramon_server.runs.storage.journal import Journal
 from tests import played, tiny
-from tests.dataset.demonstrations.exporting import SIZE, simulated
+from tests.dataset.demonstrations.exports import SIZE, expected_observations
 
 CUT = {"1": tiny.ACTIONS[:5], "2": tiny.ACTIONS[:2], "4": (), "5": tiny.ACTIONS}
 """Actions of a run by episode: 5 is finished, the others were cut short."""
@@ -31,7 +31,7 @@ def database(tmp_path: Path) -> Iterator[Database]:
 
 def sources_of(database: Database, data: Path, run_id: str, language: str = "en") -> EpisodeSelection:
     split, journal = find_split(data, "tiny"), Journal(database)
-    request = checked_request(make_request(data, "tiny", "plain", languages=(language,), run_id=run_id), split)
+    request = complete_request(make_request(data, "tiny", "plain", languages=(language,), run_id=run_id), split)
     return recorded_run(journal, journal.run(run_id), split, request)
 
 
@@ -58,7 +58,7 @@ def test_a_run_is_exported_as_it_was_played(data: Path, database: Database, tmp_
         assert (bool(episode.terminations[-1]), bool(episode.truncations[-1])) == (
             (True, False) if episode_id == "5" else (False, True)
         )
-        for step, expected in enumerate(simulated(data, episode_id, "en", CUT[episode_id])):
+        for step, expected in enumerate(expected_observations(data, episode_id, "en", CUT[episode_id])):
             assert (episode.observations["rgb"][step] == expected.rgb).all()
             assert episode.observations["steps_left"][step] == expected.steps_left - 150 + played.STEPS
 
@@ -80,7 +80,7 @@ def test_runs_that_cannot_be_exported(data: Path, database: Database) -> None:
     with pytest.raises(BadInput, match="run 'over' was played in 'en', not in hi"):
         sources_of(database, data, "over", "hi")
     changed = replace(split, data_hash="0" * 64)
-    request = checked_request(make_request(data, "tiny", "plain", languages=("en",), run_id="over"), split)
+    request = complete_request(make_request(data, "tiny", "plain", languages=("en",), run_id="over"), split)
     with pytest.raises(Conflict, match="which now has the data 000000000000"):
         recorded_run(Journal(database), Journal(database).run("over"), changed, request)
 
@@ -90,7 +90,7 @@ def test_ground_truth_that_no_run_could_play_is_left_out(data: Path) -> None:
     episode = split.episodes["1"]
     long = replace(episode, turns=(replace(episode.turns[0], actions=(tiny.L,) * 151), episode.turns[1]))
     changed = replace(split, episodes={**split.episodes, "1": long})
-    request = checked_request(make_request(data, "tiny", "plain"), split)
+    request = complete_request(make_request(data, "tiny", "plain"), split)
     found = ground_truth(changed, request)
     assert found.left_out == {"1": "its ground truth has a phase of more than 150 steps"}
     assert len(found.chosen) == 5
@@ -98,7 +98,7 @@ def test_ground_truth_that_no_run_could_play_is_left_out(data: Path) -> None:
 
 def test_a_sample_is_a_prefix(data: Path) -> None:
     split = find_split(data, "tiny")
-    request = checked_request(make_request(data, "tiny", "plain"), split)
+    request = complete_request(make_request(data, "tiny", "plain"), split)
     some = ground_truth(split, replace(request, episodes=2)).chosen
     assert some == ground_truth(split, request).chosen[:2]
     assert {language for one in ground_truth(split, request).chosen for language in one.languages} == {"en", "hi"}
@@ -117,7 +117,7 @@ def test_actions_that_do_not_fit_are_named(
 ) -> None:
     split = find_split(data, "tiny")
     frames = {} if format_ == "plain" else {"sensors": ("rgb",), "size": 8}
-    request = checked_request(make_request(data, "tiny", format_, **frames), split)  # type: ignore[arg-type]
+    request = complete_request(make_request(data, "tiny", format_, **frames), split)  # type: ignore[arg-type]
     wrong = EpisodeSelection((EpisodeActions("1", ("en",), tuple(map(int, actions))),), {}, 150)
     with pytest.raises(ArraMonError, match="the actions for episode '1' do not fit its data") as caught:
         export_demonstrations(request, split, wrong, tmp_path / "out", jobs=1, on_progress=lambda _: None)

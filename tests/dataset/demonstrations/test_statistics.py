@@ -3,12 +3,17 @@
 import numpy as np
 import pytest
 
-from arramon_dataset.demonstrations.formats.statistics import SAMPLED_FRAMES, of_all, of_frames, of_numbers
+from arramon_dataset.demonstrations.formats.statistics import (
+    SAMPLED_FRAMES,
+    combined_statistics,
+    frame_statistics,
+    numeric_statistics,
+)
 
 
 def test_frames() -> None:
     frames = np.random.default_rng(1).integers(10, 200, (SAMPLED_FRAMES, 8, 8, 3), dtype=np.uint8)
-    found = of_frames(list(frames))
+    found = frame_statistics(list(frames))
     pixels = frames.reshape(-1, 3) / 255
     for name, expected in (
         ("min", pixels.min(axis=0)),
@@ -24,7 +29,7 @@ def test_frames() -> None:
 
 def test_a_frame_or_two_are_enough() -> None:
     frame = np.full((8, 8, 3), 51, np.uint8)
-    found = of_frames([frame])
+    found = frame_statistics([frame])
     assert {name: np.ravel(found[name])[0] for name in ("min", "max", "mean", "q01", "q99")} == pytest.approx(
         dict.fromkeys(("min", "max", "mean", "q01", "q99"), 0.2)
     )
@@ -33,7 +38,7 @@ def test_a_frame_or_two_are_enough() -> None:
 
 def test_all_episodes_together_are_as_one() -> None:
     numbers = np.random.default_rng(2).normal(size=(50, 3))
-    found = of_all([of_numbers(numbers[:10]), of_numbers(numbers[10:])])
-    whole = of_numbers(numbers)
+    found = combined_statistics([numeric_statistics(numbers[:10]), numeric_statistics(numbers[10:])])
+    whole = numeric_statistics(numbers)
     for name in ("min", "max", "mean", "std", "count"):
         assert np.asarray(found[name]) == pytest.approx(np.asarray(whole[name])), name

@@ -14,7 +14,7 @@ from arramon_dataset.environments.player import LocalPlayer
 from arramon_server.sim.rules import Phase
 from arramon_server.sim.view import visible_pose
 from tests import tiny
-from tests.dataset.environments.playing import player
+from tests.dataset.environments.players import player
 
 STRAYS = 12
 """Actions that stray before the expert is followed."""

@@ -14,7 +14,7 @@ from arramon_server.runs.play.worlds import Worlds
 from arramon_server.sim.own_furniture import OwnFurniture
 from arramon_server.sim.section import Prop
 from tests import tiny
-from tests.dataset.environments.playing import player
+from tests.dataset.environments.players import player
 
 AHEAD, BESIDE = Prop("phone_booth", 0.0, 1.2, 180.0), Prop("kiosk", 1.4, 4.0, 180.0, "red")
 
@@ -82,7 +82,7 @@ def test_maps_show_it(data: Path) -> None:
 def test_the_oracle_is_told_of_it(data: Path) -> None:
     split = find_split(data, "tiny")
     worlds = Worlds({"tiny": split})
-    told = {id_: oracle_message(one, worlds.scene("tiny", one)).obstacles for id_, one in split.episodes.items()}
+    messages = {id_: oracle_message(one, worlds.scene("tiny", one)).obstacles for id_, one in split.episodes.items()}
     worlds.close()
-    assert [len(told[id_]) for id_ in ("0", "1", "2")] == [1, 2, 2]
-    assert (told["1"][0].x, told["1"][0].z) == pytest.approx((0.0, 1.2))
+    assert [len(messages[id_]) for id_ in ("0", "1", "2")] == [1, 2, 2]
+    assert (messages["1"][0].x, messages["1"][0].z) == pytest.approx((0.0, 1.2))

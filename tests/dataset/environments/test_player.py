@@ -13,7 +13,7 @@ from arramon_dataset.environments.playable_split import open_playable_split
 from arramon_server.runs.play.worlds import Worlds
 from arramon_server.sim.labels import LABELS
 from tests import tiny
-from tests.dataset.environments.playing import player
+from tests.dataset.environments.players import player
 from tests.physics import EACH_CAMERA
 
 

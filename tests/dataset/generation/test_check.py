@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from arramon_client.world import Action
-from arramon_dataset.generation import Draft, GenerationSite, problems
-from arramon_dataset.generation.streets import TWIN_PATH, TWINS_APART
+from arramon_dataset.generation import Draft, GenerationSite, faults_of_episode
+from arramon_dataset.generation.navigation_tasks import TWIN_PATH, TWINS_APART
 from arramon_dataset.plans import build_section, read_plan
-from arramon_dataset.release.extras import distance_to_path
+from arramon_dataset.release.missing_objects import distance_to_path
 from arramon_server.sim.geometry import Point
 from arramon_server.sim.room import START, RoomPosition
 from arramon_server.sim.rules import PlacedObject
@@ -22,7 +22,7 @@ from arramon_server.sim.rules import PlacedObject
 def site() -> Iterator[GenerationSite]:
     made = GenerationSite(build_section(read_plan("6"), "test"))
     yield made
-    made.world.close()
+    made.physics.close()
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +32,7 @@ def draft(site: GenerationSite) -> Draft:
 
 def test_sampled_drafts_have_no_problems(site: GenerationSite) -> None:
     for i in range(20):
-        assert problems(site.sampler.draw(str(i), ("passes", i)), site.solids, site.world) == ()
+        assert faults_of_episode(site.sampler.draw(str(i), ("passes", i)), site.solids, site.physics) == ()
 
 
 def test_drafts_are_determined_by_their_seed_names(site: GenerationSite) -> None:
@@ -119,7 +119,7 @@ CASES: list[tuple[Callable[[Draft, GenerationSite], Draft], str]] = [
 def test_faulty_drafts_are_reported(
     draft: Draft, site: GenerationSite, spoil: Callable[[Draft, GenerationSite], Draft], expected: str
 ) -> None:
-    assert problems(draft, site.solids, site.world) == ()
-    found = "\n".join(problems(spoil(draft, site), site.solids, site.world))
+    assert faults_of_episode(draft, site.solids, site.physics) == ()
+    found = "\n".join(faults_of_episode(spoil(draft, site), site.solids, site.physics))
 
     assert re.search(expected, found), found

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from arramon_dataset.generation.batches import GeneratedEpisode
-from arramon_dataset.generation.checkpoint import GenerationCheckpoint, origin_of
+from arramon_dataset.generation.checkpoint import GenerationCheckpoint, generation_digest
 from arramon_server.errors import Conflict
 from tests import tiny
 
@@ -84,5 +84,15 @@ def test_removed_file_leaves_no_folder_unless_another_split_is_unfinished(path: 
 
 
 def test_origin_depends_on_each_part() -> None:
-    assert origin_of("1", "writer") == origin_of("1", "writer")
-    assert len({origin_of("1", "writer"), origin_of("2", "writer"), origin_of("1", "other"), origin_of("1")}) == 4
+    assert generation_digest("1", "writer") == generation_digest("1", "writer")
+    assert (
+        len(
+            {
+                generation_digest("1", "writer"),
+                generation_digest("2", "writer"),
+                generation_digest("1", "other"),
+                generation_digest("1"),
+            }
+        )
+        == 4
+    )

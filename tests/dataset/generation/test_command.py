@@ -9,22 +9,24 @@ import pytest
 from arramon_dataset.generation import batches
 from arramon_dataset.generation.batches import MakeWriter, make_batches
 from arramon_dataset.generation.command import generate
-from arramon_dataset.generation.sizes import SPLITS
 from arramon_dataset.generation.split_maker import GenerationProgress
+from arramon_dataset.generation.split_specs import SPLITS
 from arramon_dataset.plans import build_section, read_plan
 from arramon_server.episodes.secret import host_secret
 from arramon_server.episodes.splits import Split, folder_of, read_split
 from arramon_server.errors import ArraMonError, BadInput
-from tests.dataset.generation.places import CROSSING, make_fussy, make_never, make_plain
+from tests.dataset.generation.small_section import CROSSING, make_failing_writer, make_picky_writer, make_plain_writer
 
 
 def make(
-    data: Path, *names: str, count: int = 4, seed: int = 1, jobs: int = 1, writer: MakeWriter = make_plain
+    data: Path, *names: str, count: int = 4, seed: int = 1, jobs: int = 1, writer: MakeWriter = make_plain_writer
 ) -> tuple[list[Split], list[GenerationProgress]]:
-    told: list[GenerationProgress] = []
+    reported: list[GenerationProgress] = []
     plans = [SPLITS[name] for name in names]
     scale = count / plans[0].size
-    return generate(data, plans, scale=scale, seed=seed, jobs=jobs, make_writer=writer, on_progress=told.append), told
+    return generate(
+        data, plans, scale=scale, seed=seed, jobs=jobs, make_writer=writer, on_progress=reported.append
+    ), reported
 
 
 def files_of(data: Path) -> dict[str, bytes]:
@@ -48,11 +50,11 @@ def test_another_seed_changes_episodes_and_furniture(tmp_path: Path) -> None:
 
 
 def test_drafts_refused_by_the_writer_are_redrawn_and_counted(tmp_path: Path) -> None:
-    (split,), told = make(tmp_path, "val_unseen", count=7, writer=make_fussy)
+    (split,), reported = make(tmp_path, "val_unseen", count=7, writer=make_picky_writer)
 
     assert all(episode.turns[0].target.type.kind in ("ball", "mug", "tv") for episode in split.episodes.values())
-    assert [(progress.done, progress.total) for progress in told] == [(6, 7), (7, 7)]
-    assert told[-1].drafts > 7
+    assert [(progress.done, progress.total) for progress in reported] == [(6, 7), (7, 7)]
+    assert reported[-1].drafts > 7
 
 
 def test_hidden_split_depends_only_on_the_hosts_secret(tmp_path: Path) -> None:
@@ -61,7 +63,7 @@ def test_hidden_split_depends_only_on_the_hosts_secret(tmp_path: Path) -> None:
     (again,), _ = make(tmp_path / "host", "test_unseen", count=2, seed=2)
     (other,), _ = make(tmp_path / "other", "test_unseen", count=2, seed=1)
     sections = {"7": (read_plan("7"), build_section(read_plan("7"), "1"))}
-    (batch,) = make_batches("1", "test_unseen", SPLITS["test_unseen"].episodes(2 / 1205), sections, make_plain)
+    (batch,) = make_batches("1", "test_unseen", SPLITS["test_unseen"].episodes(2 / 1205), sections, make_plain_writer)
     public = {made.episode.episode_id: made.episode for made in batch.generate()}
 
     assert hidden.hidden
@@ -90,14 +92,14 @@ def test_failed_generation_keeps_the_existing_split(tmp_path: Path, jobs: int, m
     before = files_of(tmp_path)
 
     with pytest.raises(ArraMonError, match=r"no valid episode 55000 of split val_unseen found in \d+ attempts"):
-        make(tmp_path, "val_unseen", count=2, jobs=jobs, writer=make_never)
+        make(tmp_path, "val_unseen", count=2, jobs=jobs, writer=make_failing_writer)
 
     assert files_of(tmp_path) == before
 
 
 def test_batches_are_grouped_by_section() -> None:
     sections = {name: (read_plan(name), replace(CROSSING, id=name)) for name in "12345"}
-    batches = make_batches("1", "val_seen", SPLITS["val_seen"].episodes(40 / 1065), sections, make_plain)
+    batches = make_batches("1", "val_seen", SPLITS["val_seen"].episodes(40 / 1065), sections, make_plain_writer)
 
     assert [(batch.section.id, len(batch.episode_ids)) for batch in batches] == [
         (s, n) for s in "12345" for n in (6, 2)
@@ -112,9 +114,9 @@ def test_jobs_out_of_range_are_refused(tmp_path: Path, jobs: int) -> None:
 
 
 def test_header_tells_that_no_agent_tried_the_texts(tmp_path: Path) -> None:
-    plans, told = [SPLITS["val_unseen"]], list[GenerationProgress]()
+    plans, reported = [SPLITS["val_unseen"]], list[GenerationProgress]()
     (split,) = generate(
-        tmp_path, plans, scale=0.0005, make_writer=make_plain, on_progress=told.append, jobs=1, tried=False
+        tmp_path, plans, scale=0.0005, make_writer=make_plain_writer, on_progress=reported.append, jobs=1, tried=False
     )
     (tried,), _ = make(tmp_path, "val_unseen", count=1)
 
@@ -139,19 +141,19 @@ def test_interrupted_split_is_finished_with_what_it_has(tmp_path: Path) -> None:
                 scale=8 / 1155,
                 seed=1,
                 jobs=1,
-                make_writer=make_fussy,
+                make_writer=make_picky_writer,
                 on_progress=interrupt,
             )
 
     cut(tmp_path / "cut")
     cut(tmp_path / "other")
-    (split,), told = make(tmp_path / "cut", "val_unseen", count=8, writer=make_fussy)
-    (whole,), undisturbed = make(tmp_path / "whole", "val_unseen", count=8, writer=make_fussy)
-    _, other = make(tmp_path / "other", "val_unseen", count=8, seed=2, writer=make_fussy)
+    (split,), reported = make(tmp_path / "cut", "val_unseen", count=8, writer=make_picky_writer)
+    (whole,), undisturbed = make(tmp_path / "whole", "val_unseen", count=8, writer=make_picky_writer)
+    _, other = make(tmp_path / "other", "val_unseen", count=8, seed=2, writer=make_picky_writer)
 
     assert split.data_hash == whole.data_hash
     assert files_of(tmp_path / "cut") == files_of(tmp_path / "whole")
-    assert [(progress.done, progress.kept) for progress in told] == [(6, 6), (8, 6)]
+    assert [(progress.done, progress.kept) for progress in reported] == [(6, 6), (8, 6)]
     assert [(progress.done, progress.kept) for progress in other] == [(6, 0), (8, 0)]
-    assert told[-1].drafts == undisturbed[-1].drafts
-    assert str(told[0]) == "val_unseen: going on after 6 of 8 episodes"
+    assert reported[-1].drafts == undisturbed[-1].drafts
+    assert str(reported[0]) == "val_unseen: going on after 6 of 8 episodes"

@@ -8,8 +8,8 @@ import pytest
 
 from arramon_dataset.generation.command import generate
 from arramon_dataset.generation.extra_sections import extra_sections
-from arramon_dataset.generation.sizes import EXTRA, SPLITS, extra_split, select_plans
 from arramon_dataset.generation.split_maker import GenerationProgress
+from arramon_dataset.generation.split_specs import EXTRA, SPLITS, extra_spec, select_specs
 from arramon_dataset.plans.faults import faults_of_plan, faults_of_section
 from arramon_server.cli import main
 from arramon_server.episodes.splits import folder_of, read_split
@@ -17,7 +17,7 @@ from arramon_server.errors import BadInput
 from arramon_server.runs.play.session import EpisodeSession
 from arramon_server.runs.play.worlds import Worlds
 from arramon_server.sim.rules import Limits
-from tests.dataset.generation.places import make_plain
+from tests.dataset.generation.small_section import make_plain_writer
 from tests.dataset.plans.sections import SEED, plan_of, section_of
 
 
@@ -54,10 +54,10 @@ def test_faults_are_found() -> None:
 
 def test_the_split_is_for_training_alone(tmp_path: Path) -> None:
     """It is in sections of its own, with ids that no other split has."""
-    told: list[GenerationProgress] = []
-    plans = select_plans([EXTRA], 2)
+    reported: list[GenerationProgress] = []
+    plans = select_specs([EXTRA], 2)
     (split,) = generate(
-        tmp_path, plans, scale=4 / 1706, seed=3, jobs=1, make_writer=make_plain, on_progress=told.append
+        tmp_path, plans, scale=4 / 1706, seed=3, jobs=1, make_writer=make_plain_writer, on_progress=reported.append
     )
 
     assert split.training
@@ -65,7 +65,7 @@ def test_the_split_is_for_training_alone(tmp_path: Path) -> None:
     assert list(split.sections) == ["101", "102"]
     assert [episode.section for episode in split.episodes.values()] == ["101", "101", "102", "102"]
     papers = {name for plan in SPLITS.values() for name, _ in plan.episodes()}
-    assert papers.isdisjoint(name for name, _ in extra_split(1000).episodes())
+    assert papers.isdisjoint(name for name, _ in extra_spec(1000).episodes())
 
 
 @pytest.mark.slow
@@ -106,9 +106,9 @@ def test_the_command_makes_episodes_with_instructions_to_learn_from(tmp_path: Pa
 )
 def test_wrong_names_and_numbers_are_refused(names: list[str] | None, sections: int | None, words: str) -> None:
     with pytest.raises(BadInput, match=words):
-        select_plans(names, sections)
+        select_specs(names, sections)
 
 
 def test_they_are_never_among_the_papers_splits() -> None:
-    assert [plan.name for plan in select_plans(None)] == ["train", "val_seen", "val_unseen", "test_unseen"]
-    assert [plan.name for plan in select_plans(["train_extra", "train"], 2)] == ["train", "train_extra"]
+    assert [plan.name for plan in select_specs(None)] == ["train", "val_seen", "val_unseen", "test_unseen"]
+    assert [plan.name for plan in select_specs(["train_extra", "train"], 2)] == ["train", "train_extra"]

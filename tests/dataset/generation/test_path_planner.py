@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from arramon_dataset.generation.clearance_raster import ClearanceRaster
+from arramon_dataset.generation.navigation_tasks import follow_actions
 from arramon_dataset.generation.path_planner import REACH_FROM, REACH_TO, PathPlanner
-from arramon_dataset.generation.streets import follow_actions
 from arramon_dataset.layout.solids import Solids
 from arramon_server.sim.geometry import Pose
 from arramon_server.sim.section import Building, Prop, Section
-from tests.dataset.generation.places import CROSSING
+from tests.dataset.generation.small_section import CROSSING
 
 LETTERS = "FLR"
 

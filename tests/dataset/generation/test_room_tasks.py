@@ -18,8 +18,8 @@ from arramon_server.errors import BadInput
 
 
 def make(data: Path, count: int, *, seed: int = 1, jobs: int = 1) -> tuple[Split, list[GenerationProgress]]:
-    told: list[GenerationProgress] = []
-    return generate_rooms(data, count, seed=seed, jobs=jobs, on_progress=told.append), told
+    reported: list[GenerationProgress] = []
+    return generate_rooms(data, count, seed=seed, jobs=jobs, on_progress=reported.append), reported
 
 
 def test_it_is_for_training_and_in_every_language(tmp_path: Path) -> None:
@@ -37,13 +37,13 @@ def test_number_of_jobs_does_not_change_it_and_a_smaller_one_is_a_prefix(
 ) -> None:
     """The seed changes it."""
     monkeypatch.setattr(room_tasks, "BATCH_SIZE", 3)
-    whole, told = make(tmp_path / "one", 5)
+    whole, reported = make(tmp_path / "one", 5)
     again, _ = make(tmp_path / "two", 5, jobs=2)
     part, _ = make(tmp_path / "part", 2)
     other, _ = make(tmp_path / "other", 2, seed=2)
 
     assert whole.data_hash == again.data_hash
-    assert [progress.done for progress in told] == [3, 5]
+    assert [progress.done for progress in reported] == [3, 5]
     assert list(whole.episodes.values())[:2] == list(part.episodes.values())
     assert all(part.episodes[name].decoys != other.episodes[name].decoys for name in part.episodes)
 

@@ -6,14 +6,14 @@ import numpy as np
 
 from arramon_client.world import Action
 from arramon_dataset.generation.clearance_raster import ClearanceRaster
+from arramon_dataset.generation.navigation_tasks import follow_actions
 from arramon_dataset.generation.path_planner import REACH_FROM, REACH_TO
 from arramon_dataset.generation.sidesteps import MAX_OFFSET, with_sidesteps
-from arramon_dataset.generation.streets import follow_actions
 from arramon_dataset.layout.solids import Solids
 from arramon_dataset.randomness import seeded
 from arramon_server.sim.geometry import Pose
 from arramon_server.sim.section import Building, Section
-from tests.dataset.generation.places import CROSSING
+from tests.dataset.generation.small_section import CROSSING
 
 START, TARGET = Pose(0.0, -11.0, 0.0), (11.5, 0.0)
 WAY = [*[Action.FORWARD] * 11, *[Action.RIGHT] * 3, *[Action.FORWARD] * 10]

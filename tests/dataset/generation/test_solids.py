@@ -6,7 +6,7 @@ import pytest
 from arramon_dataset.generation.clearance_raster import FAR, ClearanceRaster
 from arramon_dataset.layout.solids import Solids
 from arramon_server.sim.section import Building, Prop
-from tests.dataset.generation.places import CROSSING
+from tests.dataset.generation.small_section import CROSSING
 
 LONG = Building(10.0, 0.0, 1.0, 4.0, 90.0, 3.0, "brick")
 """Turned: 4 along x, 1 along z."""

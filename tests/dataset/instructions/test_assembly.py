@@ -7,9 +7,9 @@ import pytest
 
 from arramon_client.world import COLUMNS, ROWS
 from arramon_dataset.instructions.assembly.plan import plan_assembly
-from arramon_dataset.instructions.assembly.sight import seen_room, whole_room
+from arramon_dataset.instructions.assembly.visible_objects import visible_room, whole_room
 from arramon_dataset.randomness import seeded
-from arramon_dataset.release.extras import arrange_decoys
+from arramon_dataset.release.missing_objects import arrange_decoys
 from arramon_lang.meaning import Assembly, Thing
 from arramon_server.sim.catalogue import ALL_TYPES, ObjectType
 from arramon_server.sim.room import START, RoomCell, RoomPosition
@@ -72,7 +72,7 @@ def test_plan_wording_frequencies_are_within_human_ranges() -> None:
 
 def test_objects_hidden_from_view_are_not_mentioned() -> None:
     room = things("striped blue tv 2 1 1", "dotted green bowl 2 1 3")
-    hidden = set(whole_room(room).things) - set(seen_room(room).things)
+    hidden = set(whole_room(room).things) - set(visible_room(room).things)
     assert [thing.kind for thing in hidden] == ["bowl"]
     assert plan_assembly(MUG, RoomPosition(2, 2, 3), room, seeded(0)) is None
     for number in range(10):

@@ -1,4 +1,4 @@
-"""The gate: texts and meanings that are not so in a small town are found out, in both languages."""
+"""The gate rejects false texts and meanings in a small town, in both languages."""
 
 import math
 from dataclasses import replace
@@ -8,7 +8,7 @@ import pytest
 from arramon_dataset.instructions.gate.navigation import faults_of_navigation
 from arramon_dataset.instructions.gate.texts import faults_of_text
 from arramon_dataset.instructions.gate.world import GateWorld
-from arramon_dataset.instructions.sight import Landmark
+from arramon_dataset.instructions.visible_landmarks import Landmark
 from arramon_dataset.plans.graph import Arm, Junction, Road, StreetGraph
 from arramon_lang.meaning import Face, Navigation, Rotate, Step, Thing, Walk, Where
 from arramon_server.sim.geometry import Pose
@@ -158,7 +158,7 @@ BESIDE_IT = replace(MARKS[8], x=-10.0, z=-9.0, identity="collectible/8")
 def test_the_target_is_told_apart_from_what_looks_like_it(
     target: Thing, more: tuple[Landmark, ...], is_clear: bool
 ) -> None:
-    world = replace(WORLD, marks=(*MARKS, *more))
+    world = replace(WORLD, all_landmarks=(*MARKS, *more))
     faults = faults_of_navigation(wording(Rotate("right", "at", CROSSING), target=target), world)
     assert faults == () if is_clear else "collectible/0 may be taken for collectible/9" in faults
 
@@ -276,8 +276,8 @@ def test_what_is_told_of_is_seen_on_the_way_to_it() -> None:
     poses = tuple(Pose(*place, 0.0) for place in PATH)
     told_of = wording(Walk("past", (NEAR,)), Rotate("right", "at", CROSSING), Walk("past", (CONE,)))
     for seen, is_seen in (((17,), True), ((12,), False), ((3, -1), False), ((), False)):
-        marks = [replace(each, seen=seen if each.identity == "cone/0" else (2,)) for each in MARKS]
-        world = replace(WORLD, marks=marks, poses=poses)
+        landmarks = [replace(each, seen=seen if each.identity == "cone/0" else (2,)) for each in MARKS]
+        world = replace(WORLD, all_landmarks=landmarks, poses=poses)
         fault = "cone/0 cannot be seen on the way to it"
         assert (fault not in faults_of_navigation(told_of, world)) == is_seen, seen
 

@@ -1,10 +1,10 @@
-"""The gate for assembly: relations and names that are not so in a small room are found out."""
+"""The gate rejects false relations and names in a small room."""
 
 import pytest
 
 from arramon_dataset.instructions.gate.assembly import faults_of_assembly
+from arramon_lang.cell_grading import Room, RoomObject
 from arramon_lang.meaning import Assembly, Thing, Where
-from arramon_lang.room import Room, RoomObject
 
 ROOM = Room(
     (

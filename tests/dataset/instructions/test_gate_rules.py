@@ -7,7 +7,7 @@ import pytest
 
 from arramon_dataset.instructions.gate.navigation import NavigationCheck, faults_of_navigation
 from arramon_dataset.instructions.gate.world import GateWorld
-from arramon_dataset.instructions.sight import Landmark
+from arramon_dataset.instructions.visible_landmarks import Landmark
 from arramon_dataset.plans.graph import Arm, Corner, Junction, NamedBuilding, Road, StreetGraph
 from arramon_lang.meaning import Face, Navigation, Rotate, Step, Thing, Walk
 from arramon_server.sim.geometry import Pose
@@ -34,14 +34,16 @@ def faults(world: GateWorld, *steps: Step, target: Thing = MUG) -> tuple[str, ..
     return faults_of_navigation(Navigation(steps, target), world)
 
 
-def with_marks(*marks: Landmark) -> GateWorld:
-    return replace(WORLD, marks=(*WORLD.marks, *marks))
+def with_marks(*landmarks: Landmark) -> GateWorld:
+    return replace(WORLD, all_landmarks=(*WORLD.all_landmarks, *landmarks))
 
 
 def seen_all(world: GateWorld) -> GateWorld:
     """The same world, with everything seen from everywhere."""
     poses = tuple(Pose(*place, 0.0) for place in world.path)
-    return replace(world, poses=poses, marks=[replace(each, seen=tuple(range(len(poses)))) for each in world.marks])
+    return replace(
+        world, poses=poses, all_landmarks=[replace(each, seen=tuple(range(len(poses)))) for each in world.all_landmarks]
+    )
 
 
 @pytest.mark.parametrize(
@@ -91,7 +93,7 @@ def test_a_thing_that_one_walks_to_is_the_first_of_its_name_that_is_seen() -> No
     assert faults(seen_all(with_marks(blue, far)), *steps) == ()
     alone = seen_all(with_marks(far))
     for glimpsed, fault in ((None, ()), (3, ("the path passes kiosk/1 before kiosk/2",))):
-        world = replace(alone, marks=(*alone.marks, replace(near, seen=(), glimpsed=glimpsed)))
+        world = replace(alone, all_landmarks=(*alone.all_landmarks, replace(near, seen=(), glimpsed=glimpsed)))
         assert faults(world, *steps) == fault
 
 
@@ -137,7 +139,7 @@ def test_a_dumpster_is_taken_for_a_bin() -> None:
 def test_a_thing_is_seen_shortly_before_one_comes_to_it(places: tuple[int, ...], is_seen: bool) -> None:
     """The path comes by at its place 13: who sees the thing only from far off sees it across a corner."""
     world = seen_all(with_marks(mark("tree/3", 2.0, -2.0)))
-    world = replace(world, marks=(*world.marks[:-1], replace(world.marks[-1], seen=places)))
+    world = replace(world, all_landmarks=(*world.all_landmarks[:-1], replace(world.all_landmarks[-1], seen=places)))
     found = faults(world, Walk("past", (Thing("tree", identity="tree/3"),)), TURN)
     assert ("tree/3 cannot be seen on the way to it" not in found) == is_seen, found
 
@@ -160,7 +162,7 @@ def test_one_turns_before_or_after_a_thing_where_no_other_street_opens() -> None
     assert any("does not turn right after kiosk/7" in each for each in found)
     assert faults(world, close) == ()
     before = replace(close, at="before", thing=Thing("tree", identity="tree/1"))
-    beyond = replace(world, marks=(*world.marks, mark("tree/1", -2.0, 3.0)))
+    beyond = replace(world, all_landmarks=(*world.all_landmarks, mark("tree/1", -2.0, 3.0)))
     assert "one may turn right at junction/1 street/1, before tree/1" not in faults(beyond, before)
     first = replace(beyond, path=[(0.0, float(z)) for z in range(-15, -8)] + [(float(x), -8.0) for x in range(1, 9)])
     turn = Rotate("right", "before", Thing("barrel", "red", identity="barrel/0"))
@@ -198,11 +200,11 @@ def test_a_corner_of_a_building_is_the_first_of_that_look() -> None:
 
     here = Corner("corner/0", -4.0, -3.0, "junction/0", "building/0")
     own, other = house(0, -7.0), house(1, -14.0)
-    marks = (mark("building/0", -4.0, -5.0, look="brick"), mark("building/1", -4.0, -12.0, look="brick"))
+    landmarks = (mark("building/0", -4.0, -5.0, look="brick"), mark("building/1", -4.0, -12.0, look="brick"))
     walk = Walk("to", (Thing("building_corner", look="brick", identity="corner/0"),))
-    for houses, is_first in (((own,), True), ((own, other), False)):
-        graph = StreetGraph(GRAPH.junctions, ROADS, (here,), houses)
-        found = faults(replace(with_marks(*marks), graph=graph), walk, TURN)
+    for buildings, is_first in (((own,), True), ((own, other), False)):
+        graph = StreetGraph(GRAPH.junctions, ROADS, (here,), buildings)
+        found = faults(replace(with_marks(*landmarks), graph=graph), walk, TURN)
         assert ("a corner of building/1 comes before corner/0" not in found) == is_first, found
 
 
@@ -212,7 +214,7 @@ def test_a_judge_of_a_plan_goes_on_step_by_step() -> None:
 
     assert past is not None
     assert past.after((Walk("past", (replace(NEAR, kind="bench"),)),)) is None
-    assert not past.may_end(MUG)  # The bend at the crossing is not told.
+    assert not past.may_end(MUG)  # No step mentions the bend at the crossing.
     turned = past.after((TURN,))
     assert turned is not None
     assert turned.may_end(MUG)

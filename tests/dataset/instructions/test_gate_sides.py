@@ -1,4 +1,4 @@
-"""Sides of things at bends, and what stands on a zebra crossing: found out by the gate, and not planned.
+"""Sides of things at bends, and things on zebra crossings: the gate rejects false ones, and none are planned.
 
 The path leads north to a crossing at (0, 0), east to (8, 0), and north again: a turn right, then one left.
 """
@@ -10,11 +10,11 @@ from typing import cast
 import pytest
 
 from arramon_dataset.instructions.gate.navigation import NavigationCheck, faults_of_navigation
-from arramon_dataset.instructions.gate.sides import sides_of, stands_on
+from arramon_dataset.instructions.gate.sides import is_on_crossing, sides_of
 from arramon_dataset.instructions.gate.world import GateWorld
-from arramon_dataset.instructions.navigation.plan import AcceptAll, plan_navigation
-from arramon_dataset.instructions.navigation.target import describe
-from arramon_dataset.instructions.sight import Landmark, find_landmarks, identified, poses_along
+from arramon_dataset.instructions.navigation.plan import AcceptAllSteps, plan_navigation
+from arramon_dataset.instructions.navigation.target import describe_target
+from arramon_dataset.instructions.visible_landmarks import Landmark, find_landmarks, poses_along, with_names_as_labels
 from arramon_dataset.plans.graph import NamedBuilding, StreetGraph
 from arramon_lang.meaning import Navigation, Rotate, Step, Thing, Walk, Where
 from arramon_server.sim.city import city_scene
@@ -33,14 +33,14 @@ START = Pose(0.0, -15.0, 0.0)
 TURNS = Rotate("right"), Rotate("left")
 
 
-def house(x0: float, z0: float, x1: float, z1: float) -> NamedBuilding:
+def make_building(x0: float, z0: float, x1: float, z1: float) -> NamedBuilding:
     corners = ((x0, z0), (x0, z1), (x1, z1), (x1, z0))
     return NamedBuilding("building/0", (x0 + x1) / 2, (z0 + z1) / 2, corners, ("red",), "red", "", "", ())
 
 
-def world(*marks: Landmark, building: NamedBuilding | None = None) -> GateWorld:
-    houses = () if building is None else (building,)
-    return GateWorld(PATH, START, marks, PATH[-1], StreetGraph((), (), (), houses))
+def world(*landmarks: Landmark, building: NamedBuilding | None = None) -> GateWorld:
+    buildings = () if building is None else (building,)
+    return GateWorld(PATH, START, landmarks, PATH[-1], StreetGraph((), (), (), buildings))
 
 
 def walk_between_turns(step: Walk, at: GateWorld) -> list[str]:
@@ -55,12 +55,12 @@ GUIDE = mark("cone/9", 0.0, 1.0)
 RED = Thing("building", look="red", identity="building/0")
 
 BUILDINGS = [
-    (house(11.0, -4.0, 17.0, 6.0), "right", False),  # Straight ahead, on the right only after the second turn.
-    (house(11.0, -4.0, 17.0, 6.0), "left", False),
-    (house(2.0, -9.0, 7.0, -2.0), "right", True),  # Along the street between the turns.
-    (house(2.0, -9.0, 7.0, -2.0), "left", False),
-    (house(2.0, 2.0, 6.0, 9.0), "left", True),
-    (house(10.0, -12.0, 17.0, -3.0), "right", False),  # Ahead on the right, beyond the second turn.
+    (make_building(11.0, -4.0, 17.0, 6.0), "right", False),  # Straight ahead, on the right only after the second turn.
+    (make_building(11.0, -4.0, 17.0, 6.0), "left", False),
+    (make_building(2.0, -9.0, 7.0, -2.0), "right", True),  # Along the street between the turns.
+    (make_building(2.0, -9.0, 7.0, -2.0), "left", False),
+    (make_building(2.0, 2.0, 6.0, 9.0), "left", True),
+    (make_building(10.0, -12.0, 17.0, -3.0), "right", False),  # Ahead on the right, beyond the second turn.
 ]
 
 
@@ -147,10 +147,14 @@ ON = Thing("zebra_crossing", identity="zebra_crossing/0")
 def test_what_stands_on_a_crossing_is_not_next_to_it(x: float, z: float, is_on: bool, relation: str) -> None:
     """The crossing reaches 2.275 units across the street and 0.7 along it, which leads east."""
     mug = replace(mark("collectible/0", x, z), label=SegmentationLabel("mug", "red", "striped"))
-    marks = (*(each for each in WORLD.marks if each.identity not in ("collectible/0", "zebra_crossing/0")), mug, ZEBRA)
+    landmarks = (
+        *(each for each in WORLD.all_landmarks if each.identity not in ("collectible/0", "zebra_crossing/0")),
+        mug,
+        ZEBRA,
+    )
     target = Thing("mug", "red", "striped", where=(Where(relation, (ON,)),), identity="collectible/0")
-    faults = faults_of_navigation(Navigation((), target), replace(WORLD, marks=marks, goal=(x, z)))
-    assert stands_on(mug, ZEBRA) == is_on
+    faults = faults_of_navigation(Navigation((), target), replace(WORLD, all_landmarks=landmarks, goal=(x, z)))
+    assert is_on_crossing(mug, ZEBRA) == is_on
     assert (f"collectible/0 stands on zebra_crossing/0, not {relation} it" in faults) == is_on, faults
 
 
@@ -174,11 +178,11 @@ POSES = [START, *(Pose(x, z, 0.0) for x, z in PATH[1:16])]
 NUMBERS = tuple(range(len(POSES)))
 
 
-def described(target: Collectible, *marks: Landmark) -> list[Thing]:
+def described(target: Collectible, *landmarks: Landmark) -> list[Thing]:
     """Return what forty draws call a target at the end of the first leg."""
     own = Landmark(SegmentationLabel.of(target.type), target.position.x, target.position.z, NUMBERS, 0, "collectible/0")
-    seen = [own, *(replace(each, seen=NUMBERS) for each in marks)]
-    found = (describe(target, (target,), seen, POSES, Random(seed)) for seed in range(40))
+    seen = [own, *(replace(each, seen=NUMBERS) for each in landmarks)]
+    found = (describe_target(target, (target,), seen, POSES, Random(seed)) for seed in range(40))
     return [each for each in found if each is not None]
 
 
@@ -191,7 +195,7 @@ def test_a_target_on_a_crossing_is_told_by_something_else(z: float, is_named: bo
     assert "bench" in names
 
 
-class NoSides(AcceptAll):
+class NoSides(AcceptAllSteps):
     """Refuses every side of what is passed."""
 
     def after(self, steps: tuple[Step, ...]) -> "NoSides":
@@ -201,11 +205,11 @@ class NoSides(AcceptAll):
 def test_a_walk_whose_side_is_refused_is_told_without_it() -> None:
     section = town.crossing(Prop("bench", 2.3, -9.5, 0.0), Prop("hydrant", 5.0, 2.2, 0.0))
     poses = poses_along(town.START, town.PATH, town.ACTIONS)
-    marks = find_landmarks(poses, town.STREET, section, RasterCamera(identified(city_scene(section))))
+    landmarks = find_landmarks(poses, town.STREET, section, RasterCamera(with_names_as_labels(city_scene(section))))
     sides = 0
     for seed in range(40):
         wording, refused = (
-            plan_navigation(town.PATH, poses, town.STREET[0], town.STREET, marks, Random(seed), None, judge)
+            plan_navigation(town.PATH, poses, town.STREET[0], town.STREET, landmarks, Random(seed), None, judge)
             for judge in (None, NoSides())
         )
         assert wording is not None

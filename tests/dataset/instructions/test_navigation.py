@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import pytest
 
-from arramon_dataset.instructions.navigation.choice import name_of
+from arramon_dataset.instructions.navigation.landmark_names import unique_name
 from arramon_dataset.instructions.navigation.plan import plan_navigation
-from arramon_dataset.instructions.navigation.target import describe
-from arramon_dataset.instructions.sight import Landmark, find_landmarks, identified, poses_along
+from arramon_dataset.instructions.navigation.target import describe_target
+from arramon_dataset.instructions.visible_landmarks import Landmark, find_landmarks, poses_along, with_names_as_labels
 from arramon_dataset.randomness import seeded
 from arramon_lang.meaning import Navigation, Rotate, Thing
 from arramon_server.sim.city import city_scene
@@ -21,13 +21,13 @@ SECTION = crossing()
 
 @pytest.fixture(scope="module")
 def camera() -> RasterCamera:
-    return RasterCamera(identified(city_scene(SECTION)))
+    return RasterCamera(with_names_as_labels(city_scene(SECTION)))
 
 
 def plan(camera: RasterCamera, attempt: int) -> Navigation | None:
     poses = poses_along(START, PATH, ACTIONS)
-    marks = find_landmarks(poses, STREET, SECTION, camera)
-    return plan_navigation(PATH, poses, STREET[0], STREET, marks, seeded("plan", attempt))
+    landmarks = find_landmarks(poses, STREET, SECTION, camera)
+    return plan_navigation(PATH, poses, STREET[0], STREET, landmarks, seeded("plan", attempt))
 
 
 def test_plan_turns_right_at_the_crossing(camera: RasterCamera) -> None:
@@ -49,8 +49,8 @@ def test_target_unseen_at_the_end_gives_no_plan(camera: RasterCamera) -> None:
     hidden = thing("striped red mug", -20.0, 0.0)
     street = (hidden, *STREET[1:])
     poses = poses_along(START, PATH, ACTIONS)
-    marks = find_landmarks(poses, street, SECTION, camera)
-    assert plan_navigation(PATH, poses, hidden, street, marks, seeded("x")) is None
+    landmarks = find_landmarks(poses, street, SECTION, camera)
+    assert plan_navigation(PATH, poses, hidden, street, landmarks, seeded("x")) is None
 
 
 def mark(kind: str, x: float, z: float, *seen: int, colour: str = "") -> Landmark:
@@ -74,14 +74,16 @@ VIEW = Pose(0.0, 0.0, 0.0)
 )
 def test_landmark_names_are_unambiguous(rival: Landmark, named: tuple[Thing, bool] | None) -> None:
     own = mark("bin", 1.0, 9.0, 0)
-    assert name_of(own, [own, rival], VIEW, 10, seeded("name")) == named
+    assert unique_name(own, [own, rival], VIEW, 10, seeded("name")) == named
 
 
 def test_colour_distinguishes_landmarks_of_one_kind() -> None:
     own, rival = mark("cone", 0.0, 9.0, 0, colour="red"), mark("cone", 0.0, 8.0, 0, colour="blue")
-    assert {name_of(own, [own, rival], VIEW, 10, seeded("cone", i)) for i in range(9)} == {(Thing("cone", "red"), True)}
+    assert {unique_name(own, [own, rival], VIEW, 10, seeded("cone", i)) for i in range(9)} == {
+        (Thing("cone", "red"), True)
+    }
     far = replace(rival, z=30.0)
-    names = {name_of(own, [own, far], VIEW, 10, seeded("cone", i)) for i in range(9)}
+    names = {unique_name(own, [own, far], VIEW, 10, seeded("cone", i)) for i in range(9)}
     assert names == {(Thing("cone"), True), (Thing("cone", "red"), True)}
 
 
@@ -89,5 +91,5 @@ def test_short_target_names_remain_unique() -> None:
     target = STREET[0]
     poses = poses_along(START, PATH, ACTIONS)
     seen = Landmark(SegmentationLabel("mug", "red", "striped"), target.position.x, target.position.z, (len(poses) - 1,))
-    names = {describe(target, STREET, [seen], poses, seeded("name", i)) for i in range(60)}
+    names = {describe_target(target, STREET, [seen], poses, seeded("name", i)) for i in range(60)}
     assert names == {Thing("mug", "red", "striped"), Thing("mug", "", "striped")}

@@ -24,7 +24,7 @@ from arramon_dataset.plans import Plan, Street, build_section
 from arramon_server.sim.room import START
 from arramon_server.sim.section import Prop
 from tests import tiny
-from tests.dataset import recovered
+from tests.dataset import recovered_split
 
 PLAN = Plan("cross", "Cross", 0.0, (50.0, 20.0), (Street("Main", 6.0, ((0.0, -15.0), (0.0, 15.0))),))
 
@@ -82,7 +82,7 @@ def test_section_map_shows_paths_their_ends_and_objects() -> None:
 
 def test_recovered_furniture_is_marked_apart_from_the_episodes_own_and_from_what_was_drawn() -> None:
     canvas = Canvas((-26.0, -26.0, 26.0, 26.0), 16.0, STREET)
-    drawn = section_map(recovered.SECTION, recovered.episode(), 16.0, recovered.PROVENANCE)
+    drawn = section_map(recovered_split.SECTION, recovered_split.episode(), 16.0, recovered_split.PROVENANCE)
     title = drawn.height - canvas.image.height
 
     def at(x: float, z: float) -> object:
@@ -99,7 +99,7 @@ def test_recovered_furniture_is_marked_apart_from_the_episodes_own_and_from_what
 
 def test_map_of_a_section_has_paths_and_what_was_recovered_but_nothing_of_single_episodes() -> None:
     canvas = Canvas((-26.0, -26.0, 26.0, 26.0), 16.0, STREET)
-    drawn = recovered_map(recovered.SECTION, recovered.PROVENANCE, [recovered.episode()], 16.0)
+    drawn = recovered_map(recovered_split.SECTION, recovered_split.PROVENANCE, [recovered_split.episode()], 16.0)
     title = drawn.height - canvas.image.height
 
     def at(x: float, z: float) -> object:
@@ -111,7 +111,7 @@ def test_map_of_a_section_has_paths_and_what_was_recovered_but_nothing_of_single
     assert at(-8.0, 3.0) == STREET
     assert at(0.0, 5.0) == STREET
     assert at(0.0, 1.0) == WALKED
-    plain = recovered_map(recovered.SECTION, None, [], 16.0)
+    plain = recovered_map(recovered_split.SECTION, None, [], 16.0)
     column, row = pixel(canvas, -15.0, -12.0)
     assert plain.getpixel((column, row + title)) == PROPS
 

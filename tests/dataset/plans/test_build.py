@@ -13,15 +13,15 @@ import pytest
 from arramon_client.world import AGENT_RADIUS, FACADES
 from arramon_dataset.layout.grid import sample_points
 from arramon_dataset.plans import build_section, read_plan
-from arramon_dataset.plans.landmarks import crossings, distances
-from arramon_dataset.plans.strips import surface
+from arramon_dataset.plans.street_furniture import crossings, distances
+from arramon_dataset.plans.street_surface import street_surface
 from arramon_server.episodes.files import write_section
 from arramon_server.sim.cameras import NOTHING, Viewpoint
 from arramon_server.sim.city import city_scene, label_of_prop
 from arramon_server.sim.physics import physics_of
 from arramon_server.sim.raster.camera import RasterCamera
 from arramon_server.sim.section import Section
-from tests.dataset.plans.free import CELL, clearance, free_points
+from tests.dataset.plans.free_points import CELL, clearance, free_points
 from tests.dataset.plans.sections import ALL, plan_of, section_of
 
 DIGESTS = ["d50d3903", "8d0c1455", "87661c79", "2e6c9505", "8f14399d", "d3ca22e1", "1d0f6a06"]
@@ -48,7 +48,7 @@ def test_reachable_ground_stays_on_the_streets(section_id: str) -> None:
     x0, z0, x1, z1 = section.bounds
     start = free_points(section, 0.5)[0]
     reached = np.array(reachable(replace(section, bounds=(x0 - 12, z0 - 12, x1 + 12, z1 + 12)), start[0], start[1]))
-    ground = surface(plan_of(section_id))
+    ground = street_surface(plan_of(section_id))
     apart = np.min([strip.distance(reached) for strip in ground.strips], axis=0)
     beyond = ~ground.covers(reached) & (apart > 1.5)
     assert not beyond.any(), reached[beyond]

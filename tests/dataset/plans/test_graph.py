@@ -8,8 +8,8 @@ import pytest
 
 from arramon_dataset.plans import plan_ids
 from arramon_dataset.plans.graph import JUNCTIONS, ROADS, SIZES, Junction, StreetGraph
-from arramon_dataset.plans.street_graph import street_graph
-from arramon_dataset.plans.strips import surface
+from arramon_dataset.plans.graph_builder import street_graph
+from arramon_dataset.plans.street_surface import street_surface
 from arramon_server.sim.city import city_scene
 from tests.dataset.plans.sections import ALL, plan_of, section_of
 
@@ -186,12 +186,14 @@ def test_roads_and_corners(section_id: str) -> None:
 def test_identities_are_unique_and_buildings_have_those_of_their_bodies(section_id: str) -> None:
     graph = graph_of(section_id)
     names = [junction.identity for junction in graph.junctions] + [road.identity for road in graph.roads]
-    names += [corner.identity for corner in graph.corners] + [house.identity for house in graph.houses]
+    names += [corner.identity for corner in graph.corners] + [building.identity for building in graph.buildings]
     assert len(set(names)) == len(names)
     bodies = {body.name for body in city_scene(section_of(section_id)).bodies}
-    assert {house.identity for house in graph.houses} == {name for name in bodies if name.startswith("building/")}
+    assert {building.identity for building in graph.buildings} == {
+        name for name in bodies if name.startswith("building/")
+    }
     assert {corner.building for corner in graph.corners} <= bodies
-    assert {house.size for house in graph.houses} <= set(SIZES)
+    assert {building.size for building in graph.buildings} <= set(SIZES)
 
 
 @each_section
@@ -206,10 +208,10 @@ def test_a_way_leads_back(section_id: str) -> None:
 
 @each_section
 def test_junctions_corners_and_houses_lie_where_they_should(section_id: str) -> None:
-    graph, ground = graph_of(section_id), surface(plan_of(section_id))
+    graph, ground = graph_of(section_id), street_surface(plan_of(section_id))
     middles = np.array([(junction.x, junction.z) for junction in graph.junctions])
     assert ground.covers(middles).all()
-    assert not ground.covers(np.array([(house.x, house.z) for house in graph.houses])).any()
+    assert not ground.covers(np.array([(building.x, building.z) for building in graph.buildings])).any()
     for junction in graph.junctions:
         assert graph.junction_at(junction.x, junction.z) == junction
         assert [a.heading < b.heading for a, b in pairwise(junction.arms)] == [True] * (len(junction.arms) - 1)

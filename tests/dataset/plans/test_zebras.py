@@ -7,7 +7,7 @@ from random import Random
 import pytest
 
 from arramon_dataset.plans import plan_ids, read_plan
-from arramon_dataset.plans.survey import meetings_of, middle_lines_of
+from arramon_dataset.plans.junction_detection import detect_junctions, middle_lines_of
 from arramon_dataset.plans.zebras import APART, zebra_crossings
 
 
@@ -34,6 +34,6 @@ def test_another_draw_gives_others_and_the_same_the_same() -> None:
 def test_a_crossing_has_four_ways_out() -> None:
     plan = read_plan("3")
     lines = middle_lines_of(plan)
-    counts = [len(meeting.mouths) for meeting in meetings_of(plan, lines)]
+    counts = [len(meeting.mouths) for meeting in detect_junctions(plan, lines)]
     assert max(counts) == 4
     assert counts.count(1) == 2

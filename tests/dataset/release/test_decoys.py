@@ -4,7 +4,7 @@ import pytest
 
 import arramon_lang as lang
 from arramon_dataset.release.decoys import identifies_cell
-from arramon_dataset.release.extras import DECOYS, arrange_decoys, read_references
+from arramon_dataset.release.missing_objects import DECOYS, arrange_decoys, read_references
 from arramon_lang.meaning import Assembly, Thing
 from arramon_server.sim.catalogue import ObjectType
 from arramon_server.sim.room import START, RoomCell, RoomPosition

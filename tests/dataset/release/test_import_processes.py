@@ -1,3 +1,5 @@
+"""Import of the release on several processes: the same files for any number, and errors."""
+
 from pathlib import Path
 
 import pytest

@@ -1,3 +1,5 @@
+"""Reconstruction of a section's buildings from paths: streets stay free, walls close them, and lots fit."""
+
 import json
 from collections import Counter
 from collections.abc import Iterator
@@ -11,8 +13,8 @@ from scipy import ndimage
 
 from arramon_client.world import AGENT_RADIUS, FACADES, FURNITURE
 from arramon_dataset.layout.grid import CELL, Grid, Points, sample_points, to_street_frame
-from arramon_dataset.layout.lots import CellRectangle, cover, split
-from arramon_dataset.layout.places import extents
+from arramon_dataset.layout.lots import CellRectangle, cover_with_rectangles, split_into_lots
+from arramon_dataset.layout.prop_places import half_size
 from arramon_dataset.randomness import seeded
 from arramon_dataset.release.reconstruction import remove_thin, street_heading
 from arramon_server.sim.assets.furniture import footprint_radius
@@ -60,10 +62,10 @@ def standing(section: Section) -> Iterator[Prop]:
 
 
 def check_free(section: Section, paths: list[Points], targets: Points) -> None:
-    trodden = sample_points(paths)
-    assert gaps(section, np.concatenate([trodden, targets])).min() >= 0.5
+    walked = sample_points(paths)
+    assert gaps(section, np.concatenate([walked, targets])).min() >= 0.5
     for prop in standing(section):
-        from_path = np.hypot(*(trodden - (prop.x, prop.z)).T).min()
+        from_path = np.hypot(*(walked - (prop.x, prop.z)).T).min()
         assert from_path >= AGENT_RADIUS + footprint_radius(prop.kind) + 0.1, prop
         if len(targets):
             assert np.hypot(*(targets - (prop.x, prop.z)).T).min() >= 0.4 + footprint_radius(prop.kind), prop
@@ -184,7 +186,7 @@ def test_furniture_is_spaced_apart_and_of_every_kind() -> None:
 def test_furniture_does_not_overlap_buildings() -> None:
     section = reconstruct("1", town(), NO_PLACES)
     for prop in standing(section):
-        half_width, half_length = extents(prop.kind)
+        half_width, half_length = half_size(prop.kind)
         pose = Pose(prop.x, prop.z, prop.heading)
         edges = [pose.ahead(half_length), pose.ahead(-half_length)]
         edges += [pose.turned(90).ahead(half_width), pose.turned(90).ahead(-half_width)]
@@ -237,7 +239,7 @@ def test_rectangles_cover_the_mask_exactly_once(boxes: list[tuple[int, int, int,
         mask[top : top + height, left : left + width] = True
 
     count = np.zeros(mask.shape, dtype=int)
-    for rectangle in cover(mask, 1):
+    for rectangle in cover_with_rectangles(mask, 1):
         count[rectangle.top : rectangle.bottom, rectangle.left : rectangle.right] += 1
 
     assert (count == mask).all()
@@ -245,7 +247,7 @@ def test_rectangles_cover_the_mask_exactly_once(boxes: list[tuple[int, int, int,
 
 @given(st.integers(1, 80), st.integers(1, 80), st.integers())
 def test_rectangle_is_split_into_lots_of_allowed_sizes(height: int, width: int, seed: int) -> None:
-    lots = split(CellRectangle(0, 0, height, width), 8, 20, seeded(seed))
+    lots = split_into_lots(CellRectangle(0, 0, height, width), 8, 20, seeded(seed))
 
     assert sum(lot.shape[0] * lot.shape[1] for lot in lots) == height * width
     assert all(min(height, 8) <= lot.shape[0] <= 20 for lot in lots)

@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 
 from arramon_dataset.release.files import read_release
-from arramon_dataset.statistics.command import as_json, figures_of
+from arramon_dataset.statistics.command import as_json, statistics_of
 from arramon_dataset.statistics.histogram import bin_shares
 from arramon_dataset.statistics.lengths import Lengths
 from arramon_dataset.statistics.measure import measure
@@ -22,7 +22,7 @@ from tests.release import VAL_SEEN, needs_release
 
 def test_lengths_are_counted_per_turn_and_episode(tmp_path: Path) -> None:
     tiny.write(tmp_path)
-    english, hindi = figures_of(tmp_path)
+    english, hindi = statistics_of(tmp_path)
     assert [(each.split, each.language, each.episodes) for each in (english, hindi)] == [
         ("tiny", "en", 6),
         ("tiny", "hi", 4),
@@ -44,7 +44,7 @@ def test_lengths_are_counted_per_turn_and_episode(tmp_path: Path) -> None:
 
 def test_frequent_words_and_properties_are_counted(tmp_path: Path) -> None:
     tiny.write(tmp_path)
-    english, hindi = figures_of(tmp_path)
+    english, hindi = statistics_of(tmp_path)
     assert english.phases["navigation"].frequent == (("go", 12),)  # Neither stop words nor "striped red mug".
     assert hindi.phases["navigation"].frequent == (("चलें", 8),)
     shares = english.phases["assembly"].properties
@@ -54,16 +54,16 @@ def test_frequent_words_and_properties_are_counted(tmp_path: Path) -> None:
 
 def test_diversity_samples_have_equal_sizes(tmp_path: Path) -> None:
     tiny.write(tmp_path)
-    found = [phase.diversity for each in figures_of(tmp_path) for phase in each.phases.values()]
+    found = [phase.diversity for each in statistics_of(tmp_path) for phase in each.phases.values()]
     assert [each and each.texts for each in found] == [8, 8, 8, 8]
-    found = [phase.diversity for each in figures_of(tmp_path, sample=5) for phase in each.phases.values()]
+    found = [phase.diversity for each in statistics_of(tmp_path, sample=5) for phase in each.phases.values()]
     assert [each and each.texts for each in found] == [5, 5, 5, 5]
 
 
 def test_splits_and_languages_can_be_chosen(tmp_path: Path) -> None:
     for name in ("one", "two"):
         tiny.write(tmp_path, name)
-    chosen = [(each.split, each.language) for each in figures_of(tmp_path, ["two", "one", "two"], ["hi"])]
+    chosen = [(each.split, each.language) for each in statistics_of(tmp_path, ["two", "one", "two"], ["hi"])]
     assert chosen == [("two", "hi"), ("one", "hi")]
 
 
@@ -80,12 +80,12 @@ def test_invalid_selections_are_refused(
 ) -> None:
     tiny.write(tmp_path)
     with pytest.raises((NotFound, BadInput), match=message):
-        figures_of(tmp_path, splits, languages, sample=sample)
+        statistics_of(tmp_path, splits, languages, sample=sample)
 
 
 def test_folder_without_episodes_is_an_error(tmp_path: Path) -> None:
     with pytest.raises(NotFound, match="there are no episodes in"):
-        figures_of(tmp_path)
+        statistics_of(tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -104,7 +104,7 @@ def test_lengths_are_binned_with_an_overflow_bin(
 
 def test_text_table_shows_the_measured_figures(tmp_path: Path) -> None:
     tiny.write(tmp_path)
-    lines = list(as_text(figures_of(tmp_path)))
+    lines = list(as_text(statistics_of(tmp_path)))
     for row in (
         ["NAVIGATION", "tiny", "en", "tiny", "hi"],
         ["episodes", "6", "4"],
@@ -124,7 +124,7 @@ def test_stats_command_prints_json_writes_plots_and_reports_errors(
     tiny.write(tmp_path)
     assert main(["stats", "--data", str(tmp_path), "--lang", "en", "--json"]) == 0
     (found,) = json.loads(capsys.readouterr().out)
-    assert found == json.loads(json.dumps(as_json(figures_of(tmp_path, languages=["en"]))))[0]
+    assert found == json.loads(json.dumps(as_json(statistics_of(tmp_path, languages=["en"]))))[0]
     assert found["phases"]["assembly"]["lengths"]["episodes"]["words"]["mean"] == 10
     assert main(["stats", "--data", str(tmp_path), "--output", str(tmp_path / "out")]) == 0
     assert capsys.readouterr().out.splitlines()[-1] == str(tmp_path / "out" / "frequent-words.svg")
@@ -134,7 +134,7 @@ def test_stats_command_prints_json_writes_plots_and_reports_errors(
 
 def test_plots_are_drawn_and_write_errors_reported(tmp_path: Path) -> None:
     tiny.write(tmp_path)
-    figures = figures_of(tmp_path) * 5  # More columns than colours.
+    figures = statistics_of(tmp_path) * 5  # More columns than colours.
     *pictures, drawing = write_plots(figures, tmp_path / "out")
     for path in pictures:
         with Image.open(path) as picture:

@@ -5,7 +5,7 @@ import pytest
 from arramon_dataset.release.landmarks.alignment import align
 from arramon_dataset.release.landmarks.mentions import Event
 from arramon_dataset.release.landmarks.recovery import LandmarkMap
-from tests.dataset.release.landmarks.turn_path import path_along
+from tests.dataset.release.landmarks.walks import path_along
 
 LEFT, RIGHT = Event(direction="left"), Event(direction="right")
 BIN = Event(kind="bin", manner="past")

@@ -1,4 +1,4 @@
-"""An episode's own furniture, and what nobody spoke of."""
+"""An episode's own furniture, and distracter furniture."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -6,14 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from arramon_dataset.layout.places import PATH_GAP
+from arramon_dataset.layout.prop_places import PATH_GAP
 from arramon_dataset.release.files import read_release
-from arramon_dataset.release.importer import add_objects, ground_of
-from arramon_dataset.release.landmarks.city import own_of, rebuild
+from arramon_dataset.release.importer import add_objects, walked_positions
 from arramon_dataset.release.landmarks.distracters import NAMED_KIND_GAP
-from arramon_dataset.release.landmarks.ground import FreeSpace, FurnitureGrid
+from arramon_dataset.release.landmarks.furniture_grid import FreeSpace, FurnitureGrid
 from arramon_dataset.release.landmarks.mentions import Event
-from arramon_dataset.release.landmarks.recovery import TurnText, texts_of
+from arramon_dataset.release.landmarks.rebuilt_section import named_and_moved_furniture, rebuild_section
+from arramon_dataset.release.landmarks.recovery import TurnText, turn_texts
 from arramon_server.episodes.episode import Episode, Instructions
 from arramon_server.episodes.provenance import DRAWN, TEXT, Provenance
 from arramon_server.sim.assets.furniture import footprint_radius
@@ -35,7 +35,7 @@ TEXTS = {
 def episodes() -> list[Episode]:
     _, listed = read_release(SAMPLE)
     first = [replace(each, instructions=TEXTS) for each in listed if each.section == listed[0].section]
-    return [add_objects(episode, ground_of(first)) for episode in first]
+    return [add_objects(episode, walked_positions(first)) for episode in first]
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +47,7 @@ def section(episodes: list[Episode]) -> Section:
 
 @pytest.fixture(scope="module")
 def rebuilt(section: Section, episodes: list[Episode]) -> tuple[Section, list[Episode], Provenance]:
-    return rebuild(section, episodes)
+    return rebuild_section(section, episodes)
 
 
 def space_of(episode: Episode, section: Section, episodes: list[Episode]) -> FreeSpace:
@@ -58,7 +58,7 @@ def space_of(episode: Episode, section: Section, episodes: list[Episode]) -> Fre
 def test_the_same_episodes_give_the_same_world(
     section: Section, episodes: list[Episode], rebuilt: tuple[Section, list[Episode], Provenance]
 ) -> None:
-    again, furnished_again, provenance = rebuild(section, episodes[::-1])
+    again, furnished_again, provenance = rebuild_section(section, episodes[::-1])
     assert (again, furnished_again[::-1], provenance) == rebuilt
 
 
@@ -80,7 +80,7 @@ def test_what_nobody_spoke_of_is_of_kinds_that_nobody_named_near_the_path(
     _, furnished_episodes, provenance = rebuilt
     distracters = 0
     for episode in furnished_episodes:
-        named = {event.kind for each in texts_of(episode) for event in each.events}
+        named = {event.kind for each in turn_texts(episode) for event in each.events}
         space = space_of(episode, section, episodes)
         for prop, origin in zip(episode.furniture.added, provenance.own.get(episode.episode_id, ()), strict=True):
             assert origin in (TEXT, DRAWN)
@@ -96,13 +96,17 @@ def test_what_nobody_spoke_of_is_of_kinds_that_nobody_named_near_the_path(
 def test_a_thing_that_both_turns_name_at_one_place_is_one_thing(section: Section, episodes: list[Episode]) -> None:
     episode = episodes[0]
     space = space_of(episode, section, episodes)
-    first, second = (each for each in texts_of(episode) if each.language == "en")
+    first, second = (each for each in turn_texts(episode) if each.language == "en")
     at_end = replace(first, events=(Event(kind="hydrant", manner="target", relation="near", identity="1"),))
     at_start = replace(second, path=replace(second.path, target=first.path.target), events=(*at_end.events,))
     bare = replace(section, props=())
 
     def hydrants(texts: list[TurnText]) -> list[Prop]:
-        return [prop for prop in own_of(episode.episode_id, texts, bare, space, []).added if prop.kind == "hydrant"]
+        return [
+            prop
+            for prop in named_and_moved_furniture(episode.episode_id, texts, bare, space, []).added
+            if prop.kind == "hydrant"
+        ]
 
     (one,) = hydrants([at_end, at_start])
     assert np.hypot(*(first.path.target - (one.x, one.z))) < 4.0

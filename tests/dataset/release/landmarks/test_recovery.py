@@ -1,4 +1,4 @@
-"""Recovery of landmarks from what many people say."""
+"""Recovery of landmarks on which many texts agree."""
 
 from dataclasses import replace
 
@@ -7,7 +7,7 @@ import numpy as np
 from arramon_dataset.release.landmarks.mentions import Event
 from arramon_dataset.release.landmarks.mixture import MentionsOfKind, peaks_of
 from arramon_dataset.release.landmarks.recovery import CERTAIN, TurnText, recover
-from tests.dataset.release.landmarks.turn_path import path_along
+from tests.dataset.release.landmarks.walks import path_along
 
 PLACE = (6.0, 11.7)
 """Of a mailbox beside a street that everybody walks."""

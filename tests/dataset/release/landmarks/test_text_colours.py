@@ -1,13 +1,13 @@
-"""Landmarks in the colour that an episode's own text gives them."""
+"""Recovered landmarks in the colour that an episode's own text states."""
 
 import pytest
 
-from arramon_dataset.release.landmarks.agreement import WITHIN, nearest
+from arramon_dataset.release.landmarks.agreement import WITHIN, nearest_match
 from arramon_dataset.release.landmarks.mentions import Event
 from arramon_dataset.release.landmarks.recovery import RecoveredLandmark, TurnText, recover
 from arramon_dataset.release.landmarks.text_colours import recolour_landmarks
 from arramon_server.sim.section import Prop
-from tests.dataset.release.landmarks.turn_path import path_along
+from tests.dataset.release.landmarks.walks import path_along
 
 PATH = path_along((0, 0), (0, 12))
 LANDMARK = RecoveredLandmark("barrel", 1.7, 6.0, "gold", "", 12.0, ("gold", "orange"))
@@ -75,5 +75,5 @@ def test_the_names_of_a_landmark_are_what_more_than_one_in_ten_say() -> None:
 )
 def test_what_comes_in_one_colour_is_of_that_colour(kind: str, thing: str, said: str, fits: bool) -> None:
     event = Event(kind=kind, colour=said, manner="past")
-    _, apart = nearest(event, 6, PATH, [(kind, 1.7, 6.0, thing, "")])
+    _, apart = nearest_match(event, 6, PATH, [(kind, 1.7, 6.0, thing, "")])
     assert (apart <= WITHIN) is fits
