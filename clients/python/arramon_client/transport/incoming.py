@@ -36,6 +36,9 @@ MAX_ID = 200
 MAX_INSTRUCTION = 20_000
 """Maximum length of an instruction in characters."""
 
+MAX_NOTE = 20_000
+"""Maximum length of a note in characters."""
+
 RUN_ID = re.compile(r"[0-9a-f]{32}")
 """Form of a run's id."""
 
@@ -82,6 +85,8 @@ def check_observation(message: evaluation_pb2.Observation) -> None:
         ProtocolError: as for `check_message`.
     """
     _check_length(message.instruction, "an instruction that the server sent", MAX_INSTRUCTION)
+    if message.taken_note:
+        _check_length(message.taken_note, "a note that the server sent", MAX_NOTE)
     if message.turn not in (1, 2):
         raise ProtocolError(f"an observation has the turn {message.turn}, expected 1 or 2")
     if message.HasField("taken") and not 0 <= message.taken <= 3:
