@@ -103,5 +103,5 @@ def test_a_run_is_resumed_and_listed(address: str, world: World) -> None:
             await episode.look()
 
     asyncio.run(play())
-    with Run.resume(RUN, server=address) as run:
+    with Run.resume(RUN, server=address, parallel=8) as run:
         assert next(run.episodes()).look().step == 3

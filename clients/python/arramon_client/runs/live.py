@@ -4,6 +4,8 @@ import threading
 from collections import deque
 from collections.abc import Callable, Sequence
 
+import grpc
+
 from arramon.v1 import evaluation_pb2, evaluation_pb2_grpc
 from arramon_client.errors import RunClosedError
 from arramon_client.open_episode import OpenEpisode
@@ -124,8 +126,8 @@ class LiveRun:
     def begin(self, episode: LiveEpisode) -> None:
         """Take note of an episode that the server assigned; the caller holds the lock."""
         before = self._open.get(episode.episode_id)
-        if before is not None:  # It was assigned to another stream of this run.
-            before.leave("", taken_over=True)
+        if before is not None:
+            before.lose()
         self._open[episode.episode_id] = episode
         self._new.append(episode)
         self.changes.announce()
@@ -187,13 +189,17 @@ class LivePlayer(Player):
     def leave_episode(self, episode: OpenEpisode, cause: Cause | None, *, taken_over: bool) -> None:
         """End an episode."""
         live = self._episodes.pop(episode.episode.episode_id)
-        if not live.lost:
-            live.leave(cause, taken_over=taken_over)
+        live.leave(cause, taken_over=taken_over)
         self._live.leave(live)
 
-    def is_taken_over(self, episode: OpenEpisode) -> bool:
-        """Return whether another stream of this run has begun the episode since."""
-        return self._episodes[episode.episode.episode_id].lost
+    def lose(self, episode_id: str) -> None:
+        """Drop an episode that was assigned to another stream of this run, and ask for a new stream.
+
+        If this one was assigned the episode last after all, the server starts it again on the new stream.
+        """
+        self.drop([episode_id])
+        if self.stream is not None:
+            self.stream.cancel()
 
     def send(self, act: evaluation_pb2.Act) -> None:
         """Send an act; without a stream it is sent when the next one repeats its observation."""
@@ -237,7 +243,12 @@ class _Lane:
         try:
             while not player.ended and not player.must_reopen:
                 self._wait_for_answers()
-                events = stream.receive(wait=True)
+                try:
+                    events = stream.receive(wait=True)
+                except grpc.RpcError:
+                    if player.must_reopen:  # It was cancelled for that, see `LivePlayer.lose`.
+                        return
+                    raise
                 with lock:
                     before = player.advances
                     for event in events:

@@ -100,6 +100,10 @@ class LiveEpisode:
         self._open.inbox.clear()
         self.changes.announce()
 
+    def lose(self) -> None:
+        """Take note that the episode was assigned to another stream of this run."""
+        self._player.lose(self.episode_id)
+
     # Operations
 
     def look(self) -> Operation[Observation]:
