@@ -14,7 +14,7 @@ def test_public_names_are_stable() -> None:
         "Outcome", "OutputError", "Progress", "ProtocolError", "RefusedError", "Run", "RunClosedError", "RunEpisode",
         "RunInfo", "Server", "ServerUnreachableError",
         "Settings", "StepAheadError", "StepSpentError", "StopRun", "UsageError", "VersionMismatchError", "connect",
-        "embedded_server", "load_agent", "play",
+        "embedded_server", "load_agent", "play", "play_async",
     ]  # fmt: skip
     assert all(hasattr(arramon_client, name) for name in arramon_client.__all__)
 

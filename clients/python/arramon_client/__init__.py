@@ -33,6 +33,7 @@ if TYPE_CHECKING:
         VersionMismatchError,
     )
     from arramon_client.local.embedded import EmbeddedServer, embedded_server
+    from arramon_client.multi_stream import play_async
     from arramon_client.play import Outcome, Progress, Settings, play
     from arramon_client.plugin.loader import load_agent
     from arramon_client.runs.async_run import AsyncRun, AsyncRunEpisode
@@ -84,12 +85,14 @@ __all__ = [
     "embedded_server",
     "load_agent",
     "play",
+    "play_async",
 ]
 
 _HOMES = {
     **dict.fromkeys(("Action", "Agent", "Answer", "AsyncAgent", "Episode", "Observation"), "agent"),
     **dict.fromkeys(("EmbeddedServer", "embedded_server"), "local.embedded"),
     **dict.fromkeys(("Outcome", "Progress", "Settings", "play"), "play"),
+    "play_async": "multi_stream",
     "load_agent": "plugin.loader",
     **dict.fromkeys(("AsyncRun", "AsyncRunEpisode"), "runs.async_run"),
     "RunInfo": "runs.info",
