@@ -2,7 +2,7 @@
 
 import arramon_lang as lang
 from arramon_agents.follower.navigation import Navigator
-from arramon_agents.mapping.agent import MapAgent, NextAction, Skills
+from arramon_agents.mapping.agent import MapAgent, PhasePlayer, Skills
 from arramon_agents.mapping.body import AgentBody
 from arramon_agents.mapping.room_player import find_by_rules
 from arramon_agents.perception.percept import perceive_as_given
@@ -17,14 +17,13 @@ class Agent(MapAgent):
 
     def __init__(self) -> None:
         super().__init__(
-            Skills(perceive=perceive_as_given, read=read, make_walk=walk_by_rules, find_cell=find_by_rules)
+            Skills(perceive=perceive_as_given, read=read, make_walk=walk_by_rules, find_cell=find_by_rules, notes=True)
         )
 
 
-def walk_by_rules(body: AgentBody, meaning: Navigation, turn: int) -> NextAction:  # noqa: ARG001 - both turns are alike
-    """Return a function that plays a navigation phase by rules."""
-    navigator = Navigator(body, meaning)
-    return lambda _: navigator.act()
+def walk_by_rules(body: AgentBody, meaning: Navigation, turn: int) -> PhasePlayer:  # noqa: ARG001 - both turns are alike
+    """Return the player of a navigation phase by rules."""
+    return Navigator(body, meaning)
 
 
 def read(language: str, text: str, phase: str) -> Navigation | Assembly:

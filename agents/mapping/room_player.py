@@ -4,6 +4,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
+from arramon_agents.mapping.notes import Intent
 from arramon_agents.mapping.room import RoomSight
 from arramon_agents.mapping.room_path import RoomPose, plan, quarter_of
 from arramon_client.agent import Action, Observation
@@ -52,6 +53,7 @@ class RoomFollower:
         self._ahead: deque[Action] = deque()
         self._looks_left = LOOKS
         self._has_outlook = False
+        self._goal: Cell | None = None
         self._aside = Action.LEFT if quarter_after(meaning.turns) == 3 else Action.RIGHT
 
     def act(self, observation: Observation, things: Sequence["NamedThing"] = ()) -> int:
@@ -72,6 +74,10 @@ class RoomFollower:
         self._moved(action)
         return action
 
+    def intent(self) -> Intent:
+        """Return the cell to put the object into, [column, row], as the goal; empty while it is not chosen."""
+        return {"goal": list(self._goal)} if self._goal is not None else {}
+
     def _next(self, steps_left: int) -> list[Action]:
         """Return the next actions: look further, look from another cell, or place the object."""
         may_look = steps_left > RESERVE + 1
@@ -82,7 +88,8 @@ class RoomFollower:
             self._has_outlook, self._looks_left = True, LOOKS
             return self._way(OUTLOOK) or [self._aside]
         self._looks_left = 0
-        return [*self._way(self._find(self._meaning, room)), Action.INTERACT]
+        self._goal = self._find(self._meaning, room)
+        return [*self._way(self._goal), Action.INTERACT]
 
     def _way(self, target: Cell) -> list[Action]:
         """Return the actions to a pose whose cell ahead is the target."""

@@ -2,7 +2,7 @@
 
 from functools import partial
 
-from arramon_agents.mapping.agent import MapAgent, NextAction, Skills
+from arramon_agents.mapping.agent import MapAgent, PhasePlayer, Skills
 from arramon_agents.mapping.body import AgentBody
 from arramon_agents.mapping.landmark_beliefs import SeenLandmarks
 from arramon_agents.mapping.room_beliefs import SeenRoom
@@ -58,6 +58,7 @@ class SeeingAgent(MapAgent):
                 make_landmarks=partial(SeenLandmarks, sums=sums),
                 make_room=SeenRoom,
                 keeps_landmarks=True,
+                notes=True,
             )
         )
 
@@ -83,12 +84,13 @@ class SegmentationAgent(MapAgent):
                 make_walk=partial(follow_policy, policy, looks=looks),
                 find_cell=placement.find,
                 keeps_landmarks=True,
+                notes=True,
             )
         )
 
 
 def follow_policy(
     policy: MapPolicy, body: AgentBody, meaning: Navigation, turn: int, *, looks: bool = True
-) -> NextAction:
-    """Return a function that plays a navigation phase by a policy."""
-    return MapNavigator(body, rows_of(meaning), policy.option_values, turn, looks=looks).act
+) -> PhasePlayer:
+    """Return the player of a navigation phase by a policy."""
+    return MapNavigator(body, rows_of(meaning), policy.option_values, turn, looks=looks)

@@ -11,6 +11,7 @@ from arramon_agents.mapping.body import AgentBody
 from arramon_agents.mapping.landmark_beliefs import Belief, SeenLandmarks, certain_beliefs
 from arramon_agents.mapping.landmarks import MappedLandmark
 from arramon_agents.mapping.motion import can_step, find_path
+from arramon_agents.mapping.notes import Intent, place
 from arramon_agents.mapping.target import REACH_TO, is_reached
 from arramon_agents.reading.reader.slots import Row
 from arramon_agents.vl_map.features import DIRECTIONS, AgentKnowledge, PolicyInput, policy_input
@@ -77,6 +78,7 @@ class MapNavigator:
         self._wanted: MappedLandmark | None = None
         self._taking: MappedLandmark | None = None
         self.decision: Decision | None = None
+        self._goal: tuple[float, float] | None = None
 
     def act(self, steps_left: int) -> Action:
         """Return the next action; call it after the body has perceived the observation.
@@ -101,6 +103,13 @@ class MapNavigator:
                 self._has_looked, self._walked = not self._looks, 0
         return self._plan.pop(0)
 
+    def intent(self) -> Intent:
+        """Return the waypoint of the latest decision, and the thing to take if it is one."""
+        going_for = self._taking or self._wanted
+        goal = self._goal if going_for is None else (going_for.x, going_for.z)
+        take = {} if going_for is None else {"take": {"kind": going_for.label.kind, "colour": going_for.label.colour}}
+        return {**take, **({} if goal is None else {"goal": place(*goal)})}
+
     def _follow(self) -> None:
         """Extend the trace if the agent moved, and remember a failed pick-up, which is not tried again."""
         body = self._body
@@ -122,7 +131,7 @@ class MapNavigator:
         moment = AgentKnowledge(self._body.ground, self._trace, self._beliefs(), steps_left, self._turn)
         sample, beliefs = policy_input(self._rows, moment)
         values = self._option_values(sample, beliefs)
-        self._wanted = None
+        self._wanted = self._goal = None
         for option in np.argsort(-values)[:TRIED].tolist():
             plan = self._plan_for(option, beliefs)
             if plan:
@@ -150,6 +159,7 @@ class MapNavigator:
         far = max(distance, 1.0)
         goal = body.ground.near_free(body.x + far * math.sin(angle), body.z + far * math.cos(angle))
         plan = find_path(body.ground, body.pose, goal, ARRIVED, None, body.closed_steps)
+        self._goal = goal
         return plan if Action.FORWARD in plan else []
 
     def _take(self, mark: MappedLandmark) -> list[Action]:

@@ -126,6 +126,11 @@ class Answer:
     note: Note | None = None
 
 
+def actions_of(answers: Sequence[int | Answer]) -> list[int]:
+    """Return the actions of a batch's answers, for programs that do not keep notes."""
+    return [answer.action if isinstance(answer, Answer) else answer for answer in answers]
+
+
 class Agent(Protocol):
     """An agent that plays many episodes at a time.
 

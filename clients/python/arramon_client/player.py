@@ -101,11 +101,6 @@ class Player:
         return len(self._resend) + sum(len(episode.inbox) for episode in self._open.values())
 
     @property
-    def is_waiting(self) -> bool:
-        """Whether some open episode waits for the server: all its observations are answered."""
-        return not all(episode.inbox for episode in self._open.values())
-
-    @property
     def needs_history(self) -> bool:
         """Whether the next stream must replay the history of its episodes."""
         return bool(self._rebuilding)

@@ -1,6 +1,7 @@
 """A run that is being played: a thread that owns each stream, and the open episodes that other threads play."""
 
 import threading
+import weakref
 from collections import deque
 from collections.abc import Callable, Sequence
 
@@ -9,8 +10,8 @@ import grpc
 from arramon.v1 import evaluation_pb2, evaluation_pb2_grpc
 from arramon_client.errors import RunClosedError
 from arramon_client.open_episode import OpenEpisode
-from arramon_client.player import Cause, Player
-from arramon_client.player_streams import BACKLOG, PlayerStreams
+from arramon_client.player import MAX_EPISODES, Cause, Player
+from arramon_client.player_streams import PlayerStreams
 from arramon_client.runs.live_episode import LiveEpisode
 from arramon_client.runs.waiting import Changes, Operation
 from arramon_client.settings import Settings
@@ -39,6 +40,8 @@ class LiveRun:
         self._run = run
         self._replays, self._notify = replays, notify
         self._lanes: list[_Lane] = []
+        # Also called at the end of a program that does not close its run: under an open stream no channel can be closed.
+        self._stop_lanes = weakref.finalize(self, _stop_all, self._lanes)
         self._new: deque[LiveEpisode] = deque()
         self._open: dict[str, LiveEpisode] = {}
         self._error: BaseException | None = None
@@ -158,8 +161,7 @@ class LiveRun:
         with self.lock:
             self._closed = True
             self._wake_all()
-        for lane in self._lanes:
-            lane.stop()
+        self._stop_lanes()
 
     def _wake_all(self) -> None:
         self.changes.announce()
@@ -174,8 +176,14 @@ class LivePlayer(Player):
         super().__init__(run, notify, replays=replays)
         self._live = live
         self._episodes: dict[str, LiveEpisode] = {}
+        self._received: set[str] = set()  # Episodes of which the current stream has sent an observation.
         self.stream: PlayStream | None = None
-        self.answered = Changes()
+
+    def start_stream(self, *, history: bool, max_episodes: int = MAX_EPISODES, shared: bool = False) -> None:
+        """Prepare for a new stream."""
+        with self._live.lock:
+            self._received.clear()
+            super().start_stream(history=history, max_episodes=max_episodes, shared=shared)
 
     def begin_episode(self, episode: OpenEpisode) -> None:
         """Offer an episode."""
@@ -184,6 +192,7 @@ class LivePlayer(Player):
 
     def receive(self, episode: OpenEpisode) -> None:
         """Wake what waits for the observation."""
+        self._received.add(episode.episode.episode_id)
         self._episodes[episode.episode.episode_id].receive()
 
     def leave_episode(self, episode: OpenEpisode, cause: Cause | None, *, taken_over: bool) -> None:
@@ -202,10 +211,9 @@ class LivePlayer(Player):
             self.stream.cancel()
 
     def send(self, act: evaluation_pb2.Act) -> None:
-        """Send an act; without a stream it is sent when the next one repeats its observation."""
-        if self.stream is not None:
+        """Send an act, unless the stream does not have its episode yet: it is sent when the observation is repeated."""
+        if self.stream is not None and act.episode_id in self._received:
             self.stream.send([act])
-        self.answered.announce()
 
 
 class _Lane:
@@ -222,8 +230,6 @@ class _Lane:
 
     def stop(self) -> None:
         self.streams.stop()
-        with self.live.lock:
-            self.player.answered.announce()
         if self._thread is not threading.current_thread():
             self._thread.join(JOIN_SECONDS)
 
@@ -242,7 +248,6 @@ class _Lane:
             player.stream = stream
         try:
             while not player.ended and not player.must_reopen:
-                self._wait_for_answers()
                 try:
                     events = stream.receive(wait=True)
                 except grpc.RpcError:
@@ -262,11 +267,7 @@ class _Lane:
             with lock:
                 player.stream = None
 
-    def _wait_for_answers(self) -> None:
-        """Wait while many observations are pending, unless some episode waits for the server."""
-        while True:
-            with self.live.lock:
-                if self.player.backlog < BACKLOG or self.player.is_waiting or self.streams.stopped:
-                    return
-                answered = self.player.answered.next()
-            answered.result()
+
+def _stop_all(lanes: Sequence[_Lane]) -> None:
+    for lane in lanes:
+        lane.stop()

@@ -55,6 +55,7 @@ class LiveEpisode:
         self._run, self._player, self._open = run, player, open_episode
         self._seen: Observation | None = None  # The latest observation that was handed out.
         self._is_acting = False
+        self._reason: str | None = None  # Why the episode is being given up; None if it is not.
 
     @property
     def episode(self) -> Episode:
@@ -88,6 +89,8 @@ class LiveEpisode:
                 arrived=arrived,
             )
             self._open.inbox.pop()
+        if self._reason is not None and not message.HasField("taken"):
+            self._player.send(self._player.forfeit(self._open, message.step, self._reason))
         self.changes.announce()
 
     def leave(self, cause: Cause | None, *, taken_over: bool) -> None:
@@ -138,15 +141,16 @@ class LiveEpisode:
     def give_up(self, reason: str) -> Operation[None]:
         """Give up the episode, and wait until it has ended."""
         with self._run.lock:
-            self._check()
             if not self.cause:
+                self._check()
+                self._reason = reason
                 step = max(self._open.answers, default=-1) + 1
                 self._player.send(self._player.forfeit(self._open, step, reason))
-        while not self.cause:
+        while True:
             with self._run.lock:
-                self._check()
                 if self.cause:
                     return
+                self._check()
                 changed = self.changes.next()
             yield changed
 
@@ -199,7 +203,6 @@ class LiveEpisode:
                 self._player.send(self._player.act(self._open, seen.step, action, note))
             elif action == seen.taken:
                 self._player.pass_recorded(self._open, seen.step, action)
-                self._player.answered.announce()
             else:
                 raise StepSpentError(self.episode_id, seen.step, seen.step, seen.taken)
 

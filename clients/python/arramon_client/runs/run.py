@@ -65,7 +65,8 @@ class Run:
         Args:
             run_id: id of the run.
             history: whether `look` shows the recorded steps of open episodes again, with `Observation.taken`; acting on
-                them with that action only moves on. Otherwise an episode continues with its present observation.
+                them with that action only moves on. They are in memory until then. Otherwise an episode continues with
+                its present observation.
             options: see `PlayOptions` and `ServerOptions`.
 
         Raises:
