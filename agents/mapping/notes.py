@@ -8,10 +8,14 @@ from arramon_client.notes import note_fault, note_text
 from arramon_lang.meaning import Assembly, Navigation
 
 Intent = Mapping[str, Any]
-"""What an agent is about to do, as plain data: "step" (number of the instruction's step that is carried out, from 1),
-"goal" ([x, z] in units, from the agent's pose at the start of the episode: z ahead, x to the right; in the room [column,
-row]), "take" (the thing that it goes for), "search" (all steps are done, and the object is searched for). Keys that do
-not apply are missing."""
+"""What an agent is about to do, as plain data. Keys that do not apply are missing.
+
+- "step": number of the instruction's step that is carried out, from 1.
+- "goal": [x, z] in units, from the agent's pose at the start of the episode (z ahead, x to the right); in the room
+  [column, row].
+- "take": the thing that the agent goes for.
+- "search": all steps are done, and the object is searched for.
+"""
 
 
 class HasIntent(Protocol):

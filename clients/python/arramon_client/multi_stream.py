@@ -77,7 +77,7 @@ def play_streams(
             revive=revive,
             recording=recording,
         )
-    shared, progress_sum = SharedAgent(agent), _ProgressSum(progress)
+    shared, progress_sum = SharedAgent(cast(Agent, agent)), _ProgressSum(progress)
     failure_counter = FailureCounter(keep_going=settings.keep_going)
     over = threading.Event()
 
@@ -154,7 +154,6 @@ async def play_async(
             notify=notify, progress=progress, revive=revive, recording=recording,
         )  # fmt: skip
     addresses = own_addresses(server)[: settings.parallel]
-    waiting_agent = cast(AsyncAgent, agent)
     with ExitStack() as stack:
         targets = [StreamTarget(server.stub, server.address, settings)]
         if len(addresses) > 1:
@@ -163,7 +162,7 @@ async def play_async(
                 for number, address in enumerate(addresses)
             ]
         return await play_over(
-            targets, run, waiting_agent, settings,
+            targets, run, agent, settings,
             notify=notify, progress=progress, revive=revive, recording=recording,
         )  # fmt: skip
 

@@ -1,6 +1,7 @@
 """The play loop: pass batches between the server's stream and the agent, and reconnect when the stream breaks."""
 
 from collections.abc import Callable
+from typing import cast
 
 from arramon.v1 import evaluation_pb2, evaluation_pb2_grpc
 from arramon_client.agent import Agent, AsyncAgent
@@ -67,7 +68,7 @@ def play(
             )
         )
     failure_counter = failure_counter or FailureCounter(keep_going=settings.keep_going)
-    session = Session(run, agent, notify, failure_counter, recording)
+    session = Session(run, cast(Agent, agent), notify, failure_counter, recording)
     streams = PlayerStreams(stub, session, settings, address=address, notify=notify, revive=revive)
     streams.play(lambda stream: _play_stream(stream, session, progress, streams.retry))
     failures, problems = tuple(session.failures), tuple(session.problems)

@@ -18,7 +18,6 @@ from arramon_client.transport.incoming import check_and_clean, check_observation
 from arramon_client.transport.shared_memory import decoder_of
 
 Problem = evaluation_pb2.Problem
-Cause = types_pb2.Cause.ValueType
 
 MAX_EPISODES = 1024
 """Maximum number of open episodes on a stream, unless another number was requested."""
@@ -79,7 +78,7 @@ class Player:
     def receive(self, episode: OpenEpisode) -> None:
         """Take note that an observation was received: a new one in the episode's inbox, or one that was repeated."""
 
-    def leave_episode(self, episode: OpenEpisode, cause: Cause | None, *, taken_over: bool) -> None:
+    def leave_episode(self, episode: OpenEpisode, cause: types_pb2.Cause.ValueType | None, *, taken_over: bool) -> None:
         """Take note that an episode has ended, or is no longer this player's.
 
         Args:
@@ -175,9 +174,9 @@ class Player:
             note: a note to store beside the step; empty for none.
         """
         episode_id = episode.episode.episode_id
-        act = evaluation_pb2.Act(
-            episode_id=episode_id, step=step, action=types_pb2.Action.ValueType(action), note=note or None
-        )
+        act = evaluation_pb2.Act(episode_id=episode_id, step=step, action=types_pb2.Action.ValueType(action))
+        if note:
+            act.note = note
         episode.answers[step] = act
         self._rebuilding.discard(episode_id)
         self.steps += 1
@@ -294,7 +293,9 @@ class Player:
         for episode_id in sorted(episode_ids):
             self._forget(episode_id, taken_over=taken_over)
 
-    def _forget(self, episode_id: str, cause: Cause | None = None, *, taken_over: bool = False) -> None:
+    def _forget(
+        self, episode_id: str, cause: types_pb2.Cause.ValueType | None = None, *, taken_over: bool = False
+    ) -> None:
         """Drop an episode; the subclass may raise AgentStoppedError."""
         self._rebuilding.discard(episode_id)
         episode = self._open.pop(episode_id, None)

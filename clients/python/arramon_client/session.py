@@ -6,14 +6,14 @@ the stream breaks. When an episode ends or another player takes it over, the age
 
 from collections.abc import Callable
 
-from arramon.v1 import evaluation_pb2
+from arramon.v1 import evaluation_pb2, types_pb2
 from arramon_client.agent import Agent, Answer, Observation
 from arramon_client.errors import AgentError
 from arramon_client.notes import note_fault, note_text
 from arramon_client.observations import not_deterministic, observation_of
 from arramon_client.open_episode import OpenEpisode
 from arramon_client.play_results import AgentFailure as AgentFailure
-from arramon_client.player import Cause, Player
+from arramon_client.player import Player
 from arramon_client.plugin import agent_calls
 from arramon_client.plugin.failures import FailureCounter
 from arramon_client.plugin.shared_agent import EpisodesTakenOver, StreamAgent
@@ -91,7 +91,7 @@ class Session(Player):
         except AgentError as error:
             self._fail([episode], error)
 
-    def leave_episode(self, episode: OpenEpisode, cause: Cause | None, *, taken_over: bool) -> None:  # noqa: ARG002
+    def leave_episode(self, episode: OpenEpisode, cause: types_pb2.Cause.ValueType | None, *, taken_over: bool) -> None:  # noqa: ARG002
         """End an episode in the agent.
 
         Raises:

@@ -43,7 +43,7 @@ def first(run: Run) -> RunEpisode:
 
 def play_by_rule(episode: RunEpisode) -> list[int]:
     """Play an episode to its end; return the steps that were seen."""
-    seen = []
+    seen: list[int] = []
     while not episode.ended:
         observation = episode.look()
         if not seen or seen[-1] != observation.step:  # It ended meanwhile otherwise.

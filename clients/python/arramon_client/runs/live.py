@@ -7,10 +7,10 @@ from collections.abc import Callable, Sequence
 
 import grpc
 
-from arramon.v1 import evaluation_pb2, evaluation_pb2_grpc
+from arramon.v1 import evaluation_pb2, evaluation_pb2_grpc, types_pb2
 from arramon_client.errors import RunClosedError
 from arramon_client.open_episode import OpenEpisode
-from arramon_client.player import MAX_EPISODES, Cause, Player
+from arramon_client.player import MAX_EPISODES, Player
 from arramon_client.player_streams import PlayerStreams
 from arramon_client.runs.live_episode import LiveEpisode
 from arramon_client.runs.waiting import Changes, Operation
@@ -40,7 +40,7 @@ class LiveRun:
         self._run = run
         self._replays, self._notify = replays, notify
         self._lanes: list[_Lane] = []
-        # Also called at the end of a program that does not close its run: under an open stream no channel can be closed.
+        # Called at the end of a program, too, if it does not close its run: an open stream would keep its channel open.
         self._stop_lanes = weakref.finalize(self, _stop_all, self._lanes)
         self._new: deque[LiveEpisode] = deque()
         self._open: dict[str, LiveEpisode] = {}
@@ -195,7 +195,7 @@ class LivePlayer(Player):
         self._received.add(episode.episode.episode_id)
         self._episodes[episode.episode.episode_id].receive()
 
-    def leave_episode(self, episode: OpenEpisode, cause: Cause | None, *, taken_over: bool) -> None:
+    def leave_episode(self, episode: OpenEpisode, cause: types_pb2.Cause.ValueType | None, *, taken_over: bool) -> None:
         """End an episode."""
         live = self._episodes.pop(episode.episode.episode_id)
         live.leave(cause, taken_over=taken_over)

@@ -13,7 +13,6 @@ from arramon_client.errors import EpisodeLostError, StepAheadError, StepSpentErr
 from arramon_client.notes import note_fault, note_text
 from arramon_client.observations import observation_of
 from arramon_client.open_episode import OpenEpisode
-from arramon_client.player import Cause
 from arramon_client.runs.waiting import Changes, Operation
 from arramon_client.world import IMAGE_SENSORS, Action
 
@@ -49,7 +48,7 @@ class LiveEpisode:
     def __init__(self, run: "LiveRun", player: "LivePlayer", open_episode: OpenEpisode) -> None:
         self.changes = Changes()
         self.cause = ""
-        self.cause_code: Cause | None = None
+        self.cause_code: types_pb2.Cause.ValueType | None = None
         self.lost = False
         self.stop_reason = ""
         self._run, self._player, self._open = run, player, open_episode
@@ -93,7 +92,7 @@ class LiveEpisode:
             self._player.send(self._player.forfeit(self._open, message.step, self._reason))
         self.changes.announce()
 
-    def leave(self, cause: Cause | None, *, taken_over: bool) -> None:
+    def leave(self, cause: types_pb2.Cause.ValueType | None, *, taken_over: bool) -> None:
         """Take note that the episode has ended, or was taken over."""
         self.lost = taken_over
         if not taken_over:
