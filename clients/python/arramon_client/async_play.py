@@ -61,7 +61,7 @@ async def play_over(
     """
     live = LiveRun(run, replays=True, notify=notify)
     player = _AsyncPlayer(live, agent, settings, notify, progress, recording)
-    async with _opened(agent, live):
+    async with _opened(agent, live, notify):
         for target in targets:
             live.start(target.stub, target.settings, target.address, revive)
         try:
@@ -94,13 +94,16 @@ def run_to_end(work: Coroutine[Any, Any, Outcome]) -> Outcome:
 
 
 @asynccontextmanager
-async def _opened(agent: AsyncAgent, live: LiveRun) -> AsyncIterator[None]:
-    """Call the agent's `open`, and its `close` at the end of the context."""
+async def _opened(agent: AsyncAgent, live: LiveRun, notify: Callable[[str], None]) -> AsyncIterator[None]:
+    """Call the agent's `open`, and its `close` at the end of the context; a failure of that is only reported."""
     await async_calls.call_optional(agent, "open", info_now(live))
     try:
         yield
     finally:
-        await async_calls.call_optional(agent, "close")
+        try:
+            await async_calls.call_optional(agent, "close")
+        except (AgentError, StopRun) as error:
+            notify(f"the agent failed at the end of the run: {error}")
 
 
 class _AsyncPlayer:
@@ -121,6 +124,8 @@ class _AsyncPlayer:
         self._can_replay = agent_calls.can_replay(agent)
         self._stop: AgentStoppedError | StopRun | None = None
         self._stopping = asyncio.Event()
+        self._begun: set[str] = set()  # Open episodes whose `begin` succeeded.
+        self._tasks: dict[str, asyncio.Task[None]] = {}  # The latest task of each episode.
         self._warned = False
 
     async def play(self) -> None:
@@ -129,7 +134,8 @@ class _AsyncPlayer:
         try:
             async with asyncio.TaskGroup() as tasks:
                 while (episode := await self._next_episode()) is not None:
-                    tasks.create_task(self._play(episode))
+                    before = self._tasks.get(episode.episode_id)
+                    self._tasks[episode.episode_id] = tasks.create_task(self._play(episode, before))
         except BaseExceptionGroup as group:
             raise group.exceptions[0] from None
         finally:
@@ -148,27 +154,42 @@ class _AsyncPlayer:
             coming.cancel()
             stopping.cancel()
 
-    async def _play(self, episode: LiveEpisode) -> None:
-        """Play an episode until it ends, another player takes it over, or the run must stop."""
+    async def _play(self, episode: LiveEpisode, before: "asyncio.Task[None] | None") -> None:
+        """Play an episode until it ends, another player takes it over, or the run must stop.
+
+        Args:
+            episode: the episode.
+            before: task that played it on another stream, or before another player did, and must end first; or None.
+        """
+        if before is not None and not before.done():
+            before.cancel()
+            await asyncio.wait((before,))
         if self._recording is not None:
             self._recording.begin(episode.episode)
         try:
-            try:
-                await async_calls.begin(self._agent, episode.episode)
-            except StopRun as stop:
-                self._stop_run(stop)
-                return
-            except AgentError as error:
-                await self._fail(episode, None, error)
-                return
-            try:
+            if await self._begin(episode):
                 while not self._stopping.is_set() and await self._step(episode):
                     self._progress(self._state())
-            finally:
-                if episode.cause or episode.lost:
-                    await self._end(episode)
         except EpisodeLostError:
             pass
+        finally:
+            if self._recording is not None and episode.cause_code is not None:
+                self._recording.end(episode.episode_id, episode.cause_code)
+            if episode.episode_id in self._begun and (episode.cause or episode.lost):
+                await self._end(episode)
+
+    async def _begin(self, episode: LiveEpisode) -> bool:
+        """Call the agent's `begin`; return whether it succeeded."""
+        try:
+            await async_calls.begin(self._agent, episode.episode)
+        except StopRun as stop:
+            self._stop_run(stop)
+            return False
+        except AgentError as error:
+            await self._fail(episode, None, error)
+            return False
+        self._begun.add(episode.episode_id)
+        return True
 
     async def _step(self, episode: LiveEpisode) -> bool:
         """Answer the present observation, and wait until the answer is recorded; return False at the episode's end."""
@@ -225,8 +246,7 @@ class _AsyncPlayer:
 
     async def _end(self, episode: LiveEpisode) -> None:
         """Call the agent's `end` for an episode that has ended or was taken over."""
-        if self._recording is not None and episode.cause_code is not None:
-            self._recording.end(episode.episode_id, episode.cause_code)
+        self._begun.discard(episode.episode_id)
         try:
             await async_calls.call_optional(self._agent, "end", episode.episode_id)
         except StopRun as stop:
@@ -247,7 +267,8 @@ class _AsyncPlayer:
         text = note_text(answer.note)
         fault = note_fault(text)
         if fault:
-            self._live.players[0].refuse_note(f"the agent's note was not stored: {fault}")
+            with self._live.lock:
+                self._live.players[0].refuse_note(f"the agent's note was not stored: {fault}")
         return "" if fault else text
 
     def _compare(self, seen: Observation, action: int) -> None:
