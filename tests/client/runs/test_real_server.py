@@ -70,12 +70,13 @@ def test_walls_block_a_plan_and_nothing_in_reach_stops_it(server: Server) -> Non
         with Run.create(server=server.address, language="en", agent="mine", split="tiny", sensors=sensors) as run:
             episode = next(run.episodes())
             after = episode.act(0, [3, 0, 0])
-            assert (after and after.step, episode.stop_reason) == (1, "no pick-up")
-            after = episode.act(1, [2] * 6 + [0] * 140)
-            assert after is not None
-            assert (after.step < 147, episode.stop_reason) == (True, "blocked")
-            assert episode.act(after.step, [1, 1]) is not None
-            assert episode.stop_reason == ""
+            assert (after and after.step, episode.stop_reason) == (1, "no pick-up")  # Nothing is in reach.
+            after = episode.act(1, tiny.ACTIONS[:3])
+            assert (after and after.phase, episode.stop_reason) == ("assembly", "")
+            after = episode.act(4, [0] * 10)  # The room has four rows.
+            assert (after and after.step, episode.stop_reason) == (8, "blocked")
+            after = episode.act(8, [1, 1, 1, 0, 3, 0])
+            assert (after and after.step, after and after.turn, episode.stop_reason) == (13, 2, "phase over")
             run.cancel()
             assert (episode.ended, run.info.state) == (True, "cancelled")
 

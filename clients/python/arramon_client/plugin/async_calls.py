@@ -39,13 +39,13 @@ async def act(agent: AsyncAgent, observation: Observation) -> Answer:
 
 
 async def call_optional(agent: object, method: str, *arguments: object) -> None:
-    """Call a method that an agent need not have: `open`, `replay`, `end` or `close`.
+    """Call a method that an agent need not have: `open`, `replay`, `end` or `close`; another attribute is ignored.
 
     Raises:
         AgentRaisedError: if the agent raises any other exception than StopRun.
     """
     function = getattr(agent, method, None)
-    if function is not None:
+    if callable(function):
         await _call(function, method, *arguments)
 
 

@@ -28,16 +28,19 @@ class LiveRun:
         run: the run.
         replays: whether recorded steps of episodes that were played before are handed out.
         notify: called with messages for the participant, from other threads.
+        was_over: whether the run was over before, so that it is not played.
 
     Attributes:
         lock: guards all state of the run and its episodes.
         changes: announced when an episode begins, when the run ends, and on an error.
     """
 
-    def __init__(self, run: evaluation_pb2.Run, *, replays: bool, notify: Callable[[str], None]) -> None:
+    def __init__(
+        self, run: evaluation_pb2.Run, *, replays: bool, notify: Callable[[str], None], was_over: bool = False
+    ) -> None:
         self.lock = threading.RLock()
         self.changes = Changes()
-        self._run = run
+        self._run, self._was_over = run, was_over
         self._replays, self._notify = replays, notify
         self._lanes: list[_Lane] = []
         # Called at the end of a program, too, if it does not close its run: an open stream would keep its channel open.
@@ -94,8 +97,7 @@ class LiveRun:
     def is_over(self) -> bool:
         """Whether all episodes of the run have ended."""
         with self.lock:
-            was_over = self._run.state != evaluation_pb2.RUN_STATE_RUNNING
-            return was_over or any(lane.player.ended for lane in self._lanes)
+            return self._was_over or any(lane.player.ended for lane in self._lanes)
 
     def check(self) -> None:
         """Raise the error that ended a stream, or RunClosedError if the run was closed."""

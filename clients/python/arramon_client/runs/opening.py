@@ -93,9 +93,10 @@ class OpenedRun:
         self, connection: Connection, run: evaluation_pb2.Run, settings: Settings, *, replays: bool = False
     ) -> None:
         self.connection, self.run_id = connection, run.run_id
-        self.live = LiveRun(run, replays=replays, notify=connection.notify)
+        was_over = run.state != evaluation_pb2.RUN_STATE_RUNNING
+        self.live = LiveRun(run, replays=replays, notify=connection.notify, was_over=was_over)
         self._patience = settings.patience
-        if not self.live.is_over:
+        if not was_over:
             self.live.start(connection.server.stub, settings, connection.server.address, connection.revive)
 
     def run(self) -> evaluation_pb2.Run:
