@@ -122,7 +122,7 @@ def _steps(
     try:
         while not session.state.finished:
             yield
-            (action,) = agent.act([_observe(session, language, world, places, size)])
+            (action,) = client.actions_of(agent.act([_observe(session, language, world, places, size)]))
             session.apply(Action(action))
     finally:
         client.end_episode(agent, episode.episode_id)

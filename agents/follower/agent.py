@@ -2,7 +2,7 @@
 
 import arramon_lang as lang
 from arramon_agents.follower.navigation import Navigator
-from arramon_agents.mapping.agent import MapAgent, NextAction, Skills
+from arramon_agents.mapping.agent import MapAgent, PhasePlayer, Skills
 from arramon_agents.mapping.body import AgentBody
 from arramon_agents.mapping.room_player import find_by_rules
 from arramon_agents.perception.percept import perceive_as_given
@@ -22,18 +22,14 @@ class Agent(MapAgent):
                 read=parse_instruction,
                 make_walk=make_rule_navigator,
                 find_cell=find_by_rules,
+                notes=True,
             )
         )
 
 
-def make_rule_navigator(
-    body: AgentBody,
-    meaning: Navigation,
-    turn: int,  # noqa: ARG001 - both turns are alike
-) -> NextAction:
-    """Return a function that plays a navigation phase by rules."""
-    navigator = Navigator(body, meaning)
-    return lambda _: navigator.act()
+def make_rule_navigator(body: AgentBody, meaning: Navigation, turn: int) -> PhasePlayer:  # noqa: ARG001 - both turns are alike
+    """Return the player of a navigation phase by rules."""
+    return Navigator(body, meaning)
 
 
 def parse_instruction(language: str, text: str, phase: str) -> Navigation | Assembly:

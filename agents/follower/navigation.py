@@ -9,6 +9,7 @@ from arramon_agents.follower.side_streets import SideStreets, find_next_side_str
 from arramon_agents.mapping.body import AgentBody, to_local_frame
 from arramon_agents.mapping.landmark_memory import MappedLandmark, landmarks_ahead
 from arramon_agents.mapping.motion import TURN, turns
+from arramon_agents.mapping.notes import Intent, outline, place
 from arramon_agents.mapping.target import PICK_UP_TO, find_target, has_seen_reference, is_near_reference, is_reached
 from arramon_client.agent import Action
 from arramon_client.world import HEADINGS
@@ -71,7 +72,7 @@ class Navigator:
         self._searches = [self._to_surroundings, self._onward, self._to_surroundings]
         self._begin_step()
 
-    def act(self) -> Action:
+    def act(self, steps_left: int = 0) -> Action:  # noqa: ARG002 - the rules do not depend on it
         """Return the next action; call it after the body has perceived the observation."""
         if self._interacted is not None:
             self._missed.add((self._interacted.x, self._interacted.z))
@@ -83,6 +84,14 @@ class Navigator:
                 self._number += 1
                 self._begin_step()
         return self._explore() if action is None else action
+
+    def intent(self) -> Intent:
+        """Return the number of the step that is carried out, and the place that the agent walks to."""
+        goal = {"goal": place(*self._walker.goal)} if self._walker.is_walking else {}
+        if self._committed:
+            return {"take": outline(self._meaning.target), **goal}
+        is_done = self._number >= len(self._meaning.steps)
+        return {**({"search": True} if is_done else {"step": self._number + 1}), **goal}
 
     def _begin_step(self) -> None:
         for thing, marks in getattr(self, "_locks", {}).items():

@@ -2,20 +2,28 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any, Protocol
 
 from arramon_agents.mapping.body import AgentBody
 from arramon_agents.mapping.landmark_memory import LandmarkMemory
+from arramon_agents.mapping.notes import HasIntent, Intent, reading
 from arramon_agents.mapping.room_memory import RoomMemory
 from arramon_agents.mapping.room_player import FindCell, RoomPlayer
 from arramon_agents.perception.percept import Perceive, Percept
-from arramon_client.agent import Action, Episode, Label, Observation
+from arramon_client.agent import Action, Answer, Episode, Label, Observation
 from arramon_lang.meaning import Assembly, Navigation
 
 Read = Callable[[str, str, str], Navigation | Assembly]
 """Returns the meaning of an instruction, given language, text and phase."""
 
-NextAction = Callable[[int], Action]
-"""Returns the next action of a navigation phase, given the steps left; called after `AgentBody.perceive`."""
+
+class PhasePlayer(HasIntent, Protocol):
+    """Player of one navigation phase."""
+
+    def act(self, steps_left: int) -> Action:
+        """Return the next action, given the steps left; called after `AgentBody.perceive`."""
+        ...
+
 
 Labels = Sequence[Label]
 
@@ -32,16 +40,18 @@ class Skills:
         labels: labels of the perceived segmentation; None for the labels of the run's sensor.
         make_landmarks, make_room: return an empty memory of landmarks, and of the room, given the labels.
         keeps_landmarks: whether turn 2 keeps the landmarks of turn 1, except collectibles.
+        notes: whether the agent leaves notes: what it read, and what it is about to do, whenever that has changed.
     """
 
     perceive: Perceive
     read: Read
-    make_walk: Callable[[AgentBody, Navigation, int], NextAction]
+    make_walk: Callable[[AgentBody, Navigation, int], PhasePlayer]
     find_cell: FindCell
     labels: Labels | None = None
     make_landmarks: Callable[[Labels], LandmarkMemory] = LandmarkMemory
     make_room: Callable[[Labels], RoomMemory] = RoomMemory
     keeps_landmarks: bool = False
+    notes: bool = False
 
 
 @dataclass
@@ -52,8 +62,10 @@ class _EpisodeState:
     labels: Labels
     body: AgentBody
     phase: tuple[int, str] = (0, "")
-    walk: NextAction | None = None
+    walk: PhasePlayer | None = None
     room: RoomPlayer | None = None
+    read: Navigation | Assembly | None = None
+    noted: Intent | None = None
 
 
 class MapAgent:
@@ -83,10 +95,15 @@ class MapAgent:
         """Discard the state of an episode: its map takes 1.6 MB."""
         del self._episodes[episode_id]
 
-    def act(self, observations: Sequence[Observation]) -> list[Action]:
-        """Return one action for each observation."""
+    def act(self, observations: Sequence[Observation]) -> list[int | Answer]:
+        """Return one action for each observation, with a note if there is something new to note."""
         percepts = self._skills.perceive(observations)
-        return [self._act(percept, self._episodes[percept.observation.episode_id]) for percept in percepts]
+        return [self._answer(percept, self._episodes[percept.observation.episode_id]) for percept in percepts]
+
+    def _answer(self, percept: Percept, memory: _EpisodeState) -> int | Answer:
+        action = self._act(percept, memory)
+        note = self._note(memory) if self._skills.notes else {}
+        return Answer(action, note) if note else action
 
     def _act(self, percept: Percept, memory: _EpisodeState) -> Action:
         observation = percept.observation
@@ -95,7 +112,7 @@ class MapAgent:
             self._begin_phase(observation, memory)
         if memory.walk is not None:
             memory.body.perceive(observation, percept.things)
-            action = memory.walk(observation.steps_left)
+            action = memory.walk.act(observation.steps_left)
             memory.body.record_action(action)
             return action
         assert memory.room is not None
@@ -103,9 +120,9 @@ class MapAgent:
 
     def _begin_phase(self, observation: Observation, memory: _EpisodeState) -> None:
         skills = self._skills
-        memory.walk = memory.room = None
+        memory.walk = memory.room = memory.noted = None
         memory.body.record_action(None)
-        meaning = skills.read(memory.language, observation.instruction, observation.phase)
+        meaning = memory.read = skills.read(memory.language, observation.instruction, observation.phase)
         if isinstance(meaning, Navigation):
             if skills.keeps_landmarks:
                 memory.body.landmarks.forget_collectibles()
@@ -114,3 +131,15 @@ class MapAgent:
             memory.walk = skills.make_walk(memory.body, meaning, observation.turn)
         else:
             memory.room = RoomPlayer(meaning, skills.make_room(memory.labels), skills.find_cell)
+
+    @staticmethod
+    def _note(memory: _EpisodeState) -> dict[str, Any]:
+        """Return what has changed since the last note: what was read, and the intent; empty if nothing has."""
+        player = memory.walk or memory.room
+        assert player is not None
+        assert memory.read is not None
+        intent = player.intent()
+        read = reading(memory.read) if memory.noted is None else {}
+        note = {**read, **intent} if intent != memory.noted else {}
+        memory.noted = intent
+        return note

@@ -4,6 +4,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
+from arramon_agents.mapping.notes import Intent
 from arramon_agents.mapping.room_memory import RoomMemory
 from arramon_agents.mapping.room_path import RoomPose, plan, quarter_and_turns
 from arramon_client.agent import Action, Observation
@@ -49,6 +50,7 @@ class RoomPlayer:
         self._ahead: deque[Action] = deque()
         self._looks_left = LOOK_FRAMES
         self._has_outlook = False
+        self._goal: Cell | None = None
         self._turn_action = Action.LEFT if quarter_after(meaning.turns) == 3 else Action.RIGHT
 
     def act(self, observation: Observation, things: Sequence["NamedThing"] = ()) -> int:
@@ -69,6 +71,10 @@ class RoomPlayer:
         self._moved(action)
         return action
 
+    def intent(self) -> Intent:
+        """Return the cell to put the object into, [column, row], as the goal; empty while it is not chosen."""
+        return {"goal": list(self._goal)} if self._goal is not None else {}
+
     def _next(self, steps_left: int) -> list[Action]:
         """Return the next actions: look further, look from another cell, or place the object."""
         may_look = steps_left > RESERVED_STEPS + 1
@@ -79,7 +85,8 @@ class RoomPlayer:
             self._has_outlook, self._looks_left = True, LOOK_FRAMES
             return self._path_to(SECOND_LOOK_CELL) or [self._turn_action]
         self._looks_left = 0
-        return [*self._path_to(self._find(self._meaning, room)), Action.INTERACT]
+        self._goal = self._find(self._meaning, room)
+        return [*self._path_to(self._goal), Action.INTERACT]
 
     def _path_to(self, target: Cell) -> list[Action]:
         """Return the actions to a pose whose cell ahead is the target."""

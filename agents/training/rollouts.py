@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from arramon_client.agent import Agent, Episode, Observation, end_episode
+from arramon_client.agent import Agent, Episode, Observation, actions_of, end_episode
 from arramon_client.environments.backend import Player, PlayerSettings
 from arramon_client.environments.options import Options
 from arramon_client.environments.players import open_backend
@@ -66,7 +66,7 @@ def play(agent: Agent, plan: RolloutPlan) -> dict[str, Mapping[str, float]]:
         if not open_:
             return {each: scores[number] for number, each in enumerate(ids)}
         numbers = list(open_)
-        actions = agent.act([open_[number][1] for number in numbers])
+        actions = actions_of(agent.act([open_[number][1] for number in numbers]))
         for number, action in zip(numbers, actions, strict=True):
             player = open_[number][0]
             step = player.step(action)

@@ -2,7 +2,7 @@
 
 from functools import partial
 
-from arramon_agents.mapping.agent import MapAgent, NextAction, Skills
+from arramon_agents.mapping.agent import MapAgent, PhasePlayer, Skills
 from arramon_agents.mapping.body import AgentBody
 from arramon_agents.mapping.probabilistic_landmark_memory import ProbabilisticLandmarkMemory
 from arramon_agents.mapping.probabilistic_room_memory import ProbabilisticRoomMemory
@@ -58,6 +58,7 @@ class SeeingAgent(MapAgent):
                 make_landmarks=partial(ProbabilisticLandmarkMemory, sums=sums),
                 make_room=ProbabilisticRoomMemory,
                 keeps_landmarks=True,
+                notes=True,
             )
         )
 
@@ -83,12 +84,13 @@ class SegmentationAgent(MapAgent):
                 make_walk=partial(follow_policy, policy, looks=looks),
                 find_cell=placement.find,
                 keeps_landmarks=True,
+                notes=True,
             )
         )
 
 
 def follow_policy(
     policy: MapPolicy, body: AgentBody, meaning: Navigation, turn: int, *, looks: bool = True
-) -> NextAction:
-    """Return a function that plays a navigation phase by a policy."""
-    return MapNavigator(body, rows_of(meaning), policy.option_values, turn, looks=looks).act
+) -> PhasePlayer:
+    """Return the player of a navigation phase by a policy."""
+    return MapNavigator(body, rows_of(meaning), policy.option_values, turn, looks=looks)

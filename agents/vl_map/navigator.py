@@ -10,6 +10,7 @@ import numpy.typing as npt
 from arramon_agents.mapping.body import AgentBody
 from arramon_agents.mapping.landmark_memory import MappedLandmark
 from arramon_agents.mapping.motion import can_step, find_path
+from arramon_agents.mapping.notes import Intent, place
 from arramon_agents.mapping.probabilistic_landmark_memory import (
     LandmarkBelief,
     ProbabilisticLandmarkMemory,
@@ -81,6 +82,7 @@ class MapNavigator:
         self._approached: MappedLandmark | None = None
         self._taking: MappedLandmark | None = None
         self.decision: Decision | None = None
+        self._goal: tuple[float, float] | None = None
 
     def act(self, steps_left: int) -> Action:
         """Return the next action; call it after the body has perceived the observation.
@@ -105,6 +107,13 @@ class MapNavigator:
                 self._has_looked, self._walked = not self._looks, 0
         return self._plan.pop(0)
 
+    def intent(self) -> Intent:
+        """Return the waypoint of the latest decision, and the thing to take if it is one."""
+        going_for = self._taking or self._approached
+        goal = self._goal if going_for is None else (going_for.x, going_for.z)
+        take = {} if going_for is None else {"take": {"kind": going_for.label.kind, "colour": going_for.label.colour}}
+        return {**take, **({} if goal is None else {"goal": place(*goal)})}
+
     def _follow(self) -> None:
         """Extend the trace if the agent moved, and remember a failed pick-up, which is not tried again."""
         body = self._body
@@ -126,7 +135,7 @@ class MapNavigator:
         knowledge = AgentKnowledge(self._body.ground, self._trace, self._beliefs(), steps_left, self._turn)
         sample, beliefs = policy_input(self._rows, knowledge)
         values = self._option_values(sample, beliefs)
-        self._approached = None
+        self._approached = self._goal = None
         for option in np.argsort(-values)[:MAX_TRIED_OPTIONS].tolist():
             plan = self._plan_for(option, beliefs)
             if plan:
@@ -156,6 +165,7 @@ class MapNavigator:
         far = max(distance, 1.0)
         goal = body.ground.nearest_free(body.x + far * math.sin(angle), body.z + far * math.cos(angle))
         plan = find_path(body.ground, body.pose, goal, ARRIVAL_DISTANCE, None, body.closed_steps)
+        self._goal = goal
         return plan if Action.FORWARD in plan else []
 
     def _take(self, mark: MappedLandmark) -> list[Action]:

@@ -28,7 +28,7 @@ from PIL import Image
 
 from arramon_agents.training.rollouts import PARALLEL, RolloutPlan, play
 from arramon_client import load_agent
-from arramon_client.agent import Action, Agent, Observation, end_episode
+from arramon_client.agent import Action, Agent, Observation, actions_of, end_episode
 from arramon_client.agent import Episode as Begun
 from arramon_client.plugin.arguments import parse_arguments, parse_value
 from arramon_dataset.pictures.canvas import BLACK, GREEN, PINK, SWATCHES, WHITE, add_title, wrap_text
@@ -90,7 +90,7 @@ class RecordingAgent:
 
     def act(self, observations: Sequence[Observation]) -> Sequence[int]:
         """Return the agent's actions, and record its poses."""
-        actions = self._agent.act(observations)
+        actions = actions_of(self._agent.act(observations))
         for observation, action in zip(observations, actions, strict=True):
             if observation.phase == "navigation" and observation.pose is not None:
                 played_path = self.paths.setdefault((observation.episode_id, observation.turn), PlayedPath())

@@ -93,7 +93,7 @@ class ShortestExpert:
             steps_left=session.steps_left(state),
             pose=(pose.x, pose.z, pose.heading),
         )
-        (action,) = self._agent.act([observation])
+        (action,) = client.actions_of(self._agent.act([observation]))
         advised = Action(action)
         if advised is Action.INTERACT and reachable(pose, session.episode.turns[state.turn - 1].street) != 0:
             back = self._way_back(session)

@@ -39,6 +39,7 @@ class World:
         cancelled: runs, as they were named.
         problems: numbers of acts that are answered with a problem of this code, and not recorded.
         away: by method, for how many calls there is to be no server.
+        notes: recorded notes, by episode and step.
     """
 
     def __init__(self, episodes: int = 4, steps: int = 5) -> None:
@@ -66,6 +67,7 @@ class World:
         self.cut: dict[int, str] = {}
         self.problems: dict[int, pb.Problem.Code.ValueType] = {}
         self.away = Counter[str]()
+        self.notes: dict[tuple[str, int], str] = {}
         self.acts = 0
         self.lock = threading.RLock()
 
@@ -140,6 +142,8 @@ class World:
             message.segmentation.CopyFrom(SEGMENTATION)
         if taken is not None:
             message.taken = types_pb2.Action.ValueType(taken)
+            if (episode_id, step) in self.notes:
+                message.taken_note = self.notes[episode_id, step]
         return pb.Event(observation=message)
 
     def act(self, act: pb.Act, opening: pb.Open) -> list[pb.Event]:
@@ -163,6 +167,8 @@ class World:
         else:
             assert act.step == len(taken), "a step ahead of its turn"
             taken.append(act.action)
+            if act.note:
+                self.notes[episode_id, act.step] = act.note
         if len(taken) == self.steps:
             events = self.ended(episode_id, types_pb2.CAUSE_AGENT_FINISHED, opening)
         else:
@@ -239,6 +245,14 @@ class Servicer(EvaluationServicer):
     def GetReport(self, request: pb.GetReportRequest, context: Any) -> pb.Report:
         self._be_away("GetReport", context)
         return self.world.report()
+
+    def ListNotes(self, request: pb.ListNotesRequest, context: Any) -> pb.ListNotesResponse:
+        return pb.ListNotesResponse(
+            notes=[
+                pb.Note(episode_id=episode_id, step=step, text=text)
+                for (episode_id, step), text in self.world.notes.items()
+            ]
+        )
 
     def GetBreakdown(self, request: pb.GetBreakdownRequest, context: Any) -> pb.Breakdown:
         context.abort(grpc.StatusCode.NOT_FOUND, "the fake server breaks nothing down")

@@ -12,12 +12,14 @@ import pytest
 
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
+from arramon_client import async_play
 from arramon_client.arguments import resume_command
 from arramon_client.cli import main
 from tests.client.fake import RUN, Servicer, World, serving
 
 AGENTS = """
 import os, signal
+import arramon_client
 class Agent:
     sensors = ()
     def begin(self, episode): pass
@@ -33,6 +35,20 @@ class Interrupting(Agent):
     def act(self, observations):
         if observations[0].step == 2: os.kill(os.getpid(), signal.SIGINT)
         return super().act(observations)
+class Waiting(Agent):
+    failures = 3
+    asked = []
+    async def act(self, o):
+        self.asked.append((o.episode_id, o.step))
+        if (o.episode_id, o.step) == ("e1", 2) and Waiting.failures > 0:
+            Waiting.failures -= 1
+            raise ConnectionError("away")
+        return Agent.act(self, [o])[0]
+    def replay(self, o, action): pass
+class Limited(Waiting):
+    async def act(self, o):
+        if o.step == 2: raise arramon_client.StopRun("8 of 8 calls are used up")
+        return await super().act(o)
 """
 
 
@@ -61,6 +77,39 @@ def test_run_is_played_reported_and_saved(world: World, address: str, capsys: py
     assert "arramon 9.9.9 | val_seen | en" in shown.out
     assert f"results: arramon-results/{RUN}.json" in shown.out
     assert len(json.loads(Path(f"arramon-results/{RUN}.json").read_text())["episodes"]) == 4
+
+
+def test_an_agent_that_waits_is_retried_stopped_and_resumed(
+    world: World, address: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(async_play, "FIRST_DELAY", 0.0)
+    begun = ["--agent", "cli_agents:Waiting", "--lang", "en", "--server", address, "--retries", "1"]
+    assert main(begun) == 3
+    shown = capsys.readouterr()
+    assert (
+        "error: run stopped: the agent failed at step 2 of episode e1: act() raised ConnectionError: away" in shown.err
+    )
+    assert f"resume it with\n  arramon-client {' '.join(begun)} --resume {RUN}\n" in shown.err
+    assert (world.reasons, world.actions["e1"]) == ({}, [1, 2])
+    assert main([*begun, "--resume", RUN]) == 0
+    assert world.actions == {f"e{i}": [(i + step) % 4 for step in range(5)] for i in range(4)}
+    asked = sys.modules["cli_agents"].Waiting.asked
+    assert (len(asked), len(set(asked)), asked.count(("e1", 2))) == (23, 20, 4)  # Three calls failed.
+
+
+def test_an_agent_that_waits_can_give_up_an_episode(world: World, address: str) -> None:
+    arguments = ["--agent", "cli_agents:Waiting", "--lang", "en", "--server", address, "--retries", "0"]
+    assert main([*arguments, "--on-failure", "give-up"]) == 3
+    assert world.reasons == {"e1": "act() raised ConnectionError: away"}
+    assert len(world.causes) == 4
+
+
+def test_an_agent_stops_its_run_in_order(world: World, address: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--agent", "cli_agents:Limited", "--lang", "en", "--server", address]) == 4
+    shown = capsys.readouterr()
+    assert "the agent stopped the run: 8 of 8 calls are used up\n" in shown.err
+    assert f"--resume {RUN}" in shown.err
+    assert (world.causes, world.reasons) == ({}, {})
 
 
 def test_report_and_receipt_are_requested_until_the_server_is_back(

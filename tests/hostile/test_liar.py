@@ -22,9 +22,10 @@ import arramon_client.environments  # noqa: F401 - registers them
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
 from arramon_client.cli import main
-from arramon_client.commands import leaderboard, runs
+from arramon_client.commands import leaderboard
 from arramon_client.errors import ArramonClientError
 from arramon_client.multi_stream import own_addresses
+from arramon_client.runs import listing
 from arramon_client.transport.access import Access
 from arramon_client.transport.connection import CONNECTION_LOST, Server
 from tests.client.test_verify import HOST_KEY, payload, signed
@@ -299,7 +300,7 @@ def test_pages_without_end_end(victim: Victim, method: str, is_empty: bool, monk
         return message
 
     monkeypatch.setattr(victim.liar, "answer", answer)
-    monkeypatch.setattr(runs, "MAX_PAGES", 20)
+    monkeypatch.setattr(listing, "MAX_PAGES", 20)
     monkeypatch.setattr(leaderboard, "MAX_STANDINGS", 20)
     status, said = (
         victim.run(method, "--state", "running", "--limit", "1000")

@@ -1,7 +1,7 @@
 """ArraMon client: connect an agent to an evaluation server, local or remote.
 
-Authors of agents need `arramon_client.agent` and the command `arramon-client`. The other public names let programs use
-the functions of the command.
+Authors of agents need `arramon_client.agent` and the command `arramon-client`. Programs that bring their own loop play
+runs step by step with `Run` or `AsyncRun`. The other public names let programs use the functions of the command.
 """
 
 import sys
@@ -10,7 +10,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from arramon_client.agent import Action, Agent, Episode, Observation
+    from arramon_client.agent import Action, Agent, Answer, AsyncAgent, Episode, Observation
     from arramon_client.errors import (
         AgentError,
         AgentLoadError,
@@ -18,18 +18,27 @@ if TYPE_CHECKING:
         ArramonClientError,
         EmbeddedServerError,
         EncryptionError,
+        EpisodeLostError,
         MessageTooLargeError,
         NotArramonError,
         OutputError,
         ProtocolError,
         RefusedError,
+        RunClosedError,
         ServerUnreachableError,
+        StepAheadError,
+        StepSpentError,
+        StopRun,
         UsageError,
         VersionMismatchError,
     )
     from arramon_client.local.embedded import EmbeddedServer, embedded_server
+    from arramon_client.multi_stream import play_async
     from arramon_client.play import Outcome, Progress, Settings, play
     from arramon_client.plugin.loader import load_agent
+    from arramon_client.runs.async_run import AsyncRun, AsyncRunEpisode
+    from arramon_client.runs.info import RunInfo
+    from arramon_client.runs.run import Run, RunEpisode
     from arramon_client.session import AgentFailure
     from arramon_client.transport.access import Access
     from arramon_client.transport.connection import Server, connect
@@ -42,11 +51,16 @@ __all__ = [
     "AgentFailure",
     "AgentLoadError",
     "AgentStoppedError",
+    "Answer",
     "ArramonClientError",
+    "AsyncAgent",
+    "AsyncRun",
+    "AsyncRunEpisode",
     "EmbeddedServer",
     "EmbeddedServerError",
     "EncryptionError",
     "Episode",
+    "EpisodeLostError",
     "MessageTooLargeError",
     "NotArramonError",
     "Observation",
@@ -55,22 +69,34 @@ __all__ = [
     "Progress",
     "ProtocolError",
     "RefusedError",
+    "Run",
+    "RunClosedError",
+    "RunEpisode",
+    "RunInfo",
     "Server",
     "ServerUnreachableError",
     "Settings",
+    "StepAheadError",
+    "StepSpentError",
+    "StopRun",
     "UsageError",
     "VersionMismatchError",
     "connect",
     "embedded_server",
     "load_agent",
     "play",
+    "play_async",
 ]
 
 _HOMES = {
-    **dict.fromkeys(("Action", "Agent", "Episode", "Observation"), "agent"),
+    **dict.fromkeys(("Action", "Agent", "Answer", "AsyncAgent", "Episode", "Observation"), "agent"),
     **dict.fromkeys(("EmbeddedServer", "embedded_server"), "local.embedded"),
     **dict.fromkeys(("Outcome", "Progress", "Settings", "play"), "play"),
+    "play_async": "multi_stream",
     "load_agent": "plugin.loader",
+    **dict.fromkeys(("AsyncRun", "AsyncRunEpisode"), "runs.async_run"),
+    "RunInfo": "runs.info",
+    **dict.fromkeys(("Run", "RunEpisode"), "runs.run"),
     "AgentFailure": "session",
     "Access": "transport.access",
     **dict.fromkeys(("Server", "connect"), "transport.connection"),

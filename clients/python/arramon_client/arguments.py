@@ -10,6 +10,7 @@ from arramon_client.commands.base import parse as parse_known
 from arramon_client.errors import UsageError
 from arramon_client.plugin.arguments import parse_arguments
 from arramon_client.run_settings import ENCODINGS
+from arramon_client.settings import ON_FAILURE
 from arramon_client.transport.access import add_access
 from arramon_client.transport.incoming import RUN_ID
 from arramon_client.world import SENSORS
@@ -34,6 +35,7 @@ other commands, each with a --help of its own:
 
 exit status: 0 success; 1 error; 2 wrong usage, or the agent cannot be loaded;
 3 the agent failed in some episodes, or the run was stopped because it failed;
+4 the agent stopped the run, for example at a limit: the run can be resumed;
 130, 143 or 129 stopped by Ctrl-C, SIGTERM or SIGHUP: the run can be resumed"""
 
 
@@ -125,6 +127,19 @@ def parser() -> argparse.ArgumentParser:
     add("--dry-run", action="store_true", help="test the setup: play two episodes of an open split instead")
     add("--keep-going", action="store_true", help="do not stop when the agent fails: give up the episode and go on")
     add(
+        "--retries",
+        type=_count,
+        default=2,
+        metavar="N",
+        help="how often a failed act of an agent that waits (async) is repeated for the same observation (default: 2)",
+    )
+    add(
+        "--on-failure",
+        choices=ON_FAILURE,
+        help="what follows when an agent that waits still fails: stop the run, which can be resumed (default), or give "
+        "up the episode (default with --keep-going)",
+    )
+    add(
         "--participant",
         default="",
         metavar="NAME",
@@ -208,6 +223,12 @@ def positive(text: str) -> int:
     if number < 1:
         raise argparse.ArgumentTypeError(f"{text!r} is not a whole number above 0")
     return number
+
+
+def _count(text: str) -> int:
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number")
+    return int(text)
 
 
 def _quality(text: str) -> int:

@@ -8,7 +8,7 @@ from arramon_client import arguments
 from arramon_client.commands import account, epochs, leaderboard, report, runs, verify
 from arramon_client.commands.base import ERROR, USAGE, nearest
 from arramon_client.commands.play import PlayCommand
-from arramon_client.commands.single_run import AGENT_FAILED
+from arramon_client.commands.single_run import AGENT_FAILED, AGENT_STOPPED
 from arramon_client.conformance import command as conformance
 from arramon_client.errors import (
     AgentError,
@@ -16,6 +16,7 @@ from arramon_client.errors import (
     AgentStoppedError,
     ArramonClientError,
     ServerUnreachableError,
+    StopRun,
     UsageError,
 )
 from arramon_client.stopping import describe, status_of, stopped_by_signals
@@ -39,8 +40,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the command and return its exit status.
 
     Returns:
-        0 success, 1 error, 2 usage, 3 the agent failed; 128 plus the signal's number after a signal, such as 143 for
-        SIGTERM.
+        0 success, 1 error, 2 usage, 3 the agent failed, 4 the agent stopped the run; 128 plus the signal's number after
+        a signal, such as 143 for SIGTERM.
     """
     argv = sys.argv[1:] if argv is None else argv
     os.environ.setdefault("GRPC_VERBOSITY", "NONE")  # The client explains connection errors itself.
@@ -71,6 +72,10 @@ def _play(argv: Sequence[str]) -> int:
         command.say(describe(stop))
         command.hint()
         return status_of(stop)
+    except StopRun as stop:
+        command.say(f"the agent stopped the run: {stop or 'no reason was given'}")
+        command.hint()
+        return AGENT_STOPPED
     except ArramonClientError as error:
         command.say(f"error: {error}")
         if isinstance(error, AgentError) and error.details:

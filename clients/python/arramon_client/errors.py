@@ -12,6 +12,11 @@ ArramonClientError
 ├── RefusedError          the server refused a request; carries its status code
 │   └── MessageTooLargeError
 ├── ProtocolError         client and server violate the protocol: a defect of one of them
+├── StepSpentError        an act for a step that was answered before with another action
+├── StepAheadError        an act for a step whose observation has not been sent yet
+├── EpisodeLostError      another client has taken over the episode
+├── RunClosedError        the run was closed in this program; it can be resumed
+├── StopRun               raised by an agent to stop its run in order; the run can be resumed
 └── AgentError            the agent's code failed; carries the tail of its own traceback
     ├── AgentLoadError    the agent cannot be imported or constructed
     └── AgentStoppedError the agent failed early or often, and its run was stopped; the run can be resumed
@@ -77,6 +82,52 @@ class MessageTooLargeError(RefusedError):
 
 class ProtocolError(ArramonClientError):
     """Client and server violate the protocol: a defect of one of them, to be reported to its authors."""
+
+
+class StepSpentError(ArramonClientError):
+    """An act names a step that was answered before with another action, which remains recorded.
+
+    Attributes:
+        episode_id: the episode.
+        step: the step that the act names.
+        present: the step that awaits an action; None if the episode has ended.
+        recorded: the action recorded at `step`, 0 to 3; None if this client does not know it.
+    """
+
+    def __init__(self, episode_id: str, step: int, present: int | None, recorded: int | None) -> None:
+        self.episode_id, self.step, self.present, self.recorded = episode_id, step, present, recorded
+        was = "was answered before" if recorded is None else f"was answered with {recorded}"
+        now = "the episode has ended" if present is None else f"the present step is {present}"
+        super().__init__(f"step {step} of episode {episode_id} {was}, which remains recorded; {now}")
+
+
+class StepAheadError(ArramonClientError):
+    """An act names a step that is ahead of the present one, whose observation has not been sent yet.
+
+    Attributes:
+        episode_id: the episode.
+        step: the step that the act names.
+        present: the step that awaits an action.
+    """
+
+    def __init__(self, episode_id: str, step: int, present: int) -> None:
+        self.episode_id, self.step, self.present = episode_id, step, present
+        super().__init__(f"step {step} of episode {episode_id} is ahead of the present step, {present}")
+
+
+class EpisodeLostError(ArramonClientError):
+    """Another client, or another stream of this one, has taken over the episode."""
+
+
+class RunClosedError(ArramonClientError):
+    """The run was closed in this program while it was used; it can be resumed."""
+
+
+class StopRun(ArramonClientError):
+    """Raised by an agent's `act` to stop its run in order, for example because a limit of calls or cost is reached.
+
+    Nothing is given up, and the run can be resumed.
+    """
 
 
 class AgentError(ArramonClientError):

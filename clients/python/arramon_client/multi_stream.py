@@ -1,5 +1,6 @@
 """Play over several streams: one to each of the server's processes, all served by the same agent."""
 
+import asyncio
 import threading
 from collections.abc import Callable, Collection, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, wait
@@ -12,9 +13,11 @@ from typing import Any, cast
 import grpc
 
 from arramon.v1 import evaluation_pb2, evaluation_pb2_grpc
-from arramon_client.agent import Agent
+from arramon_client.agent import Agent, AsyncAgent
+from arramon_client.async_play import StreamTarget, play_over, run_to_end
 from arramon_client.errors import ServerUnreachableError
 from arramon_client.play import Outcome, Progress, Settings, play
+from arramon_client.plugin.async_calls import is_async
 from arramon_client.plugin.failures import FailureCounter
 from arramon_client.plugin.shared_agent import SharedAgent, StreamAgent
 from arramon_client.recording.recorder import Recording
@@ -27,7 +30,7 @@ from arramon_client.transport.connection import CHANNEL_OPTIONS, Server
 def play_streams(
     server: Server,
     run: evaluation_pb2.Run,
-    agent: Agent,
+    agent: Agent | AsyncAgent,
     settings: Settings,
     *,
     notify: Callable[[str], None] = lambda _: None,
@@ -38,7 +41,8 @@ def play_streams(
     """Play a run to its end, over one stream to each server process that has an address of its own.
 
     The parallel episodes are divided among the streams. The agent is called for one stream at a time, with a batch of
-    that stream's observations. If a server process dies, its stream reconnects at the common address.
+    that stream's observations; an agent that waits is played by `play_async`. If a server process dies, its stream
+    reconnects at the common address.
 
     Args:
         server: the connected server.
@@ -47,6 +51,19 @@ def play_streams(
     Raises:
         ArramonClientError: the error of the first stream that failed; the others are closed.
     """
+    if is_async(agent):
+        return run_to_end(
+            play_async(
+                server,
+                run,
+                agent,
+                settings,
+                notify=notify,
+                progress=progress,
+                revive=revive,
+                recording=recording,
+            )
+        )
     addresses = own_addresses(server)[: settings.parallel]
     if len(addresses) < 2:
         return play(
@@ -60,10 +77,8 @@ def play_streams(
             revive=revive,
             recording=recording,
         )
-    shared, progress_sum = SharedAgent(agent), _ProgressSum(progress)
+    shared, progress_sum = SharedAgent(cast(Agent, agent)), _ProgressSum(progress)
     failure_counter = FailureCounter(keep_going=settings.keep_going)
-    # All processes have the certificate of the common address.
-    access = replace(server.access, name=host_of(server.address))
     over = threading.Event()
 
     def notify_until_over(text: str) -> None:
@@ -75,10 +90,7 @@ def play_streams(
 
         def start(number: int, address: str) -> Future[Outcome]:
             # Closed before the threads are joined, so that no stream goes on after an error.
-            channel = stack.enter_context(open_channel(address, access, CHANNEL_OPTIONS))
-            fallback = _FallbackStub(channel, server)
-            stack.callback(fallback.close)
-            stub = cast(evaluation_pb2_grpc.EvaluationStub, fallback)
+            stub = _fallback_stub(stack, server, address)
             own, report_progress = _share(settings, number, len(addresses)), progress_sum.callback(number)
             return threads.start(
                 partial(
@@ -107,6 +119,52 @@ def play_streams(
         reconnections=sum(outcome.reconnections for outcome in outcomes),
         actions={episode_id: sent for outcome in outcomes for episode_id, sent in outcome.actions.items()},
     )
+
+
+async def play_async(
+    server: Server,
+    run: evaluation_pb2.Run,
+    agent: Agent | AsyncAgent,
+    settings: Settings,
+    *,
+    notify: Callable[[str], None] = lambda _: None,
+    progress: Callable[[Progress], None] = lambda _: None,
+    revive: Callable[[], None] = lambda: None,
+    recording: Recording | None = None,
+) -> Outcome:
+    """Play a run to its end in an event loop, over one stream to each server process that has an address of its own.
+
+    An agent that waits (`AsyncAgent`) plays each open episode in a task of its own. Any other agent is called in
+    another thread, as by `play_streams`.
+
+    Args:
+        server: the connected server.
+        run, agent, settings, notify, progress, revive, recording: as for `play`; `notify` and `revive` are called in
+            other threads.
+
+    Raises:
+        StopRun: if the agent raises it; other calls of `act` are completed, and the run can be resumed.
+        AgentStoppedError: if the agent still fails after `settings.retries`, and `settings` asks to stop; likewise.
+        ArramonClientError: as for `play`.
+    """
+    if not is_async(agent):
+        batch_agent = cast(Agent, agent)
+        return await asyncio.to_thread(
+            play_streams, server, run, batch_agent, settings,
+            notify=notify, progress=progress, revive=revive, recording=recording,
+        )  # fmt: skip
+    addresses = own_addresses(server)[: settings.parallel]
+    with ExitStack() as stack:
+        targets = [StreamTarget(server.stub, server.address, settings)]
+        if len(addresses) > 1:
+            targets = [
+                StreamTarget(_fallback_stub(stack, server, address), address, _share(settings, number, len(addresses)))
+                for number, address in enumerate(addresses)
+            ]
+        return await play_over(
+            targets, run, agent, settings,
+            notify=notify, progress=progress, revive=revive, recording=recording,
+        )  # fmt: skip
 
 
 def _completed(futures: Collection[Future[Outcome]]) -> Iterator[Future[Outcome]]:
@@ -159,6 +217,16 @@ def own_addresses(server: Server) -> list[str]:
 def _share(settings: Settings, number: int, streams: int) -> Settings:
     """Return the settings of one stream, with its share of the parallel episodes."""
     return replace(settings, parallel=settings.parallel // streams + (number < settings.parallel % streams))
+
+
+def _fallback_stub(stack: ExitStack, server: Server, address: str) -> evaluation_pb2_grpc.EvaluationStub:
+    """Return a stub that opens streams at a server process's own address, and else at the common one."""
+    # All processes have the certificate of the common address.
+    access = replace(server.access, name=host_of(server.address))
+    channel = stack.enter_context(open_channel(address, access, CHANNEL_OPTIONS))
+    fallback = _FallbackStub(channel, server)
+    stack.callback(fallback.close)
+    return cast(evaluation_pb2_grpc.EvaluationStub, fallback)
 
 
 class _FallbackStub:

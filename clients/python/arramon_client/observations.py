@@ -1,5 +1,7 @@
 """Conversion of protocol messages to the agent contract's episodes and observations."""
 
+import time
+
 from arramon.v1 import evaluation_pb2, types_pb2
 from arramon_client.agent import Episode, Label, Observation
 from arramon_client.transport.images import ImageDecoder
@@ -23,8 +25,15 @@ def episode_of(started: evaluation_pb2.EpisodeStarted, labels: tuple[Label, ...]
     )
 
 
-def observation_of(message: evaluation_pb2.Observation, decoder: ImageDecoder) -> Observation:
+def observation_of(
+    message: evaluation_pb2.Observation, decoder: ImageDecoder, arrived: float | None = None
+) -> Observation:
     """Return a message's observation with its images decoded.
+
+    Args:
+        message: the message.
+        decoder: decoder of its stream's images.
+        arrived: `time.monotonic()` when it was received; None for now.
 
     Raises:
         ProtocolError: if an image cannot be decoded.
@@ -44,4 +53,15 @@ def observation_of(message: evaluation_pb2.Observation, decoder: ImageDecoder) -
         segmentation=decoder.segmentation(message.segmentation) if message.HasField("segmentation") else None,
         step_seconds_left=message.step_seconds_left if message.HasField("step_seconds_left") else None,
         bank_seconds_left=message.bank_seconds_left if message.HasField("bank_seconds_left") else None,
+        taken=message.taken if message.HasField("taken") else None,
+        taken_note=message.taken_note if message.HasField("taken_note") else None,
+        arrived=time.monotonic() if arrived is None else arrived,
+    )
+
+
+def not_deterministic(replayed: Observation, action: int) -> str:
+    """Return the warning that an agent chose another action for a replayed observation than the recorded one."""
+    return (
+        f"the agent is not deterministic: at step {replayed.step} of episode {replayed.episode_id} it took "
+        f"{replayed.taken} before, but now {action}; its state may differ from the original one"
     )

@@ -1,92 +1,29 @@
 """The play loop: pass batches between the server's stream and the agent, and reconnect when the stream breaks."""
 
-import uuid
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable
+from typing import cast
 
-import grpc
-
-from arramon.v1 import evaluation_pb2, evaluation_pb2_grpc, types_pb2
-from arramon_client.agent import Agent
-from arramon_client.errors import AgentError, ProtocolError
+from arramon.v1 import evaluation_pb2, evaluation_pb2_grpc
+from arramon_client.agent import Agent, AsyncAgent
+from arramon_client.async_play import StreamTarget, play_over, run_to_end
+from arramon_client.errors import AgentError
+from arramon_client.play_results import Outcome as Outcome
+from arramon_client.play_results import Progress as Progress
+from arramon_client.player_streams import BACKLOG, PlayerStreams
 from arramon_client.plugin import agent_calls
+from arramon_client.plugin.async_calls import is_async
 from arramon_client.plugin.failures import FailureCounter
 from arramon_client.recording.recorder import EpisodeRecorder
-from arramon_client.session import AgentFailure, Session
-from arramon_client.transport.connection import CONNECTION_LOST, explain
-from arramon_client.transport.images import ImagesUnreadableError
-from arramon_client.transport.incoming import details_of
-from arramon_client.transport.retry import PATIENCE, Retry
-from arramon_client.transport.stream import PlayStream, StreamEnded
-
-BACKLOG = 256
-"""Maximum number of observations that wait for the agent; reading from the stream pauses at this limit."""
-
-
-@dataclass(frozen=True)
-class Progress:
-    """Progress of a run.
-
-    Attributes:
-        episodes: episodes of the run.
-        ended: how many of them have ended, including those that other players played.
-        steps: steps taken by this player's agent.
-    """
-
-    episodes: int
-    ended: int
-    steps: int
-
-
-@dataclass(frozen=True)
-class Settings:
-    """Settings of a play session.
-
-    Attributes:
-        parallel: episodes to play in parallel.
-        encoding: encoding of images.
-        jpeg_quality: 1 to 100, with JPEG only; 0 for the server's default.
-        image_size: side length of images in pixels; 0 for the server's first size.
-        resume: take over the run's open episodes, and replay their histories to the agent.
-        patience: seconds to keep reconnecting without receiving anything new from the server.
-        keep_going: give up every episode in which the agent fails, however many. Otherwise the run stops if the agent
-            fails before its first valid action, or in `failures.FAILURES_IN_A_ROW` episodes in a row.
-    """
-
-    parallel: int
-    encoding: types_pb2.Encoding.ValueType = types_pb2.ENCODING_UNSPECIFIED
-    jpeg_quality: int = 0
-    image_size: int = 0
-    resume: bool = False
-    patience: float = PATIENCE
-    keep_going: bool = False
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """The result of playing a run to its end.
-
-    Attributes:
-        run: the complete run.
-        steps: steps taken by this player's agent.
-        failures: the agent's failures.
-        problems: descriptions of the problems that the server reported.
-        reconnections: number of times that the stream was reopened.
-        actions: actions sent, by episode, as in `Session.actions`.
-    """
-
-    run: evaluation_pb2.Run
-    steps: int
-    failures: tuple[AgentFailure, ...]
-    problems: tuple[str, ...]
-    reconnections: int
-    actions: Mapping[str, Sequence[int]] = field(default_factory=dict)
+from arramon_client.session import Session
+from arramon_client.settings import Settings as Settings
+from arramon_client.transport.retry import Retry
+from arramon_client.transport.stream import PlayStream
 
 
 def play(
     stub: evaluation_pb2_grpc.EvaluationStub,
     run: evaluation_pb2.Run,
-    agent: Agent,
+    agent: Agent | AsyncAgent,
     settings: Settings,
     *,
     address: str = "the server",
@@ -103,6 +40,7 @@ def play(
         run: the run as created.
         agent: the agent. Between two `begin` calls for an episode, it gets each of its steps once and in order. Its
             `end`, if it has one, is called when an episode has ended; not for episodes that are open when this raises.
+            An agent that waits (`AsyncAgent`) is played in an event loop, as by `play_async`.
         settings: settings of the session.
         address: address of the server, for messages.
         notify: called with messages for the participant.
@@ -113,6 +51,7 @@ def play(
 
     Raises:
         AgentError: if the agent has an `end` that cannot be called as `end(episode_id)`; nothing is played.
+        StopRun: if the agent raises it; the run can be resumed.
         AgentStoppedError: if the agent fails early or often enough to stop the run; the run can be resumed.
         ServerUnreachableError: if the server is away for longer than `settings.patience`; the run can be resumed.
         RefusedError, VersionMismatchError, MessageTooLargeError: if the server refuses the stream.
@@ -121,49 +60,19 @@ def play(
     fault = agent_calls.fault_of_end(agent)
     if fault:
         raise AgentError(f"the agent cannot play: {fault}")
-    failure_counter = failure_counter or FailureCounter(keep_going=settings.keep_going)
-    session = Session(run, agent, notify, failure_counter, recording)
-    retry = Retry(run.run_id, settings.patience, notify)
-    player, reconnections, adopt = uuid.uuid4().hex, 0, settings.resume
-    while True:
-        history = adopt or session.needs_history
-        opening = evaluation_pb2.Open(
-            run_id=run.run_id,
-            player=player,
-            max_episodes=settings.parallel,
-            encoding=settings.encoding,
-            jpeg_quality=settings.jpeg_quality,
-            image_size=settings.image_size,
-            history=history,
-            adopt=adopt,
+    if is_async(agent):
+        target = StreamTarget(stub, address, settings)
+        return run_to_end(
+            play_over(
+                [target], run, agent, settings, notify=notify, progress=progress, revive=revive, recording=recording
+            )
         )
-        before, broken, moved = session.advances, "", False
-        stream = PlayStream(stub, opening)
-        try:
-            is_shared = settings.encoding == types_pb2.ENCODING_SHARED
-            session.start_stream(history=history, max_episodes=settings.parallel, shared=is_shared)
-            _play_stream(stream, session, progress, retry)
-        except ImagesUnreadableError as error:
-            if settings.encoding == types_pb2.ENCODING_RAW:
-                raise ProtocolError(f"the server uses an encoding that was not requested: {error}") from error
-            notify(f"images are sent in messages: {error}")
-            settings = replace(settings, encoding=types_pb2.ENCODING_RAW)
-        except StreamEnded:
-            broken, moved = "the server closed the stream", True
-        except grpc.RpcError as error:
-            if error.code() not in CONNECTION_LOST:
-                raise explain(error, address) from error
-            broken = f"{error.code().name}: {details_of(error)}"
-        finally:
-            stream.close()
-        if session.ended:
-            failures, problems = tuple(session.failures), tuple(session.problems)
-            return Outcome(session.run, session.steps, failures, problems, reconnections, session.actions)
-        adopt = adopt and session.advances == before
-        reconnections += 1
-        if broken:
-            retry.wait(broken, quiet=moved)
-            revive()
+    failure_counter = failure_counter or FailureCounter(keep_going=settings.keep_going)
+    session = Session(run, cast(Agent, agent), notify, failure_counter, recording)
+    streams = PlayerStreams(stub, session, settings, address=address, notify=notify, revive=revive)
+    streams.play(lambda stream: _play_stream(stream, session, progress, streams.retry))
+    failures, problems = tuple(session.failures), tuple(session.problems)
+    return Outcome(session.run, session.steps, failures, problems, streams.reconnections, session.actions)
 
 
 def _play_stream(stream: PlayStream, session: Session, progress: Callable[[Progress], None], retry: Retry) -> None:

@@ -153,6 +153,20 @@ def read_receipt(path: Path) -> Receipt:
     return _checked(path, payload, signature, key)
 
 
+def receipt_of(message: evaluation_pb2.Receipt, run_id: str) -> Receipt:
+    """Return a run's receipt as the server sent it, after verifying its signature and digest.
+
+    Raises:
+        ReceiptError: if it was altered.
+    """
+    where = f"the receipt of run {run_id}"
+    try:
+        payload = message.payload.decode()
+    except UnicodeDecodeError as error:
+        raise ReceiptError(f"{where} is not text: {error}") from error
+    return _checked(where, payload, message.signature, message.public_key)
+
+
 def read_key(text: str) -> bytes:
     """Return a host's public key, 32 bytes.
 
@@ -244,7 +258,7 @@ def _difference(receipt: Receipt, episode: Mapping[str, Any], sent: Sequence[int
 _OTHER_ACTIONS = "the receipt's actions differ from those that this client sent"
 
 
-def _checked(path: Path, payload: str, signature: bytes, key: bytes) -> Receipt:
+def _checked(path: Path | str, payload: str, signature: bytes, key: bytes) -> Receipt:
     try:
         Ed25519PublicKey.from_public_bytes(key).verify(signature, payload.encode())
     except (InvalidSignature, ValueError) as error:  # ValueError: the payload cannot be encoded in UTF-8
@@ -264,7 +278,7 @@ def _checked(path: Path, payload: str, signature: bytes, key: bytes) -> Receipt:
     return receipt
 
 
-def _check_format(path: Path, content: Any, name: str, *versions: int) -> None:
+def _check_format(path: Path | str, content: Any, name: str, *versions: int) -> None:
     if not isinstance(content, dict) or content.get("format") != name:
         raise ReceiptError(f"{path} is not a receipt: it does not have the format {name!r}")
     version = content.get("version")
@@ -287,7 +301,7 @@ def _fits(shape: Any, value: Any) -> bool:
     return all(_fits(each, value.get(name)) for name, each in shape.items())
 
 
-def _bytes(path: Path, content: Mapping[str, Any], name: str, length: int) -> bytes:
+def _bytes(path: Path | str, content: Mapping[str, Any], name: str, length: int) -> bytes:
     text = content.get(name)
     try:
         found = bytes.fromhex(text) if isinstance(text, str) else b""

@@ -64,7 +64,18 @@ def choose_sensors(agent: Agent, requested: Sequence[str] | None, split: evaluat
     Raises:
         UsageError: if the split does not offer one of them, or the agent's `sensors` is not a sequence of names.
     """
-    sensors = tuple(requested) if requested is not None else _own_sensors(agent)
+    return check_sensors(requested if requested is not None else _own_sensors(agent), split)
+
+
+def check_sensors(requested: Sequence[str], split: evaluation_pb2.Split) -> tuple[str, ...]:
+    """Return the requested sensors after checking that the split offers them.
+
+    Raises:
+        UsageError: if it does not, or if they are one text instead of a sequence of names.
+    """
+    if isinstance(requested, str):
+        raise UsageError(f'sensors is {requested!r}, expected a sequence of names, e.g. ("rgb",), or () for none')
+    sensors = tuple(requested)
     missing = [name for name in sensors if name not in split.sensors]
     if missing:
         raise UsageError(

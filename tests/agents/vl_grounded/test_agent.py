@@ -19,7 +19,7 @@ from arramon_agents.vl_grounded.network import (  # noqa: E402
 from arramon_agents.vl_grounded.perception import true_features  # noqa: E402
 from arramon_agents.weights import BadWeights, find_weights, write_tensors  # noqa: E402
 from arramon_client import load_agent  # noqa: E402
-from arramon_client.agent import Episode, Label, Observation  # noqa: E402
+from arramon_client.agent import Episode, Label, Observation, actions_of  # noqa: E402
 from arramon_client.environments.backend import PlayerSettings  # noqa: E402
 from arramon_client.environments.options import Options  # noqa: E402
 from arramon_client.environments.players import open_backend  # noqa: E402
@@ -114,7 +114,7 @@ def test_an_episode(sensor: str, language: str, weights: Path, tmp_path: Path) -
     agent.begin(Episode("1", language, "trial", labels=player.labels))
     placed = set()
     while observation is not None:
-        (action,) = agent.act([observation])
+        (action,) = actions_of(agent.act([observation]))
         if (observation.phase, action) == ("assembly", 3):
             placed.add(observation.turn)
         observation = player.step(action).observation

@@ -1,6 +1,7 @@
 """The agent: arguments, weights, and an episode with each kind of perception."""
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -12,11 +13,12 @@ from arramon_agents.vl_map.placement_network import PlacementNetwork  # noqa: E4
 from arramon_agents.vl_map.policy import Networks, read_policy, write_policy  # noqa: E402
 from arramon_agents.weights import CARD, BadWeights, find_weights, write_tensors  # noqa: E402
 from arramon_client import load_agent  # noqa: E402
-from arramon_client.agent import Episode, Observation  # noqa: E402
+from arramon_client.agent import Answer, Episode, Observation, actions_of  # noqa: E402
 from arramon_client.environments.backend import PlayerSettings  # noqa: E402
 from arramon_client.environments.options import Options  # noqa: E402
 from arramon_client.environments.players import open_backend  # noqa: E402
 from arramon_client.errors import AgentLoadError  # noqa: E402
+from arramon_client.notes import note_fault, note_text  # noqa: E402
 from tests import tiny  # noqa: E402
 from tests.agents.vl_map.test_features import sample  # noqa: E402
 
@@ -76,17 +78,23 @@ def test_an_episode(sensor: str, language: str, weights: Path, tmp_path: Path) -
     player = backend.player(PlayerSettings(language, "trial", sensors, 224, steps_per_phase=30))
     observation: Observation | None = player.begin("1", 0)
     agent.begin(Episode("1", language, "trial", labels=player.labels))
-    phases, actions = set(), []
+    phases, actions, notes = set(), [], list[Any]()
     while observation is not None:
         phases.add((observation.turn, observation.phase))
-        (action,) = agent.act([observation])
-        actions.append(int(action))
-        step = player.step(int(action))
+        (answer,) = agent.act([observation])
+        if isinstance(answer, Answer):
+            notes.append(answer.note)
+        (action,) = actions_of([answer])
+        actions.append(action)
+        step = player.step(action)
         observation = step.observation
     assert step.ending is not None
     assert phases == {(turn, phase) for turn in (1, 2) for phase in ("navigation", "assembly")}
     assert actions[:12] == [2] * 12  # It looks around.
     assert 0 in actions
+    assert [note["read"].keys() for note in notes if "read" in note] == 2 * [{"steps", "target"}, {"thing", "where"}]
+    assert any(len(note.get("goal", ())) == 2 for note in notes)
+    assert all(not note_fault(note_text(note)) for note in notes)
 
 
 def test_weights_come_along() -> None:

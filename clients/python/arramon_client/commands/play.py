@@ -17,8 +17,8 @@ from arramon_client.commands.base import SUCCESS
 from arramon_client.commands.single_run import AGENT_FAILED, FinishedRun, SingleRun
 from arramon_client.errors import ProtocolError, UsageError
 from arramon_client.language_gap import gap_table, gaps
-from arramon_client.local.embedded import SERVER, EmbeddedServer, check_installed, default_data, embedded_server
-from arramon_client.local.first_episodes import SPLIT, holds_episodes, make_episodes
+from arramon_client.local.embedded import EmbeddedServer
+from arramon_client.local.embedded_play import embedded_for_play
 from arramon_client.output import console, print_json
 from arramon_client.plugin.arguments import parse_value
 from arramon_client.plugin.loader import load_agent
@@ -156,15 +156,14 @@ class PlayCommand:
         return (*(each for each in requested if each in begun), *(each for each in requested if each not in begun))
 
     def _embedded(self) -> AbstractContextManager[EmbeddedServer]:
-        # Only this client uses the server: a step must survive the end of the process, but not a power failure.
-        # Clocks are off, so that an agent in a debugger does not time out.
-        options = ("--no-fsync", "--workers", str(self.options.workers or 1), "--step-seconds", "0")
-        data = self.options.data or default_data()
-        if not (self.options.split or self.options.resume or holds_episodes(data)):
-            check_installed(SERVER)
-            self.say(f"no episodes in {data} yet: generating a small part of {SPLIT} (only once)")
-            make_episodes(data, quiet=self.options.quiet)
-        return embedded_server(data, options=options, notify=self.say)
+        options = self.options
+        return embedded_for_play(
+            options.data,
+            self.say,
+            workers=options.workers or 1,
+            needs_episodes=not (options.split or options.resume),
+            quiet=options.quiet,
+        )
 
     def _as_json(self) -> dict[str, Any]:
         """Return the content of `--json`: the only run, or all runs and the gaps between their languages."""

@@ -2,7 +2,7 @@
 
 import argparse
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from arramon.v1 import evaluation_pb2 as pb
@@ -10,14 +10,10 @@ from arramon_client import dry_run
 from arramon_client.arguments import positive
 from arramon_client.commands.base import run
 from arramon_client.commands.server_options import add_server, server_of
-from arramon_client.errors import ProtocolError
 from arramon_client.output import print_json
-from arramon_client.transport.connection import Server, call
-
-STATES = ("running", "complete", "cancelled")
-
-PAGE, MAX_PAGES = 100, 10_000
-"""Number of runs per page, and maximum number of pages that are read."""
+from arramon_client.runs.info import STATES, state_of
+from arramon_client.runs.listing import listed_runs
+from arramon_client.transport.connection import call
 
 HEADER = ("run", "state", "agent", "split", "language", "episodes", "created", "ended", "")
 
@@ -52,7 +48,7 @@ def _show(options: argparse.Namespace) -> None:
     listed: list[pb.Run] = []
     more = False
     with server_of(options) as server:
-        for each in _listed(server):
+        for each in listed_runs(server):
             if _is_wanted(each, options):
                 more = len(listed) == options.limit
                 if more:
@@ -74,33 +70,15 @@ def _cancel(options: argparse.Namespace) -> None:
             cancelled.append(_as_json(ended))
             if options.json:
                 continue
-            sys.stdout.write(f"{_state(ended)}: {ended.run_id}, {ended.agent} on {ended.split}, {ended.language}\n")
+            sys.stdout.write(f"{state_of(ended)}: {ended.run_id}, {ended.agent} on {ended.split}, {ended.language}\n")
             sys.stdout.flush()
     if options.json:
         print_json(cancelled)
 
 
-def _listed(server: Server) -> Iterator[pb.Run]:
-    """Yield all runs that the caller may see, page by page."""
-    request = pb.ListRunsRequest(page_size=PAGE)
-    for _ in range(MAX_PAGES):
-        page = call(server.stub.ListRuns, request, server.address)
-        yield from page.runs
-        if not page.next_page_token:
-            return
-        if not page.runs or page.next_page_token == request.page_token:
-            break
-        request.page_token = page.next_page_token
-    raise ProtocolError(f"the server has pages of runs without end: an empty or repeated one, or more than {MAX_PAGES}")
-
-
 def _is_wanted(each: pb.Run, options: argparse.Namespace) -> bool:
-    found = {"split": each.split, "lang": each.language, "state": _state(each), "agent": _agent(each)[0]}
+    found = {"split": each.split, "lang": each.language, "state": state_of(each), "agent": _agent(each)[0]}
     return all(getattr(options, name) in (None, value) for name, value in found.items())
-
-
-def _state(each: pb.Run) -> str:
-    return pb.RunState.Name(each.state).removeprefix("RUN_STATE_").lower()
 
 
 def _agent(each: pb.Run) -> tuple[str, bool]:
@@ -113,7 +91,7 @@ def _row(each: pb.Run) -> tuple[str, ...]:
     agent, is_dry = _agent(each)
     remark = "published" if each.published else "dry run" if is_dry else ""
     times = (each.created_at, each.ended_at or "-")
-    return (each.run_id, _state(each), agent, each.split, each.language, played, *times, remark)
+    return (each.run_id, state_of(each), agent, each.split, each.language, played, *times, remark)
 
 
 def _table(rows: Sequence[Sequence[str]]) -> str:
@@ -131,7 +109,7 @@ def _as_json(each: pb.Run) -> dict[str, Any]:
         "split": each.split,
         "language": each.language,
         "sensors": [*each.sensors],
-        "state": _state(each),
+        "state": state_of(each),
         "episodes": each.episodes,
         "episodes_ended": each.episodes_ended,
         "steps": each.steps,

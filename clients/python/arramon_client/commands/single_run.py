@@ -28,6 +28,9 @@ from arramon_client.transport.retry import PATIENCE, Retry, call_until_answered
 AGENT_FAILED = 3
 """Exit status: the agent failed in some episodes."""
 
+AGENT_STOPPED = 4
+"""Exit status: the agent stopped the run in order, which can be resumed."""
+
 WARNINGS = 5
 """Maximum number of warnings about episodes that differ from the receipt."""
 
@@ -176,6 +179,8 @@ class SingleRun:
             image_size=run_settings.choose_image_size(info, options.image_size),
             resume=bool(options.resume),
             keep_going=options.keep_going or options.dry_run,  # Episodes of a dry run do not count.
+            retries=options.retries,
+            on_failure=options.on_failure,
         )
 
     def _play(self, run: evaluation_pb2.Run, recording: Recording | None) -> Outcome:

@@ -1,23 +1,24 @@
-"""Backend of environments on a host: the client's play loop runs in a thread, with the environment as its agent."""
+"""Backend of environments on a host, which play runs step by step."""
 
-import threading
-from collections.abc import Sequence
+import logging
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
-from queue import SimpleQueue
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from arramon.v1 import evaluation_pb2, types_pb2
+from arramon.v1 import evaluation_pb2
 from arramon.v1.chain import episode_head
-from arramon_client.agent import Episode, Label, Observation
+from arramon_client.agent import Label, Observation
 from arramon_client.environments.backend import EpisodeEnd, Images, PlayerSettings, Scores, SplitInfo, Step, TextBounds
 from arramon_client.errors import ArramonClientError, ProtocolError, UsageError
-from arramon_client.play import Settings as LoopSettings
-from arramon_client.play import play
 from arramon_client.run_settings import choose_encoding, choose_image_size, choose_split
+from arramon_client.runs.live import LiveRun
+from arramon_client.runs.live_episode import LiveEpisode
+from arramon_client.runs.results import scores_of
+from arramon_client.runs.waiting import Operation, Result, wait_for
+from arramon_client.settings import Settings
 from arramon_client.transport.access import Access
 from arramon_client.transport.connection import Server, call, connect
 from arramon_client.transport.retry import PATIENCE
@@ -25,6 +26,13 @@ from arramon_client.world import IMAGE_SENSORS
 
 AGENT = "environment"
 """Name of the agent on the leaderboard."""
+
+RESET_REASON = "the environment was reset or closed before the episode's end"
+"""Reason for giving up an episode, for the host's log."""
+
+RUN_ENDED = "the run was ended by its host or by another client; reset() begins a new one"
+
+_log = logging.getLogger(__name__)
 
 
 class RemoteBackend:
@@ -85,14 +93,14 @@ class RemotePlayer:
     def __init__(self, server: Server, stack: ExitStack, settings: PlayerSettings) -> None:
         self._server, self._stack, self._settings = server, stack, settings
         self._split = _split_info(server, settings)
-        self._play_settings = LoopSettings(
+        self._play_settings = Settings(
             parallel=1,
             encoding=choose_encoding(server.info, None, server.address),
             image_size=choose_image_size(server.info, settings.image_size),
-            keep_going=True,
             patience=PATIENCE,
         )
-        self._relay: _Relay | None = None
+        self._live: LiveRun | None = None
+        self._episode: LiveEpisode | None = None
         self._actions: list[int] = []
         self._labels: tuple[Label, ...] = ()
         self._seen: Observation | None = None
@@ -141,18 +149,21 @@ class RemotePlayer:
         """
         if self._in_episode:
             self._give_up()
-        if self._relay is not None and episode_id is not None:
+        if self._live is not None and episode_id is not None:
             self._end_run()
-        if self._relay is None:
+        if self._live is None:
             self._start_run(episode_id)
-        item = self._next()
-        assert self._relay is not None
-        if not isinstance(item, Observation):
+        episode = self._wait_for(self._running.next_episode())
+        if episode is None:
+            self._close_run()
+            raise UsageError(RUN_ENDED)
+        seen = self._wait_for(episode.present())
+        if seen is None:
             raise ProtocolError("the server ended an episode before its first observation")
-        item = self._check_observation(item)
-        self._episode_id, self._actions, self._in_episode = item.episode_id, [], True
-        self._labels, self._seen = self._relay.labels, item
-        return _into(item, into) if with_images else self.latest_without_images()
+        seen = self._check_observation(seen)
+        self._episode, self._episode_id, self._actions, self._in_episode = episode, episode.episode_id, [], True
+        self._labels, self._seen = episode.episode.labels, seen
+        return _into(seen, into) if with_images else self.latest_without_images()
 
     def step(self, action: int) -> Step:
         """Send an action, wait for its result, and return it with an observation.
@@ -169,20 +180,18 @@ class RemotePlayer:
         Raises:
             ArramonClientError: if the host is away for too long.
         """
-        if self._relay is None or self._seen is None:
+        if self._live is None or self._seen is None or self._episode is None:
             raise UsageError("the run has ended; reset() begins a new one")
         self._actions.append(action)
-        self._relay.answer(action)
-        item = self._next()
+        seen = self._wait_for(self._episode.act(self._seen.step, action))
         here = (self._seen.turn, self._seen.phase)
-        if isinstance(item, Observation):
-            item = self._check_observation(item)
-            self._seen = item
-            over = (here,) if (item.turn, item.phase) != here else ()
-            return Step(None, item.steps_left, phases_ended=over)
+        if seen is not None:
+            self._seen = seen = self._check_observation(seen)
+            over = (here,) if (seen.turn, seen.phase) != here else ()
+            return Step(None, seen.steps_left, phases_ended=over)
         self._in_episode = False
-        scores = self._scores() if self._relay.is_last else None
-        return Step(None, 0, phases_ended=(here,), ending=EpisodeEnd(item, scores))
+        scores = self._scores() if self._is_last else None
+        return Step(None, 0, phases_ended=(here,), ending=EpisodeEnd(self._episode.cause, scores))
 
     def latest(self, into: Images | None = None) -> Observation:
         """Return the latest observation."""
@@ -212,9 +221,26 @@ class RemotePlayer:
 
     def close(self) -> None:
         """Cancel the run, forfeiting its remaining episodes, and close the connection. A second call does nothing."""
-        if self._relay is not None:
+        if self._live is not None:
             self._end_run()
         self._stack.close()
+
+    @property
+    def _running(self) -> LiveRun:
+        """The run that is being played.
+
+        Raises:
+            UsageError: if it has ended.
+        """
+        if self._live is None:
+            raise UsageError(RUN_ENDED)
+        return self._live
+
+    @property
+    def _is_last(self) -> bool:
+        """Whether all episodes of the run have ended."""
+        live = self._running
+        return live.episodes_ended >= live.run.episodes
 
     def _start_run(self, episode_id: str | None) -> None:
         request = evaluation_pb2.CreateRunRequest(
@@ -225,47 +251,31 @@ class RemotePlayer:
             episode_ids=[] if episode_id is None else [episode_id],
         )
         run = call(self._server.stub.CreateRun, request, self._server.address)
-        self.run, self._relay = run, _Relay(run)
-        # A daemon thread, so that a program that does not close its environment can exit.
-        thread = threading.Thread(target=self._play, args=(run, self._relay), name="arramon-environment", daemon=True)
-        thread.start()
+        self.run, self._live = run, LiveRun(run, replays=False, notify=_log.warning)
+        self._live.start(self._server.stub, self._play_settings, self._server.address, lambda: None)
 
-    def _play(self, run: evaluation_pb2.Run, relay: "_Relay") -> None:
-        """Play a run to its end, in a thread of its own."""
-        end = _LoopEnded(None)
+    def _wait_for(self, operation: Operation[Result]) -> Result:
+        """Run an operation of the run; an error ends the run here."""
         try:
-            play(
-                self._server.stub,
-                run,
-                relay,
-                self._play_settings,
-                address=self._server.address,
-                recording=_RelayRecorder(relay),
-            )
-        except ArramonClientError as error:
-            end = _LoopEnded(error)
-        finally:
-            relay.finish(end)
-
-    def _next(self) -> Observation | str:
-        """Return the next observation, or the cause of the episode's end; an error ends the run here."""
-        assert self._relay is not None
-        try:
-            return self._relay.get()
+            return wait_for(operation)
         except ArramonClientError:
-            self._relay, self._in_episode = None, False
+            self._close_run()
             raise
+
+    def _close_run(self) -> None:
+        """Close the run's stream."""
+        live, self._live, self._in_episode = self._live, None, False
+        if live is not None:
+            live.close()
 
     def _give_up(self) -> None:
         """Forfeit the current episode."""
-        assert self._relay is not None
-        self._relay.answer(None)
-        if isinstance(self._next(), Observation):
-            raise ProtocolError("the server continued an episode that was given up")
+        assert self._episode is not None
+        self._wait_for(self._episode.give_up(RESET_REASON))
         self._in_episode = False
-        if self._relay.is_last:
-            self._relay.wait()
-            self._relay = None
+        if self._is_last:
+            self._wait_for(self._running.end_of_run())
+            self._close_run()
 
     def _check_observation(self, seen: Observation) -> Observation:
         """Check that an observation has the requested data, and return it without any other."""
@@ -289,119 +299,22 @@ class RemotePlayer:
 
     def _scores(self) -> Scores | None:
         """Wait for the end of the run, and return the scores of its last episode; None if the host hides them."""
-        assert self._relay is not None
-        assert self.run is not None
-        self._relay.wait()
-        self._relay = None
-        request = evaluation_pb2.GetReportRequest(run_id=self.run.run_id)
+        run = self._running.run
+        self._wait_for(self._running.end_of_run())
+        self._close_run()
+        request = evaluation_pb2.GetReportRequest(run_id=run.run_id)
         report = call(self._server.stub.GetReport, request, self._server.address)
-        for episode in report.episodes:
-            if episode.episode_id == self._episode_id:
-                turns = {row.name: {score.metric: score.mean for score in row.scores} for row in episode.turns}
-                first, second = turns.get("turn 1", {}), turns.get("turn 2", {})
-                if turns.keys() != {"turn 1", "turn 2"} or first.keys() != second.keys():
-                    raise ProtocolError(f"the scores of episode {self._episode_id} are not those of two turns")
-                return {**turns, "total": {name: (first[name] + second[name]) / 2 for name in first}}
-        return None
+        return scores_of(report, self._episode_id)
 
     def _end_run(self) -> None:
-        """Cancel the current run, and wait until the play loop has ended."""
-        assert self._relay is not None
-        assert self.run is not None
-        relay, self._relay, self._in_episode = self._relay, None, False
-        request = evaluation_pb2.CancelRunRequest(run_id=self.run.run_id)
-        call(self._server.stub.CancelRun, request, self._server.address)
-        relay.answer(None)
-        relay.wait()
-
-
-@dataclass(frozen=True)
-class _LoopEnded:
-    """The end of the play loop, with the error that ended it; None if it ended normally."""
-
-    error: ArramonClientError | None
-
-    def check(self) -> None:
-        if self.error is not None:
-            raise self.error
-
-
-class _Relay:
-    """The play loop's agent, which exchanges observations and actions with the environment's thread.
-
-    Attributes:
-        labels: segmentation labels of the latest episode.
-        is_last: whether all episodes of the run have ended.
-    """
-
-    def __init__(self, run: evaluation_pb2.Run) -> None:
-        self.labels: tuple[Label, ...] = ()
-        self._inbox: SimpleQueue[Observation | str | _LoopEnded] = SimpleQueue()
-        self._outbox: SimpleQueue[int | None] = SimpleQueue()
-        self._left = run.episodes
-
-    @property
-    def is_last(self) -> bool:
-        return self._left == 0
-
-    def get(self) -> Observation | str:
-        """Return the next observation, or the cause of the episode's end; raise the error that ended the loop."""
-        item = self._inbox.get()
-        if isinstance(item, _LoopEnded):
-            item.check()
-            raise UsageError("the run was ended by its host or by another client; reset() begins a new one")
-        return item
-
-    def answer(self, action: int | None) -> None:
-        """Answer the latest observation with an action; None forfeits the episode."""
-        self._outbox.put(action)
-
-    def wait(self) -> None:
-        """Wait until the play loop has ended; raise the error that ended it."""
-        while True:
-            item = self._inbox.get()
-            if isinstance(item, _LoopEnded):
-                item.check()
-                return
-
-    def finish(self, end: "_LoopEnded") -> None:
-        """Notify the environment that the play loop has ended."""
-        self._inbox.put(end)
-
-    def begin(self, episode: Episode) -> None:
-        """Store the labels of a new episode."""
-        self.labels = episode.labels
-
-    def act(self, observations: Sequence[Observation]) -> list[int]:
-        """Pass the one observation to the environment, and return its action."""
-        (observation,) = observations
-        self._inbox.put(observation)
-        action = self._outbox.get()
-        if action is None:
-            raise RuntimeError("the environment was reset or closed before the episode's end")
-        return [action]
-
-    def finish_episode(self, cause: str) -> None:
-        """Notify the environment of the cause of the episode's end."""
-        self._left -= 1
-        self._inbox.put(cause)
-
-
-class _RelayRecorder:
-    """Recorder that passes the ends of episodes, with their causes, to the relay, and records nothing."""
-
-    def __init__(self, relay: _Relay) -> None:
-        self._relay = relay
-
-    def begin(self, episode: Episode) -> None:
-        """Record nothing."""
-
-    def step(self, observation: Observation, action: int | None) -> None:
-        """Record nothing."""
-
-    def end(self, episode_id: str, cause: types_pb2.Cause.ValueType) -> None:  # noqa: ARG002 - there is only one
-        """Pass on the end of the episode."""
-        self._relay.finish_episode(types_pb2.Cause.Name(cause).removeprefix("CAUSE_"))
+        """Cancel the current run, and wait until it is over."""
+        live = self._running
+        request = evaluation_pb2.CancelRunRequest(run_id=live.run.run_id)
+        try:
+            call(self._server.stub.CancelRun, request, self._server.address)
+            self._wait_for(live.end_of_run())
+        finally:
+            self._close_run()
 
 
 def _split_info(server: Server, settings: PlayerSettings) -> SplitInfo:

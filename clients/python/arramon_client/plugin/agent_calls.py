@@ -6,8 +6,9 @@ from operator import index
 
 import numpy as np
 
-from arramon_client.agent import Action, Agent, Episode, Observation, end_episode
-from arramon_client.errors import AgentError
+from arramon_client.agent import Action, Agent, Answer, Episode, Observation, end_episode
+from arramon_client.errors import AgentError, StopRun, UsageError
+from arramon_client.notes import note_text
 from arramon_client.plugin.shared_agent import EpisodesTakenOver
 from arramon_client.plugin.tracebacks import own_frames
 
@@ -18,28 +19,51 @@ def begin(agent: Agent, episode: Episode) -> None:
     """Call the agent's `begin`.
 
     Raises:
-        AgentError: if the agent raises any exception.
+        AgentError: if the agent raises any other exception than StopRun.
     """
     try:
         agent.begin(episode)
+    except StopRun:
+        raise
     except (Exception, SystemExit) as error:
-        raise AgentError(f"begin() raised {_named(error)}", own_frames(error)) from error
+        raise AgentError(f"begin() raised {named(error)}", own_frames(error)) from error
 
 
-def act(agent: Agent, observations: Sequence[Observation]) -> list[int]:
-    """Call the agent's `act` on a batch, and return its actions, each from 0 to 3.
+def act(agent: Agent, observations: Sequence[Observation]) -> list[Answer]:
+    """Call the agent's `act` on a batch, and return its answers, with actions from 0 to 3.
 
     Raises:
         AgentError: if the agent raises any exception, or does not return one valid action for each observation.
+        StopRun: if the agent stops the run.
         EpisodesTakenOver: if another stream with the same agent has begun some of the episodes since.
     """
     try:
         answer: object = agent.act(observations)
-    except EpisodesTakenOver:
+    except (EpisodesTakenOver, StopRun):
         raise
     except (Exception, SystemExit) as error:
-        raise AgentError(f"act() raised {_named(error)}", own_frames(error)) from error
-    return _actions(answer, observations)
+        raise AgentError(f"act() raised {named(error)}", own_frames(error)) from error
+    return _answers(answer, observations)
+
+
+def can_replay(agent: object) -> bool:
+    """Return whether the agent has a `replay`, to be called for recorded steps in place of `act`."""
+    return callable(getattr(agent, "replay", None))
+
+
+def replay(agent: Agent, observation: Observation) -> None:
+    """Call the agent's `replay` with a recorded observation and its action.
+
+    Raises:
+        AgentError: if the agent raises any exception.
+        EpisodesTakenOver: if another stream with the same agent has begun the episode since.
+    """
+    try:
+        agent.replay(observation, observation.taken)  # type: ignore[attr-defined]  # see `can_replay`
+    except (EpisodesTakenOver, StopRun):
+        raise
+    except (Exception, SystemExit) as error:
+        raise AgentError(f"replay() raised {named(error)}", own_frames(error)) from error
 
 
 def end(agent: Agent, episode_id: str) -> None:
@@ -51,7 +75,7 @@ def end(agent: Agent, episode_id: str) -> None:
     try:
         end_episode(agent, episode_id)
     except (Exception, SystemExit) as error:
-        raise AgentError(f"end() raised {_named(error)}", own_frames(error)) from error
+        raise AgentError(f"end() raised {named(error)}", own_frames(error)) from error
 
 
 def fault_of_end(agent: object) -> str:
@@ -61,7 +85,7 @@ def fault_of_end(agent: object) -> str:
         return ""
     if not callable(method):
         return f"{kind}.end is {_shown(method)}; expected a method end(episode_id), or none"
-    if inspect.iscoroutinefunction(method):
+    if inspect.iscoroutinefunction(method) and not inspect.iscoroutinefunction(getattr(agent, "act", None)):
         return f"{kind}.end is a coroutine function (async def); expected an ordinary method end(episode_id), or none"
     try:
         signature = inspect.signature(method)
@@ -74,7 +98,7 @@ def fault_of_end(agent: object) -> str:
     return ""
 
 
-def _actions(answer: object, observations: Sequence[Observation]) -> list[int]:
+def _answers(answer: object, observations: Sequence[Observation]) -> list[Answer]:
     expected = f"act() must return a sequence with one action for each of the {len(observations)} observations"
     if isinstance(answer, str | bytes | dict | set):
         raise AgentError(f"{expected}; it returned {_shown(answer)}")
@@ -85,7 +109,22 @@ def _actions(answer: object, observations: Sequence[Observation]) -> list[int]:
         raise AgentError(f"{expected}; it returned {_shown(answer)}") from error
     if length != len(observations):
         raise AgentError(f"{expected}; it returned {length}: {_shown(answer)}")
-    return [_action(item, observation) for item, observation in zip(items, observations, strict=True)]
+    return [checked_answer(item, observation) for item, observation in zip(items, observations, strict=True)]
+
+
+def checked_answer(item: object, observation: Observation) -> Answer:
+    """Return an agent's answer to one observation, with an action from 0 to 3.
+
+    Raises:
+        AgentError: if it is neither a valid action nor an `Answer` with a valid action and note.
+    """
+    if not isinstance(item, Answer):
+        return Answer(_action(item, observation))
+    try:
+        text = note_text(item.note)
+    except UsageError as error:
+        raise AgentError(f"for episode {observation.episode_id}, step {observation.step}, {error}") from error
+    return Answer(_action(item.action, observation), text or None)
 
 
 def _action(item: object, observation: Observation) -> int:
@@ -101,7 +140,8 @@ def _action(item: object, observation: Observation) -> int:
     return number
 
 
-def _named(error: BaseException) -> str:
+def named(error: BaseException) -> str:
+    """Return an exception as its type and message."""
     return f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
 
 

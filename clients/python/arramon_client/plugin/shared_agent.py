@@ -3,7 +3,7 @@
 import threading
 from collections.abc import Iterable, Sequence
 
-from arramon_client.agent import Agent, Episode, Observation, end_episode
+from arramon_client.agent import Agent, Answer, Episode, Observation, end_episode
 
 
 class EpisodesTakenOver(Exception):
@@ -44,6 +44,7 @@ class StreamAgent:
 
     def __init__(self, shared: SharedAgent) -> None:
         self._shared = shared
+        self.replay = self._replay if callable(getattr(shared.agent, "replay", None)) else None
 
     def plays(self, episode_id: str) -> bool:
         """Return whether this stream was the last to begin an episode, which has not ended."""
@@ -57,7 +58,7 @@ class StreamAgent:
             self._shared.agent.begin(episode)
             self._shared.streams[episode.episode_id] = self
 
-    def act(self, observations: Sequence[Observation]) -> Sequence[int]:
+    def act(self, observations: Sequence[Observation]) -> Sequence[int | Answer]:
         """Return the agent's actions.
 
         Raises:
@@ -75,6 +76,17 @@ class StreamAgent:
             if self._plays(episode_id):
                 del self._shared.streams[episode_id]
                 end_episode(self._shared.agent, episode_id)
+
+    def _replay(self, observation: Observation, action: int) -> None:
+        """Pass a recorded step to the agent.
+
+        Raises:
+            EpisodesTakenOver: if this stream no longer plays the episode; the agent is not called.
+        """
+        with self._shared.lock:
+            if not self._plays(observation.episode_id):
+                raise EpisodesTakenOver([observation.episode_id])
+            self._shared.agent.replay(observation, action)  # type: ignore[attr-defined]  # see `__init__`
 
     def _plays(self, episode_id: str) -> bool:
         return self._shared.streams.get(episode_id) is self

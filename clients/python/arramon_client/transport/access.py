@@ -56,23 +56,36 @@ def add_access(parser: argparse.ArgumentParser) -> None:
 
 
 def access_of(options: argparse.Namespace) -> Access:
-    """Return the access that the options and the environment specify.
+    """Return the access that the options and the environment specify; errors as for `make_access`."""
+    return make_access(options.token, options.token_file, tls=options.tls, tls_ca=options.tls_ca)
+
+
+def make_access(
+    token: str | None = None, token_file: Path | None = None, *, tls: bool | None = None, tls_ca: Path | None = None
+) -> Access:
+    """Return an access.
+
+    Args:
+        token: the participant's token; None to read it from the file or, without one, from the environment.
+        token_file: file with the token.
+        tls: whether to encrypt the connection; None as in `Access`.
+        tls_ca: file of PEM certificates to trust.
 
     Raises:
         UsageError: if a file cannot be read, or a token or certificate is malformed.
     """
-    token, origin = os.environ.get(VARIABLE, ""), f"${VARIABLE}"
-    if options.token is not None:
-        token, origin = options.token, "--token"
-    elif options.token_file is not None:
-        token, origin = _text(options.token_file), str(options.token_file)
+    origin = "--token"
+    if token is None and token_file is not None:
+        token, origin = _text(token_file), str(token_file)
+    elif token is None:
+        token, origin = os.environ.get(VARIABLE, ""), f"${VARIABLE}"
     token = token.lstrip("\ufeff").strip()
     if not (token.isascii() and token.isprintable() and " " not in token) or (not token and origin != f"${VARIABLE}"):
         raise UsageError(f"{origin} does not contain a token: expected one word of letters, digits, - and _")
-    authority = _authority(options.tls_ca) if options.tls_ca is not None else None
-    if authority is not None and options.tls is False:
+    authority = _authority(tls_ca) if tls_ca is not None else None
+    if authority is not None and tls is False:
         raise UsageError("--tls-ca cannot be used together with --no-tls")
-    return Access(token=token, tls=options.tls, authority=authority)
+    return Access(token=token, tls=tls, authority=authority)
 
 
 def is_local(address: str) -> bool:

@@ -47,10 +47,23 @@ def call_until_answered(
 
 
 class Retry:
-    """Delays between attempts to reconnect, growing each time, up to a time limit (the patience)."""
+    """Delays between attempts to reconnect, growing each time, up to a time limit (the patience).
 
-    def __init__(self, run_id: str, patience: float, notify: Callable[[str], None]) -> None:
-        self._run_id, self._patience, self._notify = run_id, patience, notify
+    Args:
+        run_id: id of the run, for messages.
+        patience: the time limit, in seconds.
+        notify: called with messages for the participant.
+        sleep: waits for some seconds, or less if the attempts are to end.
+    """
+
+    def __init__(
+        self,
+        run_id: str,
+        patience: float,
+        notify: Callable[[str], None],
+        sleep: Callable[[float], object] = time.sleep,
+    ) -> None:
+        self._run_id, self._patience, self._notify, self._sleep = run_id, patience, notify, sleep
         self._lost_at: float | None = None
         self._notified = False
         self._delay = FIRST_DELAY
@@ -90,5 +103,5 @@ class Retry:
                 f"the server was unreachable for {now - self._lost_at:.0f} s ({reason}); "
                 f"run {self._run_id} is saved: resume it with --resume {self._run_id}"
             )
-        time.sleep(self._delay * random.uniform(0.5, 1.0))  # noqa: S311 - so that clients do not all reconnect at once
+        self._sleep(self._delay * random.uniform(0.5, 1.0))  # noqa: S311 - so that clients do not all reconnect at once
         self._delay = min(2 * self._delay, LAST_DELAY)

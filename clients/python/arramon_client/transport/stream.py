@@ -23,15 +23,27 @@ class StreamEnded(Exception):
 
 
 class PlayStream:
-    """An open Play stream, which must be closed."""
+    """An open Play stream, which must be closed.
 
-    def __init__(self, stub: evaluation_pb2_grpc.EvaluationStub, opening: evaluation_pb2.Open) -> None:
+    Args:
+        stub: stub of the server.
+        opening: the first message.
+        reads_ahead: whether a thread reads messages while the caller is busy; None: with several open episodes.
+    """
+
+    def __init__(
+        self,
+        stub: evaluation_pb2_grpc.EvaluationStub,
+        opening: evaluation_pb2.Open,
+        *,
+        reads_ahead: bool | None = None,
+    ) -> None:
         self._outgoing: queue.SimpleQueue[evaluation_pb2.PlayRequest | None] = queue.SimpleQueue()
         self._incoming: queue.Queue[evaluation_pb2.PlayResponse | grpc.RpcError | None] = queue.Queue(MAX_QUEUED)
         self._outgoing.put(evaluation_pb2.PlayRequest(open=opening))
         self._call = stub.Play(iter(self._outgoing.get, None), metadata=METADATA)
         self._reader: threading.Thread | None = None
-        if opening.max_episodes > 1:
+        if opening.max_episodes > 1 if reads_ahead is None else reads_ahead:
             self._reader = threading.Thread(target=self._read, name="arramon-play", daemon=True)
             self._reader.start()
 
@@ -73,6 +85,10 @@ class PlayStream:
     def send(self, acts: Sequence[evaluation_pb2.Act]) -> None:
         """Send one batch of acts."""
         self._outgoing.put(evaluation_pb2.PlayRequest(actions=evaluation_pb2.ActionBatch(acts=acts)))
+
+    def cancel(self) -> None:
+        """Cancel the stream from another thread; a waiting `receive` then raises the error."""
+        self._call.cancel()
 
     def close(self) -> None:
         """Cancel the stream, and stop its reader thread if there is one."""

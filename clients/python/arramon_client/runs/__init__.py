@@ -1,0 +1,1 @@
+"""Runs played step by step, synchronously or asynchronously: `Run`, `AsyncRun` and their episodes."""
