@@ -99,6 +99,7 @@ class ServerInfo(_message.Message):
     PUBLIC_KEY_FIELD_NUMBER: _builtins.int
     ANONYMOUS_FIELD_NUMBER: _builtins.int
     HOST_FIELD_NUMBER: _builtins.int
+    NOTE_BYTES_FIELD_NUMBER: _builtins.int
     version: _builtins.str
     """The server's release, such as "0.1.0"."""
     protocol: _builtins.int
@@ -112,6 +113,8 @@ class ServerInfo(_message.Message):
     """
     anonymous: _builtins.bool
     """Whether the caller may play without a token."""
+    note_bytes: _builtins.int
+    """The longest note that the server stores with an act, in bytes of UTF-8; 0: none."""
     @_builtins.property
     def splits(self) -> _containers.RepeatedCompositeFieldContainer[Global___Split]: ...
     @_builtins.property
@@ -149,10 +152,11 @@ class ServerInfo(_message.Message):
         public_key: _builtins.bytes = ...,
         anonymous: _builtins.bool = ...,
         host: Global___Host | None = ...,
+        note_bytes: _builtins.int = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["host", b"host", "limits", b"limits"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["addresses", b"addresses", "anonymous", b"anonymous", "encodings", b"encodings", "host", b"host", "image_sizes", b"image_sizes", "limits", b"limits", "max_episodes_per_stream", b"max_episodes_per_stream", "max_message_bytes", b"max_message_bytes", "protocol", b"protocol", "public_key", b"public_key", "splits", b"splits", "version", b"version"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["addresses", b"addresses", "anonymous", b"anonymous", "encodings", b"encodings", "host", b"host", "image_sizes", b"image_sizes", "limits", b"limits", "max_episodes_per_stream", b"max_episodes_per_stream", "max_message_bytes", b"max_message_bytes", "note_bytes", b"note_bytes", "protocol", b"protocol", "public_key", b"public_key", "splits", b"splits", "version", b"version"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
@@ -816,6 +820,91 @@ class TurnGroup(_message.Message):
 Global___TurnGroup: _TypeAlias = TurnGroup  # noqa: Y015
 
 @_typing.final
+class ListNotesRequest(_message.Message):
+    DESCRIPTOR: _descriptor.Descriptor
+
+    RUN_ID_FIELD_NUMBER: _builtins.int
+    EPISODE_ID_FIELD_NUMBER: _builtins.int
+    PAGE_SIZE_FIELD_NUMBER: _builtins.int
+    PAGE_TOKEN_FIELD_NUMBER: _builtins.int
+    run_id: _builtins.str
+    episode_id: _builtins.str
+    """Only the notes of this episode; empty: those of all."""
+    page_size: _builtins.int
+    """0: 500; at most 2000. A page of long notes may hold fewer."""
+    page_token: _builtins.str
+    """`next_page_token` of the previous response; empty for the first page."""
+    def __init__(
+        self,
+        *,
+        run_id: _builtins.str = ...,
+        episode_id: _builtins.str = ...,
+        page_size: _builtins.int = ...,
+        page_token: _builtins.str = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["episode_id", b"episode_id", "page_size", b"page_size", "page_token", b"page_token", "run_id", b"run_id"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___ListNotesRequest: _TypeAlias = ListNotesRequest  # noqa: Y015
+
+@_typing.final
+class ListNotesResponse(_message.Message):
+    DESCRIPTOR: _descriptor.Descriptor
+
+    NOTES_FIELD_NUMBER: _builtins.int
+    NEXT_PAGE_TOKEN_FIELD_NUMBER: _builtins.int
+    next_page_token: _builtins.str
+    """Empty on the last page."""
+    @_builtins.property
+    def notes(self) -> _containers.RepeatedCompositeFieldContainer[Global___Note]:
+        """By episode, in playing order, and step."""
+
+    def __init__(
+        self,
+        *,
+        notes: _abc.Iterable[Global___Note] | None = ...,
+        next_page_token: _builtins.str = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["next_page_token", b"next_page_token", "notes", b"notes"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___ListNotesResponse: _TypeAlias = ListNotesResponse  # noqa: Y015
+
+@_typing.final
+class Note(_message.Message):
+    """A note that an agent left beside a step (`Act.note`)."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    EPISODE_ID_FIELD_NUMBER: _builtins.int
+    STEP_FIELD_NUMBER: _builtins.int
+    TEXT_FIELD_NUMBER: _builtins.int
+    episode_id: _builtins.str
+    step: _builtins.int
+    """`Act.step`: the note belongs to the observation that the act answered."""
+    text: _builtins.str
+    def __init__(
+        self,
+        *,
+        episode_id: _builtins.str = ...,
+        step: _builtins.int = ...,
+        text: _builtins.str = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["episode_id", b"episode_id", "step", b"step", "text", b"text"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___Note: _TypeAlias = Note  # noqa: Y015
+
+@_typing.final
 class Receipt(_message.Message):
     """A run's results, signed by the host. `payload` is JSON (RFC 8785), described in docs/receipts.md; the signature is over
     its exact bytes.
@@ -1213,10 +1302,13 @@ class Act(_message.Message):
     STEP_FIELD_NUMBER: _builtins.int
     ACTION_FIELD_NUMBER: _builtins.int
     FORFEIT_FIELD_NUMBER: _builtins.int
+    NOTE_FIELD_NUMBER: _builtins.int
     episode_id: _builtins.str
     step: _builtins.int
     """`Observation.step` of the observation that this act answers."""
     action: _types_pb2.Action.ValueType
+    note: _builtins.str
+    """With an action: a note to store beside the step, text or JSON, such as what the agent read"""
     @_builtins.property
     def forfeit(self) -> Global___Forfeit:
         """Give the episode up; `step` is then ignored."""
@@ -1228,10 +1320,11 @@ class Act(_message.Message):
         step: _builtins.int = ...,
         action: _types_pb2.Action.ValueType = ...,
         forfeit: Global___Forfeit | None = ...,
+        note: _builtins.str = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["action", b"action", "choice", b"choice", "forfeit", b"forfeit"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["action", b"action", "choice", b"choice", "episode_id", b"episode_id", "forfeit", b"forfeit", "step", b"step"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["action", b"action", "choice", b"choice", "episode_id", b"episode_id", "forfeit", b"forfeit", "note", b"note", "step", b"step"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType_choice: _TypeAlias = _typing.Literal["action", "forfeit"]  # noqa: Y015
     _WhichOneofArgType_choice: _TypeAlias = _typing.Literal["choice", b"choice"]  # noqa: Y015
@@ -1563,6 +1656,7 @@ class Observation(_message.Message):
     SEGMENTATION_FIELD_NUMBER: _builtins.int
     STEP_SECONDS_LEFT_FIELD_NUMBER: _builtins.int
     BANK_SECONDS_LEFT_FIELD_NUMBER: _builtins.int
+    TAKEN_NOTE_FIELD_NUMBER: _builtins.int
     episode_id: _builtins.str
     step: _builtins.int
     """Steps taken in this episode so far, over all its phases."""
@@ -1580,6 +1674,8 @@ class Observation(_message.Message):
     """With clocks: time until the answer is due, when the observation was ready."""
     bank_seconds_left: _builtins.float
     """With clocks: time left in the run's bank."""
+    taken_note: _builtins.str
+    """In a history only: the note that was stored with `taken`."""
     @_builtins.property
     def rgb(self) -> _types_pb2.Image:
         """With the sensor "rgb"."""
@@ -1613,10 +1709,11 @@ class Observation(_message.Message):
         segmentation: _types_pb2.Image | None = ...,
         step_seconds_left: _builtins.float | None = ...,
         bank_seconds_left: _builtins.float | None = ...,
+        taken_note: _builtins.str | None = ...,
     ) -> None: ...
-    _HasFieldArgType: _TypeAlias = _typing.Literal["_bank_seconds_left", b"_bank_seconds_left", "_step_seconds_left", b"_step_seconds_left", "_taken", b"_taken", "bank_seconds_left", b"bank_seconds_left", "depth", b"depth", "pose", b"pose", "rgb", b"rgb", "segmentation", b"segmentation", "step_seconds_left", b"step_seconds_left", "taken", b"taken"]  # noqa: Y015
+    _HasFieldArgType: _TypeAlias = _typing.Literal["_bank_seconds_left", b"_bank_seconds_left", "_step_seconds_left", b"_step_seconds_left", "_taken", b"_taken", "_taken_note", b"_taken_note", "bank_seconds_left", b"bank_seconds_left", "depth", b"depth", "pose", b"pose", "rgb", b"rgb", "segmentation", b"segmentation", "step_seconds_left", b"step_seconds_left", "taken", b"taken", "taken_note", b"taken_note"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_bank_seconds_left", b"_bank_seconds_left", "_step_seconds_left", b"_step_seconds_left", "_taken", b"_taken", "bank_seconds_left", b"bank_seconds_left", "depth", b"depth", "episode_id", b"episode_id", "instruction", b"instruction", "phase", b"phase", "phase_step", b"phase_step", "pose", b"pose", "rgb", b"rgb", "segmentation", b"segmentation", "step", b"step", "step_seconds_left", b"step_seconds_left", "steps_left", b"steps_left", "taken", b"taken", "turn", b"turn"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_bank_seconds_left", b"_bank_seconds_left", "_step_seconds_left", b"_step_seconds_left", "_taken", b"_taken", "_taken_note", b"_taken_note", "bank_seconds_left", b"bank_seconds_left", "depth", b"depth", "episode_id", b"episode_id", "instruction", b"instruction", "phase", b"phase", "phase_step", b"phase_step", "pose", b"pose", "rgb", b"rgb", "segmentation", b"segmentation", "step", b"step", "step_seconds_left", b"step_seconds_left", "steps_left", b"steps_left", "taken", b"taken", "taken_note", b"taken_note", "turn", b"turn"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType__bank_seconds_left: _TypeAlias = _typing.Literal["bank_seconds_left"]  # noqa: Y015
     _WhichOneofArgType__bank_seconds_left: _TypeAlias = _typing.Literal["_bank_seconds_left", b"_bank_seconds_left"]  # noqa: Y015
@@ -1624,12 +1721,16 @@ class Observation(_message.Message):
     _WhichOneofArgType__step_seconds_left: _TypeAlias = _typing.Literal["_step_seconds_left", b"_step_seconds_left"]  # noqa: Y015
     _WhichOneofReturnType__taken: _TypeAlias = _typing.Literal["taken"]  # noqa: Y015
     _WhichOneofArgType__taken: _TypeAlias = _typing.Literal["_taken", b"_taken"]  # noqa: Y015
+    _WhichOneofReturnType__taken_note: _TypeAlias = _typing.Literal["taken_note"]  # noqa: Y015
+    _WhichOneofArgType__taken_note: _TypeAlias = _typing.Literal["_taken_note", b"_taken_note"]  # noqa: Y015
     @_typing.overload
     def WhichOneof(self, oneof_group: _WhichOneofArgType__bank_seconds_left) -> _WhichOneofReturnType__bank_seconds_left | None: ...
     @_typing.overload
     def WhichOneof(self, oneof_group: _WhichOneofArgType__step_seconds_left) -> _WhichOneofReturnType__step_seconds_left | None: ...
     @_typing.overload
     def WhichOneof(self, oneof_group: _WhichOneofArgType__taken) -> _WhichOneofReturnType__taken | None: ...
+    @_typing.overload
+    def WhichOneof(self, oneof_group: _WhichOneofArgType__taken_note) -> _WhichOneofReturnType__taken_note | None: ...
 
 Global___Observation: _TypeAlias = Observation  # noqa: Y015
 
@@ -1733,6 +1834,8 @@ class Problem(_message.Message):
         """The episode is not assigned to this stream, or no longer."""
         CODE_STEP_BEHIND: Problem._Code.ValueType  # 4
         """The step was answered before with another action, which remains recorded."""
+        CODE_NOTE_REFUSED: Problem._Code.ValueType  # 5
+        """The act's note was not stored: it is too long, the host does not keep notes, or the run has"""
 
     class Code(_Code, metaclass=_CodeEnumTypeWrapper): ...
     CODE_UNSPECIFIED: Problem.Code.ValueType  # 0
@@ -1744,6 +1847,8 @@ class Problem(_message.Message):
     """The episode is not assigned to this stream, or no longer."""
     CODE_STEP_BEHIND: Problem.Code.ValueType  # 4
     """The step was answered before with another action, which remains recorded."""
+    CODE_NOTE_REFUSED: Problem.Code.ValueType  # 5
+    """The act's note was not stored: it is too long, the host does not keep notes, or the run has"""
 
     CODE_FIELD_NUMBER: _builtins.int
     MESSAGE_FIELD_NUMBER: _builtins.int

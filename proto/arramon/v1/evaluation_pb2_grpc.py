@@ -74,6 +74,11 @@ class EvaluationStub:
                 request_serializer=arramon_dot_v1_dot_evaluation__pb2.GetBreakdownRequest.SerializeToString,
                 response_deserializer=arramon_dot_v1_dot_evaluation__pb2.Breakdown.FromString,
                 _registered_method=True)
+        self.ListNotes = channel.unary_unary(
+                '/arramon.v1.Evaluation/ListNotes',
+                request_serializer=arramon_dot_v1_dot_evaluation__pb2.ListNotesRequest.SerializeToString,
+                response_deserializer=arramon_dot_v1_dot_evaluation__pb2.ListNotesResponse.FromString,
+                _registered_method=True)
         self.GetAccount = channel.unary_unary(
                 '/arramon.v1.Evaluation/GetAccount',
                 request_serializer=arramon_dot_v1_dot_evaluation__pb2.GetAccountRequest.SerializeToString,
@@ -147,6 +152,14 @@ class EvaluationServicer:
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
+    def ListNotes(self, request, context):
+        """Returns the notes that a run's agent left beside its steps, in pages. They are private to the run's participant and
+        to hosts; those of published runs on splits that are not hidden are open to everyone, without a token.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
     def GetAccount(self, request, context):
         """Returns the authenticated caller, with role and quotas.
         """
@@ -208,6 +221,11 @@ def add_EvaluationServicer_to_server(servicer, server):
                     servicer.GetBreakdown,
                     request_deserializer=arramon_dot_v1_dot_evaluation__pb2.GetBreakdownRequest.FromString,
                     response_serializer=arramon_dot_v1_dot_evaluation__pb2.Breakdown.SerializeToString,
+            ),
+            'ListNotes': grpc.unary_unary_rpc_method_handler(
+                    servicer.ListNotes,
+                    request_deserializer=arramon_dot_v1_dot_evaluation__pb2.ListNotesRequest.FromString,
+                    response_serializer=arramon_dot_v1_dot_evaluation__pb2.ListNotesResponse.SerializeToString,
             ),
             'GetAccount': grpc.unary_unary_rpc_method_handler(
                     servicer.GetAccount,
@@ -436,6 +454,33 @@ class Evaluation:
             '/arramon.v1.Evaluation/GetBreakdown',
             arramon_dot_v1_dot_evaluation__pb2.GetBreakdownRequest.SerializeToString,
             arramon_dot_v1_dot_evaluation__pb2.Breakdown.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def ListNotes(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_unary(
+            request,
+            target,
+            '/arramon.v1.Evaluation/ListNotes',
+            arramon_dot_v1_dot_evaluation__pb2.ListNotesRequest.SerializeToString,
+            arramon_dot_v1_dot_evaluation__pb2.ListNotesResponse.FromString,
             options,
             channel_credentials,
             insecure,

@@ -51,6 +51,10 @@ class EvaluationStub:
     """Returns the scores of a run that is over by what the turns ask for; FAILED_PRECONDITION before. Those of published
     runs are open to everyone, without a token.
     """
+    ListNotes: _grpc.UnaryUnaryMultiCallable[_evaluation_pb2.ListNotesRequest, _evaluation_pb2.ListNotesResponse]
+    """Returns the notes that a run's agent left beside its steps, in pages. They are private to the run's participant and
+    to hosts; those of published runs on splits that are not hidden are open to everyone, without a token.
+    """
     GetAccount: _grpc.UnaryUnaryMultiCallable[_evaluation_pb2.GetAccountRequest, _evaluation_pb2.Account]
     """Returns the authenticated caller, with role and quotas."""
     Play: _grpc.StreamStreamMultiCallable[_evaluation_pb2.PlayRequest, _evaluation_pb2.PlayResponse]
@@ -84,6 +88,10 @@ class EvaluationAsyncStub(EvaluationStub):
     GetBreakdown: _aio.UnaryUnaryMultiCallable[_evaluation_pb2.GetBreakdownRequest, _evaluation_pb2.Breakdown]  # type: ignore[assignment]
     """Returns the scores of a run that is over by what the turns ask for; FAILED_PRECONDITION before. Those of published
     runs are open to everyone, without a token.
+    """
+    ListNotes: _aio.UnaryUnaryMultiCallable[_evaluation_pb2.ListNotesRequest, _evaluation_pb2.ListNotesResponse]  # type: ignore[assignment]
+    """Returns the notes that a run's agent left beside its steps, in pages. They are private to the run's participant and
+    to hosts; those of published runs on splits that are not hidden are open to everyone, without a token.
     """
     GetAccount: _aio.UnaryUnaryMultiCallable[_evaluation_pb2.GetAccountRequest, _evaluation_pb2.Account]  # type: ignore[assignment]
     """Returns the authenticated caller, with role and quotas."""
@@ -163,6 +171,16 @@ class EvaluationServicer(metaclass=_abc_1.ABCMeta):
     ) -> _typing.Union[_evaluation_pb2.Breakdown, _abc.Awaitable[_evaluation_pb2.Breakdown]]:
         """Returns the scores of a run that is over by what the turns ask for; FAILED_PRECONDITION before. Those of published
         runs are open to everyone, without a token.
+        """
+
+    @_abc_1.abstractmethod
+    def ListNotes(
+        self,
+        request: _evaluation_pb2.ListNotesRequest,
+        context: _ServicerContext,
+    ) -> _typing.Union[_evaluation_pb2.ListNotesResponse, _abc.Awaitable[_evaluation_pb2.ListNotesResponse]]:
+        """Returns the notes that a run's agent left beside its steps, in pages. They are private to the run's participant and
+        to hosts; those of published runs on splits that are not hidden are open to everyone, without a token.
         """
 
     @_abc_1.abstractmethod
