@@ -73,8 +73,8 @@ class RunNotes:
         split = self._splits.get(run.split)
         if split is None or split.hidden:
             raise Forbidden(
-                f"the notes of run {run_id!r} are private to its participant and hosts, as the split {run.split!r} is hidden "
-                "or no longer served"
+                f"the notes of run {run_id!r} are private to its participant and hosts: the split {run.split!r} is "
+                "hidden or no longer served"
             )
         self._closing.check_shown(run.split)
         return run

@@ -55,9 +55,7 @@ class NoteTaker:
             return f"the note has {size} bytes in UTF-8, expected at most {limits.note}"
         usage = self._usage_of(batch, run_id)
         if usage.size + size > limits.run:
-            return (
-                f"the run's notes have {usage.size} bytes, and {size} more would exceed the limit of {limits.run}"
-            )
+            return f"the run's notes have {usage.size} bytes, and {size} more would exceed the limit of {limits.run}"
         usage.size += size
         batch.add_note(run_id, episode_id, step, note)
         return ""
