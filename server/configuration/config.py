@@ -3,13 +3,13 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from arramon_client.world import STEPS_PER_PHASE
+from arramon_client.world import NOTE_BYTES, STEPS_PER_PHASE
 from arramon_server.addresses import FORM, TCP_FORM, is_address, is_loopback, is_tcp_address
 from arramon_server.configuration.setting import setting, settings_of
 from arramon_server.errors import BadInput
 from arramon_server.per_split import MAX_LIMIT, PerSplit
 from arramon_server.runs.play.clocks import Clocks
-from arramon_server.runs.play.note_limits import MAX_NOTE_BYTES, MAX_RUN_NOTE_BYTES, NoteLimits
+from arramon_server.runs.play.note_limits import RUN_NOTE_BYTES, NoteLimits
 from arramon_server.sim.cameras import CAMERAS
 from arramon_server.sim.physics import problem_of_camera
 from arramon_server.sim.rules import Limits
@@ -105,14 +105,14 @@ class Config:
         1 << 20, "size limit of a message that the server accepts", unit="bytes", least=4096, most=64 << 20
     )
     note_bytes: int = setting(
-        MAX_NOTE_BYTES,
+        NOTE_BYTES,
         "size limit of a note that an agent leaves beside a step; 0: no notes are stored",
         unit="bytes",
         least=0,
-        most=MAX_NOTE_BYTES,
+        most=NOTE_BYTES,
     )
     run_note_bytes: int = setting(
-        MAX_RUN_NOTE_BYTES, "size limit of all notes of a run", unit="bytes", least=0, most=1_000_000_000
+        RUN_NOTE_BYTES, "size limit of all notes of a run", unit="bytes", least=0, most=1_000_000_000
     )
     anonymous: bool | None = setting(
         None,

@@ -71,6 +71,11 @@ SENSORS = (*IMAGE_SENSORS, "pose", "oracle")
 DEFAULT_SENSORS = ("rgb", "depth")
 """Sensors of a run that requests none by name: those of the paper's agents, the only ones of hidden splits."""
 
+# Notes
+
+NOTE_BYTES = 2048
+"""Maximum length of the note beside an action, in bytes of UTF-8; a host may allow fewer."""
+
 # Objects
 
 COLLECTIBLES = ("ball", "hourglass", "mug", "tv", "book", "bowl", "bucket")

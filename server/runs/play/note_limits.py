@@ -2,8 +2,10 @@
 
 from dataclasses import dataclass
 
-MAX_NOTE_BYTES, MAX_RUN_NOTE_BYTES = 2048, 50_000_000
-"""Limits of one note and of all notes of a run unless the host sets others, in bytes of UTF-8."""
+from arramon_client.world import NOTE_BYTES
+
+RUN_NOTE_BYTES = 50_000_000
+"""Limit of all notes of a run unless the host sets another, in bytes of UTF-8."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,8 +17,8 @@ class NoteLimits:
         run: limit of all notes of a run.
     """
 
-    note: int = MAX_NOTE_BYTES
-    run: int = MAX_RUN_NOTE_BYTES
+    note: int = NOTE_BYTES
+    run: int = RUN_NOTE_BYTES
 
 
 DEFAULT_NOTE_LIMITS = NoteLimits()

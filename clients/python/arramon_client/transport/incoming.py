@@ -2,8 +2,8 @@
 
 Malformed identifiers (run ids, episode ids, page tokens) are rejected, and so are numbers out of range. Texts that are
 only displayed (names, notes, errors) lose characters that control a terminal, and are truncated if they are too long.
-Instructions reach the agent unchanged, so that scores do not depend on the connection; code that prints or records them
-makes them safe (`printable`).
+Instructions and an agent's own notes reach the agent unchanged, so that scores do not depend on the connection; code
+that prints or records them makes them safe (`printable`).
 """
 
 import re
@@ -18,6 +18,7 @@ from google.protobuf.message import Message
 from arramon.v1 import evaluation_pb2
 from arramon_client.errors import ProtocolError
 from arramon_client.printable import many_lines, one_line
+from arramon_client.world import NOTE_BYTES
 
 AnyMessage = TypeVar("AnyMessage", bound=Message)
 
@@ -82,6 +83,7 @@ def check_observation(message: evaluation_pb2.Observation) -> None:
         ProtocolError: as for `check_message`.
     """
     _check_length(message.instruction, "an instruction that the server sent", MAX_INSTRUCTION)
+    _check_length(message.taken_note, "a note that the server sent", NOTE_BYTES)
     if message.turn not in (1, 2):
         raise ProtocolError(f"an observation has the turn {message.turn}, expected 1 or 2")
     if message.HasField("taken") and not 0 <= message.taken <= 3:
@@ -141,6 +143,8 @@ TEXTS: Mapping[str, Callable[[str, str], str]] = {
     "episodes": _id,
     "next_page_token": _page_token,
     "instruction": _data(MAX_INSTRUCTION),
+    "taken_note": _data(NOTE_BYTES),
+    "text": _lines(NOTE_BYTES),
     "content": _lines(64 * 1024 * 1024),
     "alphabet": _data(100_000),
     "signature": _line(10_000),
