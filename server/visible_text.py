@@ -1,4 +1,4 @@
-"""Validation of texts that participants show to others: one line of visible characters without side effects.
+"""Validation of texts that participants show to others: visible characters without side effects, mostly one line.
 
 Joiners (U+200C, U+200D) are allowed after a character, as Devanagari and emoji need them, and so are emoji style
 selectors (U+FE0E, U+FE0F); on their own they would be invisible.
@@ -54,6 +54,17 @@ def shown(text: str) -> str:
         if row <= MAX_MARKS:
             kept.append("\ufffd" if is_odd and letter not in _SPACES else letter)
     return "".join(kept)
+
+
+def shown_lines(text: str) -> str:
+    """Return a text of several lines with what `is_visible` rejects replaced, but for its tabs and ends of lines.
+
+    All ends of lines become "\\n".
+    """
+    text = text.replace("\r\n", "\n").replace("\r", "\n")
+    if text.isascii() and text.replace("\n", "").replace("\t", "").isprintable():
+        return text
+    return "\n".join("\t".join(map(shown, line.split("\t"))) for line in text.split("\n"))
 
 
 def _is_mark(letter: str) -> bool:

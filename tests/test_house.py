@@ -62,7 +62,7 @@ ALLOWED: dict[str, set[str]] = {
     "arramon_server.api": {
         *SHARED, *WORLD, *server("__version__", "board", "runs", "episodes", "scoring", "configuration"), "arramon",
     },
-    "arramon_server.configuration": {*SHARED, *WORLD, *server("runs.play.clocks")},
+    "arramon_server.configuration": {*SHARED, *WORLD, *server("runs.play.clocks", "runs.play.note_limits")},
     "arramon_server.process": {
         *SHARED, *WORLD, *server("__version__", "api", "board", "web", "runs", "episodes", "configuration"), "arramon",
     },

@@ -2,7 +2,7 @@
 
 import pytest
 
-from arramon_server.visible_text import invisible_part, is_visible, shown
+from arramon_server.visible_text import invisible_part, is_visible, shown, shown_lines
 
 
 @pytest.mark.parametrize(
@@ -62,3 +62,20 @@ def test_others_are_refused_by_the_name_of_the_character(text: str, part: str, a
     assert invisible_part(text) == part
     assert not is_visible(text)
     assert shown(text) == as_shown
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("", ""),
+        ('{"at": [1, 2]}\n\tturn left', '{"at": [1, 2]}\n\tturn left'),
+        ("one\r\ntwo\rthree\n", "one\ntwo\nthree\n"),
+        ("बाईं ओर\n\tमुड़ें", "बाईं ओर\n\tमुड़ें"),
+        ("a\x1b[2J\x00\nb\u202ec", "a\ufffd[2J\ufffd\nb\ufffdc"),
+        ("a\x0bb\x0cc\u2028d", "a\ufffdb\ufffdc\ufffdd"),
+        ("a" + 5 * "\u0336" + "\n" + 5 * "\u0336", "a" + 4 * "\u0336" + "\n" + 4 * "\u0336"),
+    ],
+)
+def test_texts_of_several_lines_keep_their_lines_and_tabs(text: str, expected: str) -> None:
+    assert shown_lines(text) == expected
+    assert shown_lines(expected) == expected

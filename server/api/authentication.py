@@ -21,6 +21,7 @@ PUBLIC_METHODS = frozenset({
     "/arramon.v1.Evaluation/GetServerInfo",
     "/arramon.v1.Evaluation/GetBreakdown",
     "/arramon.v1.Evaluation/GetReceipt",
+    "/arramon.v1.Evaluation/ListNotes",
     "/arramon.v1.Leaderboard/List",
     "/arramon.v1.Leaderboard/GetEntry",
     "/arramon.v1.Leaderboard/Compare",

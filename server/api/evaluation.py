@@ -30,6 +30,7 @@ from arramon_server.errors import BadInput
 from arramon_server.image_threads import ImageThreads
 from arramon_server.runs.play.engine import Engine
 from arramon_server.runs.results.receipts import Receipts
+from arramon_server.runs.run_notes import RunNotes
 from arramon_server.runs.service import Runs
 from arramon_server.runs.storage.records import CodeReference, Run
 
@@ -43,15 +44,25 @@ class Servicer(EvaluationServicer):
     """Serves runs over gRPC.
 
     Args:
-        runs: handles all calls about runs except Play.
+        runs: handles all calls about runs except Play and ListNotes.
+        notes: lists the notes of runs.
         engine: plays the episodes.
         receipts: issues receipts of ended runs.
         config: the server's settings.
         threads: threads that compress images.
     """
 
-    def __init__(self, runs: Runs, engine: Engine, receipts: Receipts, config: Config, threads: ImageThreads) -> None:
+    def __init__(
+        self,
+        runs: Runs,
+        notes: RunNotes,
+        engine: Engine,
+        receipts: Receipts,
+        config: Config,
+        threads: ImageThreads,
+    ) -> None:
         self._runs = runs
+        self._notes = notes
         self._engine = engine
         self._receipts = receipts
         self._config = config
@@ -74,6 +85,7 @@ class Servicer(EvaluationServicer):
             public_key=self._receipts.public_key,
             anonymous=anonymous_caller(self._config) is not None,
             host=host_message(self._config),
+            note_bytes=self._config.note_bytes,
         )
 
     async def CreateRun(self, request: pb.CreateRunRequest, context: _Context) -> pb.Run:
@@ -130,6 +142,18 @@ class Servicer(EvaluationServicer):
     async def GetBreakdown(self, request: pb.GetBreakdownRequest, context: _Context) -> pb.Breakdown:
         caller = caller_of()
         return await asyncio.to_thread(lambda: breakdown_message(*self._runs.breakdown(caller, request.run_id)))
+
+    async def ListNotes(self, request: pb.ListNotesRequest, context: _Context) -> pb.ListNotesResponse:
+        caller = caller_of()
+
+        def page() -> pb.ListNotesResponse:
+            notes, token = self._notes.page(
+                caller, request.run_id, request.episode_id, request.page_size, request.page_token
+            )
+            messages = [pb.Note(episode_id=note.episode_id, step=note.step, text=note.text) for note in notes]
+            return pb.ListNotesResponse(notes=messages, next_page_token=token)
+
+        return await asyncio.to_thread(page)
 
     async def GetAccount(self, request: pb.GetAccountRequest, context: _Context) -> pb.Account:
         caller = caller_of()

@@ -141,6 +141,8 @@ class EventSender:
         message.phase_step, message.steps_left = state.phase_step, event.steps_left
         if event.taken is not None:
             message.taken = ACTIONS[event.taken]
+        if event.taken_note is not None:
+            message.taken_note = event.taken_note
         if event.time_left is not None:
             message.step_seconds_left = event.time_left.step_seconds
             message.bank_seconds_left = event.time_left.bank_seconds

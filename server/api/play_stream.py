@@ -136,4 +136,5 @@ def _act(act: pb.Act) -> Act:
         act.step,
         action=act.action if choice == "action" else None,
         forfeit=shown(act.forfeit.reason[:LONGEST_REASON]) if choice == "forfeit" else None,
+        note=act.note,
     )

@@ -3,12 +3,13 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from arramon_client.world import STEPS_PER_PHASE
+from arramon_client.world import NOTE_BYTES, STEPS_PER_PHASE
 from arramon_server.addresses import FORM, TCP_FORM, is_address, is_loopback, is_tcp_address
 from arramon_server.configuration.setting import setting, settings_of
 from arramon_server.errors import BadInput
 from arramon_server.per_split import MAX_LIMIT, PerSplit
 from arramon_server.runs.play.clocks import Clocks
+from arramon_server.runs.play.note_limits import RUN_NOTE_BYTES, NoteLimits
 from arramon_server.sim.cameras import CAMERAS
 from arramon_server.sim.physics import problem_of_camera
 from arramon_server.sim.rules import Limits
@@ -102,6 +103,16 @@ class Config:
     )
     max_message_bytes: int = setting(
         1 << 20, "size limit of a message that the server accepts", unit="bytes", least=4096, most=64 << 20
+    )
+    note_bytes: int = setting(
+        NOTE_BYTES,
+        "size limit of a note that an agent leaves beside a step; 0: no notes are stored",
+        unit="bytes",
+        least=0,
+        most=NOTE_BYTES,
+    )
+    run_note_bytes: int = setting(
+        RUN_NOTE_BYTES, "size limit of all notes of a run", unit="bytes", least=0, most=1_000_000_000
     )
     anonymous: bool | None = setting(
         None,
@@ -221,6 +232,11 @@ class Config:
     def clocks(self) -> Clocks:
         """Clocks of new runs."""
         return Clocks(self.step_seconds, self.bank_seconds) if self.step_seconds else Clocks()
+
+    @property
+    def note_limits(self) -> NoteLimits:
+        """Limits of the notes that agents leave beside their steps."""
+        return NoteLimits(self.note_bytes, self.run_note_bytes)
 
     @property
     def journal_url(self) -> str:

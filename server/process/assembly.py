@@ -37,6 +37,7 @@ from arramon_server.runs.accounts.quotas import DefaultQuotas, Quotas
 from arramon_server.runs.play.engine import Engine
 from arramon_server.runs.results.receipts import Receipts
 from arramon_server.runs.results.signing import KnownKeys, SigningKey
+from arramon_server.runs.run_notes import RunNotes
 from arramon_server.runs.service import Runs
 from arramon_server.runs.storage.database import Database
 from arramon_server.runs.storage.epochs import EpochStore
@@ -95,6 +96,7 @@ def assemble(config: Config, splits: Mapping[str, Split], database: Database) ->
         threads=threads,
         address=own_address if config.shared_port else "",
         meter=metrics,
+        note_limits=config.note_limits,
     )
     quotas = Quotas(database, DefaultQuotas(config, [split.name for split in splits.values() if split.hidden]))
     closing = ClosingTimes(config.closes, config.frozen)
@@ -102,7 +104,8 @@ def assemble(config: Config, splits: Mapping[str, Split], database: Database) ->
     key = SigningKey(config.signing_key_path)
     KnownKeys(database).check(key.public)
     receipts = Receipts(database, splits, key, closing)
-    add_EvaluationServicer_to_server(Servicer(runs, engine, receipts, config, threads), server)
+    notes = RunNotes(splits, journal, closing)
+    add_EvaluationServicer_to_server(Servicer(runs, notes, engine, receipts, config, threads), server)
     entries = Entries(database)
     local = config.is_for_own_machine
     limits = config.limits

@@ -77,6 +77,11 @@ CASES = {
         "over",
         (OK, ABSENT, OK, ABSENT),
     ),
+    "Evaluation.ListNotes": Case(
+        lambda who, run: who.stub.ListNotes(pb.ListNotesRequest(run_id=run), metadata=METADATA),
+        "over",
+        (OK, ABSENT, OK, ABSENT),
+    ),
     "Leaderboard.Publish": Case(
         lambda who, run: who.board.Publish(leaderboard_pb2.PublishRequest(run_id=run), metadata=METADATA),
         "over",

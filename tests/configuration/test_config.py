@@ -46,6 +46,8 @@ EVERYTHING: dict[str, tuple[str, Any]] = {
     "max_episodes_per_stream": ("9", 9),
     "max_calls": ("64", 64),
     "max_message_bytes": ("65536", 65536),
+    "note_bytes": ("100", 100),
+    "run_note_bytes": ("5000", 5000),
     "anonymous": ("true", True),
     "runs_per_day": ("4", PerSplit(4)),
     "runs_in_all": ("40,test_unseen=3", PerSplit(40, (("test_unseen", 3),))),

@@ -40,7 +40,12 @@ def test_embedded_server_conforms(tmp_path: Path) -> None:
     write(tmp_path)
     with embedded_server(tmp_path, options=("--no-fsync", "--step-seconds", "0", "--steps", "8")) as server:
         found = skipped(tmp_path, "--server", server.address)
-    assert found == {"information.open", "runs.account", "refusals.anonymous"}  # All the anonymous are let in here.
+    assert found == {
+        "information.open",
+        "runs.account",
+        "notes.private",
+        "refusals.anonymous",
+    }  # All the anonymous are let in here.
 
 
 def test_hosted_server_with_tls_and_token_conforms(tmp_path: Path) -> None:

@@ -153,7 +153,7 @@ def test_odd_actions_are_problems_and_the_stream_continues(attack: Attack) -> No
         acts = [pb.Act(episode_id="1") for _ in range(1000)]
         for act in acts:
             attacker.filled(act)
-        odd = [play_message(acts[start : start + 50]) for start in range(0, 1000, 50)]
+        odd = [play_message(acts[start : start + 10]) for start in range(0, 1000, 10)]  # none is too large
         answers = attacker.play([play_message(run_id=run_id, max_episodes=6), *odd])
         events = [event for answer in answers for event in pb.PlayResponse.FromString(answer).events]
         assert {"opened", "problem"} <= {event.WhichOneof("event") for event in events}

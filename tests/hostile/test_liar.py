@@ -22,7 +22,7 @@ import arramon_client.environments  # noqa: F401 - registers them
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
 from arramon_client.cli import main
-from arramon_client.commands import leaderboard
+from arramon_client.commands import leaderboard, notes
 from arramon_client.errors import ArramonClientError
 from arramon_client.multi_stream import own_addresses
 from arramon_client.runs import listing
@@ -78,6 +78,8 @@ COMMANDS: dict[tuple[str, ...], tuple[str, ...]] = {
     ("report", RUN): ("GetServerInfo", "GetBreakdown"),
     ("report", RUN, "--metric", "both"): ("GetServerInfo", "GetBreakdown"),
     ("report", RUN, "--json"): ("GetServerInfo", "GetBreakdown"),
+    ("notes", RUN): ("GetServerInfo", "ListNotes"),
+    ("notes", RUN, EPISODE, "--json"): ("GetServerInfo", "ListNotes"),
     ("epochs",): ("GetServerInfo", "ListEpochs"),
     ("epochs", "--json"): ("GetServerInfo", "ListEpochs"),
     ("epochs", "--compare", "a_e1", "a_e2", "--lang", "en"): ("GetServerInfo", "CompareEpochs"),
@@ -260,6 +262,13 @@ EVENTS: dict[str, tuple[list[pb.Event], str]] = {
         ],
         "has the action 9, expected 0 to 3",
     ),
+    "a note that is too long": (
+        [
+            pb.Event(episode_started=pb.EpisodeStarted(episode_id=EPISODE, language="en")),
+            pb.Event(observation=pb.Observation(episode_id=EPISODE, turn=1, taken=1, taken_note="m" * 2049)),  # type: ignore[arg-type]
+        ],
+        "a note that the server sent has 2049 characters, expected at most 2048",
+    ),
     "a pose that is no number": (
         [
             pb.Event(episode_started=pb.EpisodeStarted(episode_id=EPISODE, language="en")),
@@ -285,28 +294,26 @@ def test_a_server_elsewhere_names_no_addresses_on_this_machine() -> None:
     assert own_addresses(server._replace(address="127.0.0.1:50551")) == ["127.0.0.1:1", "unix:/run/docker.sock"]
 
 
-@pytest.mark.parametrize("method", ["runs", "leaderboard"])
+@pytest.mark.parametrize("method", ["runs", "leaderboard", "notes"])
 @pytest.mark.parametrize("is_empty", [False, True])
 def test_pages_without_end_end(victim: Victim, method: str, is_empty: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     pages = count()
 
     def answer(name: str) -> Any:
         message = full(ANSWERS[name])
-        if name in ("ListRuns", "List"):
+        if name in ("ListRuns", "List", "ListNotes"):
             message.next_page_token = f"page {next(pages)}"
-            for each in ("runs", "standings") if is_empty else ():
+            for each in ("runs", "standings", "notes") if is_empty else ():
                 if each in message.DESCRIPTOR.fields_by_name:
                     message.ClearField(each)
         return message
 
     monkeypatch.setattr(victim.liar, "answer", answer)
     monkeypatch.setattr(listing, "MAX_PAGES", 20)
+    monkeypatch.setattr(notes, "MAX_PAGES", 20)
     monkeypatch.setattr(leaderboard, "MAX_STANDINGS", 20)
-    status, said = (
-        victim.run(method, "--state", "running", "--limit", "1000")
-        if method == "runs"
-        else victim.run(method, "--split", SPLIT)
-    )
+    arguments = {"runs": ("--state", "running", "--limit", "1000"), "leaderboard": ("--split", SPLIT), "notes": (RUN,)}
+    status, said = victim.run(method, *arguments[method])
     assert (status, "without end" in said, next(pages) < 30) == (1, True, True), said
 
 

@@ -8,6 +8,7 @@ from arramon_client.world import Action
 from arramon_server.errors import MAX_QUOTE_LENGTH, quoted
 from arramon_server.runs.play.events import ActionProblem, EpisodeEnded, Event, Observed, PhaseFinished
 from arramon_server.runs.play.faults import EpisodeFault, fault_boundary
+from arramon_server.runs.play.notes import NoteTaker
 from arramon_server.runs.play.session import EpisodeSession, ending_of
 from arramon_server.runs.play.stream import MAX_BATCH, Act, Stream
 from arramon_server.runs.play.timekeeper import Timekeeper
@@ -35,11 +36,13 @@ class ActionHandler:
     Args:
         journal: counts the episodes that have ended.
         time: enforces the clocks.
+        notes: checks the notes that come with actions.
     """
 
-    def __init__(self, journal: Journal, time: Timekeeper) -> None:
+    def __init__(self, journal: Journal, time: Timekeeper, notes: NoteTaker) -> None:
         self._journal = journal
         self._time = time
+        self._notes = notes
 
     def handle(self, stream: Stream, batch: CommitBatch) -> ActionResults:
         """Apply a stream's waiting messages, oldest first, each as of its time of arrival.
@@ -94,6 +97,8 @@ class ActionHandler:
         if stream.clock is not None:
             stream.clock.answer(act.episode_id, act.step)
         events: list[Event] = [PhaseFinished(act.episode_id, phase) for phase in phases]
+        if act.note and (refusal := self._notes.add(batch, stream.run.run_id, act.episode_id, act.step, act.note)):
+            events.insert(0, _problem(act, "NOTE_REFUSED", f"the action was taken, but its note not stored: {refusal}"))
         if not session.state.finished:
             return [*events, observation_of(stream, session)]
         return [*events, self._end(stream, session, batch, session.cause)]

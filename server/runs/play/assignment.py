@@ -96,10 +96,12 @@ class Assignment:
         run, claim = stream.run, assigned.claim
         session = self._loader.begin(run, claim)
         actions = self._loader.actions(run, claim)
+        notes = self._loader.notes(run, claim) if assigned.with_history else {}
         past: list[Event] = []
         for state, taken in session.replay(actions):
             if assigned.with_history:
-                past.append(Observed(run, session.episode, state, session.steps_left(state), taken=taken))
+                left, note = session.steps_left(state), notes.get(state.step)
+                past.append(Observed(run, session.episode, state, left, taken=taken, taken_note=note))
             yield
         started = EpisodeStarted(run, session.episode, self._loader.scene(run, session.episode), len(actions))
         stream.drop(claim.episode_id)

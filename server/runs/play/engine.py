@@ -23,6 +23,8 @@ from arramon_server.runs.play.events import EpisodeEnded, RunEnded
 from arramon_server.runs.play.faults import FaultHandler
 from arramon_server.runs.play.forfeits import Forfeits
 from arramon_server.runs.play.loader import SessionLoader
+from arramon_server.runs.play.note_limits import DEFAULT_NOTE_LIMITS, NoteLimits
+from arramon_server.runs.play.notes import NoteTaker
 from arramon_server.runs.play.stream import GATHER_SECONDS, Act, ActionBatch, Stream
 from arramon_server.runs.play.timekeeper import Timekeeper
 from arramon_server.runs.play.upkeep import SWEEP_SECONDS, Upkeep
@@ -54,6 +56,7 @@ class Engine:
         now: clock of play, in seconds.
         monotonic: monotonic clock, in seconds.
         meter: receives the measurements.
+        note_limits: limits of the notes that agents leave beside their steps.
     """
 
     def __init__(
@@ -69,6 +72,7 @@ class Engine:
         now: Callable[[], float] | None = None,
         monotonic: Callable[[], float] = time.monotonic,
         meter: Meter = NO_METER,
+        note_limits: NoteLimits = DEFAULT_NOTE_LIMITS,
     ) -> None:
         self._meter = meter
         self._journal = journal
@@ -82,7 +86,7 @@ class Engine:
         self._forfeits = Forfeits(journal, loader, self._worker)
         self._time = Timekeeper(activity, now or Stopwatch())
         self._durations = RunDurations(monotonic)
-        self._actions = ActionHandler(journal, self._time)
+        self._actions = ActionHandler(journal, self._time, NoteTaker(journal, note_limits, monotonic))
         drawing = (threads or ImageThreads()) if self._worlds.draws_in_threads else ImageThreads(cores=1)
         self._delivery = Delivery(self._worlds, drawing, self._time.now, meter)
         self._upkeep = Upkeep(

@@ -50,6 +50,7 @@ class Observed:
         taken: the action taken in this state if it is part of a history; None in the latest observation.
         time_left: time left for the answer; None in a history, and without time limits.
         encoding: encoding of the frame, which runs in a thread; None if it has not begun.
+        taken_note: the note that was stored with `taken`, if any.
     """
 
     run: Run
@@ -60,11 +61,20 @@ class Observed:
     taken: Action | None = None
     time_left: TimeLeft | None = None
     encoding: Encoding | None = None
+    taken_note: str | None = None
 
     def with_images(self, frame: Frame, encoding: Encoding | None = None) -> "Observed":
         """Return this observation with its images. `dataclasses.replace` takes more than twice as long."""
         return Observed(
-            self.run, self.episode, self.state, self.steps_left, frame, self.taken, self.time_left, encoding
+            self.run,
+            self.episode,
+            self.state,
+            self.steps_left,
+            frame,
+            self.taken,
+            self.time_left,
+            encoding,
+            self.taken_note,
         )
 
 

@@ -49,6 +49,10 @@ class SessionLoader:
         """Return the recorded actions of an open episode; none for one that has not begun."""
         return self._journal.actions(run.run_id, claim.episode_id) if claim.state == OPEN else []
 
+    def notes(self, run: Run, claim: Claim) -> dict[int, str]:
+        """Return the notes of an open episode by step; none for one that has not begun."""
+        return self._journal.notes_of(run.run_id, claim.episode_id) if claim.state == OPEN else {}
+
     def replay(self, run: Run, claim: Claim) -> EpisodeSession:
         """Return a session with all recorded actions applied."""
         session = self.begin(run, claim)

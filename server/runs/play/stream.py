@@ -38,12 +38,14 @@ class Act:
         step: number of the observation.
         action: action number as sent, which the engine checks; None without an action.
         forfeit: why the agent gives up the episode; None if it does not.
+        note: a note to store beside the step, which the engine checks; empty without one.
     """
 
     episode_id: str
     step: int
     action: int | None = None
     forfeit: str | None = None
+    note: str = ""
 
 
 class ActionBatch(NamedTuple):

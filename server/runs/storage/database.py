@@ -189,7 +189,14 @@ class Database:
         with self._errors(), self._step_writer.use() as connection, connection.begin():
             yield connection
 
-    def commit_rows(self, statement: sa.Insert, rows: Rows, *, at_once: sa.Executable) -> bool:
+    def commit_rows(
+        self,
+        statement: sa.Insert,
+        rows: Rows,
+        *,
+        at_once: sa.Executable,
+        more: Sequence[tuple[sa.Executable, Rows]] = (),
+    ) -> bool:
         """Insert rows, all or none, in a transaction of their own; return whether they were inserted.
 
         Args:
@@ -197,6 +204,8 @@ class Database:
             rows: parameters of the rows.
             at_once: statement that inserts all rows, given as one list per column, or none; used with PostgreSQL,
                 where each round trip takes time.
+            more: statements that follow in the same transaction, each with the parameters of its executions; used with
+                SQLite only.
 
         Raises:
             TakenOver: if a row exists already.
@@ -204,7 +213,7 @@ class Database:
         """
         with self._errors():
             return (
-                self._step_writer.insert(statement, rows)
+                self._step_writer.insert(statement, rows, more)
                 if self._is_sqlite
                 else self._step_writer.insert_at_once(at_once, rows)
             )

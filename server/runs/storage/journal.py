@@ -20,6 +20,7 @@ from arramon_server.runs.storage.corrections import Corrections
 from arramon_server.runs.storage.database import Database, utc
 from arramon_server.runs.storage.play_digest import play_digest
 from arramon_server.runs.storage.records import ENDED, OPEN, PENDING, RUNNING, CodeReference, Run, RunProgress
+from arramon_server.runs.storage.step_notes import StepNotes
 from arramon_server.runs.storage.steps import Steps
 from arramon_server.runs.storage.worker_registry import WorkerRegistry
 
@@ -27,8 +28,8 @@ _KEPT_PLAYS = 1024
 """Number of cached play digests: computing one reads all actions of a run."""
 
 
-class Journal(WorkerRegistry, Claims, Steps):
-    """All runs, with the claims and steps of their episodes. Thread-safe, except for `commit`.
+class Journal(WorkerRegistry, Claims, Steps, StepNotes):
+    """All runs, with the claims, steps and notes of their episodes. Thread-safe, except for `commit`.
 
     Args:
         database: storage of the journal.

@@ -21,6 +21,7 @@ PRUNABLE_STATES = (COMPLETE, CANCELLED)
 """States of the runs that can be pruned. A running one can be cancelled first."""
 
 _DETAILS = (
+    tables.step_notes,
     tables.steps,
     tables.episodes,
     tables.images,

@@ -179,18 +179,29 @@ class EpisodeEnding:
         return self.steps > 0 or self.cause != SERVER_FAULT
 
 
+@dataclass(frozen=True, slots=True)
+class StepNote:
+    """Note that an agent left beside a step."""
+
+    episode_id: str
+    step: int
+    text: str
+
+
 @dataclass
 class CommitBatch:
     """Rows that one commit writes.
 
     Attributes:
         steps: parameters of the step rows, see `add_step`.
+        notes: rows of notes, each of one of the steps, see `add_note`.
         endings: ends of episodes.
         charges: seconds to subtract from the banks of runs, by run.
         over: final state and time of end of runs, by run; applied to those without episodes left after these endings.
     """
 
     steps: list[dict[str, Any]] = field(default_factory=list)
+    notes: list[dict[str, Any]] = field(default_factory=list)
     endings: list[EpisodeEnding] = field(default_factory=list)
     charges: dict[str, float] = field(default_factory=dict)
     over: dict[str, tuple[str, datetime]] = field(default_factory=dict)
@@ -199,11 +210,16 @@ class CommitBatch:
         """Add an action as step number `step` (from 0) of an episode, under the claim with the given fence."""
         self.steps.append({"run": run_id, "episode": episode_id, "epoch": fence, "number": step, "taken": action})
 
+    def add_note(self, run_id: str, episode_id: str, step: int, note: str) -> None:
+        """Add a note to a step of this batch."""
+        self.notes.append({"run_id": run_id, "episode_id": episode_id, "step": step, "note": note})
+
     def without(self, episodes: Collection[tuple[str, str]]) -> "CommitBatch":
-        """Return a copy without the steps and endings of some episodes, given as pairs of run id and episode id."""
+        """Return a copy without the rows of some episodes, given as pairs of run id and episode id."""
         steps = [step for step in self.steps if (step["run"], step["episode"]) not in episodes]
+        notes = [note for note in self.notes if (note["run_id"], note["episode_id"]) not in episodes]
         endings = [ending for ending in self.endings if (ending.run_id, ending.episode_id) not in episodes]
-        return CommitBatch(steps, endings, self.charges, self.over)
+        return CommitBatch(steps, notes, endings, self.charges, self.over)
 
     def charge(self, run_id: str, seconds: float) -> None:
         """Subtract seconds from the bank of a run; ignored unless positive."""

@@ -48,8 +48,14 @@ class StepWriter:
         if connection is not None:
             connection.close()
 
-    def insert(self, statement: sa.Insert, rows: Rows) -> bool:
+    def insert(self, statement: sa.Insert, rows: Rows, more: Sequence[tuple[sa.Executable, Rows]] = ()) -> bool:
         """Insert rows into SQLite, all or none; return whether they were inserted.
+
+        Args:
+            statement: statement that inserts one row, or none.
+            rows: parameters of the rows.
+            more: statements, each with the parameters of its executions, that follow in the same transaction if all
+                rows are inserted.
 
         Raises:
             DBAPIError: the subclass that SQLAlchemy would raise.
@@ -59,6 +65,9 @@ class StepWriter:
             with _driver_of(connection, text) as driver:
                 driver.execute("BEGIN IMMEDIATE")
                 done: bool = driver.executemany(text, [{**values, **row} for row in rows]).rowcount == len(rows)
+                for following, parameters in more if done else ():
+                    text, values = _named(following)
+                    driver.executemany(text, [{**values, **row} for row in parameters])
                 driver.execute("COMMIT" if done else "ROLLBACK")
                 return done
 
@@ -104,7 +113,7 @@ def _driver_of(connection: Connection, statement: str) -> Iterator[Any]:
 
 
 @cache
-def _named(statement: sa.Insert) -> tuple[str, dict[str, Any]]:
+def _named(statement: Any) -> tuple[str, dict[str, Any]]:
     """Return the SQL text of a statement for SQLite, and the parameter values that the statement itself contains."""
     compiled = statement.compile(dialect=sqlite.dialect(paramstyle="named"))
     return str(compiled), dict(compiled.params)

@@ -1,5 +1,6 @@
 """Recorded steps and endings of episodes: append-only, and unique by (run, episode, step)."""
 
+from collections import Counter, defaultdict
 from collections.abc import Collection
 from operator import attrgetter, itemgetter
 from typing import Any
@@ -42,7 +43,7 @@ class Steps:
         ]
 
     def commit(self, batch: CommitBatch) -> None:
-        """Write steps, endings and charges in one transaction.
+        """Write steps, their notes, endings and charges in one transaction.
 
         Raises:
             TakenOver: if a step is recorded already, or a claim is no longer held: another process has the episode.
@@ -53,13 +54,17 @@ class Steps:
         # Always in the same order: processes that lock episodes in different orders could deadlock.
         steps = sorted(batch.steps, key=itemgetter("run", "episode", "number"))
         taken_over = "another process of this server has taken over an episode, or it has ended"
-        if not (batch.endings or batch.charges):
-            if not self._database.commit_rows(_INSERT_STEP, steps, at_once=_INSERT_STEPS):
+        if not (batch.endings or batch.charges) and (self._database.is_file or not batch.notes):
+            if not self._database.commit_rows(
+                _INSERT_STEP, steps, at_once=_INSERT_STEPS, more=_inserts_of_notes(batch)
+            ):
                 raise TakenOver(taken_over)
             return
         with self._database.commit() as connection:
             if steps and connection.execute(_INSERT_STEP, steps).rowcount != len(steps):
                 raise TakenOver(taken_over)
+            if batch.notes:
+                connection.execute(_INSERT_NOTE, batch.notes)
             for ending in sorted(batch.endings, key=attrgetter("run_id", "episode_id")):
                 values = {name: getattr(ending, name) for name in _WRITTEN}
                 values["note"] = ending.note.replace("\0", "")  # not allowed in texts of PostgreSQL
@@ -70,9 +75,7 @@ class Steps:
                 )
                 if not done.rowcount:
                     raise TakenOver(f"another process of this server has taken over episode {ending.episode_id!r}")
-            for run_id, seconds in sorted(batch.charges.items()):
-                left = tables.runs.c.bank_left
-                values = {"bank_left": sa.case((left > seconds, left - seconds), else_=0.0)}
+            for run_id, values in sorted(_run_updates(batch).items()):
                 connection.execute(tables.runs.update().where(tables.runs.c.run_id == run_id).values(values))
             for run_id, (state, ended_at) in batch.over.items():
                 is_over = sa.and_(tables.runs.c.run_id == run_id, tables.runs.c.state == RUNNING, ~_has_unended(run_id))
@@ -98,6 +101,41 @@ class Steps:
         rows = self._database.read(query.where(sa.tuple_(c.run_id, c.episode_id).in_(list(episodes))))
         return {(row.run_id, row.episode_id): row.player for row in rows}
 
+
+def _run_updates(batch: CommitBatch) -> dict[str, dict[str, Any]]:
+    """Return the new values of runs' columns, by run: the bank after its charge, the size of all notes."""
+    updates, c = defaultdict[str, dict[str, Any]](dict), tables.runs.c
+    for run_id, seconds in batch.charges.items():
+        updates[run_id]["bank_left"] = sa.case((c.bank_left > seconds, c.bank_left - seconds), else_=0.0)
+    for run_id, size in _sizes_of_notes(batch).items():
+        updates[run_id]["notes_size"] = c.notes_size + size
+    return updates
+
+
+def _inserts_of_notes(batch: CommitBatch) -> list[tuple[sa.Executable, list[dict[str, Any]]]]:
+    """Return the statements that write the notes of a batch and add up their sizes, with their parameters."""
+    if not batch.notes:
+        return []
+    sizes = [{"run": run_id, "size": size} for run_id, size in _sizes_of_notes(batch).items()]
+    return [(_INSERT_NOTE, batch.notes), (_ADD_SIZE, sizes)]
+
+
+def _sizes_of_notes(batch: CommitBatch) -> Counter[str]:
+    """Return the size of the notes in a batch, in bytes of UTF-8, by run."""
+    sizes = Counter[str]()
+    for note in batch.notes:
+        sizes[note["run_id"]] += len(note["note"].encode())
+    return sizes
+
+
+_INSERT_NOTE = tables.step_notes.insert()
+
+_ADD_SIZE = (
+    tables.runs.update()
+    .where(tables.runs.c.run_id == sa.bindparam("run"))
+    .values(notes_size=tables.runs.c.notes_size + sa.bindparam("size", type_=sa.Integer))
+)
+"""Statement that adds to the total size of a run's notes."""
 
 _WRITTEN = ("cause", "steps", "scores", "thinking_seconds", "timed_steps")
 """Columns of an episode that its ending writes, besides the note."""

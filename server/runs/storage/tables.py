@@ -14,6 +14,7 @@ from sqlalchemy import (
     MetaData,
     String,
     Table,
+    Text,
     false,
 )
 
@@ -100,6 +101,7 @@ runs = Table(
     Column("away_until", Float),
     Column("agent_arguments", JSON, nullable=False, server_default="[]"),
     Column("code", JSON, nullable=False, server_default="{}"),
+    Column("notes_size", Integer, nullable=False, server_default="0"),
 )
 Index("runs_by_account", runs.c.account, runs.c.split, runs.c.created_at)
 
@@ -171,6 +173,19 @@ steps = Table(
     Column("step", Integer, primary_key=True),
     Column("action", Integer, nullable=False),
     ForeignKeyConstraint(["run_id", "episode_id"], ["run_episodes.run_id", "run_episodes.episode_id"]),
+    sqlite_with_rowid=False,
+)
+
+step_notes = Table(
+    "step_notes",
+    metadata,
+    Column("run_id", String(32), primary_key=True),
+    Column("episode_id", String(100), primary_key=True),
+    Column("step", Integer, primary_key=True),
+    Column("note", Text, nullable=False),
+    ForeignKeyConstraint(
+        ["run_id", "episode_id", "step"], ["steps.run_id", "steps.episode_id", "steps.step"], name="step_notes_of_steps"
+    ),
     sqlite_with_rowid=False,
 )
 

@@ -34,6 +34,7 @@ EXPORTED_TABLES = (
     tables.episodes,
     tables.images,
     tables.steps,
+    tables.step_notes,
     tables.host_keys,
     tables.receipts,
     tables.entries,

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 from tests.conformance.breakers.images import IMAGES
 from tests.conformance.breakers.information import INFORMATION, RUNS
+from tests.conformance.breakers.notes import NOTES
 from tests.conformance.breakers.refusals import ACCEPTED, NO_MESSAGE, REFUSALS, WRONG_STATUS
 from tests.conformance.breakers.results import RESULTS
 from tests.conformance.breakers.steps import STEPS
@@ -32,7 +33,11 @@ def breakers(token: str) -> list[Breaker]:
     return [
         *(Breaker(name, WRONG_STATUS, r"was refused with UNKNOWN \(.+\), expected [A-Z_]+$") for name in REFUSALS),
         *(Breaker(name, NO_MESSAGE, r"was refused with [A-Z_]+ and no message") for name in REFUSALS),
-        *(Breaker(*each) for each in (*INFORMATION, *RUNS, *STEPS, *STREAMS, *LIMITS, *IMAGES, *ACCEPTED, *RESULTS)),
+        *(
+            Breaker(*each)
+            for each in (*INFORMATION, *RUNS, *STEPS, *STREAMS, *LIMITS, *NOTES, *IMAGES, *ACCEPTED, *RESULTS)
+        ),
+        Breaker("notes.private", Fault(metadata=any_token), "ListNotes by a caller without a token was accepted"),
         Breaker("refusals.token", Fault(metadata=any_token), r"CreateRun by a token .* refused with NOT_FOUND"),
         Breaker("refusals.anonymous", Fault(metadata=any_token), r"CreateRun by a caller .* refused with NOT_FOUND"),
     ]

@@ -9,6 +9,7 @@ WRONG_STATUS = Fault(refuses=lambda _, details: (grpc.StatusCode.UNKNOWN, detail
 NO_MESSAGE = Fault(refuses=lambda code, _: (code, ""))
 
 REFUSALS = (
+    "notes.private", "notes.refused",
     "version.refused", "limits.max_episodes", "limits.message", "refusals.split", "refusals.language",
     "refusals.sensors", "refusals.hidden_sensors", "refusals.hidden_part", "refusals.agent",
     "refusals.chosen", "refusals.arguments", "refusals.code", "refusals.episodes",

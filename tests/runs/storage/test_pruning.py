@@ -69,11 +69,12 @@ def test_old_unpublished_runs_are_deleted_with_all_their_rows(house: House) -> N
     (claim,) = house.journal.claim("2" * 32, house.journal.pending("2" * 32), "p", "w")
     batch = CommitBatch()
     batch.add_step("2" * 32, "0", claim.fence, 0, 1)
+    batch.add_note("2" * 32, "0", 0, "to the mug")
     house.journal.commit(batch)
     house.journal.set_state("2" * 32, CANCELLED)
     age(house, "2" * 32, 35)
     kept = age(house, house.run("3" * 32, account="ann"), 29)
-    assert set(rows_of(house, "2" * 32)) == {"runs", "run_episodes", "run_images", "steps"}
+    assert set(rows_of(house, "2" * 32)) == {"runs", "run_episodes", "run_images", "steps", "step_notes"}
     assert pruned(house) == [old, "2" * 32]
     assert rows_of(house, old) == rows_of(house, "2" * 32) == {"pruned_runs": 1}
     assert house.journal.run(kept).run_id == kept

@@ -55,6 +55,8 @@ def fill(database: Database, split: Split, key: SigningKey) -> str:
     journal.beat("worker", "127.0.0.1:1")
     Receipts(database, {"tiny": split}, key).of(HOST, "Done")
     with database.write() as connection:
+        note = {"run_id": "Done", "episode_id": "0", "step": 0, "note": "बाईं ओर\n{}"}
+        connection.execute(tables.step_notes.insert(), [note])
         quota = {"participant": "lab", "split": "tiny", "runs_per_day": 2}
         connection.execute(tables.quotas.insert(), [quota])
         entry = {"run_id": "Done", "published_at": NOW, "note": "हिन्दी", "scores": {"z": 0.1, "a": 1e-17}}

@@ -5,6 +5,7 @@ from arramon_client.conformance import (
     images,
     information,
     limits,
+    notes,
     refusals,
     results,
     resumption,
@@ -13,6 +14,6 @@ from arramon_client.conformance import (
     steps,
 )
 
-GROUPS = (information, runs, steps, claims, resumption, limits, sensors, images, refusals, results)
+GROUPS = (information, runs, steps, claims, resumption, limits, notes, sensors, images, refusals, results)
 
 CHECKS = tuple(check for group in GROUPS for check in group.CHECKS)
