@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from arramon_server.episodes.epoch_statement import epoch_split_name
+from arramon_server.episodes.epoch_statement import epoch_split_name, parse_epoch_name
 from arramon_server.errors import BadInput, quoted
 
 IDS_PER_SECTION, FIRST_ID = 10_000, 5_000
