@@ -12,7 +12,7 @@ from arramon_lang.coreference import first_mentions, mentions, things_of
 from arramon_lang.meaning import PLACES, Assembly, Face, Navigation, Rotate, Step, Thing, Where
 from arramon_server.episodes.demands import Demands, TurnDemands, write_demands
 from arramon_server.episodes.episode import Episode
-from arramon_server.episodes.splits import Split, folder_of, read_split
+from arramon_server.episodes.splits import Split, read_split, split_folder
 from arramon_server.errors import BadInput, StorageError
 
 WRITTEN = f"{SOURCE}, scale "
@@ -31,7 +31,7 @@ def add_demands(data: Path, split: Split) -> Split:
             f"split {split.name!r} is {split.source}; what instructions ask for can be counted only where they were "
             "generated, as others are not read in full"
         )
-    folder = folder_of(data, split.name)
+    folder = split_folder(data, split.name)
     try:
         write_demands(folder, split.data_hash, demands_of(split))
     except OSError as error:

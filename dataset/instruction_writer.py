@@ -29,7 +29,7 @@ from arramon_lang.quality import any_blocks, check
 from arramon_lang.writing.voice import Voice
 from arramon_server.episodes.episode import Episode, Instructions, Turn
 from arramon_server.episodes.splits import Split
-from arramon_server.scoring.episode import EpisodeScores
+from arramon_server.scoring.episode_scores import EpisodeScores
 from arramon_server.sim.cameras import Camera
 from arramon_server.sim.geometry import Pose
 from arramon_server.sim.raster.camera import RasterCamera

@@ -12,7 +12,7 @@ from arramon_client.transport.images import THOUSANDTHS
 from arramon_client.world import STEP, Action
 from arramon_server.episodes.episode import Episode, Turn
 from arramon_server.runs.play.session import EpisodeSession
-from arramon_server.scoring.episode import CTC_DISTANCES, EpisodeScores
+from arramon_server.scoring.episode_scores import CTC_DISTANCES, EpisodeScores
 from arramon_server.scoring.metrics import NDTW_THRESHOLD
 from arramon_server.sim.cameras import Camera, colourless
 from arramon_server.sim.labels import LABELS, places_of

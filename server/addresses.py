@@ -26,7 +26,7 @@ def is_loopback(address: str) -> bool:
     return address.startswith("unix:") or (all(ip.is_loopback for ip in _found(address)) and bool(_found(address)))
 
 
-def check_free(listen: str) -> None:
+def check_address_free(listen: str) -> None:
     """Check that this process can listen on an address: it belongs to this machine, and no process uses its port.
 
     Raises:

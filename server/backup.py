@@ -7,9 +7,9 @@ from contextlib import closing
 from pathlib import Path
 
 from arramon_server.configuration.config import Config
-from arramon_server.episodes import secret
-from arramon_server.episodes.epochs import SECRETS
-from arramon_server.episodes.splits import folder_of, folders_of, hash_of
+from arramon_server.episodes import split_secrets
+from arramon_server.episodes.epoch_statement import SECRETS_FOLDER
+from arramon_server.episodes.splits import split_folder, split_folders, split_hash
 from arramon_server.errors import BadInput, Conflict, NotFound, StorageError
 from arramon_server.private_files import private_file
 from arramon_server.runs.results.signing import KnownKeys, SigningKey
@@ -52,14 +52,14 @@ def back_up(config: Config, folder: Path) -> list[str]:
                 _copy_key(database, config.signing_key_path, new)
             _copy_secret(config.data, new)
             _copy_epoch_secrets(config.data, new)
-            for split in folders_of(config.data):
+            for split in split_folders(config.data):
                 _copy_split(split, new)
             _flush(new)
             new.rename(folder)
         _flush_one(folder.parent)
     except OSError as error:
         raise StorageError(f"cannot write {folder}: {error}") from error
-    return sorted(path.relative_to(folder).as_posix() for path in [*folder.iterdir(), *folders_of(folder)])
+    return sorted(path.relative_to(folder).as_posix() for path in [*folder.iterdir(), *split_folders(folder)])
 
 
 def _copy_journal(database: Database, new: Path) -> None:
@@ -85,15 +85,15 @@ def _copy_key(database: Database, path: Path, new: Path) -> None:
 
 
 def _copy_secret(data: Path, new: Path) -> None:
-    if (data / secret.NAME).exists():
-        secret.host_secret(data)
-        _copy_private(data / secret.NAME, new / secret.NAME)
+    if (data / split_secrets.NAME).exists():
+        split_secrets.host_secret(data)
+        _copy_private(data / split_secrets.NAME, new / split_secrets.NAME)
 
 
 def _copy_epoch_secrets(data: Path, new: Path) -> None:
-    for path in sorted((data / SECRETS).glob("*.secret")):
-        secret.epoch_secret(data, path.stem)
-        _copy_private(path, new / SECRETS / path.name)
+    for path in sorted((data / SECRETS_FOLDER).glob("*.secret")):
+        split_secrets.epoch_secret(data, path.stem)
+        _copy_private(path, new / SECRETS_FOLDER / path.name)
 
 
 def _copy_private(path: Path, copy: Path) -> None:
@@ -102,13 +102,13 @@ def _copy_private(path: Path, copy: Path) -> None:
 
 
 def _copy_split(split: Path, new: Path) -> None:
-    copy = folder_of(new, split.name)
+    copy = split_folder(new, split.name)
     changed = f"{split} changed while it was copied; repeat the backup"
     try:
         shutil.copytree(split, copy)
     except shutil.Error as error:
         raise Conflict(changed) from error
-    if hash_of(copy) != hash_of(split):
+    if split_hash(copy) != split_hash(split):
         raise Conflict(changed)
 
 

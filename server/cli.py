@@ -15,7 +15,7 @@ from typing import Any, NoReturn
 
 from arramon_server import __version__
 from arramon_server.commands import ENTRY_POINTS
-from arramon_server.configuration.secrets import mask_secrets
+from arramon_server.configuration.secret_masking import mask_secrets
 from arramon_server.configuration.sources import add_common_flags, load_configuration, wants_json
 from arramon_server.errors import ArraMonError
 from arramon_server.process import logs
@@ -23,14 +23,14 @@ from arramon_server.visible_text import shown
 
 FAMILIES = {
     "serve": ("serve", "health"),
-    "settings": ("config",),
+    "config": ("config",),
     "token": ("token",),
     "quota": ("quota",),
     "runs": ("runs",),
     "prune": ("prune",),
     "account": ("account",),
     "receipts": ("key", "rescore"),
-    "corrections": ("void",),
+    "void": ("void",),
     "transfer": ("export", "import"),
     "backup": ("backup",),
     "epoch": ("epoch",),

@@ -40,18 +40,19 @@ class ClosingTimes:
         """Return whether the scores of a split are still withheld from everybody but a run's participant and hosts."""
         return self.frozen and self.closes.of(split) is not None and not self.is_closed(split)
 
-    def check_open(self, split: str, what: str) -> None:
+    def check_open(self, split: str, consequence: str) -> None:
         """Check that the leaderboard of a split is not closed.
 
         Args:
             split: name of the split.
-            what: consequence for the error message, such as "no runs are created on it".
+            consequence: consequence for the error message, such as "no runs are created on it".
 
         Raises:
             Conflict: if it is closed.
         """
         if self.is_closed(split):
-            raise Conflict(f"the leaderboard of split {split!r} closed on {format_time(self.closes.of(split))}: {what}")
+            closed = format_time(self.closes.of(split))
+            raise Conflict(f"the leaderboard of split {split!r} closed on {closed}: {consequence}")
 
     def check_shown(self, split: str) -> None:
         """Check that the scores of a split are shown.

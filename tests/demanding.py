@@ -8,7 +8,7 @@ import numpy as np
 from arramon_client.world import Action
 from arramon_server.episodes.demands import TurnDemands, write_demands
 from arramon_server.episodes.episode import Episode
-from arramon_server.episodes.splits import Split, folder_of, read_split, write_split
+from arramon_server.episodes.splits import Split, read_split, split_folder, write_split
 from arramon_server.sim.catalogue import ALL_TYPES
 from tests import tiny
 
@@ -21,8 +21,8 @@ def written(data: Path, name: str, count: int, *, hidden: bool = False) -> Split
     made = split(name, count, hidden=hidden)
     episodes, sections = made.episodes.values(), made.sections.values()
     on_disk = write_split(data, name, hidden=hidden, source="generated", episodes=episodes, sections=sections)
-    write_demands(folder_of(data, name), on_disk.data_hash, made.demands)
-    return read_split(folder_of(data, name))
+    write_demands(split_folder(data, name), on_disk.data_hash, made.demands)
+    return read_split(split_folder(data, name))
 
 
 def split(name: str, count: int, *, hidden: bool = False, seed: int = 0) -> Split:

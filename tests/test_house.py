@@ -197,8 +197,9 @@ def test_serve_starts_where_no_other_package_is_installed(tmp_path: Path) -> Non
 def test_serve_imports_no_dataset_language_or_agent_code() -> None:
     """Neither when it is started, with all of its pages, nor when it plays."""
     code = (
-        "import sys, arramon_server.commands.serve, arramon_server.process.assembly, arramon_server.process.workers; "
-        "import arramon_server.web.pages; print([name for name in sys.modules if name.startswith("
+        "import sys, arramon_server.commands.serve, arramon_server.process.server_parts; "
+        "import arramon_server.process.workers, arramon_server.web.pages; "
+        "print([name for name in sys.modules if name.startswith("
         "('arramon_dataset', 'arramon_lang', 'arramon_agents', 'torch'))])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True)

@@ -15,7 +15,7 @@ from arramon_agents.simulated.world import StreetWorld, Things
 from arramon_client.world import Action
 from arramon_lang.meaning import Navigation
 from arramon_server.episodes.episode import Episode
-from arramon_server.episodes.splits import Split, folder_of, folders_of, read_split
+from arramon_server.episodes.splits import Split, read_split, split_folder, split_folders
 from arramon_server.errors import ArraMonError
 from arramon_server.sim.own_furniture import furnished
 from arramon_server.sim.rules import Collectible
@@ -104,7 +104,7 @@ def _rows(meaning: object) -> list[Row]:
 
 def training_splits(data: Path) -> list[str]:
     """Return the names of the training splits: `train`, and `train_extra` if the data folder has it."""
-    return ["train", *(folder.name for folder in folders_of(data) if folder.name == EXTRA_SPLIT)]
+    return ["train", *(folder.name for folder in split_folders(data) if folder.name == EXTRA_SPLIT)]
 
 
 def training_episodes(data: Path, languages: Sequence[str], episodes: int) -> list[tuple[Split, list[Episode]]]:
@@ -119,7 +119,7 @@ def training_episodes(data: Path, languages: Sequence[str], episodes: int) -> li
         ValueError: if a split is missing or lacks a language.
     """
     try:
-        splits = [read_split(folder_of(data, name)) for name in training_splits(data)]
+        splits = [read_split(split_folder(data, name)) for name in training_splits(data)]
     except ArraMonError as error:
         raise ValueError(str(error)) from error
     found = []

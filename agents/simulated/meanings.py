@@ -12,7 +12,7 @@ import arramon_lang as lang
 from arramon_agents.perception.eyes.vocabulary import LOOK_GROUPS
 from arramon_client.world import BANNER_COLOURS, COLLECTIBLE_COLOURS, COLLECTIBLES, FURNITURE
 from arramon_lang.meaning import TURNS, Assembly, Face, Meaning, Navigation, Rotate, Step, Thing, Walk, Where
-from arramon_server.episodes.splits import folder_of, read_split
+from arramon_server.episodes.splits import read_split, split_folder
 from arramon_server.sim.assets.furniture import COLOURS
 
 NAVIGATION_SHARE = 0.7
@@ -61,7 +61,7 @@ def read_samples(data: Path, split: str) -> list[TextSample]:
         NotFound: if there is no such split.
     """
     samples = []
-    for episode in read_split(folder_of(data, split)).episodes.values():
+    for episode in read_split(split_folder(data, split)).episodes.values():
         for language, turns in episode.instructions.items():
             for turn in turns:
                 for phase, text in (("navigation", turn.navigation), ("assembly", turn.assembly)):

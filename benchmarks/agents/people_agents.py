@@ -28,7 +28,7 @@ from arramon_agents.training.rollouts import RolloutPlan, play
 from arramon_agents.weights import SHIPPED, SUFFIX, file_of
 from arramon_client import load_agent
 from arramon_client.world import PHASES
-from arramon_server.episodes.splits import folder_of, read_split
+from arramon_server.episodes.splits import read_split, split_folder
 from benchmarks.agents.results_tables import shown_difference
 from benchmarks.agents.study import write_page
 from benchmarks.common import markdown_table, mean_and_error, parser_of
@@ -111,7 +111,7 @@ def main() -> None:
     parser.add_argument("--page", type=Path, default=Path("docs/results.md"))
     parser.add_argument("--play-only", action="store_true", help="do not write the page")
     given = parser.parse_args()
-    split = read_split(folder_of(given.data, given.split))
+    split = read_split(split_folder(given.data, given.split))
     _, tested = halves(split, given.lang)
     chosen = tuple(episode.episode_id for episode in tested[: given.episodes or None])
     rows = [(setup, _scores(given, setup, chosen)) for setup in setups_of(given.agents.split(","), given.tuned)]

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import stdtrit
 
-from arramon_server.scoring.seeds import seed_spread
+from arramon_server.scoring.seed_spread import seed_spread
 from benchmarks.common import markdown_table
 
 COLUMNS = ("nDTW", "CTC-0", "CTC-3", "CTC-5", "CTC-7", "rPOD@CTC-3", "PTC@CTC-3")

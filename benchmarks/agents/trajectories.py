@@ -34,7 +34,7 @@ from arramon_client.plugin.arguments import parse_arguments, parse_value
 from arramon_dataset.pictures.canvas import BLACK, GREEN, PINK, SWATCHES, WHITE, add_title, wrap_text
 from arramon_dataset.pictures.maps import ground_map
 from arramon_server.episodes.episode import Episode
-from arramon_server.episodes.splits import Split, folder_of, read_split
+from arramon_server.episodes.splits import Split, read_split, split_folder
 from arramon_server.scoring.metrics import ndtw
 from arramon_server.sim.geometry import Pose
 from arramon_server.sim.own_furniture import furnished
@@ -266,7 +266,7 @@ def main() -> None:
     parser.add_argument("--worst", type=int, default=20, help="failures on the sheet")
     parser.add_argument("--output", type=Path, default=Path("arramon-results/trajectories"))
     given = parser.parse_args()
-    split = read_split(folder_of(given.data, given.split))
+    split = read_split(split_folder(given.data, given.split))
     given.output.mkdir(parents=True, exist_ok=True)
     paths = read_or_play(given, split)
     turns = [

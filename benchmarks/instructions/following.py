@@ -13,7 +13,7 @@ from arramon_dataset.instruction_writer import make_instruction_writer, passes_t
 from arramon_dataset.plans import build_section, read_plan
 from arramon_dataset.trial import TrialWorld, play
 from arramon_server.scoring.aggregate import ROWS, aggregate
-from arramon_server.scoring.episode import EpisodeScores
+from arramon_server.scoring.episode_scores import EpisodeScores
 from benchmarks.common import add_json, parser_of, positive_int, text_table, write_json
 
 METRICS = ("nDTW", "CTC-0", "CTC-3", "CTC-5", "CTC-7", "rPOD", "PTC", "rPOD@CTC-3", "PTC@CTC-3")

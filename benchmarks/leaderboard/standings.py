@@ -22,24 +22,24 @@ from arramon_server.board.board import Board
 from arramon_server.board.cost import Cost
 from arramon_server.board.entries import Entries, StoredScores
 from arramon_server.board.episode_table import EpisodeTable
-from arramon_server.board.epochs import EpochBoard
+from arramon_server.board.epoch_board import EpochBoard
 from arramon_server.board.standings import BOTH
 from arramon_server.episodes.splits import Split, read_splits
-from arramon_server.runs.play.clocks import Clocks
+from arramon_server.runs.play.clocks import ClockSettings
 from arramon_server.runs.storage.database import Database
-from arramon_server.runs.storage.epochs import EpochStore
+from arramon_server.runs.storage.epoch_store import EpochStore
 from arramon_server.runs.storage.journal import Journal
 from arramon_server.runs.storage.records import COMPLETE, Run, RunProgress
 from arramon_server.scoring.aggregate import table_rows, with_total
-from arramon_server.scoring.episode import METRICS
+from arramon_server.scoring.episode_scores import METRICS
 from arramon_server.web.comparison_page import ComparisonPage
-from arramon_server.web.filters import StandingsQuery
+from arramon_server.web.page_texts import all_texts
 from arramon_server.web.rendering import Renderer
 from arramon_server.web.standings_page import StandingsPage
-from arramon_server.web.texts import all_texts
+from arramon_server.web.standings_query import StandingsQuery
 from benchmarks.common import data_or_sample, parser_of, positive_int
 
-CLOCKS, STEPS = Clocks(60.0, 86_400.0), 150
+CLOCKS, STEPS = ClockSettings(60.0, 86_400.0), 150
 
 
 def main() -> None:

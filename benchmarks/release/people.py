@@ -25,7 +25,7 @@ from arramon_dataset.release.landmarks.mentions import FURNITURE, events_of
 from arramon_dataset.trial import TrialWorld, play
 from arramon_dataset.world_check import missing_furniture
 from arramon_server.episodes.episode import Episode, Instructions
-from arramon_server.episodes.splits import Split, folder_of, read_split
+from arramon_server.episodes.splits import Split, read_split, split_folder
 from arramon_server.sim.cameras import Actor, Camera, Frame, Viewpoint
 from arramon_server.sim.city import city_scene, refurnished
 from arramon_server.sim.own_furniture import NO_FURNITURE, furnished
@@ -205,7 +205,7 @@ def main() -> None:
     add_json(parser)
     arguments = parser.parse_args()
 
-    split = read_split(folder_of(arguments.data, arguments.split))
+    split = read_split(split_folder(arguments.data, arguments.split))
     sections = sorted(split.sections)
     chosen = range(arguments.skip, arguments.skip + arguments.episodes)
     share = arguments.seconds * arguments.jobs / len(sections)

@@ -41,7 +41,7 @@ Code = type | Callable[..., Any]
 """A function, or a class for all of its methods."""
 
 STAGES: dict[str, tuple[Code, ...]] = {
-    "sections, built on first use": (Worlds.collision_check, Worlds.scene, Worlds._made),
+    "sections, built on first use": (Worlds.collision_check, Worlds.scene, Worlds._build_camera),
     "drawing": (RasterCamera.render,),
     "view: poses of the objects": (Worlds.render,),
     "journal: commit": (MeteredJournal.commit, Journal.commit),

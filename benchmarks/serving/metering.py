@@ -24,12 +24,12 @@ from benchmarks.serving.steps import measure
 UNMEASURED = """
 import sys
 from arramon_server.__main__ import main
-from arramon_server.process.metrics import Metrics
+from arramon_server.process.prometheus_metrics import PrometheusMetrics
 from arramon_server.runs.storage.meter import Meter
 
 for name in vars(Meter):
     if not name.startswith("_"):
-        setattr(Metrics, name, getattr(Meter, name))
+        setattr(PrometheusMetrics, name, getattr(Meter, name))
 sys.exit(main(sys.argv[1:]))
 """
 

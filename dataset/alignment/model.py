@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from arramon.strict_json import read_json
 from arramon_dataset.alignment.route_tokens import Tokens, mirrored
-from arramon_server.episodes.files import read_bytes
+from arramon_server.episodes.split_files import read_bytes
 from arramon_server.errors import BadFile
 
 DATA = Path(__file__).parent / "data"

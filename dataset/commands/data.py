@@ -6,9 +6,9 @@ from pathlib import Path
 
 from arramon_dataset.release.importer import import_release
 from arramon_server.commands import Commands
-from arramon_server.commands.wording import describe
-from arramon_server.episodes.epochs import SECRET_DIGITS, check_secret
-from arramon_server.episodes.splits import folder_of, read_split
+from arramon_server.commands.split_description import describe_split
+from arramon_server.episodes.epoch_statement import SECRET_DIGITS, check_secret
+from arramon_server.episodes.splits import read_split, split_folder
 from arramon_server.errors import BadInput, NotFound, quoted
 
 
@@ -69,10 +69,10 @@ def _demands(arguments: argparse.Namespace) -> None:
     from arramon_dataset.demands import add_demands
 
     for name in arguments.splits:
-        folder = folder_of(arguments.data, name)
+        folder = split_folder(arguments.data, name)
         if not folder.is_dir():
             raise NotFound(f"there is no split {quoted(name)} in {arguments.data}")
-        print(describe(add_demands(arguments.data, read_split(folder))))
+        print(describe_split(add_demands(arguments.data, read_split(folder))))
 
 
 def _import(arguments: argparse.Namespace) -> None:
@@ -84,7 +84,7 @@ def _import(arguments: argparse.Namespace) -> None:
         hidden=arguments.hidden,
         jobs=arguments.jobs,
     ):
-        print(describe(split))
+        print(describe_split(split))
 
 
 def _generate(arguments: argparse.Namespace) -> None:
@@ -104,7 +104,7 @@ def _generate(arguments: argparse.Namespace) -> None:
             jobs=arguments.jobs,
             on_progress=throttled_progress(print_line),
         )
-        print(describe(tasks))
+        print(describe_split(tasks))
         return
     for split in generate_splits(
         arguments.data,
@@ -117,7 +117,7 @@ def _generate(arguments: argparse.Namespace) -> None:
         sections=arguments.sections,
         secret="" if arguments.secret is None else read_secret(arguments.secret),
     ):
-        print(describe(split))
+        print(describe_split(split))
 
 
 def read_secret(text: str) -> str:

@@ -8,19 +8,19 @@ from typing import Any
 from arramon_server import __version__
 from arramon_server.commands import Commands
 from arramon_server.commands.epoch import next_number, open_epoch
-from arramon_server.commands.wording import describe
+from arramon_server.commands.split_description import describe_split
 from arramon_server.configuration.config import Config
-from arramon_server.episodes.epochs import (
+from arramon_server.episodes.epoch_statement import (
     LIST_FORMAT,
     LIST_VERSION,
     EpochStatement,
     check_secret,
     commitment_of,
-    digest_of,
     read_statement,
+    secret_digest,
 )
-from arramon_server.episodes.files import read_object
-from arramon_server.episodes.splits import Split, folder_of
+from arramon_server.episodes.split_files import read_json_object
+from arramon_server.episodes.splits import Split, split_folder
 from arramon_server.errors import BadFile, BadInput
 
 
@@ -52,7 +52,7 @@ def add_actions(actions: Commands, common: argparse.ArgumentParser) -> None:
 def _open(arguments: argparse.Namespace) -> None:
     from arramon_dataset.generation.checkpoint import digest_of_sources
     from arramon_dataset.generation.split_specs import epoch_spec
-    from arramon_server.episodes.secret import epoch_secret
+    from arramon_server.episodes.split_secrets import epoch_secret
 
     config: Config = arguments.settings
     epoch_spec(arguments.base, 1).count(arguments.scale)  # Checks both before generation starts.
@@ -71,10 +71,10 @@ def _open(arguments: argparse.Namespace) -> None:
         generator=__version__,
         sources=digest_of_sources(),
         data_hash=split.data_hash,
-        secret_sha256=digest_of(secret),
+        secret_sha256=secret_digest(secret),
     )
     commitment = open_epoch(config, statement)
-    print(describe(split))
+    print(describe_split(split))
     print(f"open: {plan.name}, commitment {commitment.hex()}")
     print("restart the servers to serve it", file=sys.stderr)
 
@@ -87,18 +87,20 @@ def _verify(arguments: argparse.Namespace) -> int:
     if entry.get("secret") is None:
         raise BadInput(f"the secret of {arguments.split!r} is not revealed yet; until then only its hash is public")
     secret = check_secret(_text(arguments.file, entry, "secret"))
-    commitment = commitment_of(statement.written()).hex()
+    commitment = commitment_of(statement.canonical_json()).hex()
     wrong = []
     for name, noted in (("the list", entry.get("commitment")), ("--commitment", arguments.commitment)):
         if noted is not None and str(noted).lower() != commitment:
             wrong.append(f"the statement's commitment is {commitment}, but {name} has {noted}")
-    if digest_of(secret) != statement.secret_sha256:
-        wrong.append(f"the secret's SHA-256 is {digest_of(secret)}, but the statement has {statement.secret_sha256}")
+    if secret_digest(secret) != statement.secret_sha256:
+        wrong.append(
+            f"the secret's SHA-256 is {secret_digest(secret)}, but the statement has {statement.secret_sha256}"
+        )
     if wrong:
         print(f"{arguments.split}: DIFFERENT", *(f"  {line}" for line in wrong), sep="\n")
         return 1
     print(f"commitment {commitment}: statement and secret belong to it", flush=True)
-    if folder_of(arguments.data, arguments.split).exists():
+    if split_folder(arguments.data, arguments.split).exists():
         raise BadInput(f"{arguments.data} has the split {arguments.split!r} already; expected a folder without it")
     split = _generate(
         arguments.data, statement.split, secret, scale=statement.scale, jobs=arguments.jobs, tried=statement.tried
@@ -113,7 +115,7 @@ def _verify(arguments: argparse.Namespace) -> int:
         if made != said
     ]
     if not found:
-        print(f"{describe(split)}: identical")
+        print(f"{describe_split(split)}: identical")
         return 0
     print(f"{arguments.split}: DIFFERENT", *(f"  {line}" for line in found), sep="\n")
     _explain(statement)
@@ -146,7 +148,7 @@ def _generate(data: Path, name: str, secret: str, *, scale: float, jobs: int, tr
 
 def _find(path: Path, split: str) -> dict[str, Any]:
     """Return the entry of an epoch in a host's list."""
-    content = read_object(path)
+    content = read_json_object(path)
     if (content.get("format"), content.get("version")) != (LIST_FORMAT, LIST_VERSION):
         raise BadFile(path, f"is not a list of epochs: expected the format {LIST_FORMAT!r}, version {LIST_VERSION}")
     epochs = content.get("epochs")

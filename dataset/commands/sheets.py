@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from arramon_server.commands import Commands
-from arramon_server.commands.wording import describe
+from arramon_server.commands.split_description import describe_split
 from arramon_server.errors import StorageError
 
 
@@ -37,4 +37,4 @@ def _sheets(arguments: argparse.Namespace) -> None:
 def _add_paraphrased(arguments: argparse.Namespace) -> None:
     from arramon_dataset.paraphrases.collection import install
 
-    print(describe(install(arguments.data)))
+    print(describe_split(install(arguments.data)))

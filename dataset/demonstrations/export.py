@@ -17,7 +17,7 @@ from arramon_dataset.demonstrations.parts import ExportPart, episodes_by_languag
 from arramon_dataset.demonstrations.request import ExportRequest, ResolvedExport, check_request
 from arramon_dataset.demonstrations.sources import EpisodeSelection
 from arramon_dataset.parallel import processes_of
-from arramon_server.episodes.splits import Split, folder_of, folders_of, no_splits, read_split
+from arramon_server.episodes.splits import Split, no_splits_error, read_split, split_folder, split_folders
 from arramon_server.errors import BadInput, Conflict, NotFound, StorageError
 from arramon_server.sim.cameras import CAMERAS
 from arramon_server.sim.physics import problem_of_camera
@@ -79,12 +79,12 @@ def find_split(data: Path, name: str) -> Split:
         NotFound: if there is no such split; the message lists the existing ones.
         BadFile: if a file of the split is invalid.
     """
-    names = [folder.name for folder in folders_of(data)]
+    names = [folder.name for folder in split_folders(data)]
     if not names:
-        raise no_splits(data)
+        raise no_splits_error(data)
     if name not in names:
         raise NotFound(f"there is no split {name!r} in {data}; there are {', '.join(names)}")
-    return read_split(folder_of(data, name))
+    return read_split(split_folder(data, name))
 
 
 def complete_request(request: ExportRequest, split: Split) -> ExportRequest:

@@ -8,7 +8,7 @@ from arramon_dataset.demonstrations.request import ExportRequest
 from arramon_server.episodes.episode import Episode
 from arramon_server.episodes.splits import Split
 from arramon_server.errors import BadInput, Conflict
-from arramon_server.runs.results.reports import split_of
+from arramon_server.runs.results.reports import split_as_played
 from arramon_server.runs.storage.causes import AGENT_FINISHED
 from arramon_server.runs.storage.journal import Journal
 from arramon_server.runs.storage.records import RUNNING, EpisodeEnding, Run
@@ -66,7 +66,7 @@ def recorded_run(journal: Journal, run: Run, split: Split, request: ExportReques
         Conflict: if the run is still being played, or the split's data has changed since then.
         BadInput: if the run was played in another language.
     """
-    split_of(run, {split.name: split})
+    split_as_played(run, {split.name: split})
     if run.state == RUNNING:
         raise Conflict(f"run {run.run_id!r} is still being played; export it when it is over")
     if request.languages != (run.language,):

@@ -10,8 +10,8 @@ from arramon_client.world import STEPS_PER_PHASE
 from arramon_dataset.environments.playable_split import DRAWN, PlayableSplit, open_playable_split
 from arramon_dataset.environments.player import LocalPlayer
 from arramon_server.episodes.episode import Episode
+from arramon_server.episodes.instruction_texts import instructions_in
 from arramon_server.episodes.splits import Split
-from arramon_server.episodes.texts import instructions_in
 from arramon_server.errors import ArraMonError
 from arramon_server.sim.cameras import CAMERAS
 from arramon_server.sim.physics import problem_of_camera

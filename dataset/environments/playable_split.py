@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
-from arramon_server.episodes.splits import Split, folder_of, folders_of, no_splits, read_split
+from arramon_server.episodes.splits import Split, no_splits_error, read_split, split_folder, split_folders
 from arramon_server.errors import NotFound
 from arramon_server.runs.play.worlds import Worlds
 from arramon_server.sim.footprints import Footprints
@@ -42,12 +42,12 @@ def open_playable_split(data: Path, name: str, camera: str) -> PlayableSplit:
         NotFound: if there is no such split; the message lists the existing ones, or says how to generate one.
         BadFile: if a file of the split is invalid.
     """
-    folders = {folder.name: folder for folder in folders_of(data)}
+    folders = {folder.name: folder for folder in split_folders(data)}
     if not folders:
-        raise no_splits(data)
+        raise no_splits_error(data)
     if name not in folders:
         raise NotFound(f"there is no split {name!r} in {data}; there are {', '.join(folders)}")
-    folder = folder_of(data, name)
+    folder = split_folder(data, name)
     changed = (folder / "episodes.jsonl").stat().st_mtime_ns
     return _open(folder.absolute(), changed, camera, threading.get_ident())
 

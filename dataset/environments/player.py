@@ -18,7 +18,7 @@ from arramon_dataset.environments.playable_split import PlayableSplit
 from arramon_dataset.environments.rewards import NoReward, Reward, make_reward
 from arramon_server.episodes.episode import Episode
 from arramon_server.runs.play.session import EpisodeSession
-from arramon_server.scoring.episode import EpisodeScores
+from arramon_server.scoring.episode_scores import EpisodeScores
 from arramon_server.sim.cameras import Frame
 from arramon_server.sim.labels import LABELS
 from arramon_server.sim.own_furniture import furnished

@@ -10,8 +10,8 @@ from arramon_client.world import SENSORS, STEPS_PER_PHASE
 from arramon_dataset.environments.playable_split import DRAWN, PlayableSplit, playable_split
 from arramon_dataset.generation.room_tasks import PREFIX, ROOM_SECTION, draw_task
 from arramon_server.episodes.episode import Episode
-from arramon_server.episodes.splits import ROOMS, Split
-from arramon_server.episodes.texts import instructions_in
+from arramon_server.episodes.instruction_texts import instructions_in
+from arramon_server.episodes.splits import ROOMS_SPLIT, Split
 
 SURVEYED = 24
 """Number of sample tasks that determine the maximum length of instructions."""
@@ -76,7 +76,7 @@ def _draw(seed: int, language: str, longest: int, longest_utf8: int) -> Episode 
         texts = instructions_in([episode], language)
         return all(len(text) <= longest and len(text.encode()) <= longest_utf8 for text in texts)
 
-    drawn = draw_task(f"{PREFIX}{seed}", (ROOMS, seed), (language,), fits)
+    drawn = draw_task(f"{PREFIX}{seed}", (ROOMS_SPLIT, seed), (language,), fits)
     return None if drawn is None else drawn.episode
 
 

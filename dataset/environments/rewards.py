@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from arramon_server.episodes.episode import Episode
 from arramon_server.runs.play.session import EpisodeSession
-from arramon_server.scoring.episode import score_turn
+from arramon_server.scoring.episode_scores import score_turn
 from arramon_server.scoring.trajectory import TurnRecord
 from arramon_server.sim.rules import Phase, PhaseEnded, State
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from pydantic import TypeAdapter
 
 from arramon_dataset.generation.batches import GeneratedEpisode
-from arramon_server.episodes.files import parse, read_bytes
+from arramon_server.episodes.split_files import parse_json, read_bytes
 from arramon_server.errors import BadFile, Conflict, StorageError
 
 FOLDER = "unfinished"
@@ -123,14 +123,14 @@ def _read(path: Path, origin: str) -> tuple[dict[str, GeneratedEpisode], int]:
     """Return the episodes of a file and the length of its valid part, in bytes; 0 if it is of another origin."""
     *lines, _ = read_bytes(path).split(b"\n")
     try:
-        if not lines or parse(_ORIGIN, lines[0], path, line=1).origin != origin:
+        if not lines or parse_json(_ORIGIN, lines[0], path, line=1).origin != origin:
             return {}, 0
     except BadFile:
         return {}, 0
     found, size = {}, len(lines[0]) + 1
     for number, line in enumerate(lines[1:], start=2):
         try:
-            made = parse(_MADE, line, path, line=number)
+            made = parse_json(_MADE, line, path, line=number)
         except BadFile:  # A power failure may leave arbitrary bytes at the end.
             break
         found[made.episode.episode_id] = made

@@ -11,9 +11,9 @@ from arramon_dataset.generation.split_maker import GenerationProgress, SplitRequ
 from arramon_dataset.generation.split_specs import EXTRA, SplitSpec
 from arramon_dataset.parallel import processes_of
 from arramon_dataset.plans import Plan, build_section, read_plan
-from arramon_server.episodes.epochs import epoch_of
-from arramon_server.episodes.secret import host_secret
-from arramon_server.episodes.splits import ROOMS, Split
+from arramon_server.episodes.epoch_statement import parse_epoch_name
+from arramon_server.episodes.split_secrets import host_secret
+from arramon_server.episodes.splits import ROOMS_SPLIT, Split
 from arramon_server.errors import BadInput
 from arramon_server.sim.section import Section
 
@@ -91,9 +91,9 @@ def generate_rooms(data: Path, count: int, *, seed: int = 0, jobs: int = 0, on_p
     if count < 1:
         raise BadInput(f"the number of room tasks is {count}; expected at least 1")
     order = SplitRequest(
-        name=ROOMS,
+        name=ROOMS_SPLIT,
         source=f"room tasks alone, seed {seed}, {NO_TRIAL}",
-        key=(ROOMS, seed),
+        key=(ROOMS_SPLIT, seed),
         episode_ids=room_ids(count),
         sections=[ROOM_SECTION],
         batches=lambda missing: room_batches(seed, missing),
@@ -108,7 +108,7 @@ def _check_secret(plans: Sequence[SplitSpec], secret: str) -> None:
         names = ", ".join(plan.name for plan in plans)
         raise BadInput(f"a secret was given, but secrets seed hidden splits only, and {names} is not hidden")
     for plan in plans:
-        if not secret and epoch_of(plan.name):
+        if not secret and parse_epoch_name(plan.name):
             raise BadInput(
                 f"the epoch {plan.name!r} needs its own secret: give it with --secret once it is "
                 "revealed, or open an epoch with `arramon-server epoch open`"

@@ -15,7 +15,7 @@ from arramon_dataset.instructions.gate.texts import faults_of_text
 from arramon_dataset.randomness import seeded
 from arramon_lang.meaning import Assembly, Navigation, Rotate, Thing
 from arramon_server.episodes.episode import Episode, Instructions, Turn
-from arramon_server.episodes.splits import ROOMS
+from arramon_server.episodes.splits import ROOMS_SPLIT
 from arramon_server.errors import ArraMonError
 from arramon_server.sim.catalogue import ALL_TYPES, ObjectType
 from arramon_server.sim.geometry import Point, Pose
@@ -31,7 +31,7 @@ ATTEMPTS = 200
 BATCH_SIZE = 50
 """Tasks in one batch."""
 
-ROOM_SECTION = Section(ROOMS, 0.0, (-5.0, -5.0, 5.0, 5.0), (), ())
+ROOM_SECTION = Section(ROOMS_SPLIT, 0.0, (-5.0, -5.0, 5.0, 5.0), (), ())
 """The empty ground on which the agent picks each object up."""
 
 BEFORE_AGENT = Point(0.0, 0.1, 1.5)
@@ -59,7 +59,7 @@ class RoomBatch:
         return [self._make(episode_id) for episode_id in self.episode_ids]
 
     def _make(self, episode_id: str) -> GeneratedEpisode:
-        made = draw_task(episode_id, (ROOMS, self.seed, episode_id), lang.available(), _is_true)
+        made = draw_task(episode_id, (ROOMS_SPLIT, self.seed, episode_id), lang.available(), _is_true)
         if made is None:
             raise ArraMonError(f"no valid room task {episode_id} found in {ATTEMPTS} attempts")
         return made

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from arramon_server.episodes.epochs import epoch_of, name_of
+from arramon_server.episodes.epoch_statement import epoch_split_name, parse_epoch_name
 from arramon_server.errors import BadInput, quoted
 
 IDS_PER_SECTION, FIRST_ID = 10_000, 5_000
@@ -102,7 +102,7 @@ def epoch_spec(base: str, number: int) -> SplitSpec:
     hidden = [name for name, plan in SPLITS.items() if plan.hidden]
     if base not in hidden:
         raise BadInput(f"there are no epochs of {quoted(base)}: expected a hidden split, {', '.join(hidden)}")
-    return replace(SPLITS[base], name=name_of(base, number))
+    return replace(SPLITS[base], name=epoch_split_name(base, number))
 
 
 def select_specs(names: list[str] | None, sections: int | None = None) -> list[SplitSpec]:
@@ -115,7 +115,7 @@ def select_specs(names: list[str] | None, sections: int | None = None) -> list[S
     Raises:
         BadInput: if a name is unknown, or the number of sections is missing, out of range, or given without need.
     """
-    epochs = {name: epoch_spec(*found) for name in names or () if (found := epoch_of(name))}
+    epochs = {name: epoch_spec(*found) for name in names or () if (found := parse_epoch_name(name))}
     for name in names or ():
         if name not in (*SPLITS, EXTRA, *epochs):
             raise BadInput(f"there is no split {name!r}; there are {', '.join((*SPLITS, EXTRA))}")

@@ -13,7 +13,7 @@ from typing import Any
 from pydantic import TypeAdapter
 
 from arramon_server.episodes.episode import Episode, Instructions
-from arramon_server.episodes.files import read_episodes, read_section
+from arramon_server.episodes.split_files import read_episodes, read_section
 from arramon_server.episodes.splits import Split, write_split
 from arramon_server.sim.section import Section
 

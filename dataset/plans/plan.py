@@ -14,7 +14,7 @@ import numpy as np
 from pydantic import ConfigDict, Field, TypeAdapter
 
 from arramon_dataset.layout.grid import Points, to_world_frame
-from arramon_server.episodes.files import parse, read_bytes
+from arramon_server.episodes.split_files import parse_json, read_bytes
 from arramon_server.errors import BadFile, NotFound
 
 FOLDER = Path(__file__).parent
@@ -123,7 +123,7 @@ def read_plan(id: str, folder: Path = FOLDER) -> Plan:  # noqa: A002 - the usual
         data = json.dumps(table, allow_nan=False, default=str)
     except ValueError as error:
         raise BadFile(path, "contains a number that is not finite") from error
-    plan = parse(_PLAN, data.encode(), path)
+    plan = parse_json(_PLAN, data.encode(), path)
     _check(plan, path)
     return plan
 

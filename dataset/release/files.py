@@ -14,7 +14,7 @@ from typing_extensions import TypedDict
 import arramon_lang as lang
 from arramon_client.world import CELL_SIZE, TURN, Action
 from arramon_server.episodes.episode import Episode, Instructions, Turn
-from arramon_server.episodes.files import parse, read_bytes
+from arramon_server.episodes.split_files import parse_json, read_bytes
 from arramon_server.errors import BadFile
 from arramon_server.sim.catalogue import ObjectType
 from arramon_server.sim.geometry import Point, Pose, wrap
@@ -84,7 +84,7 @@ def read_release(path: Path, language: str | None = None) -> tuple[str, list[Epi
         BadFile: if anything is missing or malformed, or the actions do not follow the paths; names the place in the
             file.
     """
-    records = parse(_RECORDS, read_bytes(path), path)
+    records = parse_json(_RECORDS, read_bytes(path), path)
     if not records:
         raise BadFile(path, "contains no episodes")
     language = language or _identify(records, path)

@@ -23,7 +23,7 @@ from arramon_dataset.release.reconstruction import reconstruct_section
 from arramon_lang.meaning import Assembly
 from arramon_server.episodes.episode import Episode, with_languages
 from arramon_server.episodes.provenance import Provenance, origins_of
-from arramon_server.episodes.splits import Split, folder_of, read_split, write_split
+from arramon_server.episodes.splits import Split, read_split, split_folder, write_split
 from arramon_server.errors import BadFile, BadInput
 from arramon_server.sim.own_furniture import OwnFurniture
 from arramon_server.sim.room import RoomPosition
@@ -94,7 +94,7 @@ def split_name(file: Path) -> str:
 
 def _existing_episodes(data: Path, name: str) -> dict[str, Episode]:
     """Return the existing episodes of a split, reduced to what the release contains."""
-    folder = folder_of(data, name)
+    folder = split_folder(data, name)
     if not folder.exists():
         return {}
     split = read_split(folder)

@@ -8,8 +8,8 @@ from typing import Any
 from arramon_dataset.statistics.diversity import SAMPLE
 from arramon_dataset.statistics.measure import SplitStatistics, measure
 from arramon_server.episodes.episode import Episode, languages_of
-from arramon_server.episodes.files import read_episodes
-from arramon_server.episodes.splits import folder_of, folders_of
+from arramon_server.episodes.split_files import read_episodes
+from arramon_server.episodes.splits import split_folder, split_folders
 from arramon_server.errors import BadInput, NotFound
 
 
@@ -43,13 +43,15 @@ def as_json(columns: Sequence[SplitStatistics]) -> list[dict[str, Any]]:
 
 
 def _read(data: Path, names: Sequence[str]) -> dict[str, list[Episode]]:
-    there = [folder.name for folder in folders_of(data)]
+    there = [folder.name for folder in split_folders(data)]
     if not there:
         raise NotFound(f"there are no episodes in {data}")
     for name in names:
         if name not in there:
             raise NotFound(f"there is no split {name!r} in {data}; there are {', '.join(there)}")
-    return {name: read_episodes(folder_of(data, name) / "episodes.jsonl")[1] for name in dict.fromkeys(names or there)}
+    return {
+        name: read_episodes(split_folder(data, name) / "episodes.jsonl")[1] for name in dict.fromkeys(names or there)
+    }
 
 
 def _select(splits: Mapping[str, Sequence[Episode]], languages: Sequence[str]) -> list[tuple[str, str, list[Episode]]]:

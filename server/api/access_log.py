@@ -11,8 +11,8 @@ from urllib.parse import unquote
 
 import grpc
 
-from arramon_server.api.authentication import caller_of
-from arramon_server.api.interceptor import Context, Continuation, Handler, Work, wrap_handler
+from arramon_server.api.authentication import current_caller
+from arramon_server.api.interceptor import Context, Continuation, Handler, HandlerFunction, wrap_handler
 
 _QUIET = ("/grpc.health.", "/grpc.reflection.")
 
@@ -41,11 +41,11 @@ class AccessLog(grpc.aio.ServerInterceptor):
             return None
         method = handler_call_details.method
 
-        async def answer(work: Work, request: Any, context: Context) -> Any:
+        async def answer(work: HandlerFunction, request: Any, context: Context) -> Any:
             with self._log_end(method, context):
                 return await work(request, context)
 
-        async def stream(work: Work, requests: Any, context: Context) -> AsyncIterator[Any]:
+        async def stream(work: HandlerFunction, requests: Any, context: Context) -> AsyncIterator[Any]:
             with self._log_end(method, context):
                 async with aclosing(work(requests, context)) as responses:
                     async for response in responses:
@@ -96,7 +96,7 @@ def _status(context: Context) -> str:
 
 def _account() -> str:
     try:
-        caller = caller_of()
+        caller = current_caller()
     except LookupError:
         return "unknown"
     return caller.account or caller.role.value

@@ -11,7 +11,7 @@ from typing import Any
 import grpc
 
 from arramon_server.addresses import is_loopback
-from arramon_server.api.interceptor import CallOrigin, Context, Continuation, Handler, Work, wrap_handler
+from arramon_server.api.interceptor import CallOrigin, Context, Continuation, Handler, HandlerFunction, wrap_handler
 from arramon_server.configuration.config import Config
 from arramon_server.errors import Forbidden, StorageError, Unauthenticated
 from arramon_server.runs.accounts.accounts import Accounts
@@ -39,7 +39,7 @@ streams are authenticated again at this interval, when they send a response."""
 _caller: ContextVar[Caller] = ContextVar("caller")
 
 
-def caller_of() -> Caller:
+def current_caller() -> Caller:
     """Return the authenticated caller of the call that the current task handles.
 
     Raises:
@@ -72,11 +72,11 @@ class Authentication(grpc.aio.ServerInterceptor):
         if handler is None or not method.startswith("/arramon."):
             return handler
 
-        async def answer(work: Work, request: Any, context: Context) -> Any:
+        async def answer(work: HandlerFunction, request: Any, context: Context) -> Any:
             await self._admit(CallOrigin.of(context), method)
             return await work(request, context)
 
-        async def stream(work: Work, request: Any, context: Context) -> AsyncIterator[Any]:
+        async def stream(work: HandlerFunction, request: Any, context: Context) -> AsyncIterator[Any]:
             origin = CallOrigin.of(context)
             await self._admit(origin, method)
             again = time.monotonic() + TOKEN_CACHE_SECONDS
@@ -90,7 +90,7 @@ class Authentication(grpc.aio.ServerInterceptor):
         return wrap_handler(handler, answer, stream)
 
     async def _admit(self, origin: CallOrigin, method: str, *, known: bool = False) -> None:
-        """Authenticate the caller and store it for `caller_of`.
+        """Authenticate the caller and store it for `current_caller`.
 
         Args:
             origin: origin of the call.
@@ -123,7 +123,7 @@ class Authentication(grpc.aio.ServerInterceptor):
         scheme, _, token = sent[0].partition(" ")
         if len(sent) > 1 or scheme.lower() != "bearer" or not token.strip():
             raise Unauthenticated("bad `authorization` metadata: expected exactly one value, `Bearer TOKEN`")
-        if not (self._trust_proxy or is_private(origin)):
+        if not (self._trust_proxy or is_confidential(origin)):
             raise Forbidden(
                 "tokens are accepted over TLS only, and this connection is not encrypted: connect with TLS, and ask "
                 "the host for a new token, as this one was sent unencrypted"
@@ -156,8 +156,8 @@ def anonymous_caller(config: Config) -> Caller | None:
     return ANONYMOUS if own else UNAUTHENTICATED
 
 
-def is_private(origin: CallOrigin) -> bool:
-    """Return whether nobody can read a call in transit: it is encrypted, or does not leave this machine."""
+def is_confidential(origin: CallOrigin) -> bool:
+    """Return whether no third party can read a call in transit: it is encrypted, or does not leave this machine."""
     return origin.encrypted or _has_local_peer(origin)
 
 

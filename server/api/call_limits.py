@@ -9,8 +9,8 @@ from typing import Any, cast
 
 import grpc
 
-from arramon_server.api.authentication import caller_of
-from arramon_server.api.interceptor import Context, Continuation, Handler, Work, wrap_handler
+from arramon_server.api.authentication import current_caller
+from arramon_server.api.interceptor import Context, Continuation, Handler, HandlerFunction, wrap_handler
 from arramon_server.errors import OverQuota
 from arramon_server.runs.accounts.callers import ANONYMOUS, Role
 
@@ -60,7 +60,7 @@ class CallLimits(grpc.aio.ServerInterceptor):
             return None
         method, streaming = handler_call_details.method, handler.response_streaming
 
-        async def answer(work: Work, request: Any, context: Context) -> Any:
+        async def answer(work: HandlerFunction, request: Any, context: Context) -> Any:
             group = _group_of(method, streaming=streaming)
             if group is None:
                 return await work(request, context)
@@ -68,7 +68,7 @@ class CallLimits(grpc.aio.ServerInterceptor):
             async with self._slots[group]:
                 return await work(request, context)
 
-        async def stream(work: Work, request: Any, context: Context) -> AsyncIterator[Any]:
+        async def stream(work: HandlerFunction, request: Any, context: Context) -> AsyncIterator[Any]:
             group = _group_of(method, streaming=streaming)
             if group is not None:
                 self._enter(group, context)
@@ -102,7 +102,7 @@ def _group_of(method: str, *, streaming: bool) -> CallerGroup | None:
     """Return the group that a call belongs to; None if it is not limited."""
     if not method.startswith("/arramon."):
         return WATCHERS if streaming else PROBES
-    caller = caller_of()
+    caller = current_caller()
     if caller.role is Role.HOST or caller == ANONYMOUS:
         return None
     if caller.account is None:

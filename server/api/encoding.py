@@ -54,7 +54,7 @@ class ImageEncoder(Protocol):
         """Whether encoding compresses, and should run in another thread; otherwise it only copies."""
 
     @property
-    def form(self) -> str:
+    def image_quality(self) -> str:
         """Quality of the images, which may affect an agent's score: "lossless", or "jpeg" followed by its quality."""
 
     def announce(self, opened: Opened) -> None:
@@ -111,7 +111,7 @@ class MessageEncoder:
         return self.encoding != ENCODING_RAW
 
     @property
-    def form(self) -> str:
+    def image_quality(self) -> str:
         """Quality of the images: "lossless", or "jpeg" with its quality."""
         return f"jpeg{self.jpeg_quality}" if self.jpeg_quality else "lossless"
 

@@ -8,8 +8,8 @@ from typing import Any
 import grpc
 from google.protobuf.message import DecodeError
 
-from arramon_server.api.interceptor import Context, Continuation, Handler, Work, cancel_if_gone, wrap_handler
-from arramon_server.api.status import status_of
+from arramon_server.api.grpc_status import status_of
+from arramon_server.api.interceptor import Context, Continuation, Handler, HandlerFunction, cancel_if_gone, wrap_handler
 from arramon_server.errors import ArraMonError, BadInput, StorageError
 
 INTERNAL_ERROR_TEXT = "internal server error: a defect of the server; its host finds the details in the server's log"
@@ -24,7 +24,7 @@ MAX_TEXT_BYTES = 4096
 _log = logging.getLogger(__name__)
 
 
-class Unreadable(BadInput):
+class UnreadableRequest(BadInput):
     """The bytes of a request are not a message of the expected type."""
 
 
@@ -44,7 +44,7 @@ class ErrorGuard(grpc.aio.ServerInterceptor):
         method = handler_call_details.method
         reads_many = handler.request_streaming
 
-        async def answer(work: Work, request: Any, context: Context) -> Any:
+        async def answer(work: HandlerFunction, request: Any, context: Context) -> Any:
             try:
                 with cancel_if_gone():  # a handler may write to the context directly
                     return await work(
@@ -53,7 +53,7 @@ class ErrorGuard(grpc.aio.ServerInterceptor):
             except Exception as error:  # noqa: BLE001 - every exception is logged and answered
                 await _refuse(error, context, method)
 
-        async def stream(work: Work, request: Any, context: Context) -> AsyncIterator[Any]:
+        async def stream(work: HandlerFunction, request: Any, context: Context) -> AsyncIterator[Any]:
             try:
                 checked = _readable_requests(request) if reads_many else _require_readable(request)
                 async with aclosing(work(checked, context)) as responses:
@@ -62,17 +62,17 @@ class ErrorGuard(grpc.aio.ServerInterceptor):
             except Exception as error:  # noqa: BLE001 - as above
                 await _refuse(error, context, method)
 
-        return wrap_handler(handler, answer, stream, read=_reader(handler.request_deserializer))
+        return wrap_handler(handler, answer, stream, read=_request_deserializer(handler.request_deserializer))
 
 
-def _reader(deserialize: Callable[[bytes], Any] | None) -> Callable[[bytes], Any]:
+def _request_deserializer(deserialize: Callable[[bytes], Any] | None) -> Callable[[bytes], Any]:
     """Return a deserializer that returns `UnreadableRequest` instead of raising: gRPC would send the bare exception."""
 
     def read(data: bytes) -> Any:
         try:
             return data if deserialize is None else deserialize(data)
         except DecodeError as error:
-            return Unreadable(f"the request cannot be read: {error}")
+            return UnreadableRequest(f"the request cannot be read: {error}")
 
     return read
 
@@ -83,7 +83,7 @@ async def _readable_requests(requests: AsyncIterator[Any]) -> AsyncIterator[Any]
 
 
 def _require_readable(request: Any) -> Any:
-    if isinstance(request, Unreadable):
+    if isinstance(request, UnreadableRequest):
         raise request
     return request
 
@@ -106,10 +106,10 @@ async def _refuse(error: Exception, context: Context, method: str) -> None:
         _log.error("%s failed", method, exc_info=error)
         code, text = grpc.StatusCode.INTERNAL, INTERNAL_ERROR_TEXT
     with cancel_if_gone():
-        await context.abort(code, truncate(text))
+        await context.abort(code, truncate_status(text))
 
 
-def truncate(text: str) -> str:
+def truncate_status(text: str) -> str:
     """Return an error's text, cut to `MAX_TEXT_BYTES` bytes on the wire: clients cannot read a longer status.
 
     In a status, each byte that is not a printable ASCII character takes three bytes.

@@ -10,7 +10,7 @@ from arramon.v1 import PROTOCOL
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1.evaluation_pb2_grpc import EvaluationServicer
 from arramon_server import __version__
-from arramon_server.api.authentication import anonymous_caller, caller_of, is_on_same_machine
+from arramon_server.api.authentication import anonymous_caller, current_caller, is_on_same_machine
 from arramon_server.api.encoding_choice import offered_encodings
 from arramon_server.api.interceptor import CallOrigin
 from arramon_server.api.messages import (
@@ -31,7 +31,7 @@ from arramon_server.image_threads import ImageThreads
 from arramon_server.runs.play.engine import Engine
 from arramon_server.runs.results.receipts import Receipts
 from arramon_server.runs.run_notes import RunNotes
-from arramon_server.runs.service import Runs
+from arramon_server.runs.run_service import RunService
 from arramon_server.runs.storage.records import CodeReference, Run
 
 _Context = grpc.aio.ServicerContext[object, object]
@@ -40,7 +40,7 @@ OPEN_TIMEOUT_SECONDS = 20.0
 """Time within which a new stream must send its first message."""
 
 
-class Servicer(EvaluationServicer):
+class EvaluationService(EvaluationServicer):
     """Serves runs over gRPC.
 
     Args:
@@ -54,7 +54,7 @@ class Servicer(EvaluationServicer):
 
     def __init__(
         self,
-        runs: Runs,
+        runs: RunService,
         notes: RunNotes,
         engine: Engine,
         receipts: Receipts,
@@ -89,7 +89,7 @@ class Servicer(EvaluationServicer):
         )
 
     async def CreateRun(self, request: pb.CreateRunRequest, context: _Context) -> pb.Run:
-        caller = caller_of()
+        caller = current_caller()
 
         def create() -> pb.Run:
             return self._message(
@@ -110,15 +110,15 @@ class Servicer(EvaluationServicer):
         return await asyncio.to_thread(create)
 
     async def GetRun(self, request: pb.GetRunRequest, context: _Context) -> pb.Run:
-        caller = caller_of()
+        caller = current_caller()
         return await asyncio.to_thread(lambda: run_message(*self._runs.progress_for(caller, request.run_id)))
 
     async def ListRuns(self, request: pb.ListRunsRequest, context: _Context) -> pb.ListRunsResponse:
-        caller = caller_of()
+        caller = current_caller()
 
         def page() -> pb.ListRunsResponse:
             size = request.page_size or 50
-            runs = self._runs.page(caller, size, request.page_token or None)
+            runs = self._runs.runs_page(caller, size, request.page_token or None)
             token = runs[-1].run_id if len(runs) == size else ""
             progress = self._runs.progress_of([run.run_id for run in runs])
             messages = [run_message(run, progress[run.run_id]) for run in runs]
@@ -127,24 +127,24 @@ class Servicer(EvaluationServicer):
         return await asyncio.to_thread(page)
 
     async def CancelRun(self, request: pb.CancelRunRequest, context: _Context) -> pb.Run:
-        return self._message(await self._runs.cancel(caller_of(), request.run_id))
+        return self._message(await self._runs.cancel(current_caller(), request.run_id))
 
     async def GetReport(self, request: pb.GetReportRequest, context: _Context) -> pb.Report:
-        caller = caller_of()
+        caller = current_caller()
         return await asyncio.to_thread(lambda: report_message(self._runs.report(caller, request.run_id)))
 
     async def GetReceipt(self, request: pb.GetReceiptRequest, context: _Context) -> pb.Receipt:
-        caller = caller_of()
+        caller = current_caller()
         return await asyncio.to_thread(
             lambda: receipt_message(self._receipts.of(caller, request.run_id, request.number))
         )
 
     async def GetBreakdown(self, request: pb.GetBreakdownRequest, context: _Context) -> pb.Breakdown:
-        caller = caller_of()
+        caller = current_caller()
         return await asyncio.to_thread(lambda: breakdown_message(*self._runs.breakdown(caller, request.run_id)))
 
     async def ListNotes(self, request: pb.ListNotesRequest, context: _Context) -> pb.ListNotesResponse:
-        caller = caller_of()
+        caller = current_caller()
 
         def page() -> pb.ListNotesResponse:
             notes, token = self._notes.page(
@@ -156,7 +156,7 @@ class Servicer(EvaluationServicer):
         return await asyncio.to_thread(page)
 
     async def GetAccount(self, request: pb.GetAccountRequest, context: _Context) -> pb.Account:
-        caller = caller_of()
+        caller = current_caller()
 
         def account() -> pb.Account:
             standings = {split: self._runs.quotas.limits_and_usage(caller, split) for split in self._runs.splits}
@@ -170,7 +170,7 @@ class Servicer(EvaluationServicer):
         first = await _first_message(request_iterator)
         if first is None or first.WhichOneof("message") != "open":
             raise BadInput("a stream's first message is `open`")
-        caller = caller_of()
+        caller = current_caller()
         handler = PlayHandler(first.open, caller, self._runs, self._engine, self._config, self._threads)
         async with (
             self._stream_limits.count(caller, handler.stream.run, handler.stream.player),

@@ -18,7 +18,7 @@ Context: TypeAlias = "grpc.aio.ServicerContext[Any, Any]"  # subscripts for the 
 Handler: TypeAlias = "grpc.RpcMethodHandler[Any, Any]"
 Continuation: TypeAlias = Callable[[grpc.HandlerCallDetails], Awaitable["Handler | None"]]
 
-Work: TypeAlias = Callable[[Any, Context], Any]
+HandlerFunction: TypeAlias = Callable[[Any, Context], Any]
 """A handler's function. It takes the request, or an iterator over the requests, and the call's context."""
 
 
@@ -45,12 +45,12 @@ class CallOrigin:
         )
 
 
-Answer: TypeAlias = Callable[[Work, Any, Context], Awaitable[Any]]
-Stream: TypeAlias = Callable[[Work, Any, Context], AsyncIterator[Any]]
+UnaryWrapper: TypeAlias = Callable[[HandlerFunction, Any, Context], Awaitable[Any]]
+StreamWrapper: TypeAlias = Callable[[HandlerFunction, Any, Context], AsyncIterator[Any]]
 
 
 def wrap_handler(
-    handler: Handler, answer: Answer, stream: Stream, *, read: Callable[[bytes], Any] | None = None
+    handler: Handler, answer: UnaryWrapper, stream: StreamWrapper, *, read: Callable[[bytes], Any] | None = None
 ) -> Handler:
     """Return a handler of the same kind that wraps the given one.
 

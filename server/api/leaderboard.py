@@ -9,11 +9,11 @@ import grpc
 from arramon.v1 import evaluation_pb2
 from arramon.v1 import leaderboard_pb2 as pb
 from arramon.v1.leaderboard_pb2_grpc import LeaderboardServicer
-from arramon_server.api.authentication import caller_of
+from arramon_server.api.authentication import current_caller
 from arramon_server.api.messages import row_message, run_message, score_message, time_message
 from arramon_server.board.board import Board, RunComparisons
 from arramon_server.board.cost import Cost
-from arramon_server.board.epochs import Epoch, EpochBoard, EpochChanges
+from arramon_server.board.epoch_board import Epoch, EpochBoard, EpochChanges
 from arramon_server.board.exports import as_csv, as_json
 from arramon_server.board.publisher import Publisher
 from arramon_server.board.reproductions import Reproduction
@@ -31,7 +31,7 @@ _MARKS = {mark: pb.Mark.Value(f"MARK_{mark.name}") for mark in Mark}
 _WRITERS = {pb.ExportRequest.FORMAT_CSV: as_csv, pb.ExportRequest.FORMAT_JSON: as_json}
 
 
-class BoardServicer(LeaderboardServicer):
+class LeaderboardService(LeaderboardServicer):
     """Serves the leaderboard over gRPC.
 
     Args:
@@ -46,18 +46,18 @@ class BoardServicer(LeaderboardServicer):
         self._epochs = epochs
 
     async def Publish(self, request: pb.PublishRequest, context: _Context) -> pb.Entry:
-        caller = caller_of()
+        caller = current_caller()
 
         def publish() -> pb.Entry:
             reproduces = request.reproduces if request.HasField("reproduces") else None
-            cost = cost_of(request.cost) if request.HasField("cost") else None
+            cost = read_cost(request.cost) if request.HasField("cost") else None
             self._publisher.publish(caller, request.run_id, request.note, cost, reproduces)
             return self._entry(request.run_id)
 
         return await asyncio.to_thread(publish)
 
     async def Withdraw(self, request: pb.WithdrawRequest, context: _Context) -> pb.WithdrawResponse:
-        await asyncio.to_thread(self._publisher.withdraw, caller_of(), request.run_id)
+        await asyncio.to_thread(self._publisher.withdraw, current_caller(), request.run_id)
         return pb.WithdrawResponse()
 
     async def List(self, request: pb.ListRequest, context: _Context) -> pb.ListResponse:
@@ -126,7 +126,7 @@ class BoardServicer(LeaderboardServicer):
 
 def entry_message(entry: Entry, *, listed: bool = False) -> pb.Entry:
     """Return the message for a published run; without rows if it is `listed`, because its standing has them."""
-    seal = entry.seal
+    fingerprint = entry.receipt_fingerprint
     return pb.Entry(
         run=_public_run(entry),
         signature=entry.signature,
@@ -135,8 +135,8 @@ def entry_message(entry: Entry, *, listed: bool = False) -> pb.Entry:
         note=entry.note,
         coverage=entry.coverage,
         marks=[_MARKS[mark] for mark in entry.marks],
-        receipt_digest=seal.digest if seal else b"",
-        public_key=seal.public_key if seal else b"",
+        receipt_digest=fingerprint.digest if fingerprint else b"",
+        public_key=fingerprint.public_key if fingerprint else b"",
         runs_begun=entry.attempts.begun,
         runs_published=entry.attempts.published,
         reproduced_by=len(entry.reproducers),
@@ -146,7 +146,7 @@ def entry_message(entry: Entry, *, listed: bool = False) -> pb.Entry:
         corrections=map(correction_message, entry.corrections),
         superseded=[
             pb.SupersededReceipt(number=one.number, superseded_at=time_message(one.superseded_at), digest=one.digest)
-            for one in (seal.superseded if seal else ())
+            for one in (fingerprint.superseded if fingerprint else ())
         ],
         frozen=entry.frozen,
     )
@@ -169,7 +169,7 @@ def cost_message(cost: Cost) -> pb.Cost:
     return pb.Cost(parameters=cost.parameters, tokens=cost.tokens, price=cost.price)
 
 
-def cost_of(message: pb.Cost) -> Cost:
+def read_cost(message: pb.Cost) -> Cost:
     """Return the declared cost in a message."""
     return Cost(
         message.parameters if message.HasField("parameters") else None,
@@ -209,7 +209,7 @@ def epoch_message(epoch: Epoch) -> pb.Epoch:
     )
 
 
-def epoch_changes_message(found: EpochChanges, metric: str) -> pb.CompareEpochsResponse:
+def epoch_changes_message(changes: EpochChanges, metric: str) -> pb.CompareEpochsResponse:
     """Return the message for the comparison of two epochs."""
     lines = [
         pb.EpochComparison(
@@ -221,9 +221,9 @@ def epoch_changes_message(found: EpochChanges, metric: str) -> pb.CompareEpochsR
             against_others=score_message(metric, line.against_others) if line.against_others else None,
             same_code=line.same_code,
         )
-        for line in found.agents
+        for line in changes.agents
     ]
-    mean = score_message(metric, found.mean) if found.mean else None
+    mean = score_message(metric, changes.mean) if changes.mean else None
     return pb.CompareEpochsResponse(agents=lines, mean=mean, sort=metric)
 
 

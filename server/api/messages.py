@@ -14,7 +14,7 @@ from arramon_server.episodes.splits import Split
 from arramon_server.runs.accounts.callers import Caller
 from arramon_server.runs.accounts.quotas import Quota
 from arramon_server.runs.accounts.usage import Usage
-from arramon_server.runs.play.clocks import Clocks
+from arramon_server.runs.play.clocks import ClockSettings
 from arramon_server.runs.results.breakdown import Breakdown
 from arramon_server.runs.results.receipts import SignedReceipt
 from arramon_server.runs.results.reports import Report
@@ -47,7 +47,7 @@ def run_message(run: Run, progress: RunProgress) -> pb.Run:
         split=run.split,
         language=run.language,
         sensors=run.sensors,
-        limits=limits_message(run.steps_per_phase, Clocks.of(run)),
+        limits=limits_message(run.steps_per_phase, ClockSettings.of(run)),
         data_hash=run.data_hash,
         state=pb.RunState.Value(f"RUN_STATE_{run.state}"),
         episodes=progress.episodes,
@@ -67,7 +67,7 @@ def run_message(run: Run, progress: RunProgress) -> pb.Run:
     )
 
 
-def limits_message(steps_per_phase: int, clocks: Clocks) -> types_pb2.Limits:
+def limits_message(steps_per_phase: int, clocks: ClockSettings) -> types_pb2.Limits:
     """Return the message for a run's step limit and clocks."""
     return types_pb2.Limits(
         steps_per_phase=steps_per_phase,
@@ -144,7 +144,7 @@ def breakdown_message(report: Report, breakdown: Breakdown) -> pb.Breakdown:
         groups=groups,
         withheld=breakdown.withheld,
         rounded=breakdown.rounded,
-        reads=breakdown.reads,
+        reads=breakdown.knows_demands,
     )
 
 

@@ -14,7 +14,7 @@ from arramon_server.image_threads import ImageThreads
 from arramon_server.runs.accounts.callers import Caller
 from arramon_server.runs.play.engine import Engine
 from arramon_server.runs.play.stream import Act, Stream
-from arramon_server.runs.service import Runs
+from arramon_server.runs.run_service import RunService
 from arramon_server.visible_text import is_visible, shown
 
 MAX_ACTS = 4096
@@ -44,7 +44,7 @@ class PlayHandler:
         self,
         open_: pb.Open,
         caller: Caller,
-        runs: Runs,
+        runs: RunService,
         engine: Engine,
         config: Config,
         threads: ImageThreads,
@@ -59,7 +59,7 @@ class PlayHandler:
             raise BadInput(f"the player's name has {len(open_.player)} characters; at most 100 are allowed")
         if not is_visible(open_.player):
             raise BadInput(f"the player's name is {open_.player!r}, expected visible text")
-        run, size = runs.playable(caller, open_.run_id), open_.image_size or config.image_sizes[0]
+        run, size = runs.playable_run(caller, open_.run_id), open_.image_size or config.image_sizes[0]
         image_sensors = [name for name in IMAGE_SENSORS if name in run.sensors]
         self._encoder = choose_encoder(
             open_.encoding,
@@ -75,7 +75,7 @@ class PlayHandler:
             player=open_.player or uuid.uuid4().hex,
             max_episodes=open_.max_episodes,
             image_size=size,
-            images=f"{self._encoder.form}-{size}" if image_sensors else "",
+            images=f"{self._encoder.image_quality}-{size}" if image_sensors else "",
             history=open_.history,
             adopt=open_.adopt,
             transport=self._sender,

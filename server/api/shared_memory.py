@@ -42,7 +42,7 @@ class SharedMemoryEncoder:
 
     encoding = ENCODING_SHARED
     jpeg_quality = 0
-    form = "lossless"
+    image_quality = "lossless"
     compresses = False
 
     def __init__(self, episodes: int, sensors: Iterable[str], size: int) -> None:

@@ -9,13 +9,13 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
-from arramon_server.board.comparisons import ComparisonCache, ComparisonFamily, Key, PairComparison
+from arramon_server.board.comparisons import ComparisonCache, ComparisonFamily, PairComparison, ScoreVersions
 from arramon_server.board.entries import Entries, PublishedRun, StoredScores
-from arramon_server.board.episode_table import EpisodeTable, gap_of, join, mean_table
-from arramon_server.board.lines import by_language, group_by_seed, group_by_system, versions
+from arramon_server.board.episode_table import EpisodeTable, join_languages, language_gap_of, mean_table
 from arramon_server.board.ranking import ranked
 from arramon_server.board.reference import read_references
-from arramon_server.board.reproductions import Reproduction, differences, masked_differences
+from arramon_server.board.reproductions import Reproduction, masked_score_differences, score_differences
+from arramon_server.board.standing_groups import by_language, group_by_seed, group_by_system, versions_of_entries
 from arramon_server.board.standings import (
     BOTH,
     COLUMNS,
@@ -34,16 +34,23 @@ from arramon_server.closing_times import NEVER_CLOSES, ClosingTimes
 from arramon_server.episodes.splits import Split
 from arramon_server.errors import BadInput, Conflict, NotFound, quoted
 from arramon_server.runs.accounts.attempts import Attempts, ParticipantKey, participant_key
-from arramon_server.runs.play.clocks import Clocks
+from arramon_server.runs.play.clocks import ClockSettings
 from arramon_server.runs.results.reports import coarse_progress
 from arramon_server.runs.storage import causes
 from arramon_server.runs.storage.corrections import Correction, voided_by
 from arramon_server.runs.storage.records import Run, RunProgress
 from arramon_server.scoring.aggregate import MIN_SECTION, Interval, table_rows
-from arramon_server.scoring.episode import METRICS
-from arramon_server.scoring.languages import LanguageGap
-from arramon_server.scoring.masking import Noise, difference, masked_rows, masked_share, mean_of_rows, shown_deviation
-from arramon_server.scoring.seeds import SeedSpread, masked_spread, seed_spread
+from arramon_server.scoring.episode_scores import METRICS
+from arramon_server.scoring.language_gap import LanguageGap
+from arramon_server.scoring.masking import (
+    Noise,
+    masked_rows,
+    masked_share,
+    mean_of_rows,
+    shown_deviation,
+    shown_difference,
+)
+from arramon_server.scoring.seed_spread import SeedSpread, masked_spread, seed_spread
 from arramon_server.scoring.signature import without_episodes
 from arramon_server.visible_text import shown
 
@@ -106,7 +113,7 @@ class Board:
         splits: Mapping[str, Split],
         *,
         steps_per_phase: int,
-        clocks: Clocks,
+        clocks: ClockSettings,
         local: bool = False,
         closing: ClosingTimes = NEVER_CLOSES,
     ) -> None:
@@ -115,7 +122,7 @@ class Board:
         self._episodes = {name: split.languages for name, split in splits.items()}
         self._limits, self._local = (steps_per_phase, clocks), local
         self.closing = closing
-        self._shared = _StampedCache[str, tuple[int, Clocks]](entries.stamp, self._find_limits)
+        self._common_limits = _StampedCache[str, tuple[int, ClockSettings]](entries.stamp, self._find_limits)
         self._attempts = _StampedCache[str, Mapping[tuple[ParticipantKey, str], Attempts]](
             entries.stamp, entries.attempts
         )
@@ -129,7 +136,7 @@ class Board:
         self._differences = lru_cache(_CACHE_SIZE)(self._find_differences)
         self._spreads = lru_cache(_CACHE_SIZE)(self._find_spread)
         self._listings = _StampedCache[tuple[str, str, str], StandingsListing](
-            self._stamp, lambda wanted: self._make(*wanted)
+            self._stamp, lambda wanted: self._build_listing(*wanted)
         )
 
     def _stamp(self) -> object:
@@ -174,7 +181,7 @@ class Board:
         """Return the standings of `listing` without the references."""
         return list(self.listing(split, language, sort).standings)
 
-    def both(self, split: str, sort: str = HEADLINE) -> list[Standing]:
+    def combined_standings(self, split: str, sort: str = HEADLINE) -> list[Standing]:
         """Return the standings of systems over all languages of a split, see `listing`."""
         return self.standings(split, BOTH, sort)
 
@@ -190,7 +197,11 @@ class Board:
         corrections: tuple[Correction, ...] = ()
         if self._corrections[published.run.split]:
             corrections = tuple(self._entries.corrections_of(published.run))
-        return replace(self._entry(published), seal=self._entries.seal(run_id), corrections=corrections)
+        return replace(
+            self._entry(published),
+            receipt_fingerprint=self._entries.receipt_fingerprint(run_id),
+            corrections=corrections,
+        )
 
     def corrections(self, split: str) -> tuple[Correction, ...]:
         """Return the host's corrections of a split, in order."""
@@ -206,7 +217,7 @@ class Board:
         return [
             Reproduction(
                 again := self._entry(one),
-                masked_differences(original, again)
+                masked_score_differences(original, again)
                 if self._is_masked(one.run)
                 else self._differences(split, original.version, again.version),
             )
@@ -251,7 +262,7 @@ class Board:
         """Return the paper's results for a split and a language; the paper has results for English only."""
         return tuple(line for line in self._references if (line.split, line.language) == (split, language))
 
-    def _make(self, split: str, language: str, sort: str) -> StandingsListing:
+    def _build_listing(self, split: str, language: str, sort: str) -> StandingsListing:
         known = self.languages()
         if split not in known:
             raise NotFound(f"there is no split {quoted(split)}; the leaderboard has {', '.join(known) or 'none'}")
@@ -283,14 +294,14 @@ class Board:
             split, language, sort, order, self.reference(split, language), family, self.corrections(split)
         )
 
-    def _limits_on(self, split: str) -> tuple[int, Clocks]:
+    def _limits_on(self, split: str) -> tuple[int, ClockSettings]:
         """Return the step limit and the clocks under which runs of a split are ranked."""
-        return self._shared[split] if self._local else self._limits
+        return self._common_limits[split] if self._local else self._limits
 
-    def _find_limits(self, split: str) -> tuple[int, Clocks]:
+    def _find_limits(self, split: str) -> tuple[int, ClockSettings]:
         """Return the step limit and clocks that most listed runs of a split share; in a tie the latest run's."""
         listed = sorted(self._entries.listed(split), key=lambda published: published.published_at, reverse=True)
-        counts = Counter((one.run.steps_per_phase, Clocks.of(one.run)) for one in listed)
+        counts = Counter((one.run.steps_per_phase, ClockSettings.of(one.run)) for one in listed)
         return counts.most_common(1)[0][0] if counts else self._limits
 
     def _rows_of(self, entries: tuple[Entry, ...]) -> Rows:
@@ -301,14 +312,14 @@ class Board:
             return mean_of_rows([entry.rows for entry in entries], _min_counted(entries))
         if any(Mark.OTHER_DATA in entry.marks for entry in entries):
             return _mean_rows(entries)
-        return self._joined_rows(entries[0].run.split, versions(entries))
+        return self._joined_rows(entries[0].run.split, versions_of_entries(entries))
 
     def _gap_of(self, entries: tuple[Entry, ...], metric: str) -> LanguageGap | None:
         """Return the gap between a system's languages."""
         languages = tuple(dict.fromkeys(entry.run.language for entry in entries))
         if len(languages) < 2 or any(Mark.OTHER_DATA in entry.marks for entry in entries):
             return None
-        found = self._gaps(entries[0].run.split, versions(entries), languages, metric)
+        found = self._gaps(entries[0].run.split, versions_of_entries(entries), languages, metric)
         if found is None or not self._is_masked(entries[0].run):
             return found
         return self._masked_gap(entries, found, metric)
@@ -319,8 +330,11 @@ class Board:
         means = {code: self._rows_of(same)[TOTAL][metric].mean for code, same in lines.items()}
         lower, *_, higher = sorted(means, key=lambda code: (means[code], [*means][::-1].index(code)))
         noise = math.sqrt(2.0) * shown_deviation(exact.episodes)
-        gap = difference(means[higher], means[lower], exact.episodes, noise)
-        names = ["same outcome", *(self._entries.episodes(entry.run.run_id).play for entry in entries)]
+        gap = shown_difference(means[higher], means[lower], exact.episodes, noise)
+        names = [
+            "same outcome",
+            *(self._entries.counted_episode_scores(entry.run.run_id).play_digest for entry in entries),
+        ]
         noise_of_split = self._noise(entries[0].run.split)
         assert noise_of_split is not None  # the data has not changed, see `_gap_of`
         same = masked_share(exact.same, exact.episodes, noise_of_split, names)
@@ -345,33 +359,35 @@ class Board:
             metric,
         )
 
-    def _find_spread(self, split: str, ids: Key, metric: str) -> SeedSpread | None:
+    def _find_spread(self, split: str, versions: ScoreVersions, metric: str) -> SeedSpread | None:
         sections, column = self._sections(split), METRICS.index(metric)
-        runs = [join([self._table(version) for version in same], sections).values for same in ids]
+        runs = [join_languages([self._table(version) for version in same], sections).values for same in versions]
         scores = np.stack([values[:, -1, column] for values in runs])
         return None if scores.shape[1] < 2 else seed_spread(scores)
 
-    def _find_gap(self, split: str, ids: Key, languages: tuple[str, ...], metric: str) -> LanguageGap | None:
-        tables = self._tables(ids)
-        found = gap_of(tables, languages, self._sections(split), metric)
+    def _find_gap(
+        self, split: str, versions: ScoreVersions, languages: tuple[str, ...], metric: str
+    ) -> LanguageGap | None:
+        tables = self._tables(versions)
+        found = language_gap_of(tables, languages, self._sections(split), metric)
         few = found is not None and found.episodes < MIN_SECTION
         return None if few and self._splits[split].hidden else found  # a few episodes would reveal single scores
 
     def _find_differences(self, split: str, original: ScoresVersion, version: ScoresVersion) -> dict[str, Interval]:
-        return differences(self._table(original), self._table(version), self._sections(split))
+        return score_differences(self._table(original), self._table(version), self._sections(split))
 
     def _find_corrections(self, split: str) -> tuple[Correction, ...]:
         return tuple(self._entries.corrections.on(split))
 
     def _table(self, version: ScoresVersion) -> EpisodeTable:
-        return self._entries.episodes(version.run_id)
+        return self._entries.counted_episode_scores(version.run_id)
 
-    def _tables(self, ids: Key) -> list[EpisodeTable]:
+    def _tables(self, versions: ScoreVersions) -> list[EpisodeTable]:
         """Return the scores in each language, as means over the seeds."""
-        return [mean_table([self._table(version) for version in same]) for same in ids]
+        return [mean_table([self._table(version) for version in same]) for same in versions]
 
-    def _join_rows(self, split: str, ids: Key) -> Rows:
-        joined = join(self._tables(ids), self._sections(split))
+    def _join_rows(self, split: str, versions: ScoreVersions) -> Rows:
+        joined = join_languages(self._tables(versions), self._sections(split))
         return table_rows(joined.values, joined.strata, are_sections=joined.are_sections)
 
     def _sections(self, split: str) -> dict[str, str]:
@@ -395,8 +411,8 @@ class Board:
         """Return the masked rows of a run on a hidden split; the stored ones may be an earlier release's exact ones."""
         noise = self._noise(split)
         assert noise is not None
-        table = self._entries.all_episodes(version.run_id).without(voided)
-        return masked_rows(table.scores, noise, table.play)
+        table = self._entries.all_episode_scores(version.run_id).without(voided)
+        return masked_rows(table.scores, noise, table.play_digest)
 
     def _shown_scores(
         self, run: Run, version: ScoresVersion, scores: StoredScores, voided: frozenset[str], *, current: bool
@@ -430,7 +446,9 @@ class Board:
         current = split is not None and split.data_hash == run.data_hash
         corrections = self._corrections[run.split]
         version = ScoresVersion(run.run_id, len(corrections), published.rescored)
-        voided, left_out = self._entries.voided(run.run_id, voided_by(corrections) if current else frozenset())
+        voided, left_out = self._entries.void_and_left_out(
+            run.run_id, voided_by(corrections) if current else frozenset()
+        )
         scores = self._shown_scores(run, version, scores, left_out, current=current)
         forfeited = scores.progress.causes.get(causes.FORFEITED, 0)
         all_ = self._episodes[run.split].get(run.language, 0) if current else 0
@@ -441,7 +459,7 @@ class Board:
             Mark.PRIVILEGED: bool(PRIVILEGED.intersection(run.sensors)),
             Mark.OTHER_DATA: not current,
             Mark.OTHER_LIMITS: run.steps_per_phase != steps_per_phase,
-            Mark.OTHER_CLOCKS: Clocks.of(run) != clocks,
+            Mark.OTHER_CLOCKS: ClockSettings.of(run) != clocks,
             Mark.REPRODUCTION: published.reproduces is not None,
             Mark.FORFEITED: 2 * forfeited > scores.progress.episodes and self._is_masked(run),
             Mark.SERVER_FAULT: scores.progress.causes.get(causes.SERVER_FAULT, 0) > 0,

@@ -9,12 +9,12 @@ from threading import Lock
 import numpy as np
 import numpy.typing as npt
 
-from arramon_server.board.episode_table import EpisodeTable, join, mean_table
+from arramon_server.board.episode_table import EpisodeTable, join_languages, mean_table
 from arramon_server.board.standings import HEADLINE, TOTAL, ScoresVersion, Standing
 from arramon_server.scoring.aggregate import Interval
-from arramon_server.scoring.episode import METRICS
+from arramon_server.scoring.episode_scores import METRICS
 from arramon_server.scoring.intervals import Floats
-from arramon_server.scoring.masking import Noise, difference, p_value_class, shown_deviation
+from arramon_server.scoring.masking import Noise, p_value_class, shown_deviation, shown_difference
 from arramon_server.scoring.paired import MeanDifference, difference_bounds, holm, permutation_tests
 
 SIGNIFICANCE_LEVEL = 0.05
@@ -23,7 +23,7 @@ SIGNIFICANCE_LEVEL = 0.05
 _MAX_FAMILIES = 12
 """Maximum number of cached families: 2 MB each for 200 runs of 1205 episodes."""
 
-Key = tuple[tuple[ScoresVersion, ...], ...]
+ScoreVersions = tuple[tuple[ScoresVersion, ...], ...]
 """Score versions of a standing's runs: a tuple per language, with one version per seed."""
 
 
@@ -56,7 +56,7 @@ class ComparisonFamily:
 
     def __init__(
         self,
-        keys: Sequence[Key],
+        keys: Sequence[ScoreVersions],
         scores: Floats,
         strata: npt.NDArray[np.intp],
         noise: Floats | None = None,
@@ -81,12 +81,12 @@ class ComparisonFamily:
         The best is one more than the number of significantly better standings; the worst is the number of standings
         minus the number of significantly worse ones.
         """
-        at = self._place[key_of(standing)]
+        at = self._place[versions_of_standing(standing)]
         return 1 + int(self._better[:, at].sum()), len(self._place) - int(self._better[at].sum())
 
     def compare(self, one: Standing, other: Standing) -> PairComparison:
         """Return the comparison of two ranked standings."""
-        a, b = self._place[key_of(one)], self._place[key_of(other)]
+        a, b = self._place[versions_of_standing(one)], self._place[versions_of_standing(other)]
         shown = int(self._better[a, b]) - int(self._better[b, a])
         p, corrected = float(self._p[a, b]), float(self._corrected[a, b])
         if self._masked:
@@ -107,7 +107,7 @@ def masked_difference(one: Standing, other: Standing, metric: str, episodes: int
         episodes: number of episodes that both played.
     """
     first, second = (line.rows[TOTAL][metric].mean for line in (one, other))
-    return difference(first, second, episodes, math.sqrt(2.0) * shown_deviation(episodes))
+    return shown_difference(first, second, episodes, math.sqrt(2.0) * shown_deviation(episodes))
 
 
 class ComparisonCache:
@@ -131,7 +131,7 @@ class ComparisonCache:
             metric: metric whose total is compared, one of METRICS.
             section_of: section of every episode, by id.
         """
-        keys = tuple(sorted(key_of(standing) for standing in standings))
+        keys = tuple(sorted(versions_of_standing(standing) for standing in standings))
         noise = self._noise(standings[0].entries[0].run.split) if standings else None
         with self._lock:
             found = self._kept.pop((keys, metric), None) or self._make(keys, metric, section_of, noise)
@@ -141,13 +141,13 @@ class ComparisonCache:
         return found
 
     def _make(
-        self, keys: Sequence[Key], metric: str, section_of: Mapping[str, str], noise: Noise | None
+        self, keys: Sequence[ScoreVersions], metric: str, section_of: Mapping[str, str], noise: Noise | None
     ) -> ComparisonFamily:
         column = METRICS.index(metric)
         scores, added, strata = [], [], np.zeros(0, np.intp)
         for key in keys:
             tables = [[self._read(version) for version in runs] for runs in key]
-            joined = join([mean_table(runs) for runs in tables], section_of)
+            joined = join_languages([mean_table(runs) for runs in tables], section_of)
             scores.append(joined.values[:, -1, column])
             strata = joined.strata
             if noise is not None:
@@ -158,12 +158,12 @@ class ComparisonCache:
 
 def _noise_of(tables: Sequence[Sequence[EpisodeTable]], noise: Noise, metric: str) -> Floats:
     """Return a standing's scores in made-up episodes, (MIN_EPISODES,): means over its seeds and languages."""
-    languages = [np.mean([noise.test_scores(table.play, metric) for table in runs], axis=0) for runs in tables]
+    languages = [np.mean([noise.test_scores(table.play_digest, metric) for table in runs], axis=0) for runs in tables]
     mean: Floats = np.mean(languages, axis=0)
     return mean
 
 
-def key_of(standing: Standing) -> Key:
+def versions_of_standing(standing: Standing) -> ScoreVersions:
     """Return the score versions of a standing's runs."""
     return tuple(tuple(entry.version for entry in entries) for entries in standing.by_language)
 

@@ -8,18 +8,18 @@ import sqlalchemy as sa
 
 from arramon_server.board.entries import Entries, StoredScores
 from arramon_server.board.episode_table import EpisodeTable
-from arramon_server.episodes.changes import EpisodeChanges, changes_between, episode_list
+from arramon_server.episodes.split_changes import EpisodeChanges, changes_between, describe_episodes
 from arramon_server.episodes.splits import Split, check_split
 from arramon_server.errors import BadInput, Conflict, NotFound
 from arramon_server.runs.play.worlds import Worlds
 from arramon_server.runs.results.receipts import Receipts
 from arramon_server.runs.results.reports import make_report
-from arramon_server.runs.results.rescoring import check_same_way, replay_ending
+from arramon_server.runs.results.rescoring import check_same_states, replay_ending
 from arramon_server.runs.results.signing import SigningKey
 from arramon_server.runs.storage import tables
 from arramon_server.runs.storage.corrections import MAX_REASON, Correction, CorrectionKind, Corrections
 from arramon_server.runs.storage.database import Database
-from arramon_server.runs.storage.epochs import EpochStore
+from arramon_server.runs.storage.epoch_store import EpochStore
 from arramon_server.runs.storage.journal import Journal
 from arramon_server.runs.storage.records import RUNNING, EpisodeEnding, Run
 from arramon_server.visible_text import invisible_part
@@ -66,7 +66,7 @@ class Corrector:
     def void(self, split: str, episode_ids: Collection[str], reason: str, *, restore: bool = False) -> Correction:
         """Void episodes of a split for all its runs, past and future, or let them count again.
 
-        Receipts are not touched; call `revise` afterwards.
+        Receipts are not touched; call `renew_receipts` afterwards.
 
         Args:
             split: name of the split.
@@ -90,7 +90,7 @@ class Corrector:
         wrong = requested - void if restore else requested & void
         if wrong:
             kind = AlreadyCorrected if wrong == requested else Conflict
-            raise kind(f"{episode_list(wrong)} of split {split!r} {'not void' if restore else 'void already'}")
+            raise kind(f"{describe_episodes(wrong)} of split {split!r} {'not void' if restore else 'void already'}")
         left = found.episodes.keys() - requested - void
         if not restore and any(
             not any(language in found.episodes[name].instructions for name in left) for language in found.languages
@@ -100,9 +100,9 @@ class Corrector:
             split, CorrectionKind.RESTORE if restore else CorrectionKind.VOID, reason, requested
         )
 
-    def revise(self, split: str) -> int:
+    def renew_receipts(self, split: str) -> int:
         """Sign new receipts for all runs of a split whose receipts are outdated by corrections; return their number."""
-        return sum(self._receipts.revise(run) for run in self._runs_on(split))
+        return sum(self._receipts.renew(run) for run in self._runs_on(split))
 
     def rescore(self, before: Split, reason: str) -> Iterator[RescoredRun]:
         """Rescore all runs that were played on a split's former data on its current data; yield the result of each.
@@ -134,9 +134,9 @@ class Corrector:
         changes = changes_between(before, after)
         if changed_worlds := changes.world - self._corrections.voided(name):
             raise Conflict(
-                f"the world of {episode_list(changed_worlds)} of split {name!r} has changed since they were played, "
-                "so their actions cannot be scored in it; void these episodes first (`arramon-server void`), or leave "
-                "the runs without a rank"
+                f"the world of {describe_episodes(changed_worlds)} of split {name!r} has changed since they were "
+                "played, so their actions cannot be scored in it; void these episodes first (`arramon-server void`), "
+                "or leave the runs without a rank"
             )
         return self._rescore(before, after, changes, reason)
 
@@ -146,7 +146,7 @@ class Corrector:
             for run in self._runs_on(after.name):
                 if run.data_hash != before.data_hash:
                     if run.data_hash == after.data_hash:
-                        self._receipts.revise(run)  # an earlier call may have stopped before it
+                        self._receipts.renew(run)  # an earlier call may have stopped before it
                     continue
                 if run.state == RUNNING:
                     yield RescoredRun(run, "it is still being played")
@@ -159,7 +159,7 @@ class Corrector:
                     continue
                 self._write(run, after, correction, scored)
                 changed = sum(one.scores != other.scores for one, other in zip(endings, scored, strict=True))
-                has_new_receipt = self._receipts.revise(replace(run, data_hash=after.data_hash))
+                has_new_receipt = self._receipts.renew(replace(run, data_hash=after.data_hash))
                 yield RescoredRun(run, "", changed, has_new_receipt)
 
     def _correction(self, before: Split, after: Split, changes: EpisodeChanges, reason: str) -> Correction:
@@ -191,13 +191,13 @@ class Corrector:
                 f"episode {name} ended by {ending.cause} after {ending.steps} steps, and would by {again.cause} after "
                 f"{again.steps}"
             )
-        check_same_way(run, before, after, ending, worlds, self._journal.actions)
+        check_same_states(run, before, after, ending, worlds, self._journal.actions)
         return again
 
     def _write(self, run: Run, after: Split, correction: Correction, endings: Sequence[EpisodeEnding]) -> None:
         """Write the new scores of a run in one transaction."""
         now = replace(run, data_hash=after.data_hash)
-        play = self._journal.play(run)
+        play = self._journal.play_digest(run)
         report = make_report(now, self._journal.progress(run.run_id), endings, after, play)
         scores = StoredScores(report.progress, report.table.rows, report.signature)
         runs, episodes, receipts = tables.runs, tables.episodes, tables.receipts
@@ -209,7 +209,7 @@ class Corrector:
                 this_episode = sa.and_(episodes.c.run_id == run.run_id, episodes.c.episode_id == ending.episode_id)
                 connection.execute(episodes.update().where(this_episode).values(scores=ending.scores))
             self._corrections.note_rescored(connection, run.run_id, correction)
-            self._entries.rescore(connection, run.run_id, scores, EpisodeTable.of(endings, play))
+            self._entries.rescore(connection, run.run_id, scores, EpisodeTable.from_endings(endings, play))
             outdated = sa.and_(receipts.c.run_id == run.run_id, receipts.c.corrections >= correction.number)
             connection.execute(receipts.update().where(outdated).values(corrections=correction.number - 1))
 

@@ -39,12 +39,12 @@ class Cost:
             if value is not None and not (math.isfinite(value) and 0 <= value <= MAX_VALUE):
                 raise BadInput(f"the declared {name} is {value}; expected a number from 0 to {MAX_VALUE:.0e}")
 
-    def written(self) -> dict[str, Any] | None:
+    def to_stored(self) -> dict[str, Any] | None:
         """Return the cost as stored in the database; None if nothing is declared."""
         return {name: value for name, value in asdict(self).items() if value is not None} or None
 
     @classmethod
-    def of(cls, content: Mapping[str, Any] | None) -> "Cost":
+    def from_stored(cls, content: Mapping[str, Any] | None) -> "Cost":
         """Return the cost stored in the database."""
         return cls(**{name: content[name] for name in cls.__slots__ if name in content}) if content else cls()
 

@@ -13,11 +13,11 @@ from sqlalchemy.engine import Connection, Row
 
 from arramon_server.board.cost import NO_COST, Cost
 from arramon_server.board.episode_table import EpisodeTable
-from arramon_server.board.standings import Rows, Seal
+from arramon_server.board.standings import ReceiptFingerprint, Rows
 from arramon_server.errors import NotFound, quoted
 from arramon_server.runs.accounts.administration import check_may_act
 from arramon_server.runs.accounts.attempts import Attempts, ParticipantKey, attempts_on
-from arramon_server.runs.results.receipts import MASKED_VERSION, first_payload, superseded_receipts
+from arramon_server.runs.results.receipts import MASKED_VERSION, first_receipt_payload, superseded_receipts
 from arramon_server.runs.storage import tables
 from arramon_server.runs.storage.corrections import Correction, Corrections
 from arramon_server.runs.storage.database import Database, utc
@@ -175,33 +175,33 @@ class Entries:
             return scores.rows
         return rounded_rows(scores.rows, scores.progress.episodes)
 
-    def seal(self, run_id: str) -> Seal | None:
+    def receipt_fingerprint(self, run_id: str) -> ReceiptFingerprint | None:
         """Return the fingerprint of a run's receipt; None if there is no receipt."""
         rows = self._database.read(sa.select(tables.receipts).where(tables.receipts.c.run_id == run_id))
         if not rows:
             return None
         digest = hashlib.sha256(rows[0].payload).digest()
-        return Seal(digest, rows[0].public_key, tuple(superseded_receipts(self._database, run_id)))
+        return ReceiptFingerprint(digest, rows[0].public_key, tuple(superseded_receipts(self._database, run_id)))
 
     def corrections_of(self, run: Run) -> list[Correction]:
         """Return the corrections of the split that change the scores of a run, in order."""
-        return self.corrections.of_run(run.run_id, run.split, self.all_episodes(run.run_id).ids)
+        return self.corrections.of_run(run.run_id, run.split, self.all_episode_scores(run.run_id).ids)
 
-    def episodes(self, run_id: str) -> EpisodeTable:
-        """Return the scores of the episodes that count for an entry, see `voided`.
+    def counted_episode_scores(self, run_id: str) -> EpisodeTable:
+        """Return the scores of the episodes that count for an entry, see `void_and_left_out`.
 
         Raises:
             NotFound: if the run has no entry.
         """
-        _, left_out = self.voided(run_id, self.corrections.voided(self.split_of(run_id)))
-        return self.all_episodes(run_id).without(left_out)
+        _, left_out = self.void_and_left_out(run_id, self.corrections.voided(self.split_of(run_id)))
+        return self.all_episode_scores(run_id).without(left_out)
 
     def split_of(self, run_id: str) -> str:
         """Return the name of an entry's split."""
         query = sa.select(tables.runs.c.split).where(tables.runs.c.run_id == run_id)
         return str(self._database.read(query)[0].split)
 
-    def voided(self, run_id: str, voided: Set[str]) -> tuple[frozenset[str], frozenset[str]]:
+    def void_and_left_out(self, run_id: str, voided: Set[str]) -> tuple[frozenset[str], frozenset[str]]:
         """Return which of an entry's episodes are void, and which of them are left out of its scores.
 
         The two are equal unless all its episodes are void: such a run, which is partial and not ranked, keeps its
@@ -216,10 +216,10 @@ class Entries:
         """
         if not voided:
             return frozenset(), frozenset()
-        played = frozenset(self.all_episodes(run_id).ids)
+        played = frozenset(self.all_episode_scores(run_id).ids)
         return played & voided, frozenset() if played <= voided else played & voided
 
-    def all_episodes(self, run_id: str) -> EpisodeTable:
+    def all_episode_scores(self, run_id: str) -> EpisodeTable:
         """Return the scores of all episodes, including void ones.
 
         Earlier releases stored no episode scores, or no play digest for hidden splits; these are read from the journal
@@ -233,9 +233,9 @@ class Entries:
         if not rows:
             raise NotFound(f"there is no run {quoted(run_id)} on the leaderboard")
         found = EpisodeTable.unpacked(rows[0].episodes) if rows[0].episodes else None
-        if found is None or (not found.play and self.was_hidden(run_id)):
+        if found is None or (not found.play_digest and self.was_hidden(run_id)):
             journal = Journal(self._database)
-            found = EpisodeTable.of(journal.endings(run_id), journal.play(journal.run(run_id)))
+            found = EpisodeTable.from_endings(journal.endings(run_id), journal.play_digest(journal.run(run_id)))
             with self._database.write() as connection:
                 connection.execute(table.update().where(table.c.run_id == run_id).values(episodes=found.packed()))
         return found
@@ -274,7 +274,7 @@ class Entries:
             "withdrawn_at": None,
             "withdrawn_by_host": False,
             "revision": table.c.revision + 1,
-            **({} if cost is None else {"cost": cost.written()}),
+            **({} if cost is None else {"cost": cost.to_stored()}),
         }
         if reproduces is not None:
             values["reproduces"] = reproduces or None
@@ -289,7 +289,7 @@ class Entries:
             if connection.execute(sa.select(table.c.run_id).where(this_run)).all():
                 return False
             row = {"run_id": run_id, "published_at": now, "note": note, "scores": _written(scores)}
-            row |= {"episodes": episodes.packed(), "cost": cost.written() if cost else None}
+            row |= {"episodes": episodes.packed(), "cost": cost.to_stored() if cost else None}
             row |= {"reproduces": reproduces or None}
             connection.execute(table.insert().values(row))
             return True
@@ -308,7 +308,7 @@ class Entries:
 
     def _read_receipt_header(self, run_id: str) -> tuple[bool, int]:
         """Return whether a run's split was hidden, and its first receipt's version; False and 0 without a receipt."""
-        payload = first_payload(self._database, run_id)
+        payload = first_receipt_payload(self._database, run_id)
         if payload is None:
             return False, 0
         content = json.loads(payload)
@@ -354,7 +354,7 @@ def _published(row: Row[Any]) -> PublishedRun:
         withdrawn_at,
         row.withdrawn_by_host,
         row.reproduces,
-        Cost.of(row.cost),
+        Cost.from_stored(row.cost),
         row.rescored,
     )
 

@@ -10,9 +10,9 @@ import numpy.typing as npt
 from arramon_server.board.standings import HEADLINE
 from arramon_server.runs.storage.records import EpisodeEnding
 from arramon_server.scoring.aggregate import with_total
-from arramon_server.scoring.episode import METRICS
+from arramon_server.scoring.episode_scores import METRICS
 from arramon_server.scoring.intervals import Floats
-from arramon_server.scoring.languages import LanguageGap, language_gap
+from arramon_server.scoring.language_gap import LanguageGap, language_gap
 from arramon_server.scoring.masking import digest_without
 
 
@@ -23,34 +23,34 @@ class EpisodeTable:
     Attributes:
         ids: ids of the episodes, sorted.
         scores: scores of both turns, (episodes, 2, METRICS).
-        play: digest of the run's actions and causes, see `play_digest`; empty if unknown. If void episodes were
+        play_digest: digest of the run's actions and causes, see `play_digest`; empty if unknown. If void episodes were
             removed, their ids are appended, see `digest_without`.
     """
 
     ids: tuple[str, ...]
     scores: Floats
-    play: str = ""
+    play_digest: str = ""
 
     @classmethod
-    def of(cls, endings: Iterable[EpisodeEnding], play: str) -> "EpisodeTable":
+    def from_endings(cls, endings: Iterable[EpisodeEnding], play_digest: str) -> "EpisodeTable":
         """Return the table of a run from the endings of its episodes and the digest of its play."""
         ordered = sorted(endings, key=lambda ending: ending.episode_id)
         scores = np.array([[[turn[name] for name in METRICS] for turn in ending.scores] for ending in ordered])
-        return cls(tuple(ending.episode_id for ending in ordered), scores, play)
+        return cls(tuple(ending.episode_id for ending in ordered), scores, play_digest)
 
     def without(self, episode_ids: Set[str]) -> "EpisodeTable":
         """Return the table without some episodes."""
         if episode_ids.isdisjoint(self.ids):
             return self
         kept = [place for place, name in enumerate(self.ids) if name not in episode_ids]
-        name = digest_without(self.play, episode_ids & frozenset(self.ids))
+        name = digest_without(self.play_digest, episode_ids & frozenset(self.ids))
         return EpisodeTable(tuple(self.ids[place] for place in kept), self.scores[kept], name)
 
     def packed(self) -> bytes:
         """Return the table as a compressed NumPy archive."""
         file = io.BytesIO()
-        ids, metrics, play = (np.array(one) for one in (self.ids, METRICS, self.play))
-        np.savez_compressed(file, ids=ids, metrics=metrics, scores=self.scores, play=play)
+        ids, metrics, play_digest = (np.array(one) for one in (self.ids, METRICS, self.play_digest))
+        np.savez_compressed(file, ids=ids, metrics=metrics, scores=self.scores, play=play_digest)
         return file.getvalue()
 
     @classmethod
@@ -59,8 +59,8 @@ class EpisodeTable:
         with np.load(io.BytesIO(content), allow_pickle=False) as archive:
             if tuple(archive["metrics"].tolist()) != METRICS:
                 return None
-            play = str(archive["play"]) if "play" in archive else ""  # earlier releases did not need it
-            return cls(tuple(archive["ids"].tolist()), archive["scores"], play)
+            play_digest = str(archive["play"]) if "play" in archive else ""  # earlier releases did not need it
+            return cls(tuple(archive["ids"].tolist()), archive["scores"], play_digest)
 
 
 def mean_table(tables: Sequence[EpisodeTable]) -> EpisodeTable:
@@ -91,7 +91,7 @@ class JoinedScores:
     are_sections: bool
 
 
-def join(tables: Sequence[EpisodeTable], section_of: Mapping[str, str]) -> JoinedScores:
+def join_languages(tables: Sequence[EpisodeTable], section_of: Mapping[str, str]) -> JoinedScores:
     """Combine the scores of one run per language.
 
     Args:
@@ -119,7 +119,7 @@ def join(tables: Sequence[EpisodeTable], section_of: Mapping[str, str]) -> Joine
     return JoinedScores(ids, with_total(turns), np.unique(names, return_inverse=True)[1], False)
 
 
-def gap_of(
+def language_gap_of(
     tables: Sequence[EpisodeTable], languages: Sequence[str], section_of: Mapping[str, str], metric: str
 ) -> LanguageGap | None:
     """Return the gap between a system's languages in a metric; None if the languages share no episode.

@@ -92,7 +92,7 @@ class Publisher:
             self._check_reproduces(report, reproduces)
         self._receipts.of(caller, run_id)
         scores = StoredScores(report.progress, report.table.rows, report.signature)
-        episodes = EpisodeTable.of(self._journal.endings(run_id), self._journal.play(run))
+        episodes = EpisodeTable.from_endings(self._journal.endings(run_id), self._journal.play_digest(run))
         if not self._entries.publish(run_id, note, scores, episodes, by_host=by_host, cost=cost, reproduces=reproduces):
             raise _withdrawn_by_host(run_id)
 

@@ -4,13 +4,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from arramon_server.board.entries import PublishedRun
-from arramon_server.board.episode_table import EpisodeTable, join
+from arramon_server.board.episode_table import EpisodeTable, join_languages
 from arramon_server.board.standings import COLUMNS, TOTAL, Entry
 from arramon_server.errors import Conflict
 from arramon_server.runs.storage.records import COMPLETE, Run
 from arramon_server.scoring.aggregate import Interval
-from arramon_server.scoring.episode import METRICS
-from arramon_server.scoring.masking import difference, shown_deviation
+from arramon_server.scoring.episode_scores import METRICS
+from arramon_server.scoring.masking import shown_deviation, shown_difference
 from arramon_server.scoring.paired import difference_bounds
 
 IGNORED_FIELDS = frozenset({"version"})
@@ -66,7 +66,7 @@ def check_reproduction(
         raise Conflict(f"run {run.run_id!r} is of the agent {run.agent!r}, but {name} of {found.agent!r}")
     if not found.code:
         raise Conflict(f"{name} names no code, so it cannot be known to be of the same agent")
-    if not run.code.is_of(found.code):
+    if not run.code.is_same_code(found.code):
         raise Conflict(
             f"run {run.run_id!r} names {_code(run)}, but {name} {_code(found)}; expected the same commit or image or, "
             "where the original names neither, the same address"
@@ -80,7 +80,9 @@ def check_reproduction(
         )
 
 
-def differences(original: EpisodeTable, table: EpisodeTable, section_of: Mapping[str, str]) -> dict[str, Interval]:
+def score_differences(
+    original: EpisodeTable, table: EpisodeTable, section_of: Mapping[str, str]
+) -> dict[str, Interval]:
     """Return the mean differences of a reproduction minus its original over both turns, by metric of COLUMNS.
 
     Args:
@@ -89,17 +91,17 @@ def differences(original: EpisodeTable, table: EpisodeTable, section_of: Mapping
         section_of: section of every episode, by id; episodes missing here count as one section.
     """
     sections = {name: section_of.get(name, "") for name in original.ids}
-    before, after = join([original], sections), join([table], sections)
+    before, after = join_languages([original], sections), join_languages([table], sections)
     change = after.values[:, -1] - before.values[:, -1]
     return {metric: Interval(*difference_bounds(change[:, METRICS.index(metric)], before.strata)) for metric in COLUMNS}
 
 
-def masked_differences(original: Entry, reproduction: Entry) -> dict[str, Interval]:
-    """Return `differences` on a hidden split, computed from the shown means alone."""
+def masked_score_differences(original: Entry, reproduction: Entry) -> dict[str, Interval]:
+    """Return `score_differences` on a hidden split, computed from the shown means alone."""
     episodes = min(original.counted, reproduction.counted)
     noise = 2.0**0.5 * shown_deviation(episodes)
     before, after = original.rows[TOTAL], reproduction.rows[TOTAL]
-    return {metric: difference(after[metric].mean, before[metric].mean, episodes, noise) for metric in COLUMNS}
+    return {metric: shown_difference(after[metric].mean, before[metric].mean, episodes, noise) for metric in COLUMNS}
 
 
 def _fields(signature: str) -> dict[str, str]:

@@ -7,17 +7,17 @@ from enum import StrEnum
 from typing import NamedTuple
 
 from arramon_server.board.cost import NO_COST, Cost, mean_cost
-from arramon_server.runs.accounts.attempts import NONE, Attempts
+from arramon_server.runs.accounts.attempts import NO_ATTEMPTS, Attempts
 from arramon_server.runs.results.receipts import SupersededReceipt
 from arramon_server.runs.storage.corrections import Correction
 from arramon_server.runs.storage.records import Run, RunProgress
 from arramon_server.scoring.aggregate import Interval
-from arramon_server.scoring.languages import LanguageGap
-from arramon_server.scoring.seeds import SeedSpread
+from arramon_server.scoring.language_gap import LanguageGap
+from arramon_server.scoring.seed_spread import SeedSpread
 from arramon_server.visible_text import shown
 
 Rows = Mapping[str, Mapping[str, Interval]]
-"""Row name of `arramon_server.scoring.aggregate.ROWS` -> metric of `scoring.episode.METRICS` -> value."""
+"""Row name of `arramon_server.scoring.aggregate.ROWS` -> metric of `scoring.episode_scores.METRICS` -> value."""
 
 COLUMNS = {
     "nDTW": "nDTW",
@@ -90,7 +90,7 @@ class ScoresVersion(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Seal:
+class ReceiptFingerprint:
     """Fingerprint of a run's receipt.
 
     Attributes:
@@ -118,7 +118,7 @@ class Entry:
         coverage: fraction of the split's episodes in the language that the run has, in (0, 1]; None if the data of the
             split has changed.
         marks: caveats, in the order of `Mark`.
-        seal: fingerprint of the receipt; None without a receipt, and in listings.
+        receipt_fingerprint: fingerprint of the receipt; None without a receipt, and in listings.
         attempts: numbers of runs that its participant began and published on the split in the language, with any agent.
         cost: declared cost.
         reproduces: id of the run that it reproduces; None if none.
@@ -139,8 +139,8 @@ class Entry:
     note: str
     coverage: float | None
     marks: tuple[Mark, ...]
-    seal: Seal | None = None
-    attempts: Attempts = NONE
+    receipt_fingerprint: ReceiptFingerprint | None = None
+    attempts: Attempts = NO_ATTEMPTS
     cost: Cost = NO_COST
     reproduces: str | None = None
     reproducers: frozenset[str] = frozenset()
@@ -157,7 +157,7 @@ class Entry:
 
     @property
     def counted(self) -> int:
-        """Number of episodes in its scores: those that are not void, or all if all are void, see `Entries.voided`."""
+        """Number of episodes in its scores, see `Entries.void_and_left_out`: those not void, or all if all are void."""
         return self.progress.episodes - self.voided or self.progress.episodes
 
     @property
@@ -171,7 +171,7 @@ class Entry:
         return dict(self.run.agent_arguments).get(SEED)
 
     @property
-    def kind(self) -> tuple[object, ...]:
+    def key_without_seed(self) -> tuple[object, ...]:
         """Key that is equal for runs of one agent that differ only in their seed."""
         arguments = tuple(pair for pair in self.run.agent_arguments if pair[0] != SEED)
         return (*self.system, self.run.language, self.run.sensors, arguments)
@@ -279,7 +279,7 @@ class Standing:
     @property
     def attempts(self) -> Attempts:
         """Numbers of runs that the participant began and published on the split in these languages."""
-        return sum((entries[0].attempts for entries in self.by_language), NONE)
+        return sum((entries[0].attempts for entries in self.by_language), NO_ATTEMPTS)
 
     @property
     def reproduced_by(self) -> int:

@@ -13,9 +13,9 @@ from importlib.metadata import entry_points
 from arramon_server.commands import ENTRY_POINTS, Commands
 from arramon_server.commands.journal import open_journal
 from arramon_server.configuration.config import Config
-from arramon_server.episodes.epochs import EpochStatement, digest_of, epoch_of, read_statement
+from arramon_server.episodes.epoch_statement import EpochStatement, parse_epoch_name, read_statement, secret_digest
 from arramon_server.errors import BadFile, Conflict
-from arramon_server.runs.storage.epochs import EpochStore
+from arramon_server.runs.storage.epoch_store import EpochStore
 
 
 def add(commands: Commands, common: argparse.ArgumentParser) -> None:
@@ -42,14 +42,14 @@ def add(commands: Commands, common: argparse.ArgumentParser) -> None:
 def next_number(config: Config, base: str) -> int:
     """Return the number of a hidden split's next epoch; 1 if the host has opened none."""
     with open_journal(config, new=True) as database:
-        known = [found for record in EpochStore(database).all() if (found := epoch_of(record.split))]
+        known = [found for record in EpochStore(database).all() if (found := parse_epoch_name(record.split))]
     return 1 + max((number for split, number in known if split == base), default=0)
 
 
 def open_epoch(config: Config, statement: EpochStatement) -> bytes:
     """Record that an epoch is open, and return its published commitment."""
     with open_journal(config) as database:
-        return EpochStore(database).open(statement.split, statement.written()).commitment
+        return EpochStore(database).open(statement.split, statement.canonical_json()).commitment
 
 
 def _close(arguments: argparse.Namespace) -> None:
@@ -62,7 +62,7 @@ def _close(arguments: argparse.Namespace) -> None:
 
 
 def _reveal(arguments: argparse.Namespace) -> None:
-    from arramon_server.episodes.secret import epoch_secret, secret_path
+    from arramon_server.episodes.split_secrets import epoch_secret, secret_path
 
     config: Config = arguments.settings
     with open_journal(config) as database:
@@ -73,7 +73,7 @@ def _reveal(arguments: argparse.Namespace) -> None:
             raise BadFile(path, "is missing: expected the epoch's secret; restore it from a backup")
         secret = epoch_secret(config.data, arguments.split)
         statement = read_statement(record.statement, f"statement of {record.split}")
-        if digest_of(secret) != statement.secret_sha256:
+        if secret_digest(secret) != statement.secret_sha256:
             raise BadFile(path, "is not the secret that the host committed to when it opened the epoch")
         if arguments.forfeit and record.closed_at is not None:
             _forfeit(config, epochs, arguments.split)
@@ -97,12 +97,12 @@ def _forfeit(config: Config, epochs: EpochStore, split: str) -> None:
 
 
 def _list(arguments: argparse.Namespace) -> None:
-    from arramon_server.board.epochs import as_file, epoch_with_statement
+    from arramon_server.board.epoch_board import epoch_list_file, epoch_with_statement
 
     with open_journal(arguments.settings, read_only=True) as database:
         epochs = [epoch_with_statement(record) for record in EpochStore(database).all()]
     if arguments.json:
-        print(json.dumps(as_file(epochs), indent=2, ensure_ascii=False))
+        print(json.dumps(epoch_list_file(epochs), indent=2, ensure_ascii=False))
         return
     rows: list[tuple[str, ...]] = [("epoch", "state", "episodes", "opened", "closed", "revealed", "commitment")]
     for epoch in epochs:

@@ -5,11 +5,11 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 
 from arramon_server.configuration.config import Config
-from arramon_server.episodes.splits import SECRET
+from arramon_server.episodes.splits import SECRET_FILE
 from arramon_server.errors import BadInput
 from arramon_server.runs.storage.database import Database
 
-DATA_FOLDER_NAMES = ("splits", "journal.db", SECRET, "signing-key.pem")
+DATA_FOLDER_NAMES = ("splits", "journal.db", SECRET_FILE, "signing-key.pem")
 """A data folder contains at least one of these names."""
 
 

@@ -7,8 +7,8 @@ from dataclasses import asdict
 from arramon_server.commands import Commands
 from arramon_server.commands.journal import open_journal
 from arramon_server.configuration.config import Config
-from arramon_server.episodes.files import read_header
-from arramon_server.episodes.splits import EPISODES, folders_of
+from arramon_server.episodes.split_files import read_header
+from arramon_server.episodes.splits import EPISODES_FILE, split_folders
 from arramon_server.errors import BadInput
 from arramon_server.runs.accounts.quotas import LIMITS, DefaultQuotas, Quota, Quotas
 
@@ -46,7 +46,7 @@ def _quota(arguments: argparse.Namespace) -> None:
     with open_journal(arguments.settings) as database:
         quotas = Quotas(database, DefaultQuotas(arguments.settings, _hidden_splits(arguments.settings)))
         if split is None:
-            _print(list(quotas.exceptions()))
+            _print(list(quotas.overrides()))
             return
         _check_split(arguments.settings, split)
         if limits:
@@ -55,12 +55,12 @@ def _quota(arguments: argparse.Namespace) -> None:
 
 
 def _hidden_splits(config: Config) -> list[str]:
-    folders = folders_of(config.data)
-    return [folder.name for folder in folders if read_header(folder / EPISODES).hidden]
+    folders = split_folders(config.data)
+    return [folder.name for folder in folders if read_header(folder / EPISODES_FILE).hidden]
 
 
 def _check_split(config: Config, split: str) -> None:
-    names = [folder.name for folder in folders_of(config.data)]
+    names = [folder.name for folder in split_folders(config.data)]
     if split not in names:
         raise BadInput(f"there is no split {split!r} in {config.data}; there are {', '.join(names) or 'none'}")
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from arramon_server.board.corrector import Corrector
 from arramon_server.commands import Commands
-from arramon_server.commands.corrections import key_of
 from arramon_server.commands.journal import check_data_folder, open_journal
+from arramon_server.commands.void import signing_key
 from arramon_server.configuration.config import Config
 from arramon_server.configuration.sources import add_flag
 from arramon_server.episodes.splits import read_split, read_splits
@@ -122,7 +122,7 @@ def _adopt(arguments: argparse.Namespace) -> int:
         raise BadInput(f"{arguments.before} is the split {before.name!r}, expected {arguments.adopt!r} as it was")
     done = failed = receipts = 0
     with open_journal(config) as database:
-        corrector = Corrector(database, read_splits(config.data), key_of(config, KnownKeys(database)))
+        corrector = Corrector(database, read_splits(config.data), signing_key(config, KnownKeys(database)))
         for found in corrector.rescore(before, arguments.reason):
             if found.problem:
                 print(f"run {found.run.run_id}: NOT scored again: {found.problem}", flush=True)
@@ -130,7 +130,7 @@ def _adopt(arguments: argparse.Namespace) -> int:
                 print(f"run {found.run.run_id}: scores changed in {found.changed} episodes", flush=True)
             failed, done = failed + bool(found.problem), done + (not found.problem)
             receipts += found.has_new_receipt
-        receipts += corrector.revise(before.name)  # receipts that an interrupted call did not sign
+        receipts += corrector.renew_receipts(before.name)  # receipts that an interrupted call did not sign
     print(f"scored again: {done} runs; new receipts: {receipts}")
     if failed:
         print(f"{failed} runs stay on the data before, without a rank", file=sys.stderr)

@@ -2,9 +2,9 @@
 
 import argparse
 
-from arramon_server.addresses import check_free
+from arramon_server.addresses import check_address_free
 from arramon_server.commands import Commands
-from arramon_server.commands.wording import describe
+from arramon_server.commands.split_description import describe_split
 from arramon_server.configuration.config import Config
 from arramon_server.configuration.sources import add_serving_flags
 from arramon_server.episodes.splits import read_splits
@@ -30,10 +30,10 @@ def add(commands: Commands, common: argparse.ArgumentParser) -> None:
 def _serve(arguments: argparse.Namespace) -> None:
     config: Config = arguments.settings
     if not config.shared_port:  # A shared port is in use: the parent process reserves it for its workers.
-        check_free(config.listen)
+        check_address_free(config.listen)
     splits = read_splits(config.data)
     for split in splits.values():
-        print(describe(split), flush=True)
+        print(describe_split(split), flush=True)
     check_limited_splits(config, splits)
     check_secrets(config, splits)
 

@@ -8,7 +8,7 @@ from arramon_server.addresses import FORM, TCP_FORM, is_address, is_loopback, is
 from arramon_server.configuration.setting import setting, settings_of
 from arramon_server.errors import BadInput
 from arramon_server.per_split import MAX_LIMIT, PerSplit
-from arramon_server.runs.play.clocks import Clocks
+from arramon_server.runs.play.clocks import ClockSettings
 from arramon_server.runs.play.note_limits import RUN_NOTE_BYTES, NoteLimits
 from arramon_server.sim.cameras import CAMERAS
 from arramon_server.sim.physics import problem_of_camera
@@ -31,7 +31,7 @@ def is_line(text: str) -> bool:
     return len(text) <= MAX_LINE_LENGTH and is_visible(text)
 
 
-class Contradiction(BadInput):
+class ContradictorySettings(BadInput):
     """Settings that contradict each other.
 
     Args:
@@ -49,7 +49,7 @@ class Config:
     """The server's settings, each with its description; `docs/configuration.md` lists them.
 
     Raises:
-        Contradiction: if settings contradict each other.
+        ContradictorySettings: if settings contradict each other.
     """
 
     data: Path = setting(Path("arramon-data"), "folder with the episodes and, unless `journal` is set, the journal")
@@ -205,16 +205,20 @@ class Config:
     def __post_init__(self) -> None:
         problem = problem_of_camera(self.camera)
         if problem:
-            raise Contradiction(f"camera is {self.camera!r}, {problem}", "camera")
+            raise ContradictorySettings(f"camera is {self.camera!r}, {problem}", "camera")
         for present, absent in (("tls_certificate", "tls_key"), ("tls_key", "tls_certificate")):
             if getattr(self, present) is not None and getattr(self, absent) is None:
-                raise Contradiction(f"{present} is set but {absent} is not; expected both or neither", present, absent)
+                raise ContradictorySettings(
+                    f"{present} is set but {absent} is not; expected both or neither", present, absent
+                )
         for name in ("web", "metrics"):
             address = getattr(self, name)
             if address and address == self.listen and not address.endswith(":0"):
-                raise Contradiction(f"{name} and listen are both {address}; expected different ones", name, "listen")
+                raise ContradictorySettings(
+                    f"{name} and listen are both {address}; expected different ones", name, "listen"
+                )
         if self.frozen and not self.closes.named:
-            raise Contradiction(
+            raise ContradictorySettings(
                 "frozen is set but closes is not; expected the time at which scores are shown", "frozen"
             )
 
@@ -229,9 +233,9 @@ class Config:
         return Limits(self.steps)
 
     @property
-    def clocks(self) -> Clocks:
+    def clocks(self) -> ClockSettings:
         """Clocks of new runs."""
-        return Clocks(self.step_seconds, self.bank_seconds) if self.step_seconds else Clocks()
+        return ClockSettings(self.step_seconds, self.bank_seconds) if self.step_seconds else ClockSettings()
 
     @property
     def note_limits(self) -> NoteLimits:

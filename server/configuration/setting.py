@@ -12,7 +12,7 @@ from typing import Annotated, Any, TypeVar, get_type_hints
 
 from pydantic import BeforeValidator, Field, TypeAdapter, ValidationError
 
-from arramon_server.configuration.secrets import mask_url
+from arramon_server.configuration.secret_masking import mask_url
 from arramon_server.errors import BadInput
 from arramon_server.per_split import PerSplit
 from arramon_server.split_times import SplitTimes
@@ -21,7 +21,7 @@ T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
-class Description:
+class SettingDescription:
     """The description of a setting.
 
     Attributes:
@@ -47,8 +47,8 @@ class Description:
 
 
 def setting(default: T, meaning: str, **description: Any) -> T:
-    """Return a dataclass field for a setting; `description` has further fields of its `Description`."""
-    field: T = dataclasses.field(default=default, metadata={"description": Description(meaning, **description)})
+    """Return a dataclass field for a setting; `description` has further fields of its `SettingDescription`."""
+    field: T = dataclasses.field(default=default, metadata={"description": SettingDescription(meaning, **description)})
     return field
 
 
@@ -66,7 +66,7 @@ class Setting:
     name: str
     type: Any
     default: Any
-    description: Description
+    description: SettingDescription
 
     @property
     def flag(self) -> str:
@@ -138,7 +138,7 @@ class Setting:
         """Return a value as text that `parse` accepts; empty for None."""
         return as_text(value)
 
-    def shown(self, value: Any) -> str:
+    def masked_text(self, value: Any) -> str:
         """Return a value as text, with secrets masked."""
         return mask_url(self.text(value)) if self.description.secret else self.text(value)
 
@@ -191,5 +191,5 @@ def _parts(value: Any) -> Any:
     return value.split(",") if isinstance(value, str) else value
 
 
-def _lies_within(number: float, least: float | None, most: float | None) -> bool:
-    return (least is None or number >= least) and (most is None or number <= most)
+def _lies_within(number: float, low: float | None, high: float | None) -> bool:
+    return (low is None or number >= low) and (high is None or number <= high)

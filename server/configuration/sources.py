@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from arramon_server.configuration.config import SETTINGS, Config, Contradiction
+from arramon_server.configuration.config import SETTINGS, Config, ContradictorySettings
 from arramon_server.configuration.setting import Setting, as_text
 from arramon_server.errors import BadFile, BadInput
 
@@ -34,7 +34,7 @@ _PREFIX = "setting:"
 
 
 @dataclass(frozen=True)
-class Configuration:
+class ResolvedSettings:
     """The settings in force and their origins.
 
     Attributes:
@@ -66,7 +66,7 @@ def add_serving_flags(parser: argparse.ArgumentParser) -> None:
 
 def _add_flag(parser: argparse.ArgumentParser, setting: Setting) -> None:
     meaning = setting.description.meaning.replace("%", "%%")
-    default = setting.shown(setting.default)
+    default = setting.masked_text(setting.default)
     options: dict[str, Any] = {"metavar": (setting.description.unit or setting.name).upper().replace("_", "-")}
     if setting.is_switch:
         options = {"action": argparse.BooleanOptionalAction}
@@ -83,7 +83,7 @@ def _add_flag(parser: argparse.ArgumentParser, setting: Setting) -> None:
     )
 
 
-def load_configuration(arguments: Mapping[str, Any], environ: Mapping[str, str]) -> Configuration:
+def load_configuration(arguments: Mapping[str, Any], environ: Mapping[str, str]) -> ResolvedSettings:
     """Return the settings from all sources.
 
     Args:
@@ -100,8 +100,8 @@ def load_configuration(arguments: Mapping[str, Any], environ: Mapping[str, str])
     values = {name: SETTINGS[name].parse(text, origin) for name, (text, origin) in given.items()}
     origins = {name: origin for name, (_, origin) in given.items()}
     try:
-        return Configuration(Config(**values), origins)
-    except Contradiction as error:
+        return ResolvedSettings(Config(**values), origins)
+    except ContradictorySettings as error:
         where = [f"{name}: {origins[name]}" for name in error.names if name in origins]
         raise BadInput(f"{error} ({'; '.join(where)})") from error
 

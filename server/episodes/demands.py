@@ -10,7 +10,7 @@ from pathlib import Path
 
 from pydantic import TypeAdapter, ValidationError
 
-from arramon_server.episodes.files import read_bytes
+from arramon_server.episodes.split_files import read_bytes
 from arramon_server.errors import BadFile
 
 FILE = "demands.json"

@@ -56,7 +56,7 @@ class Turn:
 
 @dataclass(frozen=True, slots=True)
 class Episode:
-    """One episode of the task.
+    """Definition of one episode, with its ground truth. `arramon_client.agent.Episode` is the part that agents get.
 
     Attributes:
         episode_id: unique in its split; the release's `mapId`.
@@ -91,9 +91,9 @@ class Episode:
         return text
 
 
-def with_languages(episode: Episode, more: Mapping[str, tuple[Instructions, Instructions]]) -> Episode:
+def with_languages(episode: Episode, further_instructions: Mapping[str, tuple[Instructions, Instructions]]) -> Episode:
     """Return the episode with the instructions of further languages added, ordered by language code."""
-    merged = {**episode.instructions, **more}
+    merged = {**episode.instructions, **further_instructions}
     return replace(episode, instructions=dict(sorted(merged.items())))
 
 

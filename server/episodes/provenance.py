@@ -32,7 +32,7 @@ class PropOrigin:
 
 
 @dataclass(frozen=True, slots=True)
-class Recovered:
+class RecoveredLook:
     """A prop or building of a section whose look several texts agree on.
 
     Attributes:
@@ -63,8 +63,8 @@ class Provenance:
     """
 
     section: str
-    props: tuple[Recovered, ...] = ()
-    buildings: tuple[Recovered, ...] = ()
+    props: tuple[RecoveredLook, ...] = ()
+    buildings: tuple[RecoveredLook, ...] = ()
     own: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:

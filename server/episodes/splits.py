@@ -14,30 +14,30 @@ from pathlib import Path
 from arramon_client.world import DEFAULT_SENSORS, SENSORS
 from arramon_server.episodes.demands import Demands, read_demands
 from arramon_server.episodes.episode import Episode, languages_of
-from arramon_server.episodes.files import (
-    FORMAT,
+from arramon_server.episodes.instruction_texts import TextSummary, texts_by_language
+from arramon_server.episodes.provenance import Provenance
+from arramon_server.episodes.split_files import (
+    EPISODE_FORMAT,
     EpisodeFileHeader,
+    lowest_version,
     read_bytes,
     read_episodes,
     read_provenance,
     read_section,
-    version_for,
     write_episodes,
     write_provenance,
     write_section,
 )
-from arramon_server.episodes.provenance import Provenance
-from arramon_server.episodes.texts import TextSummary, texts_by_language
 from arramon_server.errors import BadFile, NotFound, StorageError
 from arramon_server.sim.section import Section
 
-ROOMS = "rooms"
+ROOMS_SPLIT = "rooms"
 """The split of tasks in the room alone, without a city."""
 
-EPISODES = "episodes.jsonl"
+EPISODES_FILE = "episodes.jsonl"
 """The file of a split's episodes, in its folder."""
 
-SECRET = "secret"  # noqa: S105 - a file's name
+SECRET_FILE = "secret"  # noqa: S105 - a file's name
 """The file of the host's secret, in the data folder."""
 
 
@@ -99,16 +99,16 @@ class Split:
 
     def in_playing_order(self, *languages: str) -> list[Episode]:
         """Return the episodes in any of `languages` in a fixed shuffled order, so that any prefix is a fair sample."""
-        spoken = [one for one in self.episodes.values() if not one.instructions.keys().isdisjoint(languages)]
-        return sorted(spoken, key=lambda episode: hashlib.sha256(episode.episode_id.encode()).digest())
+        with_language = [one for one in self.episodes.values() if not one.instructions.keys().isdisjoint(languages)]
+        return sorted(with_language, key=lambda episode: hashlib.sha256(episode.episode_id.encode()).digest())
 
 
-def folder_of(data: Path, name: str) -> Path:
+def split_folder(data: Path, name: str) -> Path:
     """Return the folder of a split in the data folder."""
     return data / "splits" / name
 
 
-def folders_of(data: Path) -> list[Path]:
+def split_folders(data: Path) -> list[Path]:
     """Return the folders of all splits, sorted by name, without temporary folders left by a killed `write_split`."""
     return sorted(folder for folder in (data / "splits").glob("*/") if not folder.name.startswith("."))
 
@@ -120,13 +120,13 @@ def read_splits(data: Path) -> dict[str, Split]:
         BadFile: if a file is invalid.
         NotFound: if there is no split; the message says how to make one.
     """
-    folders = folders_of(data)
+    folders = split_folders(data)
     if not folders:
-        raise no_splits(data)
+        raise no_splits_error(data)
     return {folder.name: read_split(folder) for folder in folders}
 
 
-def no_splits(data: Path) -> NotFound:
+def no_splits_error(data: Path) -> NotFound:
     """Return the error for a data folder without splits, which says how to get one."""
     return NotFound(
         f"there are no episodes in {data}; make some with `arramon-server generate --data {data}`, "
@@ -163,22 +163,22 @@ def read_split(folder: Path) -> Split:
     Raises:
         BadFile: if a file is invalid, or the section of an episode is missing.
     """
-    header, episodes = read_episodes(folder / EPISODES)
+    header, episodes = read_episodes(folder / EPISODES_FILE)
     if header.split != folder.name:
         raise BadFile(
-            folder / EPISODES, f"is {header.split!r}, but the folder is {folder.name!r}", line=1, field="split"
+            folder / EPISODES_FILE, f"is {header.split!r}, but the folder is {folder.name!r}", line=1, field="split"
         )
     sections = {path.stem: read_section(path) for path in sorted((folder / "sections").glob("*.json"))}
     for line, episode in enumerate(episodes, start=2):
         if episode.section not in sections:
             problem = f"is {episode.section!r}; there are {', '.join(sections) or 'none'} in {folder / 'sections'}"
-            raise BadFile(folder / EPISODES, problem, line=line, field="section")
+            raise BadFile(folder / EPISODES_FILE, problem, line=line, field="section")
         try:
             episode.furniture.check(sections[episode.section])
         except ValueError as error:
-            raise BadFile(folder / EPISODES, str(error), line=line, field="furniture") from error
+            raise BadFile(folder / EPISODES_FILE, str(error), line=line, field="furniture") from error
     by_id = {episode.episode_id: episode for episode in episodes}
-    data_hash = hash_of(folder)
+    data_hash = split_hash(folder)
     return Split(
         header.split,
         header.hidden,
@@ -225,7 +225,7 @@ def write_split(
     Raises:
         StorageError: if the folder cannot be written.
     """
-    folder, listed = folder_of(data, name), list(episodes)
+    folder, listed = split_folder(data, name), list(episodes)
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=folder.parent, prefix=".new-") as temporary:
@@ -233,7 +233,7 @@ def write_split(
             (new / "sections").mkdir(parents=True)
             if hidden:
                 new.chmod(0o700)  # Targets, goals and paths stay private to the owner on this machine, too.
-            header = EpisodeFileHeader(FORMAT, version_for(listed), name, hidden, source, training)
+            header = EpisodeFileHeader(EPISODE_FORMAT, lowest_version(listed), name, hidden, source, training)
             write_episodes(new / "episodes.jsonl", header, listed)
             for section in sections:
                 write_section(new / "sections" / f"{section.id}.json", section)
@@ -249,11 +249,11 @@ def write_split(
     return split
 
 
-def hash_of(folder: Path) -> str:
+def split_hash(folder: Path) -> str:
     """The SHA-256 over names and bytes of all files in a split's folder, in hexadecimal."""
     digest = hashlib.sha256()
     files = [path for name in ("sections", "provenance") for path in sorted((folder / name).glob("*.json"))]
-    for path in [folder / EPISODES, *files]:
+    for path in [folder / EPISODES_FILE, *files]:
         data = read_bytes(path)
         digest.update(f"{path.relative_to(folder).as_posix()} {len(data)}\n".encode())
         digest.update(data)

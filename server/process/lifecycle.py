@@ -8,11 +8,11 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing, suppress
 
 from arramon_server.configuration.config import Config
-from arramon_server.episodes.epochs import SECRETS
-from arramon_server.episodes.splits import SECRET, Split, folder_of
+from arramon_server.episodes.epoch_statement import SECRETS_FOLDER
+from arramon_server.episodes.splits import SECRET_FILE, Split, split_folder
 from arramon_server.errors import BadInput
 from arramon_server.private_files import check_private_file, check_private_folder
-from arramon_server.process.assembly import ServerParts, assemble
+from arramon_server.process.server_parts import ServerParts, create_parts
 from arramon_server.runs.accounts.quotas import LIMITS
 from arramon_server.runs.storage.database import Database
 from arramon_server.sim.raster.camera import compile_kernels, is_compiled
@@ -34,7 +34,7 @@ def serve(config: Config, splits: Mapping[str, Split], announce: Callable[[str],
     Raises:
         ArraMonError: if the journal cannot be used, or an address cannot be listened on.
     """
-    for warning in warnings(config, splits):
+    for warning in settings_warnings(config, splits):
         _log.warning("%s", warning)
     compile_camera(config, announce)
     gc.freeze()  # Garbage collection, which pauses all streams, then skips compiled kernels and modules.
@@ -42,7 +42,7 @@ def serve(config: Config, splits: Mapping[str, Split], announce: Callable[[str],
         asyncio.run(_serve(config, splits, database, announce))
 
 
-def warnings(config: Config, splits: Mapping[str, Split]) -> Iterator[str]:
+def settings_warnings(config: Config, splits: Mapping[str, Split]) -> Iterator[str]:
     """Yield warnings about settings that a host may not have intended, if other machines can reach the server.
 
     Behind a proxy or in a private network, other machines can reach the server at any address.
@@ -87,12 +87,12 @@ def check_secrets(config: Config, splits: Mapping[str, Split]) -> None:
     Raises:
         BadFile: if others can read one; the message gives the command that corrects this.
     """
-    check_private_file(config.data / SECRET)
-    for path in sorted((config.data / SECRETS).glob("*")):
+    check_private_file(config.data / SECRET_FILE)
+    for path in sorted((config.data / SECRETS_FOLDER).glob("*")):
         check_private_file(path)
     for split in splits.values():
         if split.hidden:
-            check_private_folder(folder_of(config.data, split.name))
+            check_private_folder(split_folder(config.data, split.name))
 
 
 def compile_camera(config: Config, announce: Callable[[str], None]) -> None:
@@ -108,7 +108,7 @@ async def _serve(
     config: Config, splits: Mapping[str, Split], database: Database, announce: Callable[[str], None]
 ) -> None:
     signals = _Signals()
-    parts = assemble(config, splits, database)
+    parts = create_parts(config, splits, database)
     async with parts.web as served:
         await parts.server.start()
         parts.engine.start()

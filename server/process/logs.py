@@ -6,7 +6,7 @@ import sys
 from datetime import UTC, datetime
 from typing import Any
 
-from arramon_server.configuration.secrets import MASK, is_secret, mask_secrets
+from arramon_server.configuration.secret_masking import MASK, is_secret, mask_secrets
 
 _OWN = frozenset(vars(logging.makeLogRecord({}))) | {"message", "asctime", "taskName"}
 """Attributes that every log record has; all others are fields of the event."""
@@ -18,10 +18,10 @@ _ALEMBIC = logging.getLogger("alembic")
 """Logger of the migrations."""
 
 
-def configure(level: str, form: str) -> None:
+def configure(level: str, log_format: str) -> None:
     """Log events of `level` and above to standard error, in the form "text" or "json"."""
     handler = logging.StreamHandler(sys.stderr)
-    handler.setFormatter(JsonFormatter() if form == "json" else TextFormatter())
+    handler.setFormatter(JsonFormatter() if log_format == "json" else TextFormatter())
     logging.basicConfig(level=level.upper(), handlers=[handler], force=True)
     _GRPC.addFilter(_is_relevant)
     _ALEMBIC.setLevel(logging.DEBUG if level == "debug" else logging.WARNING)  # its lines are of no use to a host

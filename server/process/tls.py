@@ -13,7 +13,7 @@ from arramon_server.errors import BadFile, BadInput
 _log = logging.getLogger(__name__)
 
 
-def credentials_of(config: Config) -> grpc.ServerCredentials | None:
+def grpc_credentials(config: Config) -> grpc.ServerCredentials | None:
     """Return the credentials of the gRPC server; None if no certificate is set.
 
     When the files change, new connections use the new certificate.
@@ -28,8 +28,8 @@ def credentials_of(config: Config) -> grpc.ServerCredentials | None:
     return grpc.dynamic_ssl_server_credentials(files.read(), fetch, require_client_authentication=False)
 
 
-def context_of(config: Config) -> ssl.SSLContext | None:
-    """Return the TLS context of the HTTP server, like `credentials_of`."""
+def http_tls_context(config: Config) -> ssl.SSLContext | None:
+    """Return the TLS context of the HTTP server, like `grpc_credentials`."""
     certificate, key = config.tls_certificate, config.tls_key
     if certificate is None or key is None:
         return None
@@ -64,7 +64,7 @@ class _CertificateFiles:
         """Read and check the files.
 
         Raises:
-            BadInput: as `credentials_of`.
+            BadInput: as `grpc_credentials`.
         """
         self._stamps = self._stamp()
         _check(self._certificate, self._key)

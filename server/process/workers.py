@@ -20,11 +20,11 @@ from tempfile import TemporaryDirectory
 
 from prometheus_client.multiprocess import mark_process_dead
 
-from arramon_server.addresses import check_free
+from arramon_server.addresses import check_address_free
 from arramon_server.configuration.config import Config
 from arramon_server.configuration.sources import environment_of, without_settings
 from arramon_server.errors import BadInput, Unavailable
-from arramon_server.process.metrics import FOLDER as METRICS_FOLDER
+from arramon_server.process.prometheus_metrics import FOLDER as METRICS_FOLDER
 
 START_SECONDS = 120.0
 """Time within which a worker must start; it may have to compile the camera."""
@@ -124,7 +124,7 @@ def _reserved(listen: str) -> Iterator[str]:
         return
     host, _, port = listen.rpartition(":")
     family = socket.AF_INET6 if host.startswith("[") else socket.AF_INET
-    check_free(listen)
+    check_address_free(listen)
     with socket.socket(family) as holder:
         holder.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         holder.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEPORT, 1)

@@ -4,10 +4,10 @@ import uuid
 from contextlib import closing
 from pathlib import Path
 
-from arramon_server.episodes.splits import folder_of, folders_of, no_splits, read_split
+from arramon_server.episodes.splits import no_splits_error, read_split, split_folder, split_folders
 from arramon_server.errors import Conflict
 from arramon_server.runs.play.forfeits import Forfeits
-from arramon_server.runs.play.loader import SessionLoader
+from arramon_server.runs.play.session_loader import SessionLoader
 from arramon_server.runs.play.worlds import Worlds
 from arramon_server.runs.storage.database import Database
 from arramon_server.runs.storage.journal import Journal
@@ -39,10 +39,10 @@ class Canceller:
         run = self._journal.run(run_id)
         if run.state != RUNNING:
             raise Conflict(f"run {run_id!r} is already {run.state.lower()}")
-        names = [folder.name for folder in folders_of(self._data)]
+        names = [folder.name for folder in split_folders(self._data)]
         if not names:
-            raise no_splits(self._data)
-        splits = {run.split: read_split(folder_of(self._data, run.split))} if run.split in names else {}
+            raise no_splits_error(self._data)
+        splits = {run.split: read_split(split_folder(self._data, run.split))} if run.split in names else {}
         with closing(Worlds(splits)) as worlds:
             forfeits = Forfeits(self._journal, SessionLoader(splits, self._journal, worlds), self._worker)
             try:

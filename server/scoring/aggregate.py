@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from arramon_server.scoring.episode import METRICS, EpisodeScores
+from arramon_server.scoring.episode_scores import METRICS, EpisodeScores
 from arramon_server.scoring.intervals import (
     CONFIDENCE,
     Bounds,

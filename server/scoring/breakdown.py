@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from arramon_server.scoring.aggregate import ROWS, Interval
-from arramon_server.scoring.episode import METRICS
+from arramon_server.scoring.episode_scores import METRICS
 from arramon_server.scoring.intervals import Floats, episode_moments, mean_bounds
 from arramon_server.scoring.masking import Noise, Rows, masked_group
 

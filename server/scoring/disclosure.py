@@ -37,7 +37,7 @@ TEST_NOISE = 4.0
 GROUP_NOISE = 16.0
 """Standard deviation of the noise in the sum over a group of turns, in turns: a turn may be in many groups."""
 
-FIGURES = 5
+FIGURES_PER_GROUP = 5
 """Number of figures of a group: the metrics of `arramon_server.scoring.breakdown.SHOWN`."""
 
 GROUP_BITS = 0.15
@@ -73,7 +73,7 @@ class PublishedSums:
             return False
         if (group == group[0]).all():
             return True  # a row of the score table, shown as there
-        bits = self._bits + bits_of(group)
+        bits = self._bits + disclosed_bits(group)
         if bits.max() > GROUP_BITS:
             return False
         rest = self._rest(group.astype(np.float64))
@@ -104,21 +104,21 @@ class PublishedSums:
         self._leverage = self._leverage + _products(rest)
 
 
-def step_of(episodes: int) -> float:
+def rounding_step(episodes: int) -> float:
     """Return the rounding step of a turn's means: the smallest that is at least MIN_EPISODES_PER_STEP episodes."""
     return next(
         (step for step in (*STEPS, *COARSE_STEPS) if step >= MIN_EPISODES_PER_STEP / episodes), COARSE_STEPS[-1]
     )
 
 
-def bits_of(group: npt.NDArray[np.bool_]) -> Floats:
+def disclosed_bits(group: npt.NDArray[np.bool_]) -> Floats:
     """Return an upper bound of the information of a group's figures about each episode in bits, (episodes,).
 
     Args:
         group: the turns in the group, (episodes, 2).
     """
     largest = (group.sum(axis=1) / 2.0) ** 2  # variance of a sum of scores in [0, 1]
-    bits: Floats = FIGURES * np.log2(1.0 + largest / GROUP_NOISE**2) / 2.0
+    bits: Floats = FIGURES_PER_GROUP * np.log2(1.0 + largest / GROUP_NOISE**2) / 2.0
     return bits
 
 

@@ -54,8 +54,8 @@ def episode_moments(values: Floats, strata: npt.NDArray[np.intp]) -> Moments:
         strata: number of each episode's stratum from 0, (episodes,): a section, or a part of one.
     """
     sizes = np.bincount(strata)
-    together = np.where(sizes[strata] > 1, strata, len(sizes))
-    _, groups, sizes = np.unique(together, return_inverse=True, return_counts=True)
+    merged = np.where(sizes[strata] > 1, strata, len(sizes))
+    _, groups, sizes = np.unique(merged, return_inverse=True, return_counts=True)
     flat = values.reshape(len(values), -1)
     means = _grouped(flat, groups, len(sizes)) / sizes[:, None]
     squares = _grouped((flat - means[groups]) ** 2, groups, len(sizes))

@@ -2,14 +2,14 @@
 
 Two exact totals that differ by one episode reveal its score, and so does a rounded total whose threshold an attacker
 has found, as the attacker controls all other episodes of its own runs. So each mean of a turn is rounded up or down to
-the grid of `step_of` by a threshold of its own: up with a probability equal to its position between the two grid
+the grid of `rounding_step` by a threshold of its own: up with a probability equal to its position between the two grid
 points, except near 0 and 1, where rounding is certain (`upward_chance`). The shown mean is less than a step from the
 exact mean. It is unbiased between the first and the last step, unless the order of metrics (see `_consistent`) lowers
 it, and 0 and 1 are shown exactly. SECURITY.md bounds the information of one figure about an episode, whatever else is
 known (`tests/scoring/figure_bits.py` computes it); the bounds of several figures add up.
 
 Thresholds are derived from the split's ground truth, which is secret, and from the play digest: the actions and causes
-of all episodes (`runs.storage.play_digest`). So the same play shows the same figures, whoever plays it and in however
+of all episodes (`runs.storage.play_digest`). So the same play shows the same figures, no matter who plays it and in how
 many pieces, and another play has independent thresholds. They must not depend on the scores: then two plays would show
 equal figures exactly if they scored alike, and an attacker who knows the scores of one would learn those of the other.
 Nor may they depend on less than the whole play: then an attacker could find a threshold with several plays that share
@@ -33,8 +33,8 @@ import numpy.typing as npt
 from scipy.special import stdtrit
 
 from arramon_server.scoring.aggregate import ROWS, Interval
-from arramon_server.scoring.disclosure import FLAT, GROUP_NOISE, MIN_EPISODES, STEPS, TEST_NOISE, step_of
-from arramon_server.scoring.episode import GATES, METRICS, PLACEMENT
+from arramon_server.scoring.disclosure import FLAT, GROUP_NOISE, MIN_EPISODES, STEPS, TEST_NOISE, rounding_step
+from arramon_server.scoring.episode_scores import GATES, METRICS, PLACEMENT
 from arramon_server.scoring.intervals import CONFIDENCE, Floats, Moments, mean_bounds
 
 MASKED_METHOD = "from-masked-means"
@@ -71,40 +71,42 @@ class Noise:
         """Return a standard normal number, always the same for the same names."""
         return _NORMAL.inv_cdf(self.uniform(*names))
 
-    def test_scores(self, play: str, metric: str) -> Floats:
+    def test_scores(self, play_digest: str, metric: str) -> Floats:
         """Return a run's noise scores, (MIN_EPISODES,). The standard deviation of their sum is TEST_NOISE.
 
         Between two runs their differences are symmetric, as paired tests assume under their null hypothesis. Runs with
         the same play have equal ones.
 
         Args:
-            play: play digest of the run.
+            play_digest: play digest of the run.
             metric: metric that is compared.
         """
-        _check_play(play)
+        _check_play(play_digest)
         scale = TEST_NOISE / MIN_EPISODES**0.5
-        scores: Floats = scale * np.array([self.normal(play, "test", metric, str(at)) for at in range(MIN_EPISODES)])
+        scores: Floats = scale * np.array(
+            [self.normal(play_digest, "test", metric, str(at)) for at in range(MIN_EPISODES)]
+        )
         return scores
 
 
 _NORMAL = NormalDist()
 
 
-def masked_rows(turns: Floats, noise: Noise, play: str) -> dict[str, dict[str, Interval]]:
+def masked_rows(turns: Floats, noise: Noise, play_digest: str) -> dict[str, dict[str, Interval]]:
     """Return the shown rows of a run's score table: turns rounded at random, and their means as total.
 
     Args:
         turns: scores of both turns of each episode, (episodes, 2, METRICS).
         noise: noise of the split.
-        play: play digest of the run.
+        play_digest: play digest of the run.
     """
-    _check_play(play)
-    episodes, step = len(turns), step_of(len(turns))
+    _check_play(play_digest)
+    episodes, step = len(turns), rounding_step(len(turns))
     exact = turns.mean(axis=0)
     found = []
     for turn, row in enumerate(ROWS[:2]):
         rounded = {
-            metric: randomised_rounding(float(exact[turn, column]), step, noise.uniform(play, row, metric))
+            metric: randomised_rounding(float(exact[turn, column]), step, noise.uniform(play_digest, row, metric))
             for column, metric in enumerate(METRICS)
         }
         found.append(_consistent(rounded))
@@ -179,12 +181,12 @@ def masked_share(share: float, episodes: int, noise: Noise, names: Sequence[str]
         noise: noise of the split.
         names: names of the share, and the play digests.
     """
-    return randomised_rounding(share, step_of(episodes), noise.uniform(*names))
+    return randomised_rounding(share, rounding_step(episodes), noise.uniform(*names))
 
 
 def rounded_rows(rows: Rows, episodes: int) -> dict[str, dict[str, Interval]]:
     """Return the rounded rows of a table with exact scores, for a split whose thresholds are lost with its data."""
-    step, deviation = step_of(episodes), shown_deviation(episodes)
+    step, deviation = rounding_step(episodes), shown_deviation(episodes)
     return {
         row: {
             metric: mean_interval(_on_grid(value.mean, step), episodes, deviation, step)
@@ -201,7 +203,7 @@ def mean_of_rows(tables: Sequence[Rows], episodes: int) -> dict[str, dict[str, I
         tables: rows of the runs.
         episodes: number of episodes of each run; the least, if these differ.
     """
-    step = step_of(episodes)
+    step = rounding_step(episodes)
 
     def mean(row: str, metric: str) -> Interval:
         value = _tidy(sum(table[row][metric].mean for table in tables) / len(tables))
@@ -216,7 +218,7 @@ def shown_deviation(episodes: int) -> float:
     It is used for means over turns and runs, too. Their thresholds are independent, but the order of metrics may lower
     all of them.
     """
-    return step_of(episodes) / 2.0
+    return rounding_step(episodes) / 2.0
 
 
 def mean_interval(mean: float, episodes: int, deviation: float, step: float) -> Interval:
@@ -238,7 +240,7 @@ def mean_interval(mean: float, episodes: int, deviation: float, step: float) -> 
     return Interval(mean, max(_down(low, step), 0.0), min(_up(high, step), 1.0))
 
 
-def difference(one: float, other: float, episodes: int, deviation: float) -> Interval:
+def shown_difference(one: float, other: float, episodes: int, deviation: float) -> Interval:
     """Return the difference of two shown means over the same episodes, with its interval.
 
     Its variance is the largest that scores with these means can have: as their squared differences are at most their
@@ -252,7 +254,7 @@ def difference(one: float, other: float, episodes: int, deviation: float) -> Int
     found = _tidy(one - other)
     if episodes < MIN_EPISODES:
         return Interval(found, -1.0, 1.0)
-    step = step_of(episodes)
+    step = rounding_step(episodes)
     largest = max(min(one + other, 2.0 - one - other) - found**2, 0.0)
     variance = (largest * (episodes - 1) + 1.0) / episodes  # as if one more episode had shown all of it
     half = _quantile(episodes) * math.hypot((variance / episodes) ** 0.5, deviation)
@@ -264,17 +266,17 @@ def p_value_class(p: float) -> float:
     return next((bound for bound in P_CLASSES if p <= bound), P_CLASSES[-1])
 
 
-def digest_without(play: str, voided: Collection[str]) -> str:
+def digest_without(play_digest: str, voided: Collection[str]) -> str:
     """Return the replacement of a run's play digest, from which its thresholds without void episodes are derived.
 
     They are independent of the thresholds with all episodes: with equal thresholds, the figures before and after an
     episode is voided would differ by its score.
 
     Args:
-        play: play digest of the run, with all its episodes.
-        voided: ids of those of its episodes that are void; with none it is `play` itself.
+        play_digest: play digest of the run, with all its episodes.
+        voided: ids of those of its episodes that are void; with none it is `play_digest` itself.
     """
-    return "\n".join([play, "without", *sorted(voided)]) if voided and play else play
+    return "\n".join([play_digest, "without", *sorted(voided)]) if voided and play_digest else play_digest
 
 
 def two_digits(number: float) -> float:
@@ -343,6 +345,6 @@ def _quantile(episodes: int) -> float:
     return float(stdtrit(episodes - 1, 0.5 + CONFIDENCE / 2.0))
 
 
-def _check_play(play: str) -> None:
-    if not play:
+def _check_play(play_digest: str) -> None:
+    if not play_digest:
         raise ValueError("the digest of the play is missing: all runs of the split would share their thresholds")

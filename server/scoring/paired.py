@@ -84,7 +84,7 @@ def permutation_tests(scores: Floats, *, flips: int = FLIPS, seed: int = 0) -> F
         found[near] = (reached + own) / (flips + own)
         few = near[reached <= FEW]
         if own and len(few):
-            found[few] = np.minimum(tails(scores[i] - scores[others[few]]), (FEW + 1.0) / (flips + 1.0))
+            found[few] = np.minimum(tail_probabilities(scores[i] - scores[others[few]]), (FEW + 1.0) / (flips + 1.0))
         p[i, others] = p[others, i] = found
     return p
 
@@ -96,7 +96,7 @@ def _signs(episodes: int, flips: int, seed: int) -> npt.NDArray[np.int8]:
     return np.random.default_rng(seed).integers(0, 2, size=(flips, episodes), dtype=np.int8)
 
 
-def tails(differences: Floats) -> Floats:
+def tail_probabilities(differences: Floats) -> Floats:
     """Return the two-sided tail of each row's sum under random signs, by the saddlepoint approximation.
 
     It is corrected for the lattice of possible sums where all differences are multiples of one number.

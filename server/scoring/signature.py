@@ -26,7 +26,7 @@ class Signature:
         sensors: sensors that the agent received.
         images: encodings and sizes in which images were sent, such as "lossless-224" and "jpeg90-128".
         data_hash: hash of the split's files, in hexadecimal.
-        arguments: arguments that the agent was created with, each as written by `argument`.
+        arguments: arguments that the agent was created with, each as written by `format_argument`.
         chosen: "" if the episodes are the first ones of the split in playing order, otherwise a hash of their ids.
         void: "" unless the host has voided episodes of the run, which then count in no score: a hash of their ids.
 
@@ -111,7 +111,7 @@ class Signature:
         return signature
 
 
-def digest_of(episode_ids: Iterable[str]) -> str:
+def episodes_digest(episode_ids: Iterable[str]) -> str:
     """Return the digest of a set of episodes in a signature: the first 12 digits of a hash of their ids."""
     return hashlib.sha256("\n".join(sorted(episode_ids)).encode()).hexdigest()[:12]
 
@@ -124,10 +124,10 @@ def without_episodes(line: str, voided: Collection[str]) -> str:
         voided: ids of those of its episodes that are void, at least one.
     """
     signature = Signature.parse(line)
-    return str(replace(signature, episodes=signature.episodes - len(voided), void=digest_of(voided)))
+    return str(replace(signature, episodes=signature.episodes - len(voided), void=episodes_digest(voided)))
 
 
-def argument(name: str, value: str) -> str:
+def format_argument(name: str, value: str) -> str:
     """Format an argument for a signature: `name=value`, with white space, "%", "+" and "|" percent-encoded."""
     written = re.sub(r"[\s%+|]", lambda mark: quote(mark[0], safe=""), value)
     return f"{name}={written}"

@@ -28,7 +28,7 @@ class TurnRecord:
             release); None if the phase did not end.
         picked_target: whether the carried object is the target, whether the agent or a limit picked it up.
         pickup_forced: whether a limit, not the agent, picked the object up. For information only; no score depends on
-            it (see `episode.score_turn`).
+            it (see `episode_scores.score_turn`).
         placed_cell: cell in which the carried object was placed; None if the assembly phase did not end.
         placement_forced: whether a limit, not the agent, placed it.
     """

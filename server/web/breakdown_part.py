@@ -5,11 +5,11 @@ from dataclasses import dataclass
 from itertools import groupby
 
 from arramon_server.runs.results.breakdown import Breakdown, BreakdownLine
-from arramon_server.runs.results.groups import TurnGroup
+from arramon_server.runs.results.turn_groups import TurnGroup
 from arramon_server.scoring.aggregate import Interval
 from arramon_server.scoring.breakdown import SHOWN
 from arramon_server.scoring.disclosure import MIN_EPISODES
-from arramon_server.web.texts import PageTexts
+from arramon_server.web.page_texts import PageTexts
 
 PLOTTED = ("CTC-3", "PTC", "PTC@CTC-3")
 """Metrics in the plot: one for the navigation, one for the assembly, one for both."""
@@ -51,24 +51,24 @@ class BreakdownPart:
     remarks: Sequence[str]
 
 
-def breakdown_part(t: PageTexts, found: Breakdown) -> BreakdownPart:
+def breakdown_part(t: PageTexts, breakdown: Breakdown) -> BreakdownPart:
     """Return the breakdown of a run."""
     aspects = [
         (t(f"aspects.{aspect}"), [_row(t, line) for line in lines])
-        for aspect, lines in groupby(found.lines, lambda line: line.group.aspect)
+        for aspect, lines in groupby(breakdown.lines, lambda line: line.group.aspect)
     ]
     columns = [(metric.partition("@")[0], t(f"report.{PHASES[metric]}")) for metric in SHOWN]
     legend = [f"{t(f'report.{PHASES[metric]}')}: {metric.partition('@')[0]}" for metric in PLOTTED]
-    return BreakdownPart(aspects, columns, legend, list(_remarks(t, found)))
+    return BreakdownPart(aspects, columns, legend, list(_remarks(t, breakdown)))
 
 
-def _remarks(t: PageTexts, found: Breakdown) -> list[str]:
+def _remarks(t: PageTexts, breakdown: Breakdown) -> list[str]:
     remarks = []
-    if found.rounded:
-        remarks.append(t("report.hidden", least=t.whole(MIN_EPISODES)) if found.lines else t("report.few"))
-    if found.withheld and found.lines:
-        remarks.append(t("report.withheld", number=t.whole(found.withheld)))
-    if not found.reads:
+    if breakdown.rounded:
+        remarks.append(t("report.hidden", least=t.whole(MIN_EPISODES)) if breakdown.lines else t("report.few"))
+    if breakdown.withheld and breakdown.lines:
+        remarks.append(t("report.withheld", number=t.whole(breakdown.withheld)))
+    if not breakdown.knows_demands:
         remarks.append(t("report.unread"))
     return remarks
 

@@ -6,8 +6,8 @@ from typing import Any
 from arramon_server.board.board import Board, RunComparisons
 from arramon_server.board.standings import BOTH, HEADLINE, Standing
 from arramon_server.errors import Conflict, NotFound
-from arramon_server.web.filters import METRICS, StandingsQuery
-from arramon_server.web.texts import PageTexts
+from arramon_server.web.page_texts import PageTexts
+from arramon_server.web.standings_query import METRICS, StandingsQuery
 
 _SHOWN = {1: "against.better", 0: "against.same", -1: "against.worse"}
 """Outcome of a comparison -> key of its text."""

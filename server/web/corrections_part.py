@@ -2,13 +2,13 @@
 
 from arramon_server.closing_times import ClosingTimes
 from arramon_server.runs.storage.corrections import Correction
-from arramon_server.web.texts import PageTexts
+from arramon_server.web.page_texts import PageTexts
 
 _NAMED = 5
 """Maximum number of a correction's episodes that are named."""
 
 
-def correction_words(t: PageTexts, correction: Correction) -> str:
+def correction_sentence(t: PageTexts, correction: Correction) -> str:
     """Return a sentence that says what a correction changed, when and why."""
     episodes = ", ".join(correction.episodes[:_NAMED]) + (", …" if len(correction.episodes) > _NAMED else "")
     what = t(
@@ -21,7 +21,7 @@ def correction_words(t: PageTexts, correction: Correction) -> str:
     return t("corrections.one", date=t.date(correction.made_at), what=what, reason=correction.reason)
 
 
-def closing_words(t: PageTexts, closing: ClosingTimes, split: str) -> str:
+def closing_sentence(t: PageTexts, closing: ClosingTimes, split: str) -> str:
     """Return a sentence that says when a split's leaderboard closes or closed; empty if it stays open."""
     time = closing.of(split)
     if time is None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from arramon_server.board.standings import Standing
 from arramon_server.web.curves import BOTTOM, HEIGHT, LEFT, RIGHT, TOP, WIDTH, Tick
-from arramon_server.web.texts import PageTexts
+from arramon_server.web.page_texts import PageTexts
 
 COSTS = ("thinking", "parameters", "tokens", "price")
 """Names of costs in addresses: the server measures the first, participants declare the others."""
@@ -45,14 +45,14 @@ class CostPart:
 
     Attributes:
         chosen: cost on the horizontal axis, one of COSTS.
-        across, up: ticks of the horizontal and the vertical axis, with their labels.
+        x_ticks, y_ticks: ticks of the horizontal and the vertical axis, with their labels.
         points: standings whose cost is known.
         rows: standing, its rank as in the plot, and each of COSTS as text.
     """
 
     chosen: str
-    across: Sequence[tuple[float, str]]
-    up: Sequence[Tick]
+    x_ticks: Sequence[tuple[float, str]]
+    y_ticks: Sequence[Tick]
     points: Sequence[CostPoint]
     rows: Sequence[tuple[Standing, str, Sequence[str]]]
 
@@ -76,17 +76,20 @@ def cost_part(t: PageTexts, standings: Sequence[Standing], row: str, metric: str
     scale = _Scale([value for _, value in drawn if value is not None])
     points = [
         CostPoint(
-            _rank(t, one), one.agent, scale.place(cost), *(_up(getattr(one.rows[row][metric], end)) for end in _ENDS)
+            _rank(t, one),
+            one.agent,
+            scale.place(cost),
+            *(_score_y(getattr(one.rows[row][metric], end)) for end in _ENDS),
         )
         for one, cost in drawn
         if cost is not None
     ]
-    across = [(scale.place(value), t.amount(value)) for value in scale.ticks()]
-    up = [Tick(_up(part / 5), part / 5) for part in range(6)]
+    x_ticks = [(scale.place(value), t.amount(value)) for value in scale.ticks()]
+    y_ticks = [Tick(_score_y(part / 5), part / 5) for part in range(6)]
     rows = [
         (one, _rank(t, one), ["–" if value is None else t.amount(value) for value in values]) for one, values in known
     ]
-    return CostPart(chosen, across, up, points, rows)
+    return CostPart(chosen, x_ticks, y_ticks, points, rows)
 
 
 def _rank(t: PageTexts, standing: Standing) -> str:
@@ -103,7 +106,7 @@ def _value(standing: Standing, cost: str) -> float | None:
     return declared
 
 
-def _up(score: float) -> float:
+def _score_y(score: float) -> float:
     return round(HEIGHT - BOTTOM - score * (HEIGHT - TOP - BOTTOM), 1)
 
 

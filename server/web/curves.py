@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from arramon_server.board.standings import Rows
 from arramon_server.scoring.aggregate import ROWS
-from arramon_server.scoring.episode import CTC_DISTANCES
+from arramon_server.scoring.episode_scores import CTC_DISTANCES
 
 WIDTH, HEIGHT = 420, 240
 LEFT, RIGHT, TOP, BOTTOM = 44, 12, 12, 40
@@ -57,8 +57,8 @@ class Curve:
 class Chart:
     """A chart: curves over a horizontal axis of numbers and a vertical axis of fractions."""
 
-    across: tuple[Tick, ...]
-    up: tuple[Tick, ...]
+    x_ticks: tuple[Tick, ...]
+    y_ticks: tuple[Tick, ...]
     lines: tuple[Curve, ...]
 
 
@@ -73,12 +73,12 @@ def ctc_chart(rows: Rows) -> Chart:
         upper = [_place(k, ends, value.high, top) for k, value in values]
         lower = [_place(k, ends, value.low, top) for k, value in reversed(values)]
         lines.append(Curve(row, _points(middle), _points([*upper, *lower]), tuple(middle)))
-    across = tuple(Tick(_place(k, ends, 0, top)[0], k) for k in CTC_DISTANCES.values())
-    return Chart(across, _share_ticks(top), tuple(lines))
+    x_ticks = tuple(Tick(_place(k, ends, 0, top)[0], k) for k in CTC_DISTANCES.values())
+    return Chart(x_ticks, _share_ticks(top), tuple(lines))
 
 
-def open_shares(steps: Sequence[int]) -> list[tuple[int, float]]:
-    """Return the fraction of episodes still open after each number of steps, as (steps, fraction) where it changes.
+def unfinished_shares(steps: Sequence[int]) -> list[tuple[int, float]]:
+    """Return the fraction of episodes not ended after each number of steps, as (steps, fraction) where it changes.
 
     Args:
         steps: number of steps of each episode; at least one episode.
@@ -93,15 +93,15 @@ def open_shares(steps: Sequence[int]) -> list[tuple[int, float]]:
     return shares
 
 
-def open_chart(shares: Sequence[tuple[int, float]]) -> Chart:
-    """Return the chart of `open_shares`, a falling step function."""
+def unfinished_chart(shares: Sequence[tuple[int, float]]) -> Chart:
+    """Return the chart of `unfinished_shares`, a falling step function."""
     ends = (0.0, float(max(shares[-1][0], 1)))
     corners: list[tuple[float, float]] = []
     for number, share in shares:
         x, y = _place(number, ends, share, 1.0)
         corners += [(x, corners[-1][1]), (x, y)] if corners else [(x, y)]
-    across = tuple(Tick(_place(value, ends, 0, 1.0)[0], value) for value in _round_steps(ends[1]))
-    return Chart(across, _share_ticks(1.0), (Curve("open", _points(corners)),))
+    x_ticks = tuple(Tick(_place(value, ends, 0, 1.0)[0], value) for value in _round_steps(ends[1]))
+    return Chart(x_ticks, _share_ticks(1.0), (Curve("open", _points(corners)),))
 
 
 def bar_segments(counts: Mapping[str, int]) -> list[tuple[str, int, float, float]]:

@@ -37,7 +37,7 @@ class PlayedEpisode:
         ending: how it ended.
         ground: map of its section.
         tracks: paths of both turns.
-        rooms: assembly rooms of both turns.
+        room_maps: assembly maps of both turns.
         section: its section, including the episode's own furniture.
     """
 
@@ -45,7 +45,7 @@ class PlayedEpisode:
     ending: EpisodeEnding
     ground: section_map.SectionMap
     tracks: tuple[section_map.TurnPaths, ...]
-    rooms: tuple[room_map.AssemblyMap, ...]
+    room_maps: tuple[room_map.AssemblyMap, ...]
     section: Section
 
 
@@ -63,7 +63,7 @@ class EpisodeReplays:
         self._last: tuple[Section, Scene, Physics] | None = None
         self._cached_tracks = lru_cache(_CACHE_SIZE)(self._tracks)
         self._cached_endings = lru_cache(16)(self._read_endings)
-        self.play_of = journal.play
+        self.play_digest_of = journal.play_digest
 
     def close(self) -> None:
         """Free the memory of the last section's physics. `played` may still be called afterwards."""
@@ -109,8 +109,8 @@ class EpisodeReplays:
         origins = () if provenance is None else provenance.origins(section, episode)
         furnished_section = furnished(section, episode.furniture)
         ground = section_map.draw_section(furnished_section, origins)
-        tracks, rooms = self._cached_tracks(entry.run, episode_id, ending.cause if ending.has_played else "")
-        return PlayedEpisode(episode, ending, ground, tracks, rooms, furnished_section)
+        tracks, room_maps = self._cached_tracks(entry.run, episode_id, ending.cause if ending.has_played else "")
+        return PlayedEpisode(episode, ending, ground, tracks, room_maps, furnished_section)
 
     def _read_endings(self, version: ScoresVersion) -> list[EpisodeEnding]:
         return self._journal.endings(version.run_id)
@@ -118,7 +118,7 @@ class EpisodeReplays:
     def _tracks(
         self, run: Run, episode_id: str, cause: str
     ) -> tuple[tuple[section_map.TurnPaths, ...], tuple[room_map.AssemblyMap, ...]]:
-        """Return the paths and rooms of an episode that ended by `cause`; unplayed ones if `cause` is empty."""
+        """Return the paths and room maps of an episode that ended by `cause`; unplayed ones if `cause` is empty."""
         split = self._splits[run.split]
         episode = split.episodes[episode_id]
         section = split.sections[episode.section]
@@ -127,7 +127,7 @@ class EpisodeReplays:
         replay.replay(self._journal.actions(run.run_id, episode_id) if cause else ())
         if cause == causes.TIME_LIMIT and not session.state.finished:
             session.end_at_time_limit()
-        return tuple(section_map.turn_paths(section, turn) for turn in session.record().turns), replay.rooms()
+        return tuple(section_map.turn_paths(section, turn) for turn in session.record().turns), replay.maps()
 
     def _ground(self, section: Section, furniture: OwnFurniture) -> CollisionCheck:
         """Return the collision checks for an episode. The latest section is cached, as readers tend to stay in one."""

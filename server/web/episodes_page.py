@@ -11,14 +11,14 @@ from arramon_server.board.standings import Entry
 from arramon_server.errors import NotFound, quoted
 from arramon_server.runs.storage.corrections import voided_by
 from arramon_server.runs.storage.records import EpisodeEnding
-from arramon_server.scoring.episode import Scores
+from arramon_server.scoring.episode_scores import Scores
 from arramon_server.web.episode_replays import EpisodeReplays, PlayedEpisode
-from arramon_server.web.filters import METRICS
-from arramon_server.web.room_map import Pile
+from arramon_server.web.named_things import named_things, object_name
+from arramon_server.web.page_texts import PageTexts, all_texts
+from arramon_server.web.room_map import ObjectStack
 from arramon_server.web.section_map import MapLabel, labels
 from arramon_server.web.standings_page import columns
-from arramon_server.web.texts import PageTexts, all_texts
-from arramon_server.web.things import named_things, object_name
+from arramon_server.web.standings_query import METRICS
 
 ALL = "all"
 
@@ -202,7 +202,7 @@ def _labels(t: PageTexts, entry: Entry, played: PlayedEpisode, number: int) -> t
     return labels(played.section, named)
 
 
-def _pile_name(t: PageTexts, pile: Pile) -> str:
+def _pile_name(t: PageTexts, pile: ObjectStack) -> str:
     return " + ".join(object_name(t, type_) for type_ in pile.types)
 
 

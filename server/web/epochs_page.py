@@ -5,12 +5,12 @@ from itertools import groupby
 from typing import Any
 
 from arramon_server.board.board import Board
-from arramon_server.board.epochs import Epoch, EpochBoard
+from arramon_server.board.epoch_board import Epoch, EpochBoard
 from arramon_server.board.standings import HEADLINE
 from arramon_server.errors import NotFound
-from arramon_server.runs.storage.epochs import EpochState
-from arramon_server.web.filters import METRICS, StandingsQuery
-from arramon_server.web.texts import PageTexts
+from arramon_server.runs.storage.epoch_store import EpochState
+from arramon_server.web.page_texts import PageTexts
+from arramon_server.web.standings_query import METRICS, StandingsQuery
 
 
 class EpochsPage:
@@ -54,7 +54,7 @@ class EpochsPage:
             "standings": lambda split: (
                 f"/{t.language}/{StandingsQuery(split, language).link()}" if language in known.get(split, ()) else ""
             ),
-            "pairs": list(self._epochs.pairs(language, METRICS[sort])),
+            "pairs": list(self._epochs.changes_between_epochs(language, METRICS[sort])),
             "language": language,
             "sort": sort,
             "heading": METRICS[sort].partition("@")[0],

@@ -10,7 +10,7 @@ from urllib.parse import quote
 from aiohttp import web
 
 from arramon_server.board.board import Board
-from arramon_server.board.epochs import EpochBoard, as_file
+from arramon_server.board.epoch_board import EpochBoard, epoch_list_file
 from arramon_server.board.exports import as_csv, as_json
 from arramon_server.episodes.splits import Split
 from arramon_server.errors import Conflict, NotFound, Unavailable
@@ -21,13 +21,13 @@ from arramon_server.web.comparison_page import ComparisonPage
 from arramon_server.web.episode_replays import EpisodeReplays
 from arramon_server.web.episodes_page import EpisodesPage
 from arramon_server.web.epochs_page import EpochsPage
-from arramon_server.web.filters import read_query
 from arramon_server.web.host import UNNAMED, Host
+from arramon_server.web.http_responses import FOR_EVER, redirect, respond
+from arramon_server.web.page_texts import PageTexts, all_texts, preferred_language
 from arramon_server.web.rendering import Renderer
-from arramon_server.web.responses import FOR_EVER, redirect, respond
 from arramon_server.web.run_page import RunPage
 from arramon_server.web.standings_page import StandingsPage
-from arramon_server.web.texts import PageTexts, all_texts, preferred
+from arramon_server.web.standings_query import read_query
 
 MAX_WAITING = 64
 """Maximum number of requests that wait for a thread or run in one; further ones get status 503."""
@@ -75,7 +75,7 @@ class Pages:
         self._renderer = Renderer(host)
         self._standings = StandingsPage(board, splits, epochs)
         self._epochs_page = EpochsPage(board, epochs)
-        self._comparison = ComparisonPage(board)
+        self._comparisons = ComparisonPage(board)
         self._replays = EpisodeReplays(splits, journal)
         self._runs = RunPage(board, splits, self._replays, epochs)
         self._episodes = EpisodesPage(board, self._replays)
@@ -90,11 +90,11 @@ class Pages:
         run = f"/{_LANGUAGE}/runs/{_RUN}"
         handlers = {
             "/": self._home,
-            f"/{_LANGUAGE}/": self._list,
-            f"/{_LANGUAGE}": self._slash,
+            f"/{_LANGUAGE}/": self._standings_list,
+            f"/{_LANGUAGE}": self._redirect_to_slash,
             f"/{_LANGUAGE}/epochs": self._list_epochs,
             run: self._run,
-            f"{run}/against": self._against,
+            f"{run}/against": self._comparison_page,
             f"{run}/episodes": self._list_episodes,
             f"{run}/episodes/{{episode}}": self._episode,
             f"/runs/{_RUN}/receipt.json": self._receipt,
@@ -102,7 +102,7 @@ class Pages:
             "/epochs.json": self._epochs_file,
             "/standings.{form:csv|json}": self._download,
             "/static/{name}": self._static,
-            "/{rest:.*}": self._unknown,
+            "/{rest:.*}": self._not_found,
         }
         return [web.get(path, self._with_error_pages(handler)) for path, handler in handlers.items()]
 
@@ -119,22 +119,22 @@ class Pages:
             try:
                 return await handler(request)
             except NotFound:
-                return self._missing(request)
+                return self._not_found_page(request)
             except _Busy:
-                return self._unavailable(request, "missing.busy")
+                return self._unavailable_page(request, "missing.busy")
             except Unavailable:
-                return self._unavailable(request, "missing.unavailable")
+                return self._unavailable_page(request, "missing.unavailable")
 
         return guarded
 
     async def _home(self, request: web.Request) -> web.Response:
-        language = preferred(request.headers.get("Accept-Language", ""))
+        language = preferred_language(request.headers.get("Accept-Language", ""))
         return redirect(f"/{language}/{_query(request)}", varies="Accept-Language")
 
-    async def _slash(self, request: web.Request) -> web.Response:
+    async def _redirect_to_slash(self, request: web.Request) -> web.Response:
         return redirect(f"/{_texts(request).language}/{_query(request)}")
 
-    async def _list(self, request: web.Request) -> web.Response:
+    async def _standings_list(self, request: web.Request) -> web.Response:
         def make() -> web.Response:
             texts = _texts(request)
             defaults = self._standings.defaults(texts.language)
@@ -146,7 +146,7 @@ class Pages:
 
     async def _download(self, request: web.Request) -> web.Response:
         def make() -> web.Response:
-            defaults = self._standings.defaults(preferred(""))
+            defaults = self._standings.defaults(preferred_language(""))
             choice = read_query(request.query, self._board.languages(), defaults)
             listing = self._board.listing(choice.split, choice.language, choice.metric)
             form = request.match_info["form"]
@@ -164,10 +164,10 @@ class Pages:
 
         return await self._run_in(self._page_thread, make)
 
-    async def _against(self, request: web.Request) -> web.Response:
+    async def _comparison_page(self, request: web.Request) -> web.Response:
         def make() -> web.Response:
             texts = _texts(request)
-            context = self._comparison.context(texts, request.match_info["run"], request.query)
+            context = self._comparisons.context(texts, request.match_info["run"], request.query)
             return self._page(request, "against.html", texts, context)
 
         return await self._run_in(self._page_thread, make)
@@ -196,7 +196,7 @@ class Pages:
     async def _receipt(self, request: web.Request) -> web.Response:
         def make() -> web.Response:
             entry = self._board.entry(request.match_info["run"])
-            if entry.seal is None or entry.frozen:
+            if entry.receipt_fingerprint is None or entry.frozen:
                 raise NotFound("this run has no receipt to show")
             run_id, number = entry.run.run_id, request.query.get("number", "0")
             if not (number.isascii() and number.isdecimal() and len(number) < 6):
@@ -223,7 +223,7 @@ class Pages:
 
     async def _epochs_file(self, request: web.Request) -> web.Response:
         def make() -> web.Response:
-            return _json(request, as_file(self._epochs.all()), "epochs.json")
+            return _json(request, epoch_list_file(self._epochs.all()), "epochs.json")
 
         return await self._run_in(self._page_thread, make)
 
@@ -246,7 +246,7 @@ class Pages:
             raise NotFound("there is no such file")
         return respond(request, *found, cache=FOR_EVER)
 
-    async def _unknown(self, _request: web.Request) -> web.Response:
+    async def _not_found(self, _request: web.Request) -> web.Response:
         raise NotFound("there is no such page")
 
     async def _run_in(self, executor: ThreadPoolExecutor, work: Callable[[], T]) -> T:
@@ -271,11 +271,11 @@ class Pages:
             self._error_pages[page_key] = self._renderer.page(template, texts, "/", {"key": key})
         return self._error_pages[page_key]
 
-    def _missing(self, request: web.Request) -> web.Response:
+    def _not_found_page(self, request: web.Request) -> web.Response:
         page = self._error_page("missing.html", _error_texts(request))
         return respond(request, page, "text/html", status=404, varies="Accept-Encoding, Accept-Language")
 
-    def _unavailable(self, request: web.Request, key: str) -> web.Response:
+    def _unavailable_page(self, request: web.Request, key: str) -> web.Response:
         texts = _error_texts(request)
         page = self._error_page("sorry.html", texts, key)
         response = respond(request, page, "text/html", status=503, cache="no-store")
@@ -314,5 +314,5 @@ def _texts(request: web.Request) -> PageTexts:
 def _error_texts(request: web.Request) -> PageTexts:
     """Return the texts for an error page, in the address's language or else the browser's."""
     first = request.path.removeprefix("/").partition("/")[0]
-    language = first if first in all_texts() else preferred(request.headers.get("Accept-Language", ""))
+    language = first if first in all_texts() else preferred_language(request.headers.get("Accept-Language", ""))
     return all_texts()[language]

@@ -11,7 +11,7 @@ import markupsafe
 
 from arramon_server import __version__
 from arramon_server.web.host import UNNAMED, Host, link_of
-from arramon_server.web.texts import PageTexts, all_texts
+from arramon_server.web.page_texts import PageTexts, all_texts
 
 _WORDS = re.compile(r"[^_.:@]*[_.:@]*")
 """A word and the punctuation after it, where browsers would not break a line."""

@@ -18,7 +18,7 @@ WIDTH, HEIGHT = COLUMNS * CELL, ROWS * CELL
 
 
 @dataclass(frozen=True, slots=True)
-class Pile:
+class ObjectStack:
     """Stack of objects on one cell.
 
     Attributes:
@@ -47,7 +47,7 @@ class AssemblyMap:
         carried: object that the agent carried; None if it took no step in the assembly.
     """
 
-    piles: tuple[Pile, ...]
+    piles: tuple[ObjectStack, ...]
     truth: str
     played: str
     start: tuple[float, float]
@@ -68,7 +68,7 @@ class AssemblyReplay:
 
     def __init__(self, session: EpisodeSession) -> None:
         self._session = session
-        self._ways: tuple[list[RoomCell], list[RoomCell]] = ([], [])
+        self._paths: tuple[list[RoomCell], list[RoomCell]] = ([], [])
         self._carried: list[ObjectType | None] = [None, None]
 
     def replay(self, actions: Iterable[int]) -> None:
@@ -77,16 +77,16 @@ class AssemblyReplay:
             state = self._session.state
             if state.phase is Phase.ASSEMBLY and not state.finished:
                 self._carried[state.turn - 1] = state.carried
-                way = self._ways[state.turn - 1]
-                if not way or way[-1] != state.square:
-                    way.append(state.square)
+                path = self._paths[state.turn - 1]
+                if not path or path[-1] != state.square:
+                    path.append(state.square)
 
-    def rooms(self) -> tuple[AssemblyMap, ...]:
+    def maps(self) -> tuple[AssemblyMap, ...]:
         """Return the maps of both turns, as far as they were played."""
         episode, objects = self._session.episode, self._session.state.room
         before = objects[: len(episode.decoys)], objects[: len(episode.decoys) + 1]  # the placed object comes last
         return tuple(
-            _room(before[number], turn, played, self._ways[number], self._carried[number])
+            _room(before[number], turn, played, self._paths[number], self._carried[number])
             for number, (turn, played) in enumerate(zip(episode.turns, self._session.record().turns, strict=True))
         )
 
@@ -95,7 +95,7 @@ def _room(
     objects: Sequence[PlacedObject],
     turn: Turn,
     played: TurnRecord,
-    way: Sequence[RoomCell],
+    path: Sequence[RoomCell],
     carried: ObjectType | None,
 ) -> AssemblyMap:
     placed = played.placed_cell
@@ -103,7 +103,7 @@ def _room(
     return AssemblyMap(
         _piles(objects),
         _points(turn.room_path),
-        _points(way) if len(way) > 1 else "",
+        _points(path) if len(path) > 1 else "",
         _centre(START),
         _centre(RoomCell(cell.column, cell.row)),
         cell.level,
@@ -114,12 +114,12 @@ def _room(
     )
 
 
-def _piles(objects: Sequence[PlacedObject]) -> tuple[Pile, ...]:
+def _piles(objects: Sequence[PlacedObject]) -> tuple[ObjectStack, ...]:
     found: dict[RoomCell, list[PlacedObject]] = {}
     for one in objects:
         found.setdefault(RoomCell(one.placement.column, one.placement.row), []).append(one)
     return tuple(
-        Pile(*_centre(square), tuple(one.type for one in sorted(pile, key=lambda one: one.placement.level)))
+        ObjectStack(*_centre(square), tuple(one.type for one in sorted(pile, key=lambda one: one.placement.level)))
         for square, pile in sorted(found.items())
     )
 

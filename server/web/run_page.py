@@ -6,7 +6,7 @@ from typing import Any
 
 from arramon_server.board.board import Board
 from arramon_server.board.cost import Cost
-from arramon_server.board.epochs import EpochBoard
+from arramon_server.board.epoch_board import EpochBoard
 from arramon_server.board.standings import Entry, Mark
 from arramon_server.episodes.splits import Split
 from arramon_server.errors import NotFound
@@ -14,15 +14,15 @@ from arramon_server.runs.results.breakdown import Breakdowns
 from arramon_server.runs.storage import causes
 from arramon_server.runs.storage.corrections import voided_by
 from arramon_server.runs.storage.records import CANCELLED, Run, RunProgress
-from arramon_server.scoring.episode import GATES, PLACEMENT
+from arramon_server.scoring.episode_scores import GATES, PLACEMENT
 from arramon_server.visible_text import shown
 from arramon_server.web import curves
 from arramon_server.web.breakdown_part import BreakdownPart, breakdown_part
-from arramon_server.web.corrections_part import closing_words, correction_words
+from arramon_server.web.corrections_part import closing_sentence, correction_sentence
 from arramon_server.web.episode_replays import EpisodeReplays
-from arramon_server.web.filters import METRICS, TURNS, StandingsQuery
+from arramon_server.web.page_texts import PageTexts
 from arramon_server.web.standings_page import columns
-from arramon_server.web.texts import PageTexts
+from arramon_server.web.standings_query import METRICS, TURNS, StandingsQuery
 
 _ROW_ORDER = ("1", "2", "total")
 """Rows of a score table, as in `arramon_server.scoring.aggregate.ROWS`."""
@@ -56,7 +56,7 @@ class RunPage:
         self._epochs = epochs
         self._splits = splits
         self._replays = replays
-        self._breakdowns = Breakdowns(splits, replays.play_of)
+        self._breakdowns = Breakdowns(splits, replays.play_digest_of)
 
     def context(self, t: PageTexts, run_id: str) -> dict[str, Any]:
         """Return the variables of a run's template.
@@ -86,8 +86,8 @@ class RunPage:
             "episodes": self._replays.examples(entry),
             "reproductions": self._board.reproductions(run_id),
             "original": self._original(entry),
-            "closes": closing_words(t, self._board.closing, run.split),
-            "corrections": [correction_words(t, correction) for correction in entry.corrections],
+            "closes": closing_sentence(t, self._board.closing, run.split),
+            "corrections": [correction_sentence(t, correction) for correction in entry.corrections],
             "metrics": METRICS,
             "columns": columns(t),
         }
@@ -110,9 +110,9 @@ class RunPage:
         return breakdown_part(t, self._breakdowns.of(entry.run, endings, voided))
 
     def _open(self, entry: Entry) -> dict[str, Any]:
-        shares = curves.open_shares([ending.steps for ending in self._replays.endings(entry)])
+        shares = curves.unfinished_shares([ending.steps for ending in self._replays.endings(entry)])
         every = -(-len(shares) // _MAX_CURVE_ROWS)
-        return {"chart": curves.open_chart(shares), "shares": [*shares[:-1:every], shares[-1]]}
+        return {"chart": curves.unfinished_chart(shares), "shares": [*shares[:-1:every], shares[-1]]}
 
     def _facts(self, t: PageTexts, entry: Entry) -> list[tuple[str, str]]:
         run, progress, attempts = entry.run, entry.progress, entry.attempts
@@ -159,7 +159,7 @@ def _code(t: PageTexts, run: Run) -> str:
 
 
 def _verify(entry: Entry) -> str:
-    key = entry.seal.public_key.hex() if entry.seal is not None else ""
+    key = entry.receipt_fingerprint.public_key.hex() if entry.receipt_fingerprint is not None else ""
     return f"arramon-client verify {entry.run.run_id}.receipt.json --key {key}"
 
 

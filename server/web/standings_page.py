@@ -6,19 +6,19 @@ from datetime import datetime
 from typing import Any
 
 from arramon_server.board.board import Board
-from arramon_server.board.epochs import EpochBoard
+from arramon_server.board.epoch_board import EpochBoard
 from arramon_server.board.standings import BOTH, Entry, Mark, Standing
 from arramon_server.episodes.splits import Split
 from arramon_server.errors import NotFound
-from arramon_server.runs.storage.epochs import EpochState
+from arramon_server.runs.storage.epoch_store import EpochState
 from arramon_server.runs.storage.records import CANCELLED
 from arramon_server.visible_text import shown
-from arramon_server.web.corrections_part import closing_words, correction_words
+from arramon_server.web.corrections_part import closing_sentence, correction_sentence
 from arramon_server.web.cost_part import COSTS, cost_part
 from arramon_server.web.curves import FRAME
 from arramon_server.web.epochs_page import state_of
-from arramon_server.web.filters import COVERAGES, GAP, METRICS, SENSORS, TURNS, StandingsQuery, first_order
-from arramon_server.web.texts import PageTexts
+from arramon_server.web.page_texts import PageTexts
+from arramon_server.web.standings_query import COVERAGES, GAP, METRICS, SENSORS, TURNS, StandingsQuery, first_order
 
 PAGE_SIZE = 100
 """Standings on one page."""
@@ -100,9 +100,9 @@ class StandingsPage:
             "all": len(ranked),
             "about": self._about(t, choice),
             "epoch": self._epoch(t, choice.split),
-            "closes": closing_words(t, self._board.closing, choice.split),
+            "closes": closing_sentence(t, self._board.closing, choice.split),
             "frozen": listing.frozen,
-            "corrections": [correction_words(t, correction) for correction in listing.corrections],
+            "corrections": [correction_sentence(t, correction) for correction in listing.corrections],
             "commands": COMMANDS.format(split=choice.split, language=language),
             "everything": choice.link(sensors="all", coverage="all"),
             "files": choice.link(turns="total", sensors="all", coverage="all", order=first_order(choice.sort)),
@@ -113,7 +113,7 @@ class StandingsPage:
             "cancelled": lambda one: any(entry.run.state == CANCELLED for entry in one.entries),
             "metrics": METRICS,
             "columns": columns(t),
-            "together": choice.language == BOTH,
+            "combined": choice.language == BOTH,
             "by_gap": choice.sort == GAP,
             **self._choices(t),
         }

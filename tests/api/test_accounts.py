@@ -17,7 +17,7 @@ from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import leaderboard_pb2
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
 from arramon_server.api import authentication
-from arramon_server.api.authentication import Authentication, anonymous_caller, caller_of, is_private
+from arramon_server.api.authentication import Authentication, anonymous_caller, current_caller, is_confidential
 from arramon_server.api.error_guard import ErrorGuard
 from arramon_server.api.interceptor import CallOrigin
 from arramon_server.configuration.config import Config
@@ -97,8 +97,8 @@ def test_calls_without_a_token_are_refused_except_public_ones(people: dict[str, 
     if method in of_published:  # runs that are not published are as if unknown
         mine = create(people["ann"].stub).run_id
         for run_id in (mine, UNKNOWN):
-            told = refused(lambda run_id=run_id: call(nobody, run_id))
-            assert told == (grpc.StatusCode.NOT_FOUND, f"there is no run {run_id!r}")
+            refusal = refused(lambda run_id=run_id: call(nobody, run_id))
+            assert refusal == (grpc.StatusCode.NOT_FOUND, f"there is no run {run_id!r}")
         published = create(people["ann"].stub, episodes=1).run_id
         with Player(people["ann"].stub, published) as player:
             player.play(tiny.ACTIONS)
@@ -334,16 +334,16 @@ def test_anonymous_callers_reach_a_run_only_by_its_id(tmp_path: Path) -> None:
 def test_connections_are_private_over_tls_or_within_one_machine(peer: str, transport: bytes, private: bool) -> None:
     auth = {"transport_security_type": [transport]}
     context: Any = SimpleNamespace(peer=lambda: peer, auth_context=lambda: auth, invocation_metadata=tuple)
-    assert is_private(CallOrigin.of(context)) is private
+    assert is_confidential(CallOrigin.of(context)) is private
 
 
 async def account_of(_request: pb.GetAccountRequest, _context: Any) -> pb.Account:
-    return pb.Account(participant=caller_of().account or "")
+    return pb.Account(participant=current_caller().account or "")
 
 
 def test_tokens_on_unencrypted_connections_are_refused(kept: Accounts, monkeypatch: pytest.MonkeyPatch) -> None:
     """No test listens where others could reach it, so that this one's callers only pass for being elsewhere."""
-    monkeypatch.setattr(authentication, "is_private", lambda _: False)
+    monkeypatch.setattr(authentication, "is_confidential", lambda _: False)
     metadata = bearing(f"Bearer {kept.create_token('ann', Role.PARTICIPANT)}")
 
     async def answer(**settings: bool) -> str:

@@ -50,8 +50,8 @@ def test_runs_have_the_hosts_clocks_and_observations_the_time_left(stub: Evaluat
         player.act(first.episode_id, 0, tiny.F)
         second = player.observation()
     assert [(seen.step_seconds_left, seen.bank_seconds_left) for seen in (first, second)] == [(60, 86_400)] * 2
-    told = observation_of(second, ImageDecoder())
-    assert (told.step_seconds_left, told.bank_seconds_left) == (60.0, 86_400.0)
+    observed = observation_of(second, ImageDecoder())
+    assert (observed.step_seconds_left, observed.bank_seconds_left) == (60.0, 86_400.0)
     with Player(stub, run.run_id, player="one", history=True) as player:
         past, now = player.observation(), player.observation()
     assert [seen.HasField("step_seconds_left") for seen in (past, now)] == [False, True]

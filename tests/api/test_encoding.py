@@ -122,26 +122,26 @@ def test_zstd_images_are_less_than_a_third_in_size(frames: dict[int, list[Frame]
         assert len(depth(ENCODING_ZSTD, frame.depth)[0].data) < frame.depth.nbytes / 10
 
 
-@pytest.mark.parametrize(("asked", "quality", "encoding", "in_force"), [
+@pytest.mark.parametrize(("requested", "quality", "encoding", "in_force"), [
     (ENCODING_UNSPECIFIED, 0, ENCODING_RAW, 0), (ENCODING_ZSTD, 0, ENCODING_ZSTD, 0),
     (ENCODING_JPEG, 0, ENCODING_JPEG, 90), (ENCODING_JPEG, 1, ENCODING_JPEG, 1),
     (ENCODING_JPEG, 100, ENCODING_JPEG, 100),
 ])  # fmt: skip
 def test_chosen_encoding_and_quality_follow_the_request(
-    asked: Encoding.ValueType, quality: int, encoding: Encoding.ValueType, in_force: int
+    requested: Encoding.ValueType, quality: int, encoding: Encoding.ValueType, in_force: int
 ) -> None:
-    encoder = chosen(asked, quality)
+    encoder = chosen(requested, quality)
     assert (encoder.encoding, encoder.jpeg_quality) == (encoding, in_force)
 
 
-@pytest.mark.parametrize(("asked", "quality", "said"), [
+@pytest.mark.parametrize(("requested", "quality", "said"), [
     (9, 0, "encoding 9 is not offered; see ServerInfo.encodings"),
     (ENCODING_JPEG, 101, "jpeg_quality is 101, expected 1 to 100, or 0 for 90"),
     (ENCODING_RAW, 90, "jpeg_quality is 90, expected 0 with ENCODING_RAW: only ENCODING_JPEG has a quality"),
     (ENCODING_ZSTD, 1, "jpeg_quality is 1, expected 0 with ENCODING_ZSTD: only ENCODING_JPEG has a quality"),
     (ENCODING_UNSPECIFIED, 90, "jpeg_quality is 90, expected 0 with ENCODING_RAW: only ENCODING_JPEG has a quality"),
 ])  # fmt: skip
-def test_invalid_encoding_requests_are_refused(asked: int, quality: int, said: str) -> None:
+def test_invalid_encoding_requests_are_refused(requested: int, quality: int, said: str) -> None:
     with pytest.raises(BadInput) as caught:
-        chosen(Encoding.ValueType(asked), quality)
+        chosen(Encoding.ValueType(requested), quality)
     assert str(caught.value) == said

@@ -12,9 +12,9 @@ from arramon.v1 import evaluation_pb2
 from arramon.v1 import leaderboard_pb2 as pb
 from arramon_client.cli import main
 from arramon_client.results import COLUMNS
-from arramon_server.episodes.epochs import EpochStatement, digest_of
+from arramon_server.episodes.epoch_statement import EpochStatement, secret_digest
 from arramon_server.runs.storage.database import Database
-from arramon_server.runs.storage.epochs import EpochStore
+from arramon_server.runs.storage.epoch_store import EpochStore
 from tests import tiny
 from tests.api.people import Person, token_of
 from tests.api.player import Player, create, played
@@ -39,9 +39,9 @@ class Season:
                 split = tiny.write(data, name, 3, hidden=True)
                 statement = EpochStatement(
                     split=name, base="test_unseen", sections=("1",), scale=0.1, episodes=3, tried=True, generator="9",
-                    sources="5" * 64, data_hash=split.data_hash, secret_sha256=digest_of(f"{number:064x}"),
+                    sources="5" * 64, data_hash=split.data_hash, secret_sha256=secret_digest(f"{number:064x}"),
                 )  # fmt: skip
-                epochs.open(name, statement.written())
+                epochs.open(name, statement.canonical_json())
         tiny.write(data)
         self.server = Server(data, "127.0.0.1:0", "--steps", "8", "--no-anonymous")
         tokens = {name: token_of(data, name) for name in ("ann", "bob")} | {"nobody": ""}

@@ -11,7 +11,7 @@ from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
 from arramon_dataset.generation.command import generate
 from arramon_dataset.generation.split_specs import SPLITS
-from arramon_server.episodes.secret import host_secret
+from arramon_server.episodes.split_secrets import host_secret
 from tests import tiny
 from tests.api.player import Player, create
 from tests.api.test_runs import refused
@@ -88,15 +88,15 @@ def test_messages_reveal_nothing_of_a_generated_hidden_split(tmp_path: Path) -> 
     assert sum(event.WhichOneof("event") == "observation" for event in events) > 20
     numbers = {round(float(leaf), 3) for leaf in said if isinstance(leaf, int | float)}
     secret = host_secret(tmp_path)
-    told = {
+    secrets_in_texts = {
         text
         for episode in split.episodes.values()
         for texts in episode.instructions.values()
         for turn in texts
         for text in (turn.navigation, turn.assembly)
     }
-    assert told & set(said)
-    words = " ".join(leaf for leaf in said if isinstance(leaf, str) and leaf not in told)
+    assert secrets_in_texts & set(said)
+    words = " ".join(leaf for leaf in said if isinstance(leaf, str) and leaf not in secrets_in_texts)
     for episode in split.episodes.values():
         on_the_way = {round(value, 3) for turn in episode.turns for place in turn.path for value in place}
         lying = [(item.position.x, item.position.z) for turn in episode.turns for item in turn.street]

@@ -7,7 +7,7 @@ from typing import Any
 import grpc
 import pytest
 
-from arramon_server.api.interceptor import Context, Continuation, Handler, Work, wrap_handler
+from arramon_server.api.interceptor import Context, Continuation, Handler, HandlerFunction, wrap_handler
 
 
 class Noting(grpc.aio.ServerInterceptor):
@@ -23,13 +23,13 @@ class Noting(grpc.aio.ServerInterceptor):
         assert handler is not None
         method = handler_call_details.method
 
-        async def answer(work: Work, request: Any, context: Context) -> Any:
+        async def answer(work: HandlerFunction, request: Any, context: Context) -> Any:
             self.noted.append(f"{method} answers")
             response = await work(request, context)
             self.noted.append("ended")
             return response
 
-        async def stream(work: Work, request: Any, context: Context) -> AsyncIterator[Any]:
+        async def stream(work: HandlerFunction, request: Any, context: Context) -> AsyncIterator[Any]:
             self.noted.append(f"{method} streams")
             async for response in work(request, context):
                 yield response

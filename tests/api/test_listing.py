@@ -13,7 +13,7 @@ import sqlalchemy as sa
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
 from arramon_server.configuration.config import Config
-from arramon_server.process.assembly import assemble
+from arramon_server.process.server_parts import create_parts
 from arramon_server.runs.storage.database import Database
 from tests import tiny
 from tests.serving import METADATA
@@ -22,13 +22,13 @@ from tests.serving import METADATA
 @pytest.fixture
 def questions() -> Iterator[list[str]]:
     """What databases of this process are asked, as it comes."""
-    asked: list[str] = []
+    queries: list[str] = []
 
     def note(*of: object) -> None:
-        asked.extend([str(of[2])] if str(of[2]).startswith("SELECT") else [])
+        queries.extend([str(of[2])] if str(of[2]).startswith("SELECT") else [])
 
     sa.event.listen(sa.Engine, "before_cursor_execute", note)
-    yield asked
+    yield queries
     sa.event.remove(sa.Engine, "before_cursor_execute", note)
 
 
@@ -37,7 +37,7 @@ def test_page_size_does_not_change_the_number_of_queries(tmp_path: Path, questio
     splits = {"tiny": tiny.write(tmp_path)}
 
     async def costs(database: Database) -> list[int]:
-        parts = assemble(config, splits, database)
+        parts = create_parts(config, splits, database)
         await parts.server.start()
         try:
             async with grpc.aio.insecure_channel(parts.address) as channel:

@@ -203,7 +203,7 @@ def test_notes_change_neither_play_nor_receipt(stub: EvaluationStub, server: Ser
                     player.send([noted(seen.episode_id, seen.step, note, int(tiny.ACTIONS[seen.step]))])
         receipts.append(stub.GetReceipt(pb.GetReceiptRequest(run_id=runs[-1]), metadata=METADATA).payload)
     with journal_of(server.data) as journal:
-        plain, with_notes = (journal.play(journal.run(run_id)) for run_id in runs)
+        plain, with_notes = (journal.play_digest(journal.run(run_id)) for run_id in runs)
         assert journal.notes_size(runs[1]) == 6 * len(tiny.ACTIONS) * len("what I read")
     assert plain == with_notes
     assert b"what I read" not in receipts[1]

@@ -68,8 +68,8 @@ def test_segmentation_values_index_the_streams_labels(
 def test_stream_settings_are_announced_and_in_force(stub: EvaluationStub) -> None:
     run = create(stub, episodes=1, sensors=["rgb", "depth"])
     lengths = []
-    for asked, in_force in ((0, 90), (30, 30)):
-        with Player(stub, run.run_id, player="one", encoding=types_pb2.ENCODING_JPEG, jpeg_quality=asked) as player:
+    for requested, in_force in ((0, 90), (30, 30)):
+        with Player(stub, run.run_id, player="one", encoding=types_pb2.ENCODING_JPEG, jpeg_quality=requested) as player:
             opened, seen = player.next().opened, player.observation()
         assert (opened.encoding, opened.jpeg_quality, len(opened.labels)) == (types_pb2.ENCODING_JPEG, in_force, 0)
         assert ImageDecoder().depth(seen.depth)[112, 112] == pytest.approx(11.0, abs=0.06)  # the brick wall ahead

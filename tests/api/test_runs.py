@@ -13,7 +13,7 @@ from arramon.v1 import types_pb2
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
 from arramon.v1.leaderboard_pb2_grpc import LeaderboardStub
 from arramon_server import __version__
-from arramon_server.api.error_guard import truncate
+from arramon_server.api.error_guard import truncate_status
 from arramon_server.process.lifecycle import COMPILING
 from tests import tiny
 from tests.api.player import Player, create
@@ -266,7 +266,7 @@ def test_problems_truncate_long_episode_ids(stub: EvaluationStub) -> None:
     ],
 )
 def test_refusals_are_truncated_by_their_encoded_size(text: str, expected: str) -> None:
-    assert truncate(text) == expected
+    assert truncate_status(text) == expected
 
 
 def test_perfect_run_scores_one_in_its_report(stub: EvaluationStub) -> None:

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from tests.board.made import House
+from tests.board.leaderboard_backend import LeaderboardBackend
 
 
 @pytest.fixture
-def house(tmp_path: Path, database_url: str) -> Iterator[House]:
-    """A house with each kind of database."""
-    made = House(tmp_path, database_url)
+def backend(tmp_path: Path, database_url: str) -> Iterator[LeaderboardBackend]:
+    """A backend with each kind of database."""
+    made = LeaderboardBackend(tmp_path, database_url)
     with closing(made.database):
         yield made

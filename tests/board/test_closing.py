@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from arramon_server.board.board import Board
-from arramon_server.board.epochs import EpochBoard
+from arramon_server.board.epoch_board import EpochBoard
 from arramon_server.board.exports import as_csv, as_json
 from arramon_server.board.publisher import Publisher
 from arramon_server.board.standings import Mark
@@ -22,7 +22,7 @@ from arramon_server.runs.results.receipts import Receipts
 from arramon_server.runs.results.signing import SigningKey
 from arramon_server.split_times import SplitTimes
 from tests import tiny
-from tests.board.made import CLOCKS, STEPS, House
+from tests.board.leaderboard_backend import CLOCKS, STEPS, LeaderboardBackend
 
 CLOSES = datetime(2030, 6, 1, 12, tzinfo=UTC)
 
@@ -36,29 +36,29 @@ class Season:
         now: the present time.
     """
 
-    def __init__(self, house: House, folder: Path, *, frozen: bool) -> None:
-        self.house, self.now = house, CLOSES - timedelta(seconds=1)
+    def __init__(self, backend: LeaderboardBackend, folder: Path, *, frozen: bool) -> None:
+        self.backend, self.now = backend, CLOSES - timedelta(seconds=1)
         self.closing = ClosingTimes(SplitTimes((("tiny", CLOSES),)), frozen, lambda: self.now)
-        self.receipts = Receipts(house.database, house.splits, SigningKey(folder / "key.pem"), self.closing)
-        self.publisher = Publisher(house.journal, house.splits, house.entries, self.receipts, self.closing)
-        self.board = Board(house.entries, house.splits, steps_per_phase=STEPS, clocks=CLOCKS, closing=self.closing)
-        house.participant("ann", "bob")
+        self.receipts = Receipts(backend.database, backend.splits, SigningKey(folder / "key.pem"), self.closing)
+        self.publisher = Publisher(backend.journal, backend.splits, backend.entries, self.receipts, self.closing)
+        self.board = Board(backend.entries, backend.splits, steps_per_phase=STEPS, clocks=CLOCKS, closing=self.closing)
+        backend.participant("ann", "bob")
         for run_id, score in (("good", 1.0), ("poor", 0.125), ("late", 0.5)):
             who = "bob" if run_id == "good" else "ann"
-            house.run(run_id, score, agent=run_id, participant=who, account=who)
-        house.run("other", split="secret")
+            backend.run(run_id, score, agent=run_id, participant=who, account=who)
+        backend.run("other", split="secret")
         for run_id in ("poor", "good", "other"):
             self.publisher.publish(HOST, run_id, "")
 
 
 @pytest.fixture
-def frozen(house: House, tmp_path: Path) -> Season:
-    return Season(house, tmp_path, frozen=True)
+def frozen(backend: LeaderboardBackend, tmp_path: Path) -> Season:
+    return Season(backend, tmp_path, frozen=True)
 
 
 @pytest.fixture
-def open_(house: House, tmp_path: Path) -> Season:
-    return Season(house, tmp_path, frozen=False)
+def open_(backend: LeaderboardBackend, tmp_path: Path) -> Season:
+    return Season(backend, tmp_path, frozen=False)
 
 
 def test_a_leaderboard_that_closes_shows_scores_unless_it_is_frozen(open_: Season) -> None:
@@ -96,17 +96,19 @@ def test_a_frozen_leaderboard_lists_runs_by_time_without_scores_or_ranks(frozen:
     assert [(row["agent"], row["rank"], row["PTC@CTC-3"], row["nDTW turn 1"]) for row in rows] == [
         ("poor", "", "", ""), ("good", "", "", ""),
     ]  # fmt: skip
-    told = json.loads(as_json(frozen.board.listing("tiny", "en")))
-    assert (told["frozen"], [one["rows"] for one in told["standings"]]) == (True, [{}, {}])
+    exported = json.loads(as_json(frozen.board.listing("tiny", "en")))
+    assert (exported["frozen"], [one["rows"] for one in exported["standings"]]) == (True, [{}, {}])
 
 
 @pytest.mark.parametrize(
     ("cause", "mark"), [("FORFEITED", Mark.FORFEITED), ("SERVER_FAULT", Mark.SERVER_FAULT)], ids=["forfeits", "faults"]
 )
-def test_no_mark_tells_how_episodes_ended_before(house: House, tmp_path: Path, cause: str, mark: Mark) -> None:
-    house.splits["tiny"] = tiny.write(tmp_path, "tiny", 6, hidden=True)
-    season = Season(house, tmp_path, frozen=True)
-    house.run("failed", 0.0, agent="failed", causes=[cause] * 5, participant="ann", account="ann")
+def test_no_mark_tells_how_episodes_ended_before(
+    backend: LeaderboardBackend, tmp_path: Path, cause: str, mark: Mark
+) -> None:
+    backend.splits["tiny"] = tiny.write(tmp_path, "tiny", 6, hidden=True)
+    season = Season(backend, tmp_path, frozen=True)
+    backend.run("failed", 0.0, agent="failed", causes=[cause] * 5, participant="ann", account="ann")
     season.publisher.publish(HOST, "failed", "")
     assert season.board.entry("failed").marks == ()
     listing = season.board.listing("tiny", "en")
@@ -116,8 +118,8 @@ def test_no_mark_tells_how_episodes_ended_before(house: House, tmp_path: Path, c
 
 
 def epochs_of(season: Season) -> EpochBoard:
-    house = season.house
-    return EpochBoard(season.board, house.entries, house.epochs, house.journal, house.splits)
+    backend = season.backend
+    return EpochBoard(season.board, backend.entries, backend.epochs, backend.journal, backend.splits)
 
 
 REFUSED: dict[str, Callable[[Season], object]] = {
@@ -154,18 +156,18 @@ def test_scores_and_ranks_appear_when_it_closes(frozen: Season) -> None:
     assert frozen.board.entry("good").causes == {"AGENT_FINISHED": 6}
 
 
-def test_reproductions_and_epochs_show_no_differences_before(house: House, tmp_path: Path) -> None:
-    older, newer = (house.epoch(number, tmp_path, 12) for number in (1, 2))
-    house.participant("ann", "bob")
+def test_reproductions_and_epochs_show_no_differences_before(backend: LeaderboardBackend, tmp_path: Path) -> None:
+    older, newer = (backend.epoch(number, tmp_path, 12) for number in (1, 2))
+    backend.participant("ann", "bob")
     for split in (older, newer):
-        house.publish(house.run(f"on {split}"[:32], 0.5, split=split, account="ann", participant="ann"))
+        backend.publish(backend.run(f"on {split}"[:32], 0.5, split=split, account="ann", participant="ann"))
     now = [CLOSES]
     closing = ClosingTimes(SplitTimes(((newer, CLOSES + timedelta(days=1)),)), True, lambda: now[0])
-    board = Board(house.entries, house.splits, steps_per_phase=STEPS, clocks=CLOCKS, closing=closing)
-    epochs = EpochBoard(board, house.entries, house.epochs, house.journal, house.splits)
-    assert list(epochs.pairs("en")) == []
+    board = Board(backend.entries, backend.splits, steps_per_phase=STEPS, clocks=CLOCKS, closing=closing)
+    epochs = EpochBoard(board, backend.entries, backend.epochs, backend.journal, backend.splits)
+    assert list(epochs.changes_between_epochs("en")) == []
     with pytest.raises(Conflict, match=f"the leaderboard of split '{newer}' is frozen"):
         epochs.compare(older, newer, "en")
     assert not replace(closing, frozen=False).is_frozen(newer)
     now[0] = CLOSES + timedelta(days=2)
-    assert len(list(epochs.pairs("en"))) == 1
+    assert len(list(epochs.changes_between_epochs("en"))) == 1

@@ -22,7 +22,7 @@ from arramon_server.episodes.episode import Episode, Instructions
 from arramon_server.episodes.splits import read_split, write_split
 from arramon_server.errors import BadInput, Conflict, NotFound
 from arramon_server.runs.accounts.callers import HOST, READER
-from arramon_server.runs.play.clocks import Clocks
+from arramon_server.runs.play.clocks import ClockSettings
 from arramon_server.runs.results.receipts import Receipts, stored_receipt
 from arramon_server.runs.results.reports import report_of
 from arramon_server.runs.results.rescoring import Rescorer
@@ -33,7 +33,7 @@ from arramon_server.sim.geometry import Pose
 from arramon_server.sim.room import RoomPosition
 from arramon_server.sim.section import Building, Section
 from tests import tiny
-from tests.board.made import House
+from tests.board.leaderboard_backend import LeaderboardBackend
 from tests.played import STEPS, play
 
 FAILING = (0, 0, 3, 0, 0, 3)
@@ -47,28 +47,28 @@ class Host:
         splits: the splits as the host has them now.
     """
 
-    def __init__(self, folder: Path, house: House) -> None:
-        self.folder, self.house = folder, house
+    def __init__(self, folder: Path, backend: LeaderboardBackend) -> None:
+        self.folder, self.backend = folder, backend
         self.key = SigningKey(folder / "key.pem")
-        self.splits = {"tiny": house.splits["tiny"]}
-        self.before = house.splits["tiny"]
+        self.splits = {"tiny": backend.splits["tiny"]}
+        self.before = backend.splits["tiny"]
         for run_id in ("good", "twin", "poor"):
             actions: dict[str, tuple[int, ...]] = dict.fromkeys(self.before.episodes, tiny.ACTIONS)
             if run_id == "poor":
                 actions["0"] = FAILING
-            play(house.database, self.before, run_id, actions, ended={"0": "FORFEITED"})
-            Publisher(house.journal, self.splits, house.entries, self.receipts).publish(HOST, run_id, "")
+            play(backend.database, self.before, run_id, actions, ended={"0": "FORFEITED"})
+            Publisher(backend.journal, self.splits, backend.entries, self.receipts).publish(HOST, run_id, "")
 
     @property
     def receipts(self) -> Receipts:
-        return Receipts(self.house.database, self.splits, self.key)
+        return Receipts(self.backend.database, self.splits, self.key)
 
     @property
     def corrector(self) -> Corrector:
-        return Corrector(self.house.database, self.splits, self.key)
+        return Corrector(self.backend.database, self.splits, self.key)
 
     def board(self) -> Board:
-        return Board(self.house.entries, self.splits, steps_per_phase=STEPS, clocks=Clocks())
+        return Board(self.backend.entries, self.splits, steps_per_phase=STEPS, clocks=ClockSettings())
 
     def standings(self, board: Board | None = None) -> dict[str, Standing]:
         found = (board or self.board()).standings("tiny", "en")
@@ -103,8 +103,8 @@ class Host:
 
 
 @pytest.fixture
-def host(house: House, tmp_path: Path) -> Host:
-    return Host(tmp_path, house)
+def host(backend: LeaderboardBackend, tmp_path: Path) -> Host:
+    return Host(tmp_path, backend)
 
 
 def ptc(standing: Standing) -> float:
@@ -149,11 +149,11 @@ def test_a_restored_episode_counts_again(host: Host) -> None:
 
 
 def test_receipts_of_void_episodes_are_superseded_and_kept(host: Host) -> None:
-    first = stored_receipt(host.house.database, "poor")
+    first = stored_receipt(host.backend.database, "poor")
     assert first is not None
     host.corrector.void("tiny", ["0"], "its target is not there")
-    assert host.corrector.revise("tiny") == 3
-    assert host.corrector.revise("tiny") == 0
+    assert host.corrector.renew_receipts("tiny") == 3
+    assert host.corrector.renew_receipts("tiny") == 0
     content = host.content("poor")
     assert content["voided"] == ["0"]
     assert content["scores"]["total"]["PTC"]["mean"] == 1.0
@@ -168,10 +168,10 @@ def test_receipts_of_void_episodes_are_superseded_and_kept(host: Host) -> None:
     assert host.receipts.of(READER, "poor", 1) == first
     with pytest.raises(NotFound, match="no superseded receipt 2"):
         host.receipts.of(READER, "poor", 2)
-    seal = host.board().entry("poor").seal
-    assert seal is not None
-    assert [(one.number, one.digest) for one in seal.superseded] == [(1, sha256(first.payload).digest())]
-    with closing(Rescorer(host.house.database, host.splits)) as rescorer:
+    fingerprint = host.board().entry("poor").receipt_fingerprint
+    assert fingerprint is not None
+    assert [(one.number, one.digest) for one in fingerprint.superseded] == [(1, sha256(first.payload).digest())]
+    with closing(Rescorer(host.backend.database, host.splits)) as rescorer:
         assert rescorer.rescore("poor").differences == ()
 
 
@@ -182,7 +182,7 @@ def test_a_receipt_is_superseded_when_it_is_asked_for_at_the_latest(host: Host) 
 
 def test_the_first_receipt_after_a_correction_names_it(host: Host) -> None:
     host.corrector.void("tiny", ["0"], "doubtful")
-    play(host.house.database, host.before, "late")
+    play(host.backend.database, host.before, "late")
     content = json.loads(host.receipts.of(HOST, "late").payload)
     assert content["voided"] == ["0"]
     assert [one["reason"] for one in content["corrections"]] == ["doubtful"]
@@ -190,49 +190,51 @@ def test_the_first_receipt_after_a_correction_names_it(host: Host) -> None:
 
 
 def test_a_run_that_did_not_play_a_void_episode_is_left_alone(host: Host) -> None:
-    play(host.house.database, host.before, "part", {"1": tiny.ACTIONS})
-    publisher = Publisher(host.house.journal, host.splits, host.house.entries, host.receipts)
+    play(host.backend.database, host.before, "part", {"1": tiny.ACTIONS})
+    publisher = Publisher(host.backend.journal, host.splits, host.backend.entries, host.receipts)
     publisher.publish(HOST, "part", "")
-    kept = stored_receipt(host.house.database, "part")
+    kept = stored_receipt(host.backend.database, "part")
     host.corrector.void("tiny", ["0"], "doubtful")
-    assert host.corrector.revise("tiny") == 3
-    assert stored_receipt(host.house.database, "part") == kept
+    assert host.corrector.renew_receipts("tiny") == 3
+    assert stored_receipt(host.backend.database, "part") == kept
     assert host.board().entry("part").corrections == ()
     host.corrector.void("tiny", ["1"], "doubtful")  # all that the run has
     entry = host.board().entry("part")
     assert (entry.voided, ptc(host.standings()["part"])) == (1, 1.0)
     assert Mark.PARTIAL in entry.marks
-    assert stored_receipt(host.house.database, "part") == kept
+    assert stored_receipt(host.backend.database, "part") == kept
 
 
 @pytest.mark.parametrize("in_hindi", [1, 4], ids=["all void", "void in English alone"])
 def test_a_system_of_void_episodes_alone_keeps_its_scores_over_languages(
-    house: House, tmp_path: Path, in_hindi: int
+    backend: LeaderboardBackend, tmp_path: Path, in_hindi: int
 ) -> None:
-    first = {language: house.splits["tiny"].in_playing_order(language)[0].episode_id for language in ("en", "hi")}
-    house.publish(house.run("english", [0.5]))
-    house.publish(house.run("hindi", [1.0] * in_hindi, language="hi"))
+    first = {language: backend.splits["tiny"].in_playing_order(language)[0].episode_id for language in ("en", "hi")}
+    backend.publish(backend.run("english", [0.5]))
+    backend.publish(backend.run("hindi", [1.0] * in_hindi, language="hi"))
     void = {first["en"], first["hi"]} if in_hindi == 1 else {first["en"]}
-    Corrector(house.database, house.splits, SigningKey(tmp_path / "key.pem")).void("tiny", void, "doubtful")
-    (line,) = house.board.both("tiny")
+    Corrector(backend.database, backend.splits, SigningKey(tmp_path / "key.pem")).void("tiny", void, "doubtful")
+    (line,) = backend.board.combined_standings("tiny")
     assert line.entries[0].voided == 1
     assert ptc(line) == pytest.approx(0.75)
     assert not line.is_ranked
-    (row,) = csv.DictReader(io.StringIO(as_csv(house.board.listing("tiny", BOTH))))
+    (row,) = csv.DictReader(io.StringIO(as_csv(backend.board.listing("tiny", BOTH))))
     assert float(row["PTC@CTC-3"]) == pytest.approx(0.75)
 
 
-def test_a_reproduction_of_void_episodes_alone_keeps_its_difference(house: House, tmp_path: Path) -> None:
-    house.participant("ann", "bob")
+def test_a_reproduction_of_void_episodes_alone_keeps_its_difference(
+    backend: LeaderboardBackend, tmp_path: Path
+) -> None:
+    backend.participant("ann", "bob")
     for account, score in (("ann", 0.5), ("bob", 0.75)):
-        house.run(
+        backend.run(
             account, [score], account=account, participant=account, code=CodeReference("https://example.org/walker")
         )
-    house.publish("ann")
-    house.publisher.publish(HOST, "bob", "", reproduces="ann")
-    (episode,) = house.entries.all_episodes("ann").ids
-    Corrector(house.database, house.splits, SigningKey(tmp_path / "key.pem")).void("tiny", [episode], "doubtful")
-    (found,) = house.board.reproductions("ann")
+    backend.publish("ann")
+    backend.publisher.publish(HOST, "bob", "", reproduces="ann")
+    (episode,) = backend.entries.all_episode_scores("ann").ids
+    Corrector(backend.database, backend.splits, SigningKey(tmp_path / "key.pem")).void("tiny", [episode], "doubtful")
+    (found,) = backend.board.reproductions("ann")
     assert found.differences["PTC@CTC-3"].mean == pytest.approx(0.25)
 
 
@@ -255,7 +257,7 @@ def test_what_cannot_be_voided(
 
 
 def test_runs_are_scored_again_on_a_corrected_ground_truth_and_stay_ranked(host: Host) -> None:
-    first = stored_receipt(host.house.database, "poor")
+    first = stored_receipt(host.backend.database, "poor")
     assert first is not None
     assert ptc(host.standings()["poor"]) == pytest.approx(10 / 12)
     old = host.before.data_hash
@@ -280,7 +282,7 @@ def test_runs_are_scored_again_on_a_corrected_ground_truth_and_stay_ranked(host:
         "made_at": correction["made_at"],
     }  # fmt: skip
     assert host.receipts.of(READER, "poor", 1) == first
-    with closing(Rescorer(host.house.database, host.splits)) as rescorer:
+    with closing(Rescorer(host.backend.database, host.splits)) as rescorer:
         for run_id in ("good", "twin", "poor"):
             assert rescorer.rescore(run_id).differences == ()
     assert host.rescore() == {}
@@ -294,10 +296,12 @@ def test_a_server_that_runs_shows_the_new_scores_once_it_has_the_new_data(host: 
     assert ptc(host.standings(board)["poor"]) == pytest.approx(11 / 12)
 
 
-def test_runs_on_a_hidden_split_are_scored_again_with_fresh_thresholds(house: House, tmp_path: Path) -> None:
+def test_runs_on_a_hidden_split_are_scored_again_with_fresh_thresholds(
+    backend: LeaderboardBackend, tmp_path: Path
+) -> None:
     shutil.rmtree(tmp_path / "splits" / "tiny")
-    house.splits["tiny"] = tiny.write(tmp_path, count=24, hidden=True)
-    host = Host(tmp_path, house)
+    backend.splits["tiny"] = tiny.write(tmp_path, count=24, hidden=True)
+    host = Host(tmp_path, backend)
     board = host.board()
     host.standings(board)
     old = host.content("poor")
@@ -314,9 +318,9 @@ def test_runs_on_a_hidden_split_are_scored_again_with_fresh_thresholds(house: Ho
     after = host.standings(board)
     assert {one.is_ranked for one in after.values()} == {True}
     for name in ("good", "poor"):
-        run = house.journal.run(name)
-        assert after[name].rows == report_of(run, house.journal, host.splits).table.rows
-    with closing(Rescorer(house.database, host.splits)) as rescorer:
+        run = backend.journal.run(name)
+        assert after[name].rows == report_of(run, backend.journal, host.splits).table.rows
+    with closing(Rescorer(backend.database, host.splits)) as rescorer:
         assert rescorer.rescore("poor").differences == ()
 
 
@@ -347,7 +351,7 @@ def test_data_that_was_adopted_and_reverted_is_adopted_again(host: Host) -> None
     content = host.content("poor")
     assert [one["reason"] for one in content["corrections"]] == reasons
     assert content["revision"]["number"] == 3
-    with closing(Rescorer(host.house.database, host.splits)) as rescorer:
+    with closing(Rescorer(host.backend.database, host.splits)) as rescorer:
         assert rescorer.rescore("poor").differences == ()
 
 
@@ -379,14 +383,14 @@ def test_equally_near_objects_are_told_apart_by_a_replay(host: Host) -> None:
         for name, one in host.before.episodes.items()
     ])  # fmt: skip
     twins = host.splits["tiny"]
-    play(host.house.database, twins, "between")
+    play(host.backend.database, twins, "between")
     host.write([
         replace(one, turns=(replace(first, street=(near, first.street[0])), second)) if name == "0" else one
         for name, one in host.before.episodes.items()
     ])  # fmt: skip
     (found,) = host.corrector.rescore(twins, "the other one")
     assert found.problem == "it cannot be replayed: episode 0: the agent would have picked up another object"
-    assert host.house.journal.run("between").data_hash == twins.data_hash
+    assert host.backend.journal.run("between").data_hash == twins.data_hash
 
 
 WORLDS = {
@@ -409,7 +413,7 @@ def test_a_changed_world_is_refused_until_the_episode_is_void(host: Host, part: 
     after = host.standings()
     assert all(one.rank for one in after.values())
     assert ptc(after["poor"]) == pytest.approx(9 / 10)
-    with closing(Rescorer(host.house.database, host.splits)) as rescorer:
+    with closing(Rescorer(host.backend.database, host.splits)) as rescorer:
         assert rescorer.rescore("poor").differences == ()
     assert [one["kind"] for one in host.content("poor")["corrections"]] == ["void", "rescore"]
 
@@ -439,31 +443,31 @@ def test_unchanged_data_is_refused(host: Host) -> None:
         host.rescore()
 
 
-def test_an_epoch_is_not_corrected(house: House, tmp_path: Path) -> None:
-    name = house.epoch(1, tmp_path)
-    before = house.splits[name]
+def test_an_epoch_is_not_corrected(backend: LeaderboardBackend, tmp_path: Path) -> None:
+    name = backend.epoch(1, tmp_path)
+    before = backend.splits[name]
     episodes = [moved_cell(one) for one in before.episodes.values()]
-    house.splits[name] = write_split(
+    backend.splits[name] = write_split(
         tmp_path, name, hidden=True, source="tests", episodes=episodes, sections=[tiny.SECTION]
     )
-    corrector = Corrector(house.database, house.splits, SigningKey(tmp_path / "key.pem"))
+    corrector = Corrector(backend.database, backend.splits, SigningKey(tmp_path / "key.pem"))
     with pytest.raises(Conflict, match="the host has committed to its data"):
         corrector.rescore(before, "x")
 
 
 def test_runs_that_are_played_or_cannot_be_replayed_are_named(host: Host) -> None:
-    play(host.house.database, host.before, "open", {"0": (0,)}, over=False)
-    play(host.house.database, host.before, "broken", {"0": tiny.ACTIONS})
-    with host.house.database.write() as connection:
+    play(host.backend.database, host.before, "open", {"0": (0,)}, over=False)
+    play(host.backend.database, host.before, "broken", {"0": tiny.ACTIONS})
+    with host.backend.database.write() as connection:
         at = sa.and_(tables.steps.c.run_id == "broken", tables.steps.c.step == 12)
         connection.execute(tables.steps.delete().where(at))
     host.replace(e0=moved_cell(host.before.episodes["0"]))
     found = host.rescore()
     assert found["open"].problem == "it is still being played"
     assert found["broken"].problem.startswith("it cannot be replayed: episode 0 ended by AGENT_FINISHED after 13 steps")
-    host.house.journal.set_state("open", CANCELLED)
+    host.backend.journal.set_state("open", CANCELLED)
     assert found["poor"].problem == ""
-    assert host.house.journal.run("broken").data_hash == host.before.data_hash
+    assert host.backend.journal.run("broken").data_hash == host.before.data_hash
 
 
 def test_a_receipt_that_is_signed_meanwhile_is_superseded_all_the_same(host: Host) -> None:
@@ -471,9 +475,9 @@ def test_a_receipt_that_is_signed_meanwhile_is_superseded_all_the_same(host: Hos
     going = host.corrector.rescore(host.before, "the cell was wrong")
     next(going)  # the correction is written, and one run scored again
     host.corrector.void("tiny", ["3"], "doubtful")
-    old = Receipts(host.house.database, {"tiny": host.before}, host.key)
+    old = Receipts(host.backend.database, {"tiny": host.before}, host.key)
     left = [
-        name for name in ("good", "twin", "poor") if host.house.journal.run(name).data_hash == host.before.data_hash
+        name for name in ("good", "twin", "poor") if host.backend.journal.run(name).data_hash == host.before.data_hash
     ]
     for name in left:  # a server that still has the data as it was
         old.of(READER, name)

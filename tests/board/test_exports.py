@@ -12,8 +12,8 @@ from arramon_server.board.board import StandingsListing
 from arramon_server.board.exports import CSV_COLUMNS, as_csv, as_json
 from arramon_server.board.reference import read_references
 from arramon_server.board.standings import BOTH
-from arramon_server.runs.play.clocks import Clocks
-from tests.board.made import House
+from arramon_server.runs.play.clocks import ClockSettings
+from tests.board.leaderboard_backend import LeaderboardBackend
 
 
 def read(text: str) -> list[dict[str, str]]:
@@ -35,11 +35,11 @@ def test_csv_columns_are_stable() -> None:
     assert CSV_COLUMNS[52:58] == ("gap", "gap low", "gap high", "higher language", "lower language", "same outcome")
 
 
-def test_csv_preserves_scores_and_texts(house: House) -> None:
-    house.publish(house.run("r1", [0.1, 0.2, 0.3, 1 / 3, 0.7, 0.0], agent="walker, mine"), 'says "hello"')
-    house.publish(house.run("r2", [1.0], sensors=("oracle",)))
-    whole, part = read(as_csv(house.board.listing("tiny", "en")))
-    score = house.board.entry("r1").rows["total"]["PTC@CTC-3"]
+def test_csv_preserves_scores_and_texts(backend: LeaderboardBackend) -> None:
+    backend.publish(backend.run("r1", [0.1, 0.2, 0.3, 1 / 3, 0.7, 0.0], agent="walker, mine"), 'says "hello"')
+    backend.publish(backend.run("r2", [1.0], sensors=("oracle",)))
+    whole, part = read(as_csv(backend.board.listing("tiny", "en")))
+    score = backend.board.entry("r1").rows["total"]["PTC@CTC-3"]
     assert (float(whole["PTC@CTC-3"]), float(whole["PTC@CTC-3 low"]), float(whole["PTC@CTC-3 high"])) == (
         score.mean, score.low, score.high,
     )  # fmt: skip
@@ -49,26 +49,26 @@ def test_csv_preserves_scores_and_texts(house: House) -> None:
     assert (part["rank"], part["marks"], part["sensors"]) == ("", "partial privileged", "oracle")
 
 
-def test_other_clocks_are_marked_in_csv_and_json(house: House) -> None:
-    house.publish(house.run("r1", clocks=Clocks(30.0, 3600.0)))
-    listing = house.board.listing("tiny", "en")
+def test_other_clocks_are_marked_in_csv_and_json(backend: LeaderboardBackend) -> None:
+    backend.publish(backend.run("r1", clocks=ClockSettings(30.0, 3600.0)))
+    listing = backend.board.listing("tiny", "en")
     (cells,) = read(as_csv(listing))
     (line,) = json.loads(as_json(listing))["standings"]
     assert (cells["rank"], cells["marks"]) == ("", "other-clocks")
     assert (line["rank"], line["marks"], line["entries"][0]["marks"]) == (None, ["other-clocks"], ["other-clocks"])
 
 
-def test_csv_of_both_languages_names_both_runs(house: House) -> None:
-    house.publish(house.run("e", 0.5))
-    house.publish(house.run("h", 1.0, language="hi"))
-    (line,) = read(as_csv(house.board.listing("tiny", BOTH)))
+def test_csv_of_both_languages_names_both_runs(backend: LeaderboardBackend) -> None:
+    backend.publish(backend.run("e", 0.5))
+    backend.publish(backend.run("h", 1.0, language="hi"))
+    (line,) = read(as_csv(backend.board.listing("tiny", BOTH)))
     assert (line["language"], line["run_id"], line["nDTW"]) == ("both", "e h", "0.75")
 
 
 @pytest.mark.parametrize("name", ["=1+1", "+1", "-1", "@SUM(A1)", " =1", "=cmd|' /C calc'!A0"])
-def test_csv_escapes_names_that_look_like_formulas(house: House, name: str) -> None:
-    house.publish(house.run("r1", agent=name, participant=name), name)
-    (line,) = read(as_csv(house.board.listing("tiny", "en")))
+def test_csv_escapes_names_that_look_like_formulas(backend: LeaderboardBackend, name: str) -> None:
+    backend.publish(backend.run("r1", agent=name, participant=name), name)
+    (line,) = read(as_csv(backend.board.listing("tiny", "en")))
     assert (line["agent"], line["participant"]) == (f"'{name}", f"'{name}")
     assert line["note"] == f"'{name.strip()}"
 
@@ -104,10 +104,10 @@ def test_csv_lists_the_papers_results() -> None:
     assert lines[0]["note"] == "Tables 2 and 5."
 
 
-def test_json_holds_standings_scores_and_entries(house: House) -> None:
-    house.publish(house.run("e", [0.1, 0.2, 0.3, 1 / 3, 0.7, 0.0]), "नोट")
-    house.publish(house.run("h", 1.0, language="hi"))
-    text = as_json(house.board.listing("tiny", BOTH, "nDTW"))
+def test_json_holds_standings_scores_and_entries(backend: LeaderboardBackend) -> None:
+    backend.publish(backend.run("e", [0.1, 0.2, 0.3, 1 / 3, 0.7, 0.0]), "नोट")
+    backend.publish(backend.run("h", 1.0, language="hi"))
+    text = as_json(backend.board.listing("tiny", BOTH, "nDTW"))
     document: dict[str, Any] = json.loads(text)
     assert (document["format"], document["version"]) == ("arramon-standings", 1)
     assert (document["split"], document["language"], document["sort"]) == ("tiny", "both", "nDTW")
@@ -116,7 +116,7 @@ def test_json_holds_standings_scores_and_entries(house: House) -> None:
     assert (line["rank"], line["tied"], line["coverage"], line["marks"]) == (1, False, 1.0, [])
     english, hindi = line["entries"]
     score = line["rows"]["turn 2"]["rPOD"]
-    assert score["mean"] == pytest.approx((house.board.entry("e").rows["turn 2"]["rPOD"].mean + 1) / 2)
+    assert score["mean"] == pytest.approx((backend.board.entry("e").rows["turn 2"]["rPOD"].mean + 1) / 2)
     assert 0.3 < score["low"] < score["mean"] < score["high"] < 0.9
     assert (english["run_id"], english["note"], hindi["causes"]) == ("e", "नोट", {"AGENT_FINISHED": 4})
     assert "नोट" in text

@@ -10,22 +10,22 @@ from arramon_server.errors import ArraMonError, BadInput, Conflict, Forbidden, N
 from arramon_server.runs.accounts.administration import Administration
 from arramon_server.runs.accounts.callers import ANONYMOUS, HOST, UNAUTHENTICATED, Caller, Role
 from arramon_server.runs.storage import tables
-from tests.board.made import House
+from tests.board.leaderboard_backend import LeaderboardBackend
 
 ANN, BOB = Caller(Role.PARTICIPANT, "ann"), Caller(Role.PARTICIPANT, "bob")
 
 
 @pytest.fixture
-def runs(house: House) -> House:
+def runs(backend: LeaderboardBackend) -> LeaderboardBackend:
     """Create a run of ann, and an anonymous one."""
-    house.participant("ann", "bob")
-    house.run("anns", account="ann", participant="ann")
-    house.run("nobodys")
-    return house
+    backend.participant("ann", "bob")
+    backend.run("anns", account="ann", participant="ann")
+    backend.run("nobodys")
+    return backend
 
 
-def listed(house: House) -> list[str]:
-    return sorted(line.entries[0].run.run_id for line in house.board.standings("tiny", "en"))
+def listed(backend: LeaderboardBackend) -> list[str]:
+    return sorted(line.entries[0].run.run_id for line in backend.board.standings("tiny", "en"))
 
 
 @pytest.mark.parametrize(
@@ -45,7 +45,7 @@ def listed(house: House) -> list[str]:
     ],
 )
 def test_publishing_and_withdrawing_depend_on_caller_and_run(
-    runs: House, caller: Caller, run_id: str, error: type[ArraMonError] | None
+    runs: LeaderboardBackend, caller: Caller, run_id: str, error: type[ArraMonError] | None
 ) -> None:
     if error is None:
         runs.publish(run_id, caller=caller)
@@ -63,7 +63,7 @@ def test_publishing_and_withdrawing_depend_on_caller_and_run(
     assert listed(runs) == ([run_id] if run_id != "missing" else [])
 
 
-def test_missing_runs_and_those_of_others_give_the_same_error(runs: House) -> None:
+def test_missing_runs_and_those_of_others_give_the_same_error(runs: LeaderboardBackend) -> None:
     said = []
     for run_id in ("anns", "missing"):
         with pytest.raises(NotFound) as caught:
@@ -72,7 +72,7 @@ def test_missing_runs_and_those_of_others_give_the_same_error(runs: House) -> No
     assert said == ["there is no run 'X'"] * 2
 
 
-def test_withdrawn_run_can_be_published_again(runs: House) -> None:
+def test_withdrawn_run_can_be_published_again(runs: LeaderboardBackend) -> None:
     runs.publish("anns", "first", ANN)
     first = runs.board.entry("anns").published_at
     runs.publisher.withdraw(ANN, "anns")
@@ -84,7 +84,7 @@ def test_withdrawn_run_can_be_published_again(runs: House) -> None:
     assert runs.board.entry("anns").published_at > first
 
 
-def test_republishing_changes_only_the_note(runs: House) -> None:
+def test_republishing_changes_only_the_note(runs: LeaderboardBackend) -> None:
     runs.publish("anns", "first", ANN)
     before = runs.board.entry("anns")
     runs.publish("anns", " second ", ANN)
@@ -92,7 +92,7 @@ def test_republishing_changes_only_the_note(runs: House) -> None:
     assert (after.note, after.published_at) == ("second", before.published_at)
 
 
-def test_only_the_host_republishes_what_the_host_withdrew(runs: House) -> None:
+def test_only_the_host_republishes_what_the_host_withdrew(runs: LeaderboardBackend) -> None:
     runs.publish("anns", caller=ANN)
     runs.publisher.withdraw(HOST, "anns")
     with pytest.raises(Forbidden, match="the host has withdrawn run 'anns'; only the host can publish it again"):
@@ -104,7 +104,7 @@ def test_only_the_host_republishes_what_the_host_withdrew(runs: House) -> None:
 
 
 def test_concurrent_publication_does_not_undo_the_hosts_withdrawal(
-    runs: House, monkeypatch: pytest.MonkeyPatch
+    runs: LeaderboardBackend, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     runs.publish("anns", caller=ANN)
     find = runs.entries.find
@@ -121,7 +121,7 @@ def test_concurrent_publication_does_not_undo_the_hosts_withdrawal(
     assert listed(runs) == []
 
 
-def test_host_withdrawal_also_applies_to_an_already_withdrawn_run(runs: House) -> None:
+def test_host_withdrawal_also_applies_to_an_already_withdrawn_run(runs: LeaderboardBackend) -> None:
     runs.publish("anns", caller=ANN)
     runs.publisher.withdraw(ANN, "anns")
     runs.publisher.withdraw(HOST, "anns")
@@ -131,7 +131,7 @@ def test_host_withdrawal_also_applies_to_an_already_withdrawn_run(runs: House) -
     assert listed(runs) == []
 
 
-def test_what_the_host_withdraws_after_a_ban_stays_withdrawn_when_it_ends(runs: House) -> None:
+def test_what_the_host_withdraws_after_a_ban_stays_withdrawn_when_it_ends(runs: LeaderboardBackend) -> None:
     runs.publish("anns", caller=ANN)
     runs.publish(runs.run("another", account="ann", participant="ann", agent="another"), caller=ANN)
     administration = Administration(runs.database)
@@ -143,34 +143,34 @@ def test_what_the_host_withdraws_after_a_ban_stays_withdrawn_when_it_ends(runs: 
         runs.publish("anns", caller=ANN)
 
 
-def test_a_run_that_was_never_published_cannot_be_withdrawn_by_the_host(runs: House) -> None:
+def test_a_run_that_was_never_published_cannot_be_withdrawn_by_the_host(runs: LeaderboardBackend) -> None:
     with pytest.raises(NotFound, match="run 'anns' is not on the leaderboard"):
         runs.publisher.withdraw(HOST, "anns")
 
 
 @pytest.mark.parametrize("split", ["secret", "tiny"])
-def test_a_run_without_one_finished_episode_is_not_published(house: House, split: str) -> None:
-    house.run("cancelled", 0.0, split=split, cause="FORFEITED")
-    number = house.journal.progress("cancelled").episodes
+def test_a_run_without_one_finished_episode_is_not_published(backend: LeaderboardBackend, split: str) -> None:
+    backend.run("cancelled", 0.0, split=split, cause="FORFEITED")
+    number = backend.journal.progress("cancelled").episodes
     with pytest.raises(
         Conflict, match=f"no episode that was played to its end.* causes of its episodes: {number} FORFEITED$"
     ):
-        house.publish("cancelled")
-    assert house.board.listing(split, "en").standings == ()
+        backend.publish("cancelled")
+    assert backend.board.listing(split, "en").standings == ()
 
 
 @pytest.mark.parametrize("cause", ["AGENT_FINISHED", "STEP_LIMIT", "TIME_LIMIT"])
-def test_a_cancelled_run_with_a_finished_episode_is_published(house: House, cause: str) -> None:
-    house.run("part", 0.0, split="secret", cause="FORFEITED")
+def test_a_cancelled_run_with_a_finished_episode_is_published(backend: LeaderboardBackend, cause: str) -> None:
+    backend.run("part", 0.0, split="secret", cause="FORFEITED")
     c = tables.episodes.c
-    with house.database.write() as connection:
+    with backend.database.write() as connection:
         first = (c.run_id == "part") & (c.ordinal == 0)
         connection.execute(tables.episodes.update().where(first).values(cause=cause))
-    house.publish("part")
-    assert len(house.board.listing("secret", "en").standings) == 1
+    backend.publish("part")
+    assert len(backend.board.listing("secret", "en").standings) == 1
 
 
-def test_unlisted_runs_cannot_be_withdrawn(runs: House) -> None:
+def test_unlisted_runs_cannot_be_withdrawn(runs: LeaderboardBackend) -> None:
     for _ in range(2):
         with pytest.raises(NotFound, match="run 'anns' is not on the leaderboard"):
             runs.publisher.withdraw(ANN, "anns")
@@ -178,33 +178,33 @@ def test_unlisted_runs_cannot_be_withdrawn(runs: House) -> None:
         runs.publisher.withdraw(ANN, "anns")
 
 
-def test_a_run_that_is_being_played_is_not_published(house: House) -> None:
-    house.run("r1", over=False)
+def test_a_run_that_is_being_played_is_not_published(backend: LeaderboardBackend) -> None:
+    backend.run("r1", over=False)
     with pytest.raises(Conflict, match="run 'r1' is still being played: 0 of 6 episodes have ended"):
-        house.publish("r1")
+        backend.publish("r1")
 
 
-def test_partial_runs_on_a_hidden_split_are_not_published(house: House) -> None:
-    house.run("part", [1.0, 1.0], split="secret")
+def test_partial_runs_on_a_hidden_split_are_not_published(backend: LeaderboardBackend) -> None:
+    backend.run("part", [1.0, 1.0], split="secret")
     with pytest.raises(Conflict) as caught:
-        house.publish("part")
+        backend.publish("part")
     assert str(caught.value) == (
         "run 'part' has 2 of 3 episodes; the split 'secret' is hidden, "
         "and only runs of all its episodes can be published"
     )
-    house.publish(house.run("whole", split="secret"))
+    backend.publish(backend.run("whole", split="secret"))
 
 
 def test_splits_for_training_are_neither_ranked_nor_listed(tmp_path: Path) -> None:
-    house = House(tmp_path, training=True)
-    with closing(house.database):
-        house.run("r1", split="extra")
+    backend = LeaderboardBackend(tmp_path, training=True)
+    with closing(backend.database):
+        backend.run("r1", split="extra")
         with pytest.raises(Conflict) as caught:
-            house.publish("r1")
+            backend.publish("r1")
         assert str(caught.value) == (
             "run 'r1' is on the split 'extra', which is for training alone; runs on such splits are not ranked"
         )
-        assert sorted(house.board.languages()) == ["secret", "tiny"]
+        assert sorted(backend.board.languages()) == ["secret", "tiny"]
 
 
 @pytest.mark.parametrize(
@@ -222,15 +222,15 @@ def test_splits_for_training_are_neither_ranked_nor_listed(tmp_path: Path) -> No
         ),
     ],
 )
-def test_invalid_notes_are_refused(house: House, note: str, message: str) -> None:
-    house.run("r1")
+def test_invalid_notes_are_refused(backend: LeaderboardBackend, note: str, message: str) -> None:
+    backend.run("r1")
     with pytest.raises(BadInput) as caught:
-        house.publish("r1", note)
+        backend.publish("r1", note)
     assert str(caught.value) == message
 
 
-def test_valid_notes_are_published(house: House) -> None:
-    house.run("r1")
+def test_valid_notes_are_published(backend: LeaderboardBackend) -> None:
+    backend.run("r1")
     for note in ("", "x" * 500, "क्‍षेत्र, https://example.org/?a=b&c=<d>"):
-        house.publish("r1", note)
-        assert house.board.entry("r1").note == note
+        backend.publish("r1", note)
+        assert backend.board.entry("r1").note == note

@@ -8,7 +8,7 @@ import pytest
 from arramon_server.board.comparisons import transitive_closure
 from arramon_server.board.ranking import ranked
 from arramon_server.board.standings import HEADLINE, Mark, Standing
-from tests.board.made import family, interval, standing
+from tests.board.leaderboard_backend import family, interval, standing
 
 Scores = Mapping[str, Sequence[float]]
 """An agent's score in each episode, by name."""

@@ -14,7 +14,7 @@ from arramon_server.runs.accounts.callers import HOST, Caller, Role
 from arramon_server.runs.code_reference import normalize_code
 from arramon_server.runs.results.receipts import stored_receipt
 from arramon_server.runs.storage.records import CANCELLED, CodeReference
-from tests.board.made import House
+from tests.board.leaderboard_backend import LeaderboardBackend
 from tests.board.test_exports import read
 
 URL, COMMIT, IMAGE = "https://example.org/walker", "c" * 40, "sha256:" + "d" * 64
@@ -23,54 +23,54 @@ SCORES = (1.0, 0.0, 1.0, 0.5, 1.0, 0.0)
 
 
 @pytest.fixture
-def house(house: House) -> House:
-    """A house with a published run of ann."""
-    house.participant("ann", "bob", "cid")
-    house.publish(run(house, "anns", "ann", SCORES))
-    return house
+def backend(backend: LeaderboardBackend) -> LeaderboardBackend:
+    """A backend with a published run of ann."""
+    backend.participant("ann", "bob", "cid")
+    backend.publish(run(backend, "anns", "ann", SCORES))
+    return backend
 
 
-def run(house: House, run_id: str, account: str | None, scores: Any = 1.0, **more: Any) -> str:
-    return house.run(run_id, scores, participant=account or "lab", account=account, **{"code": CODE, **more})
+def run(backend: LeaderboardBackend, run_id: str, account: str | None, scores: Any = 1.0, **more: Any) -> str:
+    return backend.run(run_id, scores, participant=account or "lab", account=account, **{"code": CODE, **more})
 
 
-def reproduce(house: House, run_id: str, of: str = "anns", caller: Caller = HOST) -> str:
-    house.publisher.publish(caller, run_id, "", reproduces=of)
+def reproduce(backend: LeaderboardBackend, run_id: str, of: str = "anns", caller: Caller = HOST) -> str:
+    backend.publisher.publish(caller, run_id, "", reproduces=of)
     return run_id
 
 
-def test_others_reproduce_a_run_and_are_counted_by_account(house: House) -> None:
-    reproduce(house, run(house, "bobs", "bob"), caller=Caller(Role.PARTICIPANT, "bob"))
-    reproduce(house, run(house, "bobs2", "bob"))
-    assert len(house.board.entry("anns").reproducers) == 1
-    reproduce(house, run(house, "cids", "cid", code=CodeReference(URL + "-mirror", COMMIT)))
-    assert [line.reproduced_by for line in house.board.standings("tiny", "en")] == [2, 0, 0, 0]
-    assert [one.entry.run.run_id for one in house.board.reproductions("anns")] == ["bobs", "bobs2", "cids"]
-    house.publisher.withdraw(HOST, "cids")
-    assert house.board.standings("tiny", "en")[0].reproduced_by == 1
-    assert [one.entry.run.run_id for one in house.board.reproductions("anns")] == ["bobs", "bobs2"]
+def test_others_reproduce_a_run_and_are_counted_by_account(backend: LeaderboardBackend) -> None:
+    reproduce(backend, run(backend, "bobs", "bob"), caller=Caller(Role.PARTICIPANT, "bob"))
+    reproduce(backend, run(backend, "bobs2", "bob"))
+    assert len(backend.board.entry("anns").reproducers) == 1
+    reproduce(backend, run(backend, "cids", "cid", code=CodeReference(URL + "-mirror", COMMIT)))
+    assert [line.reproduced_by for line in backend.board.standings("tiny", "en")] == [2, 0, 0, 0]
+    assert [one.entry.run.run_id for one in backend.board.reproductions("anns")] == ["bobs", "bobs2", "cids"]
+    backend.publisher.withdraw(HOST, "cids")
+    assert backend.board.standings("tiny", "en")[0].reproduced_by == 1
+    assert [one.entry.run.run_id for one in backend.board.reproductions("anns")] == ["bobs", "bobs2"]
 
 
-def test_a_reproduction_is_listed_without_a_rank(house: House) -> None:
-    reproduce(house, run(house, "bobs", "bob"))
-    lines = [(line.participant, line.rank, line.marks) for line in house.board.standings("tiny", "en")]
+def test_a_reproduction_is_listed_without_a_rank(backend: LeaderboardBackend) -> None:
+    reproduce(backend, run(backend, "bobs", "bob"))
+    lines = [(line.participant, line.rank, line.marks) for line in backend.board.standings("tiny", "en")]
     assert lines == [("ann", 1, ()), ("bob", 0, (Mark.REPRODUCTION,))]
-    assert house.board.entry("bobs").reproduces == "anns"
+    assert backend.board.entry("bobs").reproduces == "anns"
 
 
-def test_republishing_keeps_or_changes_what_is_reproduced(house: House) -> None:
-    reproduce(house, run(house, "bobs", "bob"))
-    house.publish("bobs", "a note")
-    assert (house.board.entry("bobs").reproduces, house.board.entry("bobs").note) == ("anns", "a note")
-    house.publisher.publish(HOST, "bobs", "", reproduces="")
-    assert house.board.entry("bobs").reproduces is None
-    assert len(house.board.entry("anns").reproducers) == 0
+def test_republishing_keeps_or_changes_what_is_reproduced(backend: LeaderboardBackend) -> None:
+    reproduce(backend, run(backend, "bobs", "bob"))
+    backend.publish("bobs", "a note")
+    assert (backend.board.entry("bobs").reproduces, backend.board.entry("bobs").note) == ("anns", "a note")
+    backend.publisher.publish(HOST, "bobs", "", reproduces="")
+    assert backend.board.entry("bobs").reproduces is None
+    assert len(backend.board.entry("anns").reproducers) == 0
 
 
-def test_differences_are_paired_by_episode(house: House) -> None:
+def test_differences_are_paired_by_episode(backend: LeaderboardBackend) -> None:
     theirs = (1.0, 0.5, 0.5, 0.5, 1.0, 1.0)
-    reproduce(house, run(house, "bobs", "bob", theirs))
-    (one,) = house.board.reproductions("anns")
+    reproduce(backend, run(backend, "bobs", "bob", theirs))
+    (one,) = backend.board.reproductions("anns")
     change = np.array(theirs) - np.array(SCORES)
     found = one.differences["PTC@CTC-3"]
     assert found.mean == pytest.approx(change.mean())
@@ -101,54 +101,54 @@ def test_differences_are_paired_by_episode(house: House) -> None:
     ],
 )
 def test_what_is_no_reproduction_is_refused(
-    house: House, account: str | None, changed: dict[str, Any], problem: str
+    backend: LeaderboardBackend, account: str | None, changed: dict[str, Any], problem: str
 ) -> None:
-    run(house, "mine", account, **changed)
+    run(backend, "mine", account, **changed)
     with pytest.raises(Conflict, match=problem):
-        reproduce(house, "mine")
-    assert house.entries.find("mine") is None
+        reproduce(backend, "mine")
+    assert backend.entries.find("mine") is None
 
 
-def test_the_original_must_be_listed_named_and_no_reproduction(house: House) -> None:
+def test_the_original_must_be_listed_named_and_no_reproduction(backend: LeaderboardBackend) -> None:
     for run_id in ("missing", "a\0b", "unpublished"):
         if run_id == "unpublished":
-            run(house, run_id, "cid")
-        run(house, f"for {run_id[:7]}".replace("\0", ""), "bob")
+            run(backend, run_id, "cid")
+        run(backend, f"for {run_id[:7]}".replace("\0", ""), "bob")
         with pytest.raises(NotFound, match="on the leaderboard that could be reproduced"):
-            reproduce(house, f"for {run_id[:7]}".replace("\0", ""), run_id)
-    house.publish(run(house, "plain", "ann", code=CodeReference()))
+            reproduce(backend, f"for {run_id[:7]}".replace("\0", ""), run_id)
+    backend.publish(run(backend, "plain", "ann", code=CodeReference()))
     with pytest.raises(Conflict, match="names no code"):
-        reproduce(house, run(house, "1", "bob"), "plain")
-    house.publish(run(house, "nobodys", None))
+        reproduce(backend, run(backend, "1", "bob"), "plain")
+    backend.publish(run(backend, "nobodys", None))
     with pytest.raises(Conflict, match="run 'nobodys' was played without an account"):
-        reproduce(house, run(house, "2", "bob"), "nobodys")
-    reproduce(house, "2")
+        reproduce(backend, run(backend, "2", "bob"), "nobodys")
+    reproduce(backend, "2")
     with pytest.raises(Conflict, match="run '2' reproduces run 'anns'; name that one instead"):
-        reproduce(house, run(house, "3", "cid"), "2")
-    house.publish(run(house, "cids", "cid"))
+        reproduce(backend, run(backend, "3", "cid"), "2")
+    backend.publish(run(backend, "cids", "cid"))
     with pytest.raises(Conflict, match="is itself reproduced by others"):
-        reproduce(house, "anns", "cids")
+        reproduce(backend, "anns", "cids")
 
 
-def test_a_withdrawn_original_leaves_its_reproductions_unranked(house: House) -> None:
-    reproduce(house, run(house, "bobs", "bob"))
-    house.publisher.withdraw(HOST, "anns")
-    (line,) = house.board.standings("tiny", "en")
+def test_a_withdrawn_original_leaves_its_reproductions_unranked(backend: LeaderboardBackend) -> None:
+    reproduce(backend, run(backend, "bobs", "bob"))
+    backend.publisher.withdraw(HOST, "anns")
+    (line,) = backend.board.standings("tiny", "en")
     assert (line.participant, line.rank) == ("bob", 0)
 
 
-def test_a_system_is_reproduced_by_those_who_did_so_in_every_language(house: House) -> None:
-    house.publish(run(house, "annhi", "ann", language="hi"))
-    reproduce(house, run(house, "bobs", "bob"))
-    reproduce(house, run(house, "cids", "cid"))
-    reproduce(house, run(house, "bobhi", "bob", language="hi"), "annhi")
-    both = {line.participant: line.reproduced_by for line in house.board.standings("tiny", BOTH)}
+def test_a_system_is_reproduced_by_those_who_did_so_in_every_language(backend: LeaderboardBackend) -> None:
+    backend.publish(run(backend, "annhi", "ann", language="hi"))
+    reproduce(backend, run(backend, "bobs", "bob"))
+    reproduce(backend, run(backend, "cids", "cid"))
+    reproduce(backend, run(backend, "bobhi", "bob", language="hi"), "annhi")
+    both = {line.participant: line.reproduced_by for line in backend.board.standings("tiny", BOTH)}
     assert both == {"ann": 1, "bob": 0}
 
 
-def test_exports_have_count_original_and_code(house: House) -> None:
-    reproduce(house, run(house, "bobs", "bob"))
-    listing = house.board.listing("tiny", "en")
+def test_exports_have_count_original_and_code(backend: LeaderboardBackend) -> None:
+    reproduce(backend, run(backend, "bobs", "bob"))
+    listing = backend.board.listing("tiny", "en")
     cells = [(line["reproduced by"], line["reproduces"], line["marks"]) for line in read(as_csv(listing))]
     assert cells == [("1", "", ""), ("0", "anns", "reproduction")]
     first, second = json.loads(as_json(listing))["standings"]
@@ -156,11 +156,11 @@ def test_exports_have_count_original_and_code(house: House) -> None:
     assert first["entries"][0]["code"] == {"url": URL, "commit": COMMIT, "image": IMAGE}
 
 
-def test_the_receipt_signs_the_code(house: House) -> None:
-    house.publish(run(house, "plain", "bob", code=CodeReference()))
+def test_the_receipt_signs_the_code(backend: LeaderboardBackend) -> None:
+    backend.publish(run(backend, "plain", "bob", code=CodeReference()))
     found = {}
     for run_id in ("anns", "plain"):
-        receipt = stored_receipt(house.database, run_id)
+        receipt = stored_receipt(backend.database, run_id)
         assert receipt is not None
         found[run_id] = json.loads(receipt.payload)["run"].get("code")
     assert found == {"anns": {"url": URL, "commit": COMMIT, "image": IMAGE}, "plain": None}

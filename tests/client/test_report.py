@@ -16,7 +16,7 @@ from arramon_server.scoring.disclosure import MIN_EPISODES
 from tests import demanding
 from tests.api.people import Person, token_of
 from tests.api.test_runs import refused
-from tests.board.made import House
+from tests.board.leaderboard_backend import LeaderboardBackend
 from tests.serving import METADATA, Server
 
 OPEN, SECRET, PRIVATE, PLAIN, WITHDRAWN, NOBODYS, NOBODYS_WITHDRAWN = (letter * 32 for letter in "abcdef0")
@@ -25,23 +25,23 @@ OPEN, SECRET, PRIVATE, PLAIN, WITHDRAWN, NOBODYS, NOBODYS_WITHDRAWN = (letter * 
 @pytest.fixture(scope="module")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     data = tmp_path_factory.mktemp("data")
-    house = House(data)
-    with closing(house.database):
-        house.splits["open"] = demanding.written(data, "open", 30)
-        house.splits["guarded"] = demanding.written(data, "guarded", 120, hidden=True)
+    backend = LeaderboardBackend(data)
+    with closing(backend.database):
+        backend.splits["open"] = demanding.written(data, "open", 30)
+        backend.splits["guarded"] = demanding.written(data, "guarded", 120, hidden=True)
         draw = np.random.default_rng(0)
         for run_id, split, number in ((OPEN, "open", 30), (SECRET, "guarded", 120)):
-            house.run(run_id, draw.integers(0, 2, number).astype(float).tolist(), split=split, agent="<walker>")
-        house.run(PLAIN, 0.5)
-        house.participant("bob")
-        house.run(PRIVATE, 1.0, split="guarded", account="bob", participant="bob")
-        house.run(WITHDRAWN, 1.0, split="guarded", account="bob", participant="bob")
+            backend.run(run_id, draw.integers(0, 2, number).astype(float).tolist(), split=split, agent="<walker>")
+        backend.run(PLAIN, 0.5)
+        backend.participant("bob")
+        backend.run(PRIVATE, 1.0, split="guarded", account="bob", participant="bob")
+        backend.run(WITHDRAWN, 1.0, split="guarded", account="bob", participant="bob")
         for run_id in (NOBODYS, NOBODYS_WITHDRAWN):
-            house.run(run_id, 1.0, split="open")
+            backend.run(run_id, 1.0, split="open")
         for run_id in (OPEN, SECRET, PLAIN, WITHDRAWN, NOBODYS_WITHDRAWN):
-            house.publish(run_id)
+            backend.publish(run_id)
         for run_id in (WITHDRAWN, NOBODYS_WITHDRAWN):
-            house.publisher.withdraw(HOST, run_id)
+            backend.publisher.withdraw(HOST, run_id)
     server = Server(data, "127.0.0.1:0", "--no-anonymous")
     yield server
     assert server.stop() == 0

@@ -12,7 +12,7 @@ import pytest
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import leaderboard_pb2
 from arramon_server import cli
-from arramon_server.episodes.splits import folder_of
+from arramon_server.episodes.splits import split_folder
 from arramon_server.runs.cancellation import Canceller
 from arramon_server.runs.storage import tables
 from arramon_server.runs.storage.database import Database
@@ -21,7 +21,7 @@ from tests import tiny
 from tests.api.people import Person, token_of
 from tests.api.player import Player, create
 from tests.api.test_runs import refused
-from tests.board.made import House
+from tests.board.leaderboard_backend import LeaderboardBackend
 from tests.serving import METADATA, Server
 
 Command = Callable[..., tuple[int, str, str]]
@@ -103,19 +103,19 @@ def test_a_ban_ends_open_streams_and_unban_restores_the_account(server: Server, 
 def test_a_ban_cancels_all_runs_that_can_be_cancelled(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    house = House(tmp_path)
-    with closing(house.database):
-        house.participant("ann")
+    backend = LeaderboardBackend(tmp_path)
+    with closing(backend.database):
+        backend.participant("ann")
         for run_id, split in (("1", "tiny"), ("2", "secret"), ("3", "tiny")):
-            house.run(run_id, split=split, account="ann", participant="ann", over=False)
-        damaged = next(path for path in sorted(folder_of(tmp_path, "secret").rglob("*")) if path.is_file())
+            backend.run(run_id, split=split, account="ann", participant="ann", over=False)
+        damaged = next(path for path in sorted(split_folder(tmp_path, "secret").rglob("*")) if path.is_file())
         whole = damaged.read_bytes()
         damaged.write_bytes(b"{")
         cancel = Canceller.cancel
 
         def end_first(canceller: Canceller, run_id: str) -> Run:
             if run_id == "1":
-                house.journal.set_state("1", COMPLETE)
+                backend.journal.set_state("1", COMPLETE)
             return cancel(canceller, run_id)
 
         monkeypatch.setattr(Canceller, "cancel", end_first)
@@ -133,7 +133,7 @@ def test_a_ban_cancels_all_runs_that_can_be_cancelled(
         )
         damaged.write_bytes(whole)
         assert cli.main(["account", "ban", "ann", "--data", str(tmp_path)]) == 0
-        assert [house.journal.run(run_id).state for run_id in "123"] == [COMPLETE, CANCELLED, CANCELLED]
+        assert [backend.journal.run(run_id).state for run_id in "123"] == [COMPLETE, CANCELLED, CANCELLED]
 
 
 def test_a_renamed_account_goes_on_with_its_token(server: Server, command: Command) -> None:

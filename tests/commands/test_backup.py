@@ -12,7 +12,7 @@ import pytest
 from arramon_server.backup import EXPORT, JOURNAL, KEY, back_up
 from arramon_server.cli import main
 from arramon_server.configuration.config import Config
-from arramon_server.episodes.secret import host_secret
+from arramon_server.episodes.split_secrets import host_secret
 from arramon_server.episodes.splits import read_splits
 from arramon_server.errors import ArraMonError, BadFile, BadInput, Conflict, NotFound, StorageError
 from arramon_server.runs.accounts.callers import HOST

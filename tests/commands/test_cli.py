@@ -222,7 +222,7 @@ def test_each_command_family_defines_its_listed_commands(family: str) -> None:
 def test_help_lists_the_commands_of_every_family() -> None:
     assert {command for its in FAMILIES.values() for command in its} <= set(run("--help").stdout.split())
     modules = {path.stem for path in ROOT.glob("server/commands/*.py")}
-    assert modules - {"__init__", "journal", "wording"} == set(FAMILIES)
+    assert modules - {"__init__", "journal", "split_description"} == set(FAMILIES)
 
 
 def test_token_list_does_not_import_rendering_libraries(tmp_path: Path) -> None:

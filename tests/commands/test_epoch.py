@@ -12,8 +12,8 @@ from arramon_dataset import instruction_writer
 from arramon_server import cli
 from arramon_server.backup import back_up
 from arramon_server.configuration.config import Config
-from arramon_server.episodes.secret import epoch_secret
-from arramon_server.episodes.splits import folder_of, hash_of, read_split
+from arramon_server.episodes.split_secrets import epoch_secret
+from arramon_server.episodes.splits import read_split, split_folder, split_hash
 from arramon_server.errors import BadFile
 from arramon_server.process.lifecycle import check_secrets
 from arramon_server.runs.storage.database import Database
@@ -83,8 +83,10 @@ def test_a_season_from_opening_to_verification(host: Host) -> None:
     (epoch,) = host.listed()
     assert f"open: {NAME}, commitment {epoch['commitment']}" in said
     assert (epoch["split"], epoch["state"], epoch["secret"], epoch["command"]) == (NAME, "open", None, None)
-    secret, data_hash = epoch_secret(host.data, NAME), hash_of(folder_of(host.data, NAME))
-    public = host.list.read_text() + said + "".join(p.read_text() for p in folder_of(host.data, NAME).rglob("*.json*"))
+    secret, data_hash = epoch_secret(host.data, NAME), split_hash(split_folder(host.data, NAME))
+    public = (
+        host.list.read_text() + said + "".join(p.read_text() for p in split_folder(host.data, NAME).rglob("*.json*"))
+    )
     assert secret not in public
     assert stat.S_IMODE((host.data / "epochs" / f"{NAME}.secret").stat().st_mode) == 0o600
     assert "is not revealed yet" in host.refuses("epoch", "verify", str(host.list), NAME, data=host.elsewhere)
@@ -98,11 +100,11 @@ def test_a_season_from_opening_to_verification(host: Host) -> None:
 
     verified = host.does("epoch", "verify", str(host.list), NAME, "--jobs", "1", data=host.elsewhere)
     assert verified.endswith(": identical\n")
-    assert hash_of(folder_of(host.elsewhere, NAME)) == data_hash
+    assert split_hash(split_folder(host.elsewhere, NAME)) == data_hash
     again = host.elsewhere.with_name("again")
     host.does(*epoch["command"].split()[1:], "--jobs", "1", data=again)
-    assert hash_of(folder_of(again, NAME)) == data_hash
-    assert read_split(folder_of(again, NAME)).hidden
+    assert split_hash(split_folder(again, NAME)) == data_hash
+    assert read_split(split_folder(again, NAME)).hidden
 
 
 def test_each_epoch_has_the_next_number_and_a_secret_of_its_own(host: Host) -> None:
@@ -110,7 +112,7 @@ def test_each_epoch_has_the_next_number_and_a_secret_of_its_own(host: Host) -> N
     host.opens()
     assert [epoch["split"] for epoch in host.listed()] == ["test_unseen_e2", NAME]
     assert epoch_secret(host.data, NAME) != epoch_secret(host.data, "test_unseen_e2")
-    one, other = (read_split(folder_of(host.data, name)) for name in (NAME, "test_unseen_e2"))
+    one, other = (read_split(split_folder(host.data, name)) for name in (NAME, "test_unseen_e2"))
     assert list(one.episodes) == list(other.episodes)
     assert [one.episodes[key].turns for key in one.episodes] != [other.episodes[key].turns for key in other.episodes]
     lines = host.does("epoch", "list").splitlines()
@@ -138,7 +140,7 @@ def test_verification_finds_what_does_not_belong_together(host: Host) -> None:
     assert (status, f"but the list has {other}" in out) == (1, True)
     assert not host.elsewhere.exists()  # nothing was generated for those
     forged = json.loads(epoch["statement"]) | {"data_hash": other}
-    from arramon_server.episodes.epochs import commitment_of
+    from arramon_server.episodes.epoch_statement import commitment_of
 
     written = json.dumps(forged, separators=(",", ":"), sort_keys=True)
     changed = host.change(statement=written, commitment=commitment_of(written.encode()).hex())
@@ -187,7 +189,7 @@ def test_what_makes_no_sense_is_refused(host: Host) -> None:
 
 def test_runs_in_progress_are_named_and_forfeited(host: Host) -> None:
     host.opens()
-    split = read_split(folder_of(host.data, NAME))
+    split = read_split(split_folder(host.data, NAME))
     with closing(Database(f"sqlite:///{host.data / 'journal.db'}")) as database:
         play(database, split, "going", dict.fromkeys(split.episodes, (0, 0)), over=False)
     status, _, err = host.command("epoch", "close", NAME)
@@ -220,7 +222,7 @@ def test_a_hidden_split_is_generated_again_from_a_given_secret(host: Host) -> No
     words = ("generate", "--split", "test_unseen", "--scale", SCALE, "--jobs", "1")
     host.does(*words)
     host.does(*words, "--secret", str(host.data / "secret"), data=host.elsewhere)
-    assert hash_of(folder_of(host.data, "test_unseen")) == hash_of(folder_of(host.elsewhere, "test_unseen"))
+    assert split_hash(split_folder(host.data, "test_unseen")) == split_hash(split_folder(host.elsewhere, "test_unseen"))
     assert not (host.elsewhere / "secret").exists()
 
 

@@ -11,7 +11,7 @@ from arramon_server.board.corrector import Corrector
 from arramon_server.board.entries import Entries
 from arramon_server.board.publisher import Publisher
 from arramon_server.cli import main
-from arramon_server.episodes.splits import folder_of, read_splits, write_split
+from arramon_server.episodes.splits import read_splits, split_folder, write_split
 from arramon_server.errors import StorageError
 from arramon_server.runs.accounts.callers import HOST
 from arramon_server.runs.results.receipts import Receipts, stored_receipt
@@ -94,27 +94,27 @@ def test_a_command_that_stopped_before_the_receipts_is_finished_by_the_same_one(
     said, flags = ("not void", ["--restore"]) if restore else ("void already", [])
     if restore:
         assert run(data, "void", "tiny", "0", "--reason", "doubtful") == 0
-    asked = ("void", "tiny", "0", *flags, "--reason", "x")
+    void_command = ("void", "tiny", "0", *flags, "--reason", "x")
 
     def stop(_self: Corrector, _split: str) -> int:
         raise StorageError("the disk is full")
 
     with monkeypatch.context() as patched:
-        patched.setattr(Corrector, "revise", stop)
-        assert run(data, *asked) == 1
+        patched.setattr(Corrector, "renew_receipts", stop)
+        assert run(data, *void_command) == 1
     assert receipt(data).get("voided", []) == (["0"] if restore else [])
     capsys.readouterr()
     assert run(data, "rescore", RUN) == 1
     (line,) = (line for line in capsys.readouterr().out.splitlines() if "receipt" in line and "was" in line)
     assert "the receipt is outdated: the host has corrected the split since it was signed" in line
-    assert run(data, *asked) == 0
+    assert run(data, *void_command) == 0
     assert capsys.readouterr().out == (
         f"1 episode ('0') of split 'tiny' {said}, by a command that stopped before all receipts were signed\n"
         "new receipts: 1\n"
     )
     assert receipt(data).get("voided", []) == ([] if restore else ["0"])
     assert run(data, "rescore", RUN) == 0
-    assert run(data, *asked) == 1
+    assert run(data, *void_command) == 1
     assert said in capsys.readouterr().err
 
 
@@ -122,7 +122,7 @@ def test_an_outdated_receipt_does_not_finish_another_correction(
     data: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with monkeypatch.context() as patched:
-        patched.setattr(Corrector, "revise", lambda _self, _split: 0)
+        patched.setattr(Corrector, "renew_receipts", lambda _self, _split: 0)
         assert run(data, "void", "tiny", "0", "--reason", "x") == 0
     assert run(data, "void", "tiny", "0", "1", "--reason", "x") == 1
     assert "1 episode ('0') of split 'tiny' void already" in capsys.readouterr().err
@@ -134,7 +134,7 @@ def test_an_outdated_receipt_of_corrected_data_is_named(
 ) -> None:
     adopt = ("rescore", "--adopt", "tiny", "--before", str(corrected(data)), "--reason", "the cell was wrong")
     with monkeypatch.context() as patched:
-        patched.setattr(Receipts, "revise", lambda _self, _run: False)
+        patched.setattr(Receipts, "renew", lambda _self, _run: False)
         assert run(data, *adopt) == 0
     capsys.readouterr()
     assert run(data, "rescore", RUN) == 1
@@ -162,7 +162,7 @@ def corrected(data: Path) -> Path:
     """Correct the cell of an episode; return the folder with the data as it was."""
     old = data.parent / "old" / "tiny"
     old.parent.mkdir()
-    folder_of(data, "tiny").rename(old)
+    split_folder(data, "tiny").rename(old)
     episodes = []
     for number in range(6):
         one = tiny.episode(str(number), ("en",) if number % 3 == 0 else ("en", "hi"))

@@ -17,10 +17,10 @@ from arramon_client.transport.connection import connect
 from arramon_server import cli
 from arramon_server.addresses import is_loopback
 from arramon_server.cli import parser
-from arramon_server.commands.settings import as_table, as_toml
+from arramon_server.commands.config import as_table, as_toml
 from arramon_server.configuration import config
-from arramon_server.configuration.config import SETTINGS, Config, Contradiction
-from arramon_server.configuration.sources import Configuration, environment_of, load_configuration, without_settings
+from arramon_server.configuration.config import SETTINGS, Config, ContradictorySettings
+from arramon_server.configuration.sources import ResolvedSettings, environment_of, load_configuration, without_settings
 from arramon_server.errors import BadInput
 from arramon_server.per_split import PerSplit
 from arramon_server.sim.physics import has_pybullet, problem_of_camera
@@ -78,7 +78,7 @@ def installed(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(config, "problem_of_camera", lambda _: "")
 
 
-def load(*arguments: str, file: Path | None = None, **variables: Any) -> Configuration:
+def load(*arguments: str, file: Path | None = None, **variables: Any) -> ResolvedSettings:
     named = ("--config", str(file)) if file else ()
     return load_configuration(vars(parser().parse_args(["serve", *named, *arguments])), variables)
 
@@ -95,7 +95,7 @@ def test_every_setting_has_a_non_default_test_value() -> None:
 
 
 def test_loading_without_any_source_gives_the_defaults() -> None:
-    assert load() == Configuration(Config(), {})
+    assert load() == ResolvedSettings(Config(), {})
 
 
 def test_every_setting_is_read_from_flags() -> None:
@@ -315,7 +315,7 @@ def test_contradictory_settings_are_refused_naming_their_sources() -> None:
     assert refusal("--web", "h:1", ARRAMON_LISTEN="h:1") == (
         "web and listen are both h:1; expected different ones (web: --web; listen: $ARRAMON_LISTEN)"
     )
-    with pytest.raises(Contradiction, match="tls_certificate is set but tls_key is not"):
+    with pytest.raises(ContradictorySettings, match="tls_certificate is set but tls_key is not"):
         Config(tls_certificate=Path("c"))
 
 
@@ -419,9 +419,9 @@ def test_printed_configuration_can_be_loaded_as_a_file(tmp_path: Path) -> None:
     config = Config(**{name: value for name, (_, value) in EVERYTHING.items() if name != "journal"})
     file = tmp_path / "a.toml"
     for each in (config, Config()):
-        file.write_text(as_toml(Configuration(each, {})))
+        file.write_text(as_toml(ResolvedSettings(each, {})))
         assert load(file=file).config == each
-    assert tomllib.loads(as_toml(Configuration(config, {})))["image_sizes"] == [64, 32]
+    assert tomllib.loads(as_toml(ResolvedSettings(config, {})))["image_sizes"] == [64, 32]
 
 
 def test_documented_settings_table_matches_the_code() -> None:

@@ -4,7 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from arramon_server.episodes.episode import Episode, Instructions
-from arramon_server.episodes.provenance import Provenance, Recovered
+from arramon_server.episodes.provenance import Provenance, RecoveredLook
 from arramon_server.episodes.splits import Split, write_split
 from arramon_server.sim.own_furniture import MovedProp, OwnFurniture
 from arramon_server.sim.section import Prop
@@ -19,7 +19,9 @@ SECTION = replace(tiny.SECTION, props=PROPS)
 OWN = OwnFurniture(
     added=(Prop("cone", 0.0, 5.0, 0.0, "orange"), Prop("bin", -9.0, -9.0, 0.0)), moved=(MovedProp(1, -8.0, 3.0, 0.0),)
 )
-PROVENANCE = Provenance("1", (Recovered(0, 31.4), Recovered(1, 8.6)), (Recovered(0, 12.0),), {"0": ("text", "drawn")})
+PROVENANCE = Provenance(
+    "1", (RecoveredLook(0, 31.4), RecoveredLook(1, 8.6)), (RecoveredLook(0, 12.0),), {"0": ("text", "drawn")}
+)
 
 
 def episode(*navigation: str) -> Episode:

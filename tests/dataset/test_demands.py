@@ -12,7 +12,7 @@ from arramon_dataset.paraphrases.collection import install as add_paraphrased
 from arramon_lang.meaning import Assembly, Navigation, Rotate, Thing, Walk, Where
 from arramon_server.episodes.demands import TurnDemands
 from arramon_server.episodes.episode import Episode, Instructions
-from arramon_server.episodes.splits import folder_of, read_split, write_split
+from arramon_server.episodes.splits import read_split, split_folder, write_split
 from arramon_server.errors import BadInput
 from tests import tiny
 
@@ -64,7 +64,7 @@ def test_demands_are_written_beside_a_generated_split(tmp_path: Path) -> None:
     assert split.demands == {}
     found = add_demands(tmp_path, split)
     assert found.demands == {"0": EXPECTED, "1": EXPECTED} == demands_of(split)
-    assert found.data_hash == split.data_hash == read_split(folder_of(tmp_path, "made")).data_hash
+    assert found.data_hash == split.data_hash == read_split(split_folder(tmp_path, "made")).data_hash
 
 
 def test_texts_that_no_grammar_wrote_are_refused(tmp_path: Path) -> None:

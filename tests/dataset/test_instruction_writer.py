@@ -12,8 +12,8 @@ from arramon_dataset.generation import GenerationSite, faults_of_episode
 from arramon_dataset.generation.split_maker import GenerationProgress
 from arramon_dataset.instruction_writer import initial_turn_angle, passes_trial
 from arramon_server.cli import main
-from arramon_server.episodes.splits import folder_of, read_split
-from arramon_server.scoring.episode import METRICS, EpisodeScores
+from arramon_server.episodes.splits import read_split, split_folder
+from arramon_server.scoring.episode_scores import METRICS, EpisodeScores
 
 F, L, R, P = Action.FORWARD, Action.LEFT, Action.RIGHT, Action.INTERACT
 
@@ -23,7 +23,7 @@ def test_generate_writes_episodes_in_every_language(tmp_path: Path, capsys: pyte
 
     assert main(arguments) == 0
     said = capsys.readouterr()
-    split = read_split(folder_of(tmp_path, "val_unseen"))
+    split = read_split(split_folder(tmp_path, "val_unseen"))
     site = GenerationSite(split.sections["6"])
     assert said.out.startswith("split val_unseen (open): 2 in en, 2 in hi; 1 sections")
     assert re.fullmatch(r"(val_unseen: \d of 2 episodes from \d+ drafts in 0:\d\d, 0:\d\d left\n)+", said.err)

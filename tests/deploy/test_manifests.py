@@ -14,7 +14,7 @@ import yaml
 
 from arramon_server.configuration.config import Config
 from arramon_server.configuration.sources import load_configuration
-from arramon_server.process.lifecycle import warnings
+from arramon_server.process.lifecycle import settings_warnings
 from tests import ROOT, tiny
 
 DEPLOY = ROOT / "deploy"
@@ -149,7 +149,7 @@ def test_manifest_settings_are_valid_and_limit_hidden_split_runs(tmp_path: Path)
     config = load_configuration({}, of_kind("ConfigMap")["arramon"]["data"]).config
     splits = {split.name: split for split in (tiny.write(tmp_path), tiny.write(tmp_path, "test_unseen", hidden=True))}
     assert (config.runs_per_day.of("test_unseen"), config.runs_per_day.of("tiny")) == (3, None)
-    assert list(warnings(config, splits)) == []
+    assert list(settings_warnings(config, splits)) == []
 
 
 def test_referenced_secrets_configurations_and_volumes_exist() -> None:

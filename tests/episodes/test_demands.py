@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from arramon_server.episodes.demands import FILE, TurnDemands, read_demands, write_demands
-from arramon_server.episodes.splits import folder_of, read_split
+from arramon_server.episodes.splits import read_split, split_folder
 from arramon_server.errors import BadFile
 from tests import tiny
 
@@ -14,7 +14,7 @@ ASKED = (TurnDemands(("ahead",), ("object",), ("near",), ("behind",)), TurnDeman
 
 def test_demands_come_back_with_their_split(tmp_path: Path) -> None:
     split = tiny.write(tmp_path)
-    folder = folder_of(tmp_path, "tiny")
+    folder = split_folder(tmp_path, "tiny")
     assert split.demands == {}
     write_demands(folder, split.data_hash, {"0": ASKED})
     assert read_split(folder).demands == {"0": ASKED}

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from arramon_server.episodes.provenance import OriginCounts, Provenance, Recovered, origins_of
+from arramon_server.episodes.provenance import OriginCounts, Provenance, RecoveredLook, origins_of
 from arramon_server.episodes.splits import Split, read_split, write_split
 from arramon_server.errors import BadFile
 from arramon_server.sim.own_furniture import OwnFurniture
@@ -18,8 +18,8 @@ SECTION = replace(tiny.SECTION, props=(CONE, BIN))
 EPISODE = replace(tiny.episode("0"), furniture=OwnFurniture(added=(CONE, CONE, BIN, BIN), left_out=(1,)))
 PROVENANCE = Provenance(
     "1",
-    (Recovered(0, 21.5, {"en": 20.0, "hi": 1.5}),),
-    (Recovered(0, 8.0),),
+    (RecoveredLook(0, 21.5, {"en": 20.0, "hi": 1.5}),),
+    (RecoveredLook(0, 8.0),),
     {"0": ("colour", "text", "drawn", "drawn")},
 )
 
@@ -63,8 +63,8 @@ def test_nothing_is_counted_where_nothing_was_recovered(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("wrong", "what"),
     [
-        (replace(PROVENANCE, props=(Recovered(2, 1.0),)), "props names 2; section '1' has 2 props"),
-        (replace(PROVENANCE, buildings=(Recovered(1, 1.0),)), "buildings names 1; section '1' has 1 buildings"),
+        (replace(PROVENANCE, props=(RecoveredLook(2, 1.0),)), "props names 2; section '1' has 2 props"),
+        (replace(PROVENANCE, buildings=(RecoveredLook(1, 1.0),)), "buildings names 1; section '1' has 1 buildings"),
         (replace(PROVENANCE, own={"7": ()}), "own.7: there is no such episode in section '1'"),
         (replace(PROVENANCE, own={"0": ("text",)}), "own.0 has 1 origins; the episode adds 4 props"),
         (replace(PROVENANCE, section="2"), "section: is '2'; expected '2', and a section of that id"),

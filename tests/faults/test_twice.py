@@ -123,9 +123,9 @@ def test_two_clients_of_one_run_get_the_undisturbed_result(
         second = client(second_way.address, tmp_path / "second", "--resume", run)
         assert run_id(second) == run
         first.send_signal(signal.SIGCONT)
-        for way in (first_way, second_way, first_way):
+        for environment in (first_way, second_way, first_way):
             recorded = played_on(url, run, recorded)
-            way.reset()
+            environment.reset()
         for process in (first, second):
             finish(process)
     for output in ("first", "second"):

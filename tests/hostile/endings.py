@@ -45,28 +45,28 @@ async def streams(
         yield calls
 
 
-async def end(address: str, run_id: str, way: str, players: Sequence[str]) -> None:
-    """Opens a stream for each player, and ends it in a way of `WAYS`, or waits to be killed."""
-    has_deadline = way == "deadline"
+async def end(address: str, run_id: str, ending: str, players: Sequence[str]) -> None:
+    """Opens a stream for each player, and ends it in a way of `ENDINGS`, or waits to be killed."""
+    has_deadline = ending == "deadline"
     timeouts = [DEADLINE + number / 200 if has_deadline else None for number in range(len(players))]
     async with streams(address, run_id, players, timeouts) as calls:
-        if way == "kill":
+        if ending == "kill":
             sys.stdout.write("open\n")
             sys.stdout.flush()
             await asyncio.sleep(60)
-        if way == "close":
+        if ending == "close":
             return
         for call in calls:
-            if way == "cancel":
+            if ending == "cancel":
                 call.cancel()
-            elif way == "half-close":
+            elif ending == "half-close":
                 await call.done_writing()
                 await _drain(call)
         codes = {await call.code() for call in calls}
-        assert codes == {WAYS[way]}, codes
+        assert codes == {ENDINGS[ending]}, codes
 
 
-WAYS = {
+ENDINGS = {
     "cancel": grpc.StatusCode.CANCELLED,
     "deadline": grpc.StatusCode.DEADLINE_EXCEEDED,
     "half-close": grpc.StatusCode.OK,

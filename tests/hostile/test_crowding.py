@@ -96,6 +96,6 @@ def test_held_streams_of_one_participant_do_not_block_others(public: Server, sil
 def test_many_calls_of_one_participant_do_not_block_others(public: Server) -> None:
     with ExitStack() as stack:
         greedy = stack.enter_context(Person(public.address, token_of(public.data, "asker")))
-        asked = [greedy.stub.ListRuns.future(pb.ListRunsRequest(), metadata=METADATA) for _ in range(CALLS // 4)]
+        calls = [greedy.stub.ListRuns.future(pb.ListRunsRequest(), metadata=METADATA) for _ in range(CALLS // 4)]
         assert plays(public, "beside the asker")
-        assert {call.code() for call in asked} == {grpc.StatusCode.OK}
+        assert {call.code() for call in calls} == {grpc.StatusCode.OK}

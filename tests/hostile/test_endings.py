@@ -12,7 +12,7 @@ from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
 from tests import tiny
 from tests.api.player import create
-from tests.hostile.endings import WAYS, end
+from tests.hostile.endings import ENDINGS, end
 from tests.serving import METADATA, Server
 
 STREAMS = 20
@@ -26,9 +26,9 @@ def test_server_survives_every_way_of_ending_streams(tmp_path: Path, level: str)
     server = Server(tmp_path / "data", "127.0.0.1:0", "--log", level, log=log)
     with grpc.insecure_channel(server.address) as channel:
         stub = EvaluationStub(channel)
-        for way in WAYS:
+        for ending in ENDINGS:
             run = create(stub, sensors=["rgb"])
-            _end(server, run.run_id, way, [str(number) for number in range(STREAMS)])
+            _end(server, run.run_id, ending, [str(number) for number in range(STREAMS)])
             assert stub.GetRun(pb.GetRunRequest(run_id=run.run_id), metadata=METADATA).run_id == run.run_id
             assert server.process.poll() is None, log.read_text()[-2000:]
         assert stub.GetServerInfo(pb.GetServerInfoRequest(), metadata=METADATA).version
@@ -44,11 +44,11 @@ def test_server_survives_every_way_of_ending_streams(tmp_path: Path, level: str)
         assert {line.partition(" peer=")[2] for line in ended} <= {"127.0.0.0/24", "unknown"}
 
 
-def _end(server: Server, run_id: str, way: str, players: list[str]) -> None:
-    if way != "kill":
-        asyncio.run(end(server.address, run_id, way, players))
+def _end(server: Server, run_id: str, ending: str, players: list[str]) -> None:
+    if ending != "kill":
+        asyncio.run(end(server.address, run_id, ending, players))
         return
-    command = [sys.executable, "-m", "tests.hostile.endings", server.address, run_id, way, *players]
+    command = [sys.executable, "-m", "tests.hostile.endings", server.address, run_id, ending, *players]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as client:
         assert client.stdout is not None
         assert client.stdout.readline() == "open\n"

@@ -13,7 +13,7 @@ import pytest
 import zstandard
 
 from arramon_server import cli
-from arramon_server.episodes.files import MIN_DECOMPRESSED, read_bytes, read_object
+from arramon_server.episodes.split_files import MIN_DECOMPRESSED, read_bytes, read_json_object
 from arramon_server.errors import BadFile
 from arramon_server.runs.storage import tables
 from arramon_server.runs.storage.database import Database
@@ -134,7 +134,7 @@ AT = "2026-01-01T00:00:00+00:00"
         ([{"table": ["runs"], "columns": []}], "file:2: table: is .*a table unknown"),
         ([{"table": "x" * 10_000, "columns": []}], r"file:2: table: is 'x{100}'\.\.\. \(10000 characters\)"),
         ([{"table": "runs", "columns": [[]]}], r"file:2: columns: runs has no column '\[\]'"),
-        ([{"table": "runs", "columns": ["agent"]}], "file:2: columns: lacks 'run_id', by which rows are told apart"),
+        ([{"table": "runs", "columns": ["agent"]}], "file:2: columns: lacks 'run_id', which identifies a row"),
         ([{"table": "runs", "columns": ["run_id", "run_id"]}], "file:2: columns: names a column twice"),
         ([PEOPLE, [1, "host", AT]], "file:3: is not a row of participants: participant is '1', expected a text"),
         ([PEOPLE, [["a"], "host", AT]], "file:3: is not a row of participants: participant is .*expected a text"),
@@ -170,7 +170,7 @@ def test_deep_or_broken_objects_are_refused(tmp_path: Path, text: str) -> None:
     file = tmp_path / "file.json"
     file.write_text(text)
     with pytest.raises(BadFile, match=r"file\.json: (is nested|is not JSON|has a number)"):
-        read_object(file)
+        read_json_object(file)
 
 
 def episodes(data: Path) -> Path:

@@ -26,7 +26,7 @@ from arramon_server.runs.results.reports import make_report, score_array
 from arramon_server.runs.results.signing import SigningKey
 from arramon_server.runs.storage.database import Database
 from arramon_server.runs.storage.journal import Journal
-from arramon_server.scoring.disclosure import step_of
+from arramon_server.scoring.disclosure import rounding_step
 from arramon_server.scoring.masking import Noise, masked_rows
 from tests import tiny
 from tests.api.player import Player, create
@@ -124,7 +124,7 @@ def stale_means(data: Path, runs: list[str]) -> list[dict[str, dict[str, float]]
         journal = Journal(database)
         for run_id in runs:
             kept = [ending for ending in journal.endings(run_id) if ending.episode_id != VOID]
-            play = journal.play(journal.run(run_id))
+            play = journal.play_digest(journal.run(run_id))
             rows = masked_rows(score_array(kept), Noise(split.truth_hash), play)
             found.append({row: {metric: one.mean for metric, one in rows[row].items()} for row in rows})
     return found
@@ -141,7 +141,7 @@ def exact_means(data: Path, runs: list[str]) -> frozenset[str]:
                 run, progress = journal.run(run_id), journal.progress(run_id)
                 report = make_report(run, progress, endings, split, "", voided, exact=True)
                 found |= {value.mean for metrics in report.table.rows.values() for value in metrics.values()}
-    grids = [parts / step_of(EPISODES) for parts in (4, 6)]  # of the means over two turns and up to three runs
+    grids = [parts / rounding_step(EPISODES) for parts in (4, 6)]  # of the means over two turns and up to three runs
     told = {mean for mean in found if f"{mean:.3f}" not in {f"{round(mean * grid) / grid:.3f}" for grid in grids}}
     assert len(told) > 5
     return frozenset(f"{mean:.{digits}f}" for mean in told for digits in (3, DECIMALS))
@@ -211,13 +211,15 @@ def requests(doors: Doors) -> dict[str, list[Any]]:
 
 
 def test_no_call_shows_more_digits_than_the_split_allows(doors: Doors) -> None:
-    asked = requests(doors)
+    requests_by_door = requests(doors)
     services = [ev.DESCRIPTOR.services_by_name["Evaluation"], lb.DESCRIPTOR.services_by_name["Leaderboard"]]
-    assert set(asked) == {name for service in services for name in service.methods_by_name}  # a new one belongs here
+    assert set(requests_by_door) == {
+        name for service in services for name in service.methods_by_name
+    }  # a new one belongs here
     shown = 0
     for service, stub in zip(services, (doors.stub, doors.board), strict=True):
         for name in service.methods_by_name:
-            for request in asked[name]:
+            for request in requests_by_door[name]:
                 answer = getattr(stub, name)(request, metadata=METADATA)
                 check_message(doors, name, answer)
                 shown += answer.ByteSize()

@@ -17,12 +17,12 @@ from arramon_server.errors import Conflict
 from arramon_server.runs.results.reports import report_of
 from arramon_server.scoring import masking
 from arramon_server.scoring.aggregate import Interval
-from arramon_server.scoring.disclosure import GROUP_BITS, TEST_NOISE, step_of
-from arramon_server.scoring.episode import METRICS
+from arramon_server.scoring.disclosure import GROUP_BITS, TEST_NOISE, rounding_step
+from arramon_server.scoring.episode_scores import METRICS
 from arramon_server.scoring.intervals import Floats
 from arramon_server.scoring.masking import Noise, masked_rows
 from tests import tiny
-from tests.board.made import CLOCKS, STEPS, House, standing
+from tests.board.leaderboard_backend import CLOCKS, STEPS, LeaderboardBackend, standing
 from tests.scoring.figure_bits import figure_bits
 
 EPISODES = 48
@@ -39,7 +39,7 @@ TEST_BITS = len(COLUMNS) * math.log2(1 + 0.25 / TEST_NOISE**2) / 2
 REST_BITS = GROUP_BITS + TEST_BITS
 
 
-class Target(House):
+class Target(LeaderboardBackend):
     """A leaderboard with a larger hidden split, "guarded"."""
 
     def __init__(self, folder: Path, episodes: int = EPISODES) -> None:
@@ -161,7 +161,7 @@ def test_least_squares_over_chosen_runs_leave_single_scores_open(target: Target,
     played = draw.random((days * DAY, EPISODES)) < 0.5
     shown = [target.figures(target.plays(f"run {at}", truth * chosen)) for at, chosen in enumerate(played)]
     sums = np.array(shown).mean(axis=1) * EPISODES
-    noise = (step_of(EPISODES) * EPISODES) ** 2 / 6 / FIGURES  # variance of a mean of roundings, on average
+    noise = (rounding_step(EPISODES) * EPISODES) ** 2 / 6 / FIGURES  # variance of a mean of roundings, on average
     design = played.astype(float)
     covariance = np.linalg.inv(design.T @ design / noise + np.eye(EPISODES) / 0.25)
     estimate = 0.5 + covariance @ design.T @ (sums - design.sum(axis=1) / 2) / noise
@@ -186,7 +186,7 @@ def test_a_total_leaves_nearly_all_assignments_of_targets_open(tmp_path: Path) -
     grid = np.linspace(sums.min(), sums.max(), 4000)
     known = np.zeros(len(grid))
     for value in shown:
-        known += np.log(np.maximum(likelihood(value, grid / number, step_of(number)), 1e-300))
+        known += np.log(np.maximum(likelihood(value, grid / number, rounding_step(number)), 1e-300))
     weights = np.exp(np.interp(sums, grid, known - known.max()))
     weights /= weights.sum()
     left = float(-(weights * np.log2(np.maximum(weights, 1e-300))).sum())
@@ -214,7 +214,7 @@ def test_what_one_episode_tells_to_who_knows_all_others(
     With 24 others solved the sum lies in the middle between two grid points. With none or one all figures are 0, solved
     or not. With two known successes a figure tells most: the first that is not 0 shows that the episode was solved.
     """
-    draw, step = np.random.default_rng(2), step_of(EPISODES)
+    draw, step = np.random.default_rng(2), rounding_step(EPISODES)
     information, days = [], 600
     for day in range(days):
         solved = draw.integers(0, 2)

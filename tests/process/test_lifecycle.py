@@ -10,7 +10,7 @@ from arramon_server.configuration.config import Config
 from arramon_server.episodes.splits import read_splits
 from arramon_server.errors import BadFile
 from arramon_server.per_split import PerSplit
-from arramon_server.process.lifecycle import check_secrets, warnings
+from arramon_server.process.lifecycle import check_secrets, settings_warnings
 from tests import tiny
 from tests.forked import run
 
@@ -64,7 +64,7 @@ def test_probably_unintended_settings_cause_warnings(
     tmp_path: Path, listen: str, settings: dict[str, Any], said: list[str]
 ) -> None:
     splits = {split.name: split for split in (tiny.write(tmp_path), tiny.write(tmp_path, "secret", hidden=True))}
-    found = list(warnings(Config(data=tmp_path, listen=listen, **settings), splits))
+    found = list(settings_warnings(Config(data=tmp_path, listen=listen, **settings), splits))
     assert [warning[: len(start)] for warning, start in zip(found, said, strict=True)] == said
 
 

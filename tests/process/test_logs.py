@@ -18,7 +18,7 @@ from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
 from arramon_server import cli
 from arramon_server.api.access_log import network_of
-from arramon_server.configuration.secrets import mask_secrets
+from arramon_server.configuration.secret_masking import mask_secrets
 from arramon_server.process.logs import JsonFormatter, TextFormatter, configure
 from tests import tiny
 from tests.serving import METADATA, Server

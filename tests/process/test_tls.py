@@ -12,7 +12,7 @@ from arramon_client.transport.connection import call
 from arramon_server.configuration.config import Config
 from arramon_server.errors import BadInput, Unavailable
 from arramon_server.process.health import check
-from arramon_server.process.tls import credentials_of
+from arramon_server.process.tls import grpc_credentials
 from tests import tiny
 from tests.api.people import token_of
 from tests.certificates import Authority
@@ -136,9 +136,9 @@ def test_invalid_certificate_and_key_files_are_refused(tmp_path: Path) -> None:
         (locked[0], locked[1], f"{locked[0]} and {locked[1]} are not a certificate and its key in PEM format without"),
     ):
         with pytest.raises(BadInput) as caught:
-            credentials_of(Config(data=tmp_path, tls_certificate=certificate, tls_key=key))
+            grpc_credentials(Config(data=tmp_path, tls_certificate=certificate, tls_key=key))
         assert str(caught.value).startswith(said)
     assert isinstance(
-        credentials_of(Config(data=tmp_path, tls_certificate=one[0], tls_key=one[1])), grpc.ServerCredentials
+        grpc_credentials(Config(data=tmp_path, tls_certificate=one[0], tls_key=one[1])), grpc.ServerCredentials
     )
-    assert credentials_of(Config(data=tmp_path)) is None
+    assert grpc_credentials(Config(data=tmp_path)) is None

@@ -14,7 +14,7 @@ from arramon_server.episodes.splits import Split
 from arramon_server.errors import ArraMonError
 from arramon_server.runs.play import engine as engines
 from arramon_server.runs.play import upkeep
-from arramon_server.runs.play.clocks import Clocks
+from arramon_server.runs.play.clocks import ClockSettings
 from arramon_server.runs.play.engine import Engine
 from arramon_server.runs.play.events import Encoding, EpisodeEnded, Event, Observed, RunEnded
 from arramon_server.runs.play.stream import MAX_BACKLOG, Act, Stream
@@ -26,7 +26,7 @@ from arramon_server.runs.storage.run_activity import RunActivity
 from arramon_server.sim.cameras import Frame
 from tests import tiny
 
-CLOCKS = Clocks(60.0, 100.0)
+CLOCKS = ClockSettings(60.0, 100.0)
 
 
 class Backend:
@@ -46,7 +46,7 @@ class Backend:
         self.activity = RunActivity(self.database)
         self.now = 1000.0
 
-    def run(self, clocks: Clocks = CLOCKS, sensors: Sequence[str] = ()) -> Run:
+    def run(self, clocks: ClockSettings = CLOCKS, sensors: Sequence[str] = ()) -> Run:
         """Create a run of all episodes."""
         run = Run(
             run_id="run",
@@ -195,8 +195,8 @@ class FakeStream:
 async def wait_for_rounds(engine: Engine, times: int = 5) -> None:
     """Wait for a number of the engine's rounds: by then it has done what it does by itself."""
     for _ in range(times):
-        before = engine.turned_at
-        await until(lambda: engine.turned_at > before)  # noqa: B023 - awaited at once
+        before = engine.last_round_at
+        await until(lambda: engine.last_round_at > before)  # noqa: B023 - awaited at once
 
 
 async def until(condition: Callable[[], bool]) -> None:

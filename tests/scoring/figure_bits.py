@@ -2,7 +2,7 @@
 
 import math
 
-from arramon_server.scoring.disclosure import FLAT, step_of
+from arramon_server.scoring.disclosure import FLAT, rounding_step
 
 
 def figure_bits(episodes: int) -> float:
@@ -13,7 +13,7 @@ def figure_bits(episodes: int) -> float:
     most where the probability is 0 without the episode: the mean is then rounded up only if the episode scored, and
     that with probability d at most. This is a Z-channel, with the capacity log2(1 + d (1 - d)**((1 - d) / d)).
     """
-    step = step_of(episodes)
+    step = rounding_step(episodes)
     slope = 1.0 / (1.0 - (2.0 if step == 1.0 else 1.0) * FLAT)  # a single step is the first and the last one
     moved = min(slope / (episodes * step), 1.0)
     if moved == 1.0:

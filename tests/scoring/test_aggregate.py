@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from arramon_server.scoring.aggregate import ROWS, aggregate
-from arramon_server.scoring.episode import METRICS, EpisodeScores
+from arramon_server.scoring.episode_scores import METRICS, EpisodeScores
 from tests.work import lines
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from arramon_server.scoring.aggregate import table_rows, with_total
 from arramon_server.scoring.breakdown import SHOWN, group_scores, masked_group_scores
-from arramon_server.scoring.episode import METRICS
+from arramon_server.scoring.episode_scores import METRICS
 from arramon_server.scoring.masking import Noise, masked_rows
 
 EPISODES = 60

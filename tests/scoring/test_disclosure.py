@@ -12,8 +12,8 @@ from arramon_server.scoring.disclosure import (
     MIN_EPISODES,
     MIN_EPISODES_PER_STEP,
     PublishedSums,
-    bits_of,
-    step_of,
+    disclosed_bits,
+    rounding_step,
 )
 from arramon_server.scoring.masking import randomised_rounding, upward_chance
 from tests.scoring.figure_bits import figure_bits
@@ -28,7 +28,7 @@ def first(episodes: int, number: int, *, turns: tuple[int, ...] = (0, 1)) -> Mas
     return group
 
 
-def told(groups: list[Mask]) -> float:
+def max_leverage(groups: list[Mask]) -> float:
     """The largest leverage of an episode, from a pseudo-inverse of all sums: computed in another way."""
     episodes = groups[0].shape[0]
     turns = [first(episodes, episodes, turns=(turn,)) for turn in (0, 1)]
@@ -91,8 +91,8 @@ def test_no_combination_of_random_groups_is_about_few_episodes(seed: int) -> Non
         if published.admit(group):
             admitted.append(group)
     assert 3 < len(admitted) < 60
-    assert told(admitted) == pytest.approx(published.leverages().max())
-    assert told(admitted) <= 1.0 / MIN_EPISODES + 1e-9
+    assert max_leverage(admitted) == pytest.approx(published.leverages().max())
+    assert max_leverage(admitted) <= 1.0 / MIN_EPISODES + 1e-9
     # No combination of the sums is about fewer than MIN_EPISODES episodes, as far as random combinations show it.
     turns = [first(episodes, episodes, turns=(turn,)) for turn in (0, 1)]
     sums = np.array([group.astype(float).ravel() for group in (*turns, *admitted)])
@@ -119,7 +119,7 @@ def test_no_combination_of_random_groups_is_about_few_episodes(seed: int) -> Non
     ],
 )
 def test_a_step_is_about_some_episodes(episodes: int, step: float) -> None:
-    assert step_of(episodes) == step
+    assert rounding_step(episodes) == step
     assert step * episodes >= min(MIN_EPISODES_PER_STEP, episodes)
 
 
@@ -138,7 +138,7 @@ def capacity(channel: npt.NDArray[np.float64]) -> float:
 @pytest.mark.parametrize("episodes", [6, 48, 60, 300, 1205])
 def test_a_figure_tells_at_most_the_bits_of_a_z_channel(episodes: int) -> None:
     """Wherever the other episodes' sum lies, also where the episode can cross a grid point."""
-    parts, moved, most = round(1.0 / step_of(episodes)), 1.0 / (episodes * step_of(episodes)), 0.0
+    parts, moved, most = round(1.0 / rounding_step(episodes)), 1.0 / (episodes * rounding_step(episodes)), 0.0
     for place in (*np.linspace(0.0, min(parts, 3) - moved, 121), FLAT):
         # Between these the probabilities are linear in the score.
         bends = (edge + part for edge in range(parts + 1) for part in (-FLAT, 0.0, FLAT))
@@ -156,7 +156,7 @@ def test_a_figure_tells_at_most_the_bits_of_a_z_channel(episodes: int) -> None:
 @pytest.mark.parametrize("episodes", [6, 24, 48, 60, 300, 600, 1205])
 def test_a_single_success_is_not_shown(episodes: int) -> None:
     """Nor a single failure: who stops at once in all episodes but one learns nothing of that one."""
-    step = step_of(episodes)
+    step = rounding_step(episodes)
     for threshold in (1e-9, 0.5, 1.0 - 1e-9):
         assert randomised_rounding(1 / episodes, step, threshold) == 0.0
         assert randomised_rounding(1 - 1 / episodes, step, threshold) == 1.0
@@ -175,7 +175,7 @@ def test_groups_of_one_run_tell_few_bits_of_an_episode() -> None:
         group = draw.random((episodes, 2)) < 0.5
         if published.admit(group):
             admitted += 1
-            told_of += bits_of(group)
+            told_of += disclosed_bits(group)
     assert 5 < admitted < 60
     assert told_of.max() <= GROUP_BITS
 
@@ -184,7 +184,7 @@ def test_bits_of_a_group_are_those_of_a_gaussian_channel() -> None:
     """One turn in [0, 1] has a variance of 1/4 at most, two together of 1; an episode outside tells nothing."""
     group = np.array([[True, False], [True, True], [False, False]])
     once, twice = (np.log2(1 + variance / GROUP_NOISE**2) / 2 for variance in (0.25, 1.0))
-    assert bits_of(group) == pytest.approx([len(SHOWN) * once, len(SHOWN) * twice, 0.0])
+    assert disclosed_bits(group) == pytest.approx([len(SHOWN) * once, len(SHOWN) * twice, 0.0])
 
 
 def test_rows_of_the_score_table_cost_nothing_again() -> None:

@@ -7,13 +7,12 @@ import numpy.typing as npt
 import pytest
 
 from arramon_server.scoring.aggregate import ROWS
-from arramon_server.scoring.disclosure import MIN_EPISODES, STEPS, TEST_NOISE, step_of
-from arramon_server.scoring.episode import GATES, METRICS, PLACEMENT
+from arramon_server.scoring.disclosure import MIN_EPISODES, STEPS, TEST_NOISE, rounding_step
+from arramon_server.scoring.episode_scores import GATES, METRICS, PLACEMENT
 from arramon_server.scoring.masking import (
     P_CLASSES,
     Noise,
     Rows,
-    difference,
     masked_rows,
     masked_share,
     mean_interval,
@@ -22,6 +21,7 @@ from arramon_server.scoring.masking import (
     randomised_rounding,
     rounded_rows,
     shown_deviation,
+    shown_difference,
     two_digits,
 )
 
@@ -89,8 +89,8 @@ def test_nothing_shown_is_a_step_from_the_exact_mean(episodes: int) -> None:
         assert list(rows) == list(ROWS)
         for at, metric in enumerate(METRICS):
             for turn, row in enumerate(ROWS[:2]):
-                assert abs(rows[row][metric].mean - exact[turn, at]) < step_of(episodes)
-            assert abs(rows["total"][metric].mean - exact[:, at].mean()) < step_of(episodes)
+                assert abs(rows[row][metric].mean - exact[turn, at]) < rounding_step(episodes)
+            assert abs(rows["total"][metric].mean - exact[:, at].mean()) < rounding_step(episodes)
         check_order(rows)
 
 
@@ -132,7 +132,7 @@ def test_shares_are_rounded_like_rows() -> None:
 @pytest.mark.parametrize("episodes", [24, 60, 300, 1205])
 def test_everything_shown_is_on_the_grid_and_in_order(episodes: int) -> None:
     rows = masked_rows(table(episodes, 0.4), SECRET, "play")
-    parts = round(1 / step_of(episodes))
+    parts = round(1 / rounding_step(episodes))
     assert list(rows) == list(ROWS)
     for row, values in rows.items():
         assert list(values) == list(METRICS)
@@ -161,7 +161,7 @@ def test_few_episodes_have_no_intervals() -> None:
     for scores in (np.zeros((MIN_EPISODES - 1, 2, len(METRICS))), np.ones((MIN_EPISODES - 1, 2, len(METRICS)))):
         for values in masked_rows(scores, SECRET, "play").values():
             assert {(value.low, value.high) for value in values.values()} == {(0.0, 1.0)}
-    assert difference(1.0, 0.0, MIN_EPISODES - 1, 0.1).low == -1.0
+    assert shown_difference(1.0, 0.0, MIN_EPISODES - 1, 0.1).low == -1.0
 
 
 @pytest.mark.parametrize("alike", [1, 8])
@@ -172,7 +172,7 @@ def test_intervals_of_shown_means_hold_the_truth(episodes: int, mean: float, ali
     Also where the figure is the least one of 8 that are alike, as the order of the metrics wants it.
     """
     rng = np.random.default_rng(episodes)
-    step, held = step_of(episodes), 0
+    step, held = rounding_step(episodes), 0
     for _ in range(1000):
         exact = float((rng.random(episodes) < mean).mean())
         shown = min(randomised_rounding(exact, step, threshold) for threshold in rng.random(alike))
@@ -185,11 +185,11 @@ def test_intervals_of_shown_means_hold_the_truth(episodes: int, mean: float, ali
 def test_intervals_of_differences_hold_the_truth(episodes: int, one: float, other: float) -> None:
     """Runs that solve episodes independently of each other, both turns alike."""
     rng = np.random.default_rng(episodes)
-    step, held = step_of(episodes), 0
+    step, held = rounding_step(episodes), 0
     for _ in range(1000):
         means = [float((rng.random(episodes) < mean).mean()) for mean in (one, other)]
         shown = [randomised_rounding(mean, step, rng.random()) for mean in means]
-        value = difference(shown[0], shown[1], episodes, 2**0.5 * shown_deviation(episodes))
+        value = shown_difference(shown[0], shown[1], episodes, 2**0.5 * shown_deviation(episodes))
         held += value.low <= one - other <= value.high
     assert held >= 950
 

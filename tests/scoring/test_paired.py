@@ -11,7 +11,15 @@ import scipy  # which loads scipy.stats when a test asks for it
 from sacrebleu.significance import PairedTest
 
 from arramon_server.scoring.intervals import Floats
-from arramon_server.scoring.paired import FAR, FEW, FLIPS, difference_bounds, holm, permutation_tests, tails
+from arramon_server.scoring.paired import (
+    FAR,
+    FEW,
+    FLIPS,
+    difference_bounds,
+    holm,
+    permutation_tests,
+    tail_probabilities,
+)
 
 
 def runs(gap: float, number: int = 60, seed: int = 0) -> Floats:
@@ -80,14 +88,14 @@ def test_the_tail_is_that_of_all_signs(kind: str, number: int) -> None:
         differences[:wrong] *= -1.0
         expected = exact(differences)
         if expected < (FEW + 1) / FLIPS:  # where it is used
-            assert tails(differences[None])[0] == pytest.approx(expected, rel=0.25)
+            assert tail_probabilities(differences[None])[0] == pytest.approx(expected, rel=0.25)
 
 
 @pytest.mark.parametrize(("wins", "losses"), [(30, 5), (40, 4), (100, 40), (60, 0), (600, 480)])
 def test_of_differences_of_one_size_it_is_the_sign_test(wins: int, losses: int) -> None:
     differences = np.array([1.0] * wins + [-1.0] * losses + [0.0] * 50)
     expected = scipy.stats.binomtest(wins, wins + losses).pvalue
-    assert tails(differences[None])[0] == pytest.approx(expected, rel=0.05)
+    assert tail_probabilities(differences[None])[0] == pytest.approx(expected, rel=0.05)
     found = permutation_tests(np.stack([differences, np.zeros_like(differences)]))[0, 1]
     if (wins - losses) ** 2 < FAR**2 * (wins + losses):
         assert found == pytest.approx(expected, rel=0.05, abs=3e-4)

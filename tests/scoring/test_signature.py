@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from arramon_server.scoring.signature import Signature, argument
+from arramon_server.scoring.signature import Signature, format_argument
 
 SIGNATURE = Signature("0.1.0", 1, "val_seen", "en", 1065, 150, "60/86400", frozenset({"rgb", "depth"}),
                       frozenset({"lossless-224"}), "ab12")  # fmt: skip
@@ -29,7 +29,7 @@ def test_missing_sensors_and_images_are_written_as_none() -> None:
 
 
 def test_arguments_and_chosen_episodes_are_appended() -> None:
-    written = {argument("beam", "4"), argument("checkpoint", "my w+|%.pt")}
+    written = {format_argument("beam", "4"), format_argument("checkpoint", "my w+|%.pt")}
     full = dataclasses.replace(SIGNATURE, arguments=frozenset(written), chosen="ab12cd")
     assert str(full) == LINE + "|args:beam=4+checkpoint=my%20w%2B%7C%25.pt|chosen:ab12cd"
     assert Signature.parse(str(full)) == full
@@ -37,7 +37,7 @@ def test_arguments_and_chosen_episodes_are_appended() -> None:
 
 @given(st.text())
 def test_every_argument_can_be_written_and_parsed(value: str) -> None:
-    written = argument("a", value)
+    written = format_argument("a", value)
     signature = dataclasses.replace(SIGNATURE, arguments=frozenset({written}))
     assert Signature.parse(str(signature)).arguments == {written}
     assert unquote(written) == f"a={value}"

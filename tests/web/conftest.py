@@ -9,12 +9,12 @@ import pytest
 from playwright.sync_api import Browser, sync_playwright
 
 from tests.programs import program
-from tests.web.made import WebHouse
+from tests.web.leaderboard_site import LeaderboardSite
 
 
 @contextmanager
-def house_in(folder: Path) -> Iterator[WebHouse]:
-    made = WebHouse(folder)
+def house_in(folder: Path) -> Iterator[LeaderboardSite]:
+    made = LeaderboardSite(folder)
     with closing(made.database):
         try:
             yield made
@@ -23,15 +23,15 @@ def house_in(folder: Path) -> Iterator[WebHouse]:
 
 
 @pytest.fixture
-def web(tmp_path: Path) -> Iterator[WebHouse]:
+def web(tmp_path: Path) -> Iterator[LeaderboardSite]:
     with house_in(tmp_path) as made:
         yield made
 
 
 @pytest.fixture(scope="session")
-def shown(tmp_path_factory: pytest.TempPathFactory) -> Iterator[WebHouse]:
+def shown(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LeaderboardSite]:
     """With runs on all splits and in both languages, one not published and one withdrawn: only to look at."""
-    with house_in(tmp_path_factory.mktemp("house")) as made:
+    with house_in(tmp_path_factory.mktemp("backend")) as made:
         made.fill()
         yield made
 

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, BrowserContext, CDPSession, Page, Route, expect
 
-from tests.web.made import HIDDEN_RUN, OPEN_RUN, PRIVILEGED_RUN, WebHouse
+from tests.web.leaderboard_site import HIDDEN_RUN, OPEN_RUN, PRIVILEGED_RUN, LeaderboardSite
 
 PHONE = {"width": 360, "height": 740}
 
@@ -57,7 +57,7 @@ class Reader:
 
     Attributes:
         problems: what its console said.
-        asked: the addresses that it asked for.
+        requested_urls: the addresses that it asked for.
         note: writes down what a page was shown in, for the summary.
     """
 
@@ -65,7 +65,7 @@ class Reader:
     site: str
     note: Callable[[str, object], None] = lambda name, value: None
     problems: list[str] = field(default_factory=list)
-    asked: list[str] = field(default_factory=list)
+    requested_urls: list[str] = field(default_factory=list)
 
     def open(self, path: str) -> Page:
         self.page.goto(self.site + path)
@@ -122,26 +122,28 @@ def closing_session(page: Page) -> Iterator[CDPSession]:
 
 
 @pytest.fixture
-def reader(shown: WebHouse, browser: Browser, record_property: Callable[[str, object], None]) -> Iterator[Reader]:
+def reader(
+    shown: LeaderboardSite, browser: Browser, record_property: Callable[[str, object], None]
+) -> Iterator[Reader]:
     for reader in read_by(shown, browser):
         reader.note = record_property
         yield reader
 
 
 @pytest.fixture
-def plain_reader(shown: WebHouse, browser: Browser) -> Iterator[Reader]:
+def plain_reader(shown: LeaderboardSite, browser: Browser) -> Iterator[Reader]:
     """One whose browser runs no scripts."""
     yield from read_by(shown, browser, java_script_enabled=False)
 
 
-def read_by(shown: WebHouse, browser: Browser, **settings: Any) -> Iterator[Reader]:
+def read_by(shown: LeaderboardSite, browser: Browser, **settings: Any) -> Iterator[Reader]:
     context: BrowserContext = browser.new_context(**settings)
     reader = Reader(context.new_page(), shown.site.address)
     reader.page.on("console", lambda message: reader.problems.append(message.text))
     reader.page.on("pageerror", lambda error: reader.problems.append(str(error)))
-    reader.page.on("request", lambda request: reader.asked.append(request.url))
+    reader.page.on("request", lambda request: reader.requested_urls.append(request.url))
     yield reader
-    assert [address for address in reader.asked if not address.startswith(shown.site.address)] == []
+    assert [address for address in reader.requested_urls if not address.startswith(shown.site.address)] == []
     assert reader.problems == []
     assert context.cookies() == []
     context.close()
@@ -233,7 +235,7 @@ def test_the_language_is_switched_on_the_same_page(reader: Reader) -> None:
     assert page.url == f"{reader.site}/en/{OPEN}&sort=ndtw"
 
 
-def test_copy_button_copies_the_signature(shown: WebHouse, reader: Reader) -> None:
+def test_copy_button_copies_the_signature(shown: LeaderboardSite, reader: Reader) -> None:
     reader.page.context.grant_permissions(["clipboard-read", "clipboard-write"])
     page = reader.open(f"/en/runs/{OPEN_RUN}")
     page.get_by_role("button", name="Copy").click()
@@ -301,7 +303,7 @@ def test_focused_headers_scroll_out_from_under_pinned_columns(reader: Reader) ->
                 assert page.evaluate(COVERED) == "", (font, name, covered)
 
 
-def test_right_to_left_names_are_aligned_like_others(web: WebHouse, browser: Browser) -> None:
+def test_right_to_left_names_are_aligned_like_others(web: LeaderboardSite, browser: Browser) -> None:
     web.published(1, 0.5, "سامع", participant="مختبر")
     for reader in read_by(web, browser):
         names = reader.open(f"/en/{OPEN}").locator("#standings tbody th bdi")

@@ -9,32 +9,34 @@ import pytest
 from arramon_server.board.cost import Cost
 from arramon_server.runs.accounts.callers import HOST
 from arramon_server.web.cost_part import COSTS, cost_part
-from arramon_server.web.texts import all_texts
-from tests.web.made import WebHouse
+from arramon_server.web.page_texts import all_texts
+from tests.web.leaderboard_site import LeaderboardSite
 from tests.web.reading import Page
 
 EN = all_texts()["en"]
 
 
 @pytest.fixture(scope="module")
-def costly(tmp_path_factory: pytest.TempPathFactory) -> Iterator[WebHouse]:
-    house = WebHouse(tmp_path_factory.mktemp("house"))
-    with closing(house.database):
+def costly(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LeaderboardSite]:
+    backend = LeaderboardSite(tmp_path_factory.mktemp("backend"))
+    with closing(backend.database):
         for number, (agent, score, seed) in enumerate(
             (("many", 0.5, "1"), ("many", 0.4, "2"), ("many", 0.6, "3"), ("free", 0.2, None), ("silent", 0.1, None))
         ):
             arguments = (("seed", seed),) if seed else ()
             thinking = (0.0, 0) if agent == "silent" else (0.7 * (number + 1), 7)
-            run_id = house.run(f"{number:032x}", score, agent=agent, arguments=arguments, thinking=thinking)
+            run_id = backend.run(f"{number:032x}", score, agent=agent, arguments=arguments, thinking=thinking)
             cost = {"many": Cost(7_000_000_000, 45_000, 12.5), "free": Cost(price=0.0), "silent": None}[agent]
-            house.publisher.publish(HOST, run_id, "", cost)
-        yield house
-        house.site.close()
+            backend.publisher.publish(HOST, run_id, "", cost)
+        yield backend
+        backend.site.close()
 
 
 @pytest.mark.parametrize("language", ["en", "hi"])
 @pytest.mark.parametrize(("cost", "points"), [("thinking", 2), ("parameters", 1), ("tokens", 1), ("price", 2)])
-def test_plot_has_the_standings_whose_cost_is_known(costly: WebHouse, language: str, cost: str, points: int) -> None:
+def test_plot_has_the_standings_whose_cost_is_known(
+    costly: LeaderboardSite, language: str, cost: str, points: int
+) -> None:
     text = costly.site.get(f"/{language}/?split=tiny&language=en&cost={cost}").text
     part = text[text.index('id="cost"') :]
     assert part.count("<circle") == points
@@ -51,7 +53,7 @@ def test_plot_has_the_standings_whose_cost_is_known(costly: WebHouse, language: 
     assert "12.5" in part
 
 
-def test_seeds_are_one_line_with_their_spread(costly: WebHouse) -> None:
+def test_seeds_are_one_line_with_their_spread(costly: LeaderboardSite) -> None:
     text = costly.site.get("/en/?split=tiny&language=en").text
     (line,) = [row for row in text.split("<tr>") if "seed 2" in row]
     assert [f"seed {number}" in line for number in (1, 2, 3)] == [True] * 3
@@ -60,26 +62,26 @@ def test_seeds_are_one_line_with_their_spread(costly: WebHouse) -> None:
     assert line.count("/runs/") == 3
 
 
-def test_unknown_cost_is_no_page(costly: WebHouse) -> None:
+def test_unknown_cost_is_no_page(costly: LeaderboardSite) -> None:
     assert costly.site.get("/en/?split=tiny&language=en&cost=beauty").status == 404
 
 
-def test_there_is_no_plot_where_no_cost_is_known(web: WebHouse) -> None:
+def test_there_is_no_plot_where_no_cost_is_known(web: LeaderboardSite) -> None:
     web.published(1, 0.5, "plain")
     assert 'id="cost"' not in web.site.get("/en/?split=tiny&language=en").text
 
 
-def test_axis_holds_its_points_and_has_a_place_for_0(costly: WebHouse) -> None:
+def test_axis_holds_its_points_and_has_a_place_for_0(costly: LeaderboardSite) -> None:
     lines = costly.board.standings("tiny", "en")
     for cost in COSTS:
         part = cost_part(EN, lines, "total", "PTC@CTC-3", cost)
         assert part is not None
-        places = [at for at, _ in part.across]
+        places = [at for at, _ in part.x_ticks]
         assert places == sorted(places)
         assert all(places[0] <= point.x <= places[-1] for point in part.points)
         assert all(point.top <= point.y <= point.bottom for point in part.points)
-        assert len(part.across) <= 8
-        assert ("0" in [label for _, label in part.across]) == (cost == "price")
+        assert len(part.x_ticks) <= 8
+        assert ("0" in [label for _, label in part.x_ticks]) == (cost == "price")
 
 
 @pytest.mark.parametrize(

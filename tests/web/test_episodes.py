@@ -13,19 +13,19 @@ from arramon_server.runs.play.session import EpisodeSession
 from arramon_server.runs.results.signing import SigningKey
 from arramon_server.runs.storage.causes import AGENT_FINISHED, FORFEITED
 from arramon_server.runs.storage.records import COMPLETE, CommitBatch, EpisodeEnding
-from arramon_server.scoring.episode import METRICS
+from arramon_server.scoring.episode_scores import METRICS
 from arramon_server.sim.bullet import Obstacles
 from arramon_server.sim.city import city_scene
 from arramon_server.sim.room import RoomPosition
 from arramon_server.sim.rules import Limits
 from arramon_server.sim.section import Building, Prop
 from arramon_server.web.episodes_page import FAILURES, NAVIGATION, NOTHING, OBJECT, PLACEMENT, EpisodeFilter, failure_of
+from arramon_server.web.named_things import named_things
+from arramon_server.web.page_texts import all_texts
 from arramon_server.web.room_map import AssemblyReplay
 from arramon_server.web.section_map import labels
-from arramon_server.web.texts import all_texts
-from arramon_server.web.things import named_things
 from tests import tiny
-from tests.web.made import HIDDEN_RUN, OPEN_RUN, WebHouse
+from tests.web.leaderboard_site import HIDDEN_RUN, OPEN_RUN, LeaderboardSite
 from tests.web.reading import Page
 
 EN, HI = all_texts()["en"], all_texts()["hi"]
@@ -67,7 +67,7 @@ def test_filters(chosen: EpisodeFilter, first: str, second: str, fits: bool) -> 
     assert chosen.fits(ending(first, second)) is fits
 
 
-def mixed(web: WebHouse, count: int = 12) -> str:
+def mixed(web: LeaderboardSite, count: int = 12) -> str:
     """Publish a run on a split of its own whose even episodes fail at placing in turn 2."""
     web.restart(many=tiny.write(web.folder, "many", count))
     run_id = "9" * 32
@@ -86,7 +86,7 @@ def listed(text: str) -> list[str]:
     return re.findall(r'<th scope="row" class="pin name"><a href="[^"]*">([^<]*)', text)
 
 
-def test_all_episodes_are_listed_by_number_and_filtered(web: WebHouse) -> None:
+def test_all_episodes_are_listed_by_number_and_filtered(web: LeaderboardSite) -> None:
     run_id = mixed(web)
     base = f"/en/runs/{run_id}/episodes"
     assert f'href="{base}"' in web.site.get(f"/en/runs/{run_id}").text
@@ -101,7 +101,7 @@ def test_all_episodes_are_listed_by_number_and_filtered(web: WebHouse) -> None:
         assert web.site.get(f"{base}?{wrong}").status == 404
 
 
-def test_long_lists_have_pages(web: WebHouse) -> None:
+def test_long_lists_have_pages(web: LeaderboardSite) -> None:
     run_id = mixed(web, 205)
     base = f"/en/runs/{run_id}/episodes?failed=placement"
     first, second = (listed(web.site.get(f"{base}&page={page}").text) for page in (1, 2))
@@ -109,7 +109,7 @@ def test_long_lists_have_pages(web: WebHouse) -> None:
     assert "failed=placement&amp;page=2" in web.site.get(base).text
 
 
-def test_an_episode_leads_to_the_next_and_the_previous_of_its_list(web: WebHouse) -> None:
+def test_an_episode_leads_to_the_next_and_the_previous_of_its_list(web: LeaderboardSite) -> None:
     run_id = mixed(web)
     base = f"/en/runs/{run_id}/episodes"
 
@@ -127,18 +127,18 @@ def test_an_episode_leads_to_the_next_and_the_previous_of_its_list(web: WebHouse
     assert web.site.get(f"{base}/9?failed=luck").status == 404
 
 
-def test_a_number_in_the_form_leads_to_its_episode(web: WebHouse) -> None:
+def test_a_number_in_the_form_leads_to_its_episode(web: LeaderboardSite) -> None:
     run_id = mixed(web)
     got = web.site.get(f"/en/runs/{run_id}/episodes?episode=3")
     assert (got.status, got.headers["location"]) == (303, f"/en/runs/{run_id}/episodes/3")
 
 
-def test_episodes_of_hidden_splits_are_not_listed(shown: WebHouse) -> None:
+def test_episodes_of_hidden_splits_are_not_listed(shown: LeaderboardSite) -> None:
     assert shown.site.get(f"/en/runs/{HIDDEN_RUN}/episodes").status == 404
     assert shown.site.get(f"/en/runs/{HIDDEN_RUN}/episodes?failed=placement").status == 404
 
 
-def test_void_episodes_are_marked(web: WebHouse) -> None:
+def test_void_episodes_are_marked(web: LeaderboardSite) -> None:
     run_id = mixed(web)
     Corrector(web.database, web.splits, SigningKey(web.folder / "key.pem")).void("many", ["3"], "a <b>wall</b>")
     text = web.site.get(f"/en/runs/{run_id}/episodes").text
@@ -148,7 +148,7 @@ def test_void_episodes_are_marked(web: WebHouse) -> None:
         shown = web.site.get(page).text
         assert "episodes voided: 1 (3). Reason: a &lt;b&gt;wall&lt;/b&gt;" in shown
     assert "Receipt 1, superseded on" not in web.site.get(f"/en/runs/{run_id}").text
-    Corrector(web.database, web.splits, SigningKey(web.folder / "key.pem")).revise("many")
+    Corrector(web.database, web.splits, SigningKey(web.folder / "key.pem")).renew_receipts("many")
     assert "Receipt 1, superseded on" in web.site.get(f"/en/runs/{run_id}").text
     old = web.site.get(f"/runs/{run_id}/receipt.json?number=1")
     now = web.site.get(f"/runs/{run_id}/receipt.json")
@@ -158,7 +158,7 @@ def test_void_episodes_are_marked(web: WebHouse) -> None:
 
 
 @pytest.mark.parametrize("language", ["en", "hi"])
-def test_the_room_is_drawn_with_what_lies_in_it(shown: WebHouse, language: str) -> None:
+def test_the_room_is_drawn_with_what_lies_in_it(shown: LeaderboardSite, language: str) -> None:
     text = shown.site.get(f"/{language}/runs/{OPEN_RUN}/episodes/quokka-1").text
     assert text.count('<svg class="room"') == 2
     piles = re.findall(r"<title>([^<]*)</title><rect", text)
@@ -172,7 +172,7 @@ def test_rooms_as_they_were_played() -> None:
         session = EpisodeSession(tiny.episode("0"), ground, Limits(150))
         watch = AssemblyReplay(session)
         watch.replay((*tiny.ACTIONS[:3], Action.RIGHT, Action.LEFT, *tiny.ACTIONS[3:10], Action.INTERACT))
-        first, second = watch.rooms()
+        first, second = watch.maps()
     assert (first.played, first.placed, first.placed_level, first.forced) == ("25,35 25,25", (25.0, 15.0), 1, False)
     assert first.target == (25.0, 15.0)
     assert (str(first.carried), str(second.carried)) == ("striped red mug", "dotted blue tv")
@@ -183,7 +183,7 @@ def test_rooms_as_they_were_played() -> None:
 def test_a_room_that_was_not_reached_shows_what_would_have_been_there() -> None:
     with Obstacles(city_scene(tiny.SECTION)) as ground:
         session = EpisodeSession(tiny.episode("0"), ground, Limits(150))
-        first, second = AssemblyReplay(session).rooms()
+        first, second = AssemblyReplay(session).maps()
     assert [len(room.piles) for room in (first, second)] == [1, 1]
     assert (first.played, first.placed, first.carried) == ("", None, None)
     assert RoomPosition(2, 1, 2).level == first.target_level

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from arramon_server.runs.accounts.callers import HOST
-from arramon_server.web.texts import all_texts
-from tests.board.made import secret_of
-from tests.web.made import HIDDEN_RUN, OLDER_RUN, OPEN_RUN, REPRODUCED_RUN, WebHouse
+from arramon_server.web.page_texts import all_texts
+from tests.board.leaderboard_backend import secret_of
+from tests.web.leaderboard_site import HIDDEN_RUN, OLDER_RUN, OPEN_RUN, REPRODUCED_RUN, LeaderboardSite
 from tests.web.reading import Page
 
 TEXTS = all_texts()["en"]
@@ -23,7 +23,7 @@ TEXTS = all_texts()["en"]
     ],
 )
 def test_epochs_are_listed_with_commitments_and_revealed_secrets(
-    shown: WebHouse, language: str, words: tuple[str, ...]
+    shown: LeaderboardSite, language: str, words: tuple[str, ...]
 ) -> None:
     text = shown.site.get(f"/{language}/epochs").text
     assert [word for word in words if word not in text] == []
@@ -33,10 +33,10 @@ def test_epochs_are_listed_with_commitments_and_revealed_secrets(
     assert secret_of(2) not in text
 
 
-def test_the_page_shows_how_agents_stand_on_two_epochs(shown: WebHouse) -> None:
+def test_the_page_shows_how_agents_stand_on_two_epochs(shown: LeaderboardSite) -> None:
     text = shown.site.get("/en/epochs").text
     assert "PTC in both turns on test_unseen_e2 against test_unseen_e1" in text
-    (pair,) = shown.epoch_board.pairs("en")
+    (pair,) = shown.epoch_board.changes_between_epochs("en")
     assert TEXTS.difference(pair.agents[0].difference.mean) in text
     assert "the same" in text
     assert "nDTW in both turns on" in shown.site.get("/en/epochs?language=en&sort=ndtw").text
@@ -45,16 +45,16 @@ def test_the_page_shows_how_agents_stand_on_two_epochs(shown: WebHouse) -> None:
 
 
 @pytest.mark.parametrize("query", ["language=xx", "sort=best", "language=both"])
-def test_unknown_choices_have_no_page(shown: WebHouse, query: str) -> None:
+def test_unknown_choices_have_no_page(shown: LeaderboardSite, query: str) -> None:
     assert shown.site.get(f"/en/epochs?{query}").status == 404
 
 
-def test_without_epochs_there_is_no_page_but_an_empty_list(web: WebHouse) -> None:
+def test_without_epochs_there_is_no_page_but_an_empty_list(web: LeaderboardSite) -> None:
     assert web.site.get("/en/epochs").status == 404
     assert json.loads(web.site.get("/epochs.json").text)["epochs"] == []
 
 
-def test_the_list_can_be_downloaded_without_secrets_that_are_not_revealed(shown: WebHouse) -> None:
+def test_the_list_can_be_downloaded_without_secrets_that_are_not_revealed(shown: LeaderboardSite) -> None:
     got = shown.site.get("/epochs.json")
     content = json.loads(got.text)
     assert (content["format"], content["version"]) == ("arramon-epochs", 1)
@@ -64,14 +64,14 @@ def test_the_list_can_be_downloaded_without_secrets_that_are_not_revealed(shown:
     ]
 
 
-def test_standings_of_an_epoch_say_so(shown: WebHouse) -> None:
+def test_standings_of_an_epoch_say_so(shown: LeaderboardSite) -> None:
     text = shown.site.get("/en/?split=test_unseen_e1&language=en").text
     assert "Epoch 1 of test_unseen: revealed." in text
     assert '<a href="/en/epochs">' in text
     assert "Epoch" not in shown.site.get("/en/?split=hidden&language=en").text
 
 
-def test_actions_are_downloaded_where_no_split_is_hidden(shown: WebHouse) -> None:
+def test_actions_are_downloaded_where_no_split_is_hidden(shown: LeaderboardSite) -> None:
     for run_id in (OPEN_RUN, OLDER_RUN):
         content = json.loads(shown.site.get(f"/runs/{run_id}/actions.json").text)
         assert (content["format"], content["run"]) == ("arramon-actions", {"run_id": run_id})
@@ -83,7 +83,7 @@ def test_actions_are_downloaded_where_no_split_is_hidden(shown: WebHouse) -> Non
     assert "actions.json" not in shown.site.get(f"/en/runs/{HIDDEN_RUN}").text
 
 
-def test_a_downloaded_receipt_is_rescored_with_downloaded_actions(shown: WebHouse, tmp_path: Path) -> None:
+def test_a_downloaded_receipt_is_rescored_with_downloaded_actions(shown: LeaderboardSite, tmp_path: Path) -> None:
     from arramon_server.runs.results.receipt_file import rescore_file
 
     paths = []
@@ -93,7 +93,7 @@ def test_a_downloaded_receipt_is_rescored_with_downloaded_actions(shown: WebHous
     assert rescore_file(paths[0], paths[1], shown.splits).differences == ()
 
 
-def test_reproductions_are_shown_with_their_differences(shown: WebHouse) -> None:
+def test_reproductions_are_shown_with_their_differences(shown: LeaderboardSite) -> None:
     assert "reproduced by 2" in shown.site.get("/en/?split=test_unseen_e2&language=en").text
     text = shown.site.get(f"/en/runs/{REPRODUCED_RUN}").text
     page = Page(text)
@@ -107,7 +107,7 @@ def test_reproductions_are_shown_with_their_differences(shown: WebHouse) -> None
     assert "reproduction" in of_bob
 
 
-def test_withdrawn_reproductions_and_originals_are_not_linked(web: WebHouse) -> None:
+def test_withdrawn_reproductions_and_originals_are_not_linked(web: LeaderboardSite) -> None:
     web.season()
     web.publisher.withdraw(HOST, "2" * 32)
     assert "Reproduced by 1" in web.site.get(f"/en/runs/{REPRODUCED_RUN}").text
@@ -117,7 +117,7 @@ def test_withdrawn_reproductions_and_originals_are_not_linked(web: WebHouse) -> 
     assert REPRODUCED_RUN not in text
 
 
-def test_the_first_page_shows_the_latest_open_epoch_with_runs(web: WebHouse) -> None:
+def test_the_first_page_shows_the_latest_open_epoch_with_runs(web: LeaderboardSite) -> None:
     web.season()
     assert "test_unseen_e2" in Page(web.site.get("/en/").text).headings[0][1]
     web.epochs.close("test_unseen_e2")

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from arramon_server.board.board import Board
-from arramon_server.board.epochs import EpochBoard
+from arramon_server.board.epoch_board import EpochBoard
 from arramon_server.closing_times import ClosingTimes
 from arramon_server.runs.results.receipts import Receipts
 from arramon_server.runs.results.signing import SigningKey
@@ -16,7 +16,7 @@ from arramon_server.split_times import SplitTimes
 from arramon_server.web.host import UNNAMED, Host, link_of
 from arramon_server.web.pages import Pages
 from arramon_server.web.rendering import breakable
-from tests.board.made import CLOCKS, STEPS, House
+from tests.board.leaderboard_backend import CLOCKS, STEPS, LeaderboardBackend
 from tests.web.reading import Page
 from tests.web.serving import Site
 
@@ -24,8 +24,8 @@ CLOSES = datetime(2100, 6, 1, 12, tzinfo=UTC)
 SAID = Host("Lab <b>1</b>", "mail@example.org", "https://example.org/rules")
 
 
-class Season(House):
-    """A house whose split "tiny" closes, with a site."""
+class Season(LeaderboardBackend):
+    """A backend whose split "tiny" closes, with a site."""
 
     def __init__(self, folder: Path) -> None:
         super().__init__(folder)

@@ -13,15 +13,15 @@ from pathlib import Path
 import pytest
 
 from arramon_client.receipts import read_receipt
-from arramon_server.runs.play.clocks import Clocks
+from arramon_server.runs.play.clocks import ClockSettings
 from arramon_server.runs.storage import causes
 from arramon_server.runs.storage.records import COMPLETE, CommitBatch, EpisodeEnding
-from arramon_server.scoring.episode import METRICS
-from arramon_server.web import pages, texts
+from arramon_server.scoring.episode_scores import METRICS
+from arramon_server.web import page_texts, pages
 from tests import tiny
 from tests.dataset import recovered_split
 from tests.played import play
-from tests.web.made import (
+from tests.web.leaderboard_site import (
     HIDDEN_RUN,
     OLDER_RUN,
     OPEN_RUN,
@@ -29,7 +29,7 @@ from tests.web.made import (
     REPRODUCED_RUN,
     UNPUBLISHED_RUN,
     WITHDRAWN_RUN,
-    WebHouse,
+    LeaderboardSite,
 )
 from tests.web.reading import Page
 
@@ -58,7 +58,7 @@ EVERYWHERE = [page.format(t=t) for page in PAGES for t in ("en", "hi")]
 @pytest.mark.parametrize(
     ("accepted", "address"), [("hi-IN,hi;q=0.9", "/hi/"), ("en", "/en/"), ("fr", "/en/"), (None, "/en/")]
 )
-def test_the_first_page_is_in_the_browsers_language(web: WebHouse, accepted: str | None, address: str) -> None:
+def test_the_first_page_is_in_the_browsers_language(web: LeaderboardSite, accepted: str | None, address: str) -> None:
     got = web.site.get("/", {"Accept-Language": accepted} if accepted else None)
     assert (got.status, got.headers["location"], got.headers["vary"]) == (303, address, "Accept-Language")
     assert web.site.get("/?split=open").headers["location"] == "/en/?split=open"
@@ -66,7 +66,7 @@ def test_the_first_page_is_in_the_browsers_language(web: WebHouse, accepted: str
     assert web.site.get("/?a=%0d%0aX:%20y").headers["location"] == "/en/?a=%0d%0aX:%20y"
 
 
-def test_every_page_has_valid_headings_ids_and_labels(shown: WebHouse) -> None:
+def test_every_page_has_valid_headings_ids_and_labels(shown: LeaderboardSite) -> None:
     for address in EVERYWHERE:
         got = shown.site.get(address)
         assert got.status == 200, address
@@ -97,22 +97,22 @@ def test_every_page_has_valid_headings_ids_and_labels(shown: WebHouse) -> None:
 @pytest.fixture
 def tamil(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """A third language, by a third file alone."""
-    shutil.copytree(texts.FOLDER, tmp_path / "texts")
+    shutil.copytree(page_texts.FOLDER, tmp_path / "texts")
     english = (tmp_path / "texts" / "en.toml").read_text()
     (tmp_path / "texts" / "ta.toml").write_text(english.replace('name = "English"', 'name = "தமிழ்"'))
-    monkeypatch.setattr(texts, "FOLDER", tmp_path / "texts")
-    texts.all_texts.cache_clear()
+    monkeypatch.setattr(page_texts, "FOLDER", tmp_path / "texts")
+    page_texts.all_texts.cache_clear()
     yield
-    texts.all_texts.cache_clear()
+    page_texts.all_texts.cache_clear()
 
 
-def test_language_is_added_to_the_pages_by_one_file(tamil: None, web: WebHouse) -> None:
+def test_language_is_added_to_the_pages_by_one_file(tamil: None, web: LeaderboardSite) -> None:
     assert web.site.get("/", {"Accept-Language": "ta-IN, hi;q=0.9"}).headers["location"] == "/ta/"
     assert Page(web.site.get("/ta/").text).all("html")[0]["lang"] == "ta"
     assert '<a href="/ta/" lang="ta" hreflang="ta">தமிழ்</a>' in web.site.get("/hi/").text
 
 
-def test_pages_have_no_inline_code_and_no_external_resources(shown: WebHouse) -> None:
+def test_pages_have_no_inline_code_and_no_external_resources(shown: LeaderboardSite) -> None:
     for address in EVERYWHERE:
         page = Page(shown.site.get(address).text)
         assert page.all("style") == []
@@ -124,7 +124,7 @@ def test_pages_have_no_inline_code_and_no_external_resources(shown: WebHouse) ->
             assert not link.startswith("//"), (address, link)
 
 
-def test_every_internal_link_resolves(shown: WebHouse) -> None:
+def test_every_internal_link_resolves(shown: LeaderboardSite) -> None:
     links = {link for address in EVERYWHERE for link in Page(shown.site.get(address).text).addresses()}
     paths = {link for link in links if link.startswith("/")} | {f"/en/{link}" for link in links if link.startswith("?")}
     assert len(paths) > 80
@@ -133,7 +133,7 @@ def test_every_internal_link_resolves(shown: WebHouse) -> None:
 
 
 @pytest.mark.parametrize("address", ["/en/", "/", "/static/x", "/en/nothing", "/standings.csv"])
-def test_responses_have_security_headers(shown: WebHouse, address: str) -> None:
+def test_responses_have_security_headers(shown: LeaderboardSite, address: str) -> None:
     got = shown.site.get(address)
     policy = got.headers["content-security-policy"]
     assert "default-src 'none'" in policy
@@ -145,7 +145,7 @@ def test_responses_have_security_headers(shown: WebHouse, address: str) -> None:
     assert "cache-control" in got.headers
 
 
-def test_unchanged_page_is_not_sent_again(shown: WebHouse) -> None:
+def test_unchanged_page_is_not_sent_again(shown: LeaderboardSite) -> None:
     address = f"/en/runs/{OPEN_RUN}"
     first = shown.site.get(address)
     again = shown.site.get(address, {"If-None-Match": f'"other", {first.headers["etag"]}'})
@@ -157,13 +157,13 @@ def test_unchanged_page_is_not_sent_again(shown: WebHouse) -> None:
 @pytest.mark.parametrize(
     ("accepted", "coding"), [("gzip, br", "gzip"), ("br", None), ("gzip;q=0", None), ("", None), ("gzip;q=0.5", "gzip")]
 )
-def test_pages_are_compressed_if_accepted(shown: WebHouse, accepted: str, coding: str | None) -> None:
+def test_pages_are_compressed_if_accepted(shown: LeaderboardSite, accepted: str, coding: str | None) -> None:
     got = shown.site.get("/en/", {"Accept-Encoding": accepted})
     assert got.headers.get("content-encoding") == coding
     assert got.text.startswith("<!DOCTYPE html>")
 
 
-def test_a_run_is_compared_with_the_others(web: WebHouse) -> None:
+def test_a_run_is_compared_with_the_others(web: LeaderboardSite) -> None:
     best, worse = web.published(1, 1.0, "best"), web.published(2, 0.5, "<worse>")
     text = web.site.get(f"/en/runs/{best}/against").text
     assert f'<a href="/en/runs/{worse}/against?language=en&amp;sort=ptc"><bdi>&lt;worse&gt;</bdi></a>' in text
@@ -175,7 +175,7 @@ def test_a_run_is_compared_with_the_others(web: WebHouse) -> None:
     assert "has no rank in these standings" in alone
 
 
-def test_languages_side_by_side(web: WebHouse) -> None:
+def test_languages_side_by_side(web: LeaderboardSite) -> None:
     web.published(1, 1.0, "even", split="open")
     web.published(2, 1.0, "even", split="open", language="hi")
     web.published(3, 1.0, "uneven", split="open")
@@ -190,7 +190,7 @@ def test_languages_side_by_side(web: WebHouse) -> None:
     assert "Gap" not in web.site.get("/en/?split=open&language=en").text
 
 
-def test_static_files_are_cached_permanently(shown: WebHouse) -> None:
+def test_static_files_are_cached_permanently(shown: LeaderboardSite) -> None:
     links = [link for link in Page(shown.site.get("/en/").text).addresses() if link.startswith("/static/")]
     assert len(links) == 3
     for link in links:
@@ -231,19 +231,19 @@ def test_static_files_are_cached_permanently(shown: WebHouse) -> None:
         "/standings.xml",
     ],
 )
-def test_missing_and_hidden_pages_give_identical_404_responses(shown: WebHouse, path: str) -> None:
+def test_missing_and_hidden_pages_give_identical_404_responses(shown: LeaderboardSite, path: str) -> None:
     got, nowhere = shown.site.get(path), shown.site.get("/en/nowhere")
     assert (got.status, got.body) == (404, nowhere.body)
     assert "There is no such page" in got.text
     assert set(got.headers) == set(nowhere.headers)
 
 
-def test_missing_page_is_in_the_readers_language(shown: WebHouse) -> None:
+def test_missing_page_is_in_the_readers_language(shown: LeaderboardSite) -> None:
     assert "ऐसा कोई पृष्ठ नहीं है" in shown.site.get("/hi/runs/x").text
     assert "ऐसा कोई पृष्ठ नहीं है" in shown.site.get("/fr/", {"Accept-Language": "hi"}).text
 
 
-def test_pages_reveal_nothing_of_hidden_episodes(shown: WebHouse) -> None:
+def test_pages_reveal_nothing_of_hidden_episodes(shown: LeaderboardSite) -> None:
     hidden = [
         *(address for address in EVERYWHERE if "open" not in address and OPEN_RUN not in address),
         *(
@@ -265,7 +265,7 @@ def test_pages_reveal_nothing_of_hidden_episodes(shown: WebHouse) -> None:
     assert {word for word in PECULIAR if word not in said} == {"रेतघड़ी"}
 
 
-def test_hidden_split_receipt_has_only_public_episode_fields(shown: WebHouse) -> None:
+def test_hidden_split_receipt_has_only_public_episode_fields(shown: LeaderboardSite) -> None:
     """It chains actions by episode, whose ids every participant is given; nothing else of them is in it."""
     got = shown.site.get(f"/runs/{HIDDEN_RUN}/receipt.json")
     payload = json.loads(json.loads(got.text)["payload"])
@@ -273,7 +273,7 @@ def test_hidden_split_receipt_has_only_public_episode_fields(shown: WebHouse) ->
     assert [word for word in PECULIAR[1:] if word in got.text] == []
 
 
-def test_downloaded_receipt_is_readable_by_the_client(shown: WebHouse, tmp_path: Path) -> None:
+def test_downloaded_receipt_is_readable_by_the_client(shown: LeaderboardSite, tmp_path: Path) -> None:
     got = shown.site.get(f"/runs/{OPEN_RUN}/receipt.json")
     file = tmp_path / "it.receipt.json"
     file.write_bytes(got.body)
@@ -283,20 +283,20 @@ def test_downloaded_receipt_is_readable_by_the_client(shown: WebHouse, tmp_path:
     assert got.headers["content-disposition"] == f'attachment; filename="{OPEN_RUN}.receipt.json"'
 
 
-def test_names_are_escaped_in_html(shown: WebHouse) -> None:
+def test_names_are_escaped_in_html(shown: LeaderboardSite) -> None:
     text = shown.site.get("/en/?split=open&language=hi").text
     assert "&lt;i&gt;lab&lt;/i&gt;" in text
     assert "<i>" not in text
 
 
-def test_combined_standings_show_runs_of_both_languages(shown: WebHouse) -> None:
+def test_combined_standings_show_runs_of_both_languages(shown: LeaderboardSite) -> None:
     text = shown.site.get("/en/?split=open&language=both").text
     assert "all languages together" in text
     assert ("0.750" in text, "<bdi>truth</bdi>" in text) == (True, False)
     assert [f"/en/runs/{number:032x}" in text for number in (1, 2)] == [True, True]
 
 
-def test_standings_show_ranks_ties_and_marks(web: WebHouse) -> None:
+def test_standings_show_ranks_ties_and_marks(web: LeaderboardSite) -> None:
     for number, (agent, score) in enumerate({"best": 1.0, "worse": 0.5}.items(), start=1):
         web.published(number, score, agent)
     web.publish(web.run(f"{9:032x}", agent="seer", sensors=("oracle",)))
@@ -312,14 +312,14 @@ def test_standings_show_ranks_ties_and_marks(web: WebHouse) -> None:
     assert '<span class="mark">privileged</span>' in text
 
 
-def test_runs_with_other_clocks_are_marked_on_every_page(web: WebHouse) -> None:
-    run = web.publish(web.run(f"{1:032x}", clocks=Clocks()))
+def test_runs_with_other_clocks_are_marked_on_every_page(web: LeaderboardSite) -> None:
+    run = web.publish(web.run(f"{1:032x}", clocks=ClockSettings()))
     for language, mark in (("en", "other clocks"), ("hi", "अन्य घड़ियाँ")):
         for address in (f"/{language}/?split=tiny&language=en", f"/{language}/runs/{run}"):
             assert f'<span class="mark">{mark}</span>' in web.site.get(address).text, address
 
 
-def test_only_the_sorted_column_has_aria_sort(shown: WebHouse) -> None:
+def test_only_the_sorted_column_has_aria_sort(shown: LeaderboardSite) -> None:
     for address, column, order in [
         ("/en/?split=open&language=en", "PTC", "descending"),
         ("/en/?split=open&language=en&sort=agent&order=asc", "Agent", "ascending"),
@@ -329,7 +329,7 @@ def test_only_the_sorted_column_has_aria_sort(shown: WebHouse) -> None:
         assert found == (order, column)
 
 
-def test_paper_results_are_marked_as_other_data(web: WebHouse) -> None:
+def test_paper_results_are_marked_as_other_data(web: LeaderboardSite) -> None:
     web.restart(val_seen=web.splits["tiny"])
     page = Page(web.site.get("/en/?split=val_seen&language=hi").text)
     said = " ".join(" ".join(page.words).split())
@@ -339,7 +339,7 @@ def test_paper_results_are_marked_as_other_data(web: WebHouse) -> None:
     assert "0.135" in said
 
 
-def test_an_empty_board_says_how_to_publish_a_run(web: WebHouse) -> None:
+def test_an_empty_board_says_how_to_publish_a_run(web: LeaderboardSite) -> None:
     text = web.site.get("/hi/?split=tiny&language=hi").text
     assert "arramon-client --agent agents.random_walk --split tiny --lang hi" in text
     assert "arramon-client publish RUN" in text
@@ -348,7 +348,7 @@ def test_an_empty_board_says_how_to_publish_a_run(web: WebHouse) -> None:
     assert not [link for link in page.addresses() if link.startswith("/standings")]
 
 
-def test_long_standings_are_split_into_pages(web: WebHouse, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_long_standings_are_split_into_pages(web: LeaderboardSite, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("arramon_server.web.standings_page.PAGE_SIZE", 2)
     for number in range(1, 4):
         web.published(number, number / 10, f"agent-{number}")
@@ -358,7 +358,7 @@ def test_long_standings_are_split_into_pages(web: WebHouse, monkeypatch: pytest.
     assert 'aria-current="page">2<' in second
 
 
-def test_standings_can_be_downloaded_as_csv_and_json(shown: WebHouse) -> None:
+def test_standings_can_be_downloaded_as_csv_and_json(shown: LeaderboardSite) -> None:
     got = shown.site.get("/standings.csv?split=open&language=en&sort=ndtw")
     assert got.headers["content-type"] == "text/csv; charset=utf-8"
     assert got.headers["content-disposition"] == 'attachment; filename="arramon-open-en.csv"'
@@ -367,7 +367,7 @@ def test_standings_can_be_downloaded_as_csv_and_json(shown: WebHouse) -> None:
     assert [line["agent"] for line in document["standings"]] == ["both-hands"]
 
 
-def test_run_page_shows_signature_arguments_and_data_hash(shown: WebHouse) -> None:
+def test_run_page_shows_signature_arguments_and_data_hash(shown: LeaderboardSite) -> None:
     text = shown.site.get(f"/en/runs/{OPEN_RUN}").text
     assert shown.board.entry(OPEN_RUN).signature in text
     assert shown.board.entry(OPEN_RUN).signature.endswith("|args:beam=4+checkpoint=my%20w.pt")
@@ -377,7 +377,7 @@ def test_run_page_shows_signature_arguments_and_data_hash(shown: WebHouse) -> No
     assert "The server never had to offer an episode again." in text
 
 
-def test_perfectly_played_path_is_drawn_on_the_ground_truth(shown: WebHouse) -> None:
+def test_perfectly_played_path_is_drawn_on_the_ground_truth(shown: LeaderboardSite) -> None:
     page = Page(shown.site.get(f"/en/runs/{OPEN_RUN}/episodes/quokka-1").text)
     lines = {
         attributes["class"]: attributes["points"]
@@ -387,13 +387,13 @@ def test_perfectly_played_path_is_drawn_on_the_ground_truth(shown: WebHouse) -> 
     assert lines["truth"] == lines["played"] == "26.44,24 27.44,24 28.44,24"
 
 
-def drawn(web: WebHouse, run: str, episode: str) -> list[str]:
+def drawn(web: LeaderboardSite, run: str, episode: str) -> list[str]:
     """The paths played that an episode's page draws, one for each turn that was begun."""
     lines = Page(web.site.get(f"/en/runs/{run}/episodes/{episode}").text).all("polyline")
     return [str(line["points"]) for line in lines if line["class"] == "played" and "points" in line][1:]
 
 
-def test_timed_out_and_faulty_episodes_are_drawn_as_scored(web: WebHouse) -> None:
+def test_timed_out_and_faulty_episodes_are_drawn_as_scored(web: LeaderboardSite) -> None:
     run, first_turn = "e" * 32, tiny.ACTIONS[:3]
     actions = {f"quokka-{number}": first_turn for number in range(3)}
     ended = {"quokka-0": causes.TIME_LIMIT, "quokka-1": causes.FORFEITED}
@@ -408,14 +408,14 @@ def test_timed_out_and_faulty_episodes_are_drawn_as_scored(web: WebHouse) -> Non
     assert drawn(web, run, "quokka-2") == ["26.44,26"]  # its steps are in the journal, and do not count
 
 
-def test_episode_search_redirects_to_the_episode_page(shown: WebHouse) -> None:
+def test_episode_search_redirects_to_the_episode_page(shown: LeaderboardSite) -> None:
     got = shown.site.get(f"/hi/runs/{OPEN_RUN}/episodes?episode=quokka-1")
     assert (got.status, got.headers["location"]) == (303, f"/hi/runs/{OPEN_RUN}/episodes/quokka-1")
     strange = shown.site.get(f"/hi/runs/{OPEN_RUN}/episodes?episode=//evil.example/%0d%0aX:%20y")
     assert strange.headers["location"] == f"/hi/runs/{OPEN_RUN}/episodes/%2F%2Fevil.example%2F%0D%0AX%3A%20y"
 
 
-def test_paths_are_not_drawn_on_other_data(web: WebHouse) -> None:
+def test_paths_are_not_drawn_on_other_data(web: LeaderboardSite) -> None:
     web.fill()
     web.restart(open=web.splits["tiny"])
     text = web.site.get(f"/en/runs/{OPEN_RUN}").text
@@ -423,7 +423,7 @@ def test_paths_are_not_drawn_on_other_data(web: WebHouse) -> None:
     assert web.site.get(f"/en/runs/{OPEN_RUN}/episodes/quokka-1").status == 404
 
 
-def test_standings_page_stays_below_its_size_limit(web: WebHouse) -> None:
+def test_standings_page_stays_below_its_size_limit(web: LeaderboardSite) -> None:
     for number in range(1, 31):
         web.published(number, number / 31, f"an-agent-with-a-long-name-{number}")
     page = web.site.get("/hi/?split=tiny&language=en", GZIP)
@@ -433,14 +433,14 @@ def test_standings_page_stays_below_its_size_limit(web: WebHouse) -> None:
     assert sum(got.size for got in loaded if "javascript" in got.headers["content-type"]) < 5_000
 
 
-def test_excess_concurrent_requests_get_status_503(shown: WebHouse, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_excess_concurrent_requests_get_status_503(shown: LeaderboardSite, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pages, "MAX_WAITING", 0)
     got = shown.site.get("/hi/")
     assert (got.status, got.headers["retry-after"], got.headers["cache-control"]) == (503, "2", "no-store")
     assert "थोड़ी देर में" in got.text
 
 
-def test_database_failure_shows_an_error_page_without_details(web: WebHouse) -> None:
+def test_database_failure_shows_an_error_page_without_details(web: LeaderboardSite) -> None:
     with web.database.write() as connection:
         connection.exec_driver_sql("ALTER TABLE leaderboard_entries RENAME TO away")
     got = web.site.get("/en/")
@@ -452,7 +452,7 @@ def test_database_failure_shows_an_error_page_without_details(web: WebHouse) -> 
     assert Page(web.site.get("/hi/").text).all("html")[0]["lang"] == "hi"
 
 
-def test_slow_drawing_does_not_block_other_pages(shown: WebHouse, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_slow_drawing_does_not_block_other_pages(shown: LeaderboardSite, monkeypatch: pytest.MonkeyPatch) -> None:
     begun, go_on = threading.Event(), threading.Event()
 
     def slow(*_: object) -> None:
@@ -470,7 +470,7 @@ def test_slow_drawing_does_not_block_other_pages(shown: WebHouse, monkeypatch: p
         drawing.join(120)
 
 
-def test_recovered_furniture_is_marked_on_the_map_of_an_episode(web: WebHouse) -> None:
+def test_recovered_furniture_is_marked_on_the_map_of_an_episode(web: LeaderboardSite) -> None:
     web.restart(own=recovered_split.write(web.folder))
     run = web.play("e" * 32, "own")
     for language, key in (("en", "recovered landmark: the texts"), ("hi", "पता लगाई गई पहचान की चीज़")):

@@ -12,7 +12,7 @@ from arramon_dataset.release.landmarks.mentions import FACADES
 from arramon_dataset.release.landmarks.mixture import MentionsOfKind, peaks_of
 from arramon_dataset.release.landmarks.recovery import CERTAIN, SIGNIFICANT, LandmarkMap, TurnText
 from arramon_dataset.release.landmarks.turn_paths import Indices, Numbers
-from arramon_server.episodes.provenance import Recovered
+from arramon_server.episodes.provenance import RecoveredLook
 from arramon_server.sim.section import Building
 
 ALONG = 1.0
@@ -21,7 +21,7 @@ ALONG = 1.0
 
 def paint_facades(
     buildings: Sequence[Building], texts: Sequence[TurnText]
-) -> tuple[tuple[Building, ...], tuple[Recovered, ...]]:
+) -> tuple[tuple[Building, ...], tuple[RecoveredLook, ...]]:
     """Return the buildings with the facades on which texts agree, and the indices of these with their votes.
 
     Args:
@@ -47,13 +47,13 @@ def paint_facades(
         return tuple(buildings), ()
     centres = np.array([(building.x, building.z) for building in buildings])
     painted = list(buildings)
-    recovered: list[Recovered] = []
+    recovered: list[RecoveredLook] = []
     mentions = MentionsOfKind(centres, np.array(rows), np.array(weights), looks, [""] * len(looks))
     for peak in peaks_of(mentions, CERTAIN):
         index = int(np.hypot(*(centres - (peak.x, peak.z)).T).argmin())
         if all(each.index != index for each in recovered):
             painted[index] = replace(painted[index], facade=peak.colours[0][0])
-            recovered.append(Recovered(index, round(peak.votes, 1)))
+            recovered.append(RecoveredLook(index, round(peak.votes, 1)))
     return tuple(painted), tuple(recovered)
 
 

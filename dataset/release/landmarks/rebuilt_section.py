@@ -16,7 +16,7 @@ from arramon_dataset.release.landmarks.recovery import LandmarkMap, RecoveredLan
 from arramon_dataset.release.landmarks.scenery import props_of
 from arramon_dataset.release.landmarks.text_colours import recolour_landmarks
 from arramon_server.episodes.episode import Episode
-from arramon_server.episodes.provenance import COLOUR, DRAWN, TEXT, Provenance, Recovered
+from arramon_server.episodes.provenance import COLOUR, DRAWN, TEXT, Provenance, RecoveredLook
 from arramon_server.sim.own_furniture import OwnFurniture, furnished
 from arramon_server.sim.section import Prop, Section
 
@@ -114,6 +114,6 @@ def _with_distracters(
     return replace(mine, added=(*mine.added, *distracters))
 
 
-def _recovered(index: int, landmark: RecoveredLandmark) -> Recovered:
+def _recovered(index: int, landmark: RecoveredLandmark) -> RecoveredLook:
     languages = Counter(dict(landmark.languages))
-    return Recovered(index, landmark.votes, dict(sorted(languages.items())))
+    return RecoveredLook(index, landmark.votes, dict(sorted(languages.items())))

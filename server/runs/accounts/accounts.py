@@ -152,7 +152,7 @@ class Accounts:
     def _enrol(self, connection: Connection, participant: str, role: Role, now: datetime) -> None:
         known = {row.participant: row for row in connection.execute(sa.select(tables.participants))}
         if participant not in known:
-            check_free(connection, participant)
+            check_name_free(connection, participant)
             row = {"participant": participant, "role": role.value, "created_at": now}
             connection.execute(tables.participants.insert(), [row])
         elif known[participant].role != role.value:
@@ -186,23 +186,23 @@ def find_alike(names: Sequence[str], name: str) -> str | None:
     return next((each for each in names if _normalized(each) == wanted), None)
 
 
-def check_free(connection: Connection, name: str, *, but: str | None = None) -> None:
+def check_name_free(connection: Connection, name: str, *, except_name: str | None = None) -> None:
     """Check that a name can be given to a participant.
 
     Args:
         connection: connection in the transaction that gives the name.
         name: the name.
-        but: participant whose own names, present and earlier, do not count.
+        except_name: participant whose own names, present and earlier, do not count.
 
     Raises:
         Conflict: if the name can be confused with another participant's, or with the earlier name of another.
     """
     participants, earlier = tables.participants.c, tables.earlier_names.c
-    present = [row[0] for row in connection.execute(sa.select(participants.participant)) if row[0] != but]
+    present = [row[0] for row in connection.execute(sa.select(participants.participant)) if row[0] != except_name]
     if (alike := find_alike(present, name)) is not None:
         raise Conflict(f"the name {name!r} can be confused with that of the participant {alike!r}")
     once = {row.name: row.participant for row in connection.execute(sa.select(earlier.name, earlier.participant))}
-    if (alike := find_alike([each for each, who in once.items() if who != but], name)) is not None:
+    if (alike := find_alike([each for each, who in once.items() if who != except_name], name)) is not None:
         raise Conflict(f"the name {name!r} can be confused with {alike!r}, an earlier name of {once[alike]!r}")
 
 

@@ -7,7 +7,7 @@ import sqlalchemy as sa
 from sqlalchemy.engine import Connection
 
 from arramon_server.errors import BadInput, Conflict, Forbidden, NotFound, TakenOver
-from arramon_server.runs.accounts.accounts import ANONYMOUS_NAME, ban_clause, check_free, check_name
+from arramon_server.runs.accounts.accounts import ANONYMOUS_NAME, ban_clause, check_name, check_name_free
 from arramon_server.runs.accounts.callers import Role
 from arramon_server.runs.storage import tables
 from arramon_server.runs.storage.database import Database, utc
@@ -96,7 +96,7 @@ class Administration:
             row = _row(connection, old)
             if old == new:
                 raise Conflict(f"the account has the name {new!r} already")
-            check_free(connection, new, but=old)
+            check_name_free(connection, new, except_name=old)
             connection.execute(tables.participants.insert(), [{**row._mapping, "participant": new}])
             for column in _REFERENCES:
                 connection.execute(column.table.update().where(column == old).values({column.name: new}))
@@ -117,8 +117,8 @@ class Administration:
             reason: reason shown to the participant; may be empty.
 
         Returns:
-            The number of withdrawn runs, and the ids of unfinished runs, which nobody can play any more. If the account
-            is banned already, its runs that were listed since are withdrawn.
+            The number of withdrawn runs, and the ids of unfinished runs, which cannot be played any more. If the
+            account is banned already, its runs that were listed since are withdrawn.
 
         Raises:
             NotFound: if there is no such account.

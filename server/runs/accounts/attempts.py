@@ -33,7 +33,7 @@ class Attempts:
         return Attempts(self.begun + other.begun, self.published + other.published)
 
 
-NONE = Attempts()
+NO_ATTEMPTS = Attempts()
 
 
 def participant_key(run: Run) -> ParticipantKey:

@@ -44,22 +44,22 @@ class DuplicatePair:
     likeness: float
 
 
-def find_duplicates(database: Database, least: float, split: str | None = None) -> Iterator[DuplicatePair]:
-    """Yield the pairs of runs on the same split, in any language, whose likeness is at least `least`.
+def find_duplicates(database: Database, min_likeness: float, split: str | None = None) -> Iterator[DuplicatePair]:
+    """Yield the pairs of runs on the same split, in any language, whose likeness is at least `min_likeness`.
 
     Actions are compared by their step numbers: sequences that were shifted on purpose are not found.
 
     Args:
         database: database of the journal.
-        least: 0 to 1.
+        min_likeness: 0 to 1.
         split: compare only runs on this split; None for all splits.
 
     Raises:
-        BadInput: if `least` is out of range.
+        BadInput: if `min_likeness` is out of range.
         StorageError: if the journal cannot be read.
     """
-    if not 0.0 <= least <= 1.0:
-        raise BadInput(f"the likeness is {least:g}, expected 0 to 1")
+    if not 0.0 <= min_likeness <= 1.0:
+        raise BadInput(f"the likeness is {min_likeness:g}, expected 0 to 1")
     c = tables.runs.c
     query = sa.select(tables.runs).order_by(c.created_at, c.run_id)
     by_split: dict[str, list[Run]] = {}
@@ -67,7 +67,7 @@ def find_duplicates(database: Database, least: float, split: str | None = None) 
         by_split.setdefault(run.split, []).append(run)
     for runs in by_split.values():
         if len({run.account for run in runs}) > 1:
-            yield from _pairs(database, runs, least)
+            yield from _pairs(database, runs, min_likeness)
 
 
 def likeness_of(one: Actions, other: Actions) -> tuple[int, int, float] | None:
@@ -79,13 +79,13 @@ def likeness_of(one: Actions, other: Actions) -> tuple[int, int, float] | None:
     return len(common), sum(share == 1.0 for share in shares), float(np.mean(shares))
 
 
-def _pairs(database: Database, runs: Sequence[Run], least: float) -> Iterator[DuplicatePair]:
+def _pairs(database: Database, runs: Sequence[Run], min_likeness: float) -> Iterator[DuplicatePair]:
     actions = {run.run_id: _actions(database, run.run_id) for run in runs}
     for earlier, later in combinations(runs, 2):
         if earlier.account == later.account:
             continue
         found = likeness_of(actions[earlier.run_id], actions[later.run_id])
-        if found is not None and found[2] >= least:
+        if found is not None and found[2] >= min_likeness:
             yield DuplicatePair(earlier, later, *found)
 
 

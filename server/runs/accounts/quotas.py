@@ -17,13 +17,13 @@ from arramon_server.runs.accounts.usage import (
     DAY,
     ReadQuery,
     Usage,
-    counts_in_total,
-    counts_today,
     creation_time,
-    is_unfinished,
     latest_runs,
     open_streams,
     runs_with_streams,
+    today_condition,
+    total_condition,
+    unfinished_condition,
     usage_of,
 )
 from arramon_server.runs.storage import tables
@@ -64,7 +64,7 @@ HIDDEN_QUOTA = Quota(runs_per_day=3, runs_at_once=3, streams_at_once=64)
 
 
 class DefaultQuotas:
-    """Limits of callers for whom the host has made no exception.
+    """Limits of callers for whom the host has made no override.
 
     Callers without a token, on a server for one machine, have only the limits that the host sets: they are one user.
 
@@ -92,7 +92,7 @@ class Quotas:
 
     Args:
         database: storage of quotas, runs and streams.
-        default: returns the limits of a caller on a split where the host has made no exception.
+        default: returns the limits of a caller on a split where the host has made no override.
     """
 
     def __init__(self, database: Database, default: Callable[[Caller, str], Quota]) -> None:
@@ -105,7 +105,7 @@ class Quotas:
         Raises:
             OverQuota: if a limit is reached.
         """
-        read = _reader_of(connection)
+        read = _query_function(connection)
         quota = self._limits_of(read, caller, split)
         if not any((quota.runs_per_day, quota.runs_in_all, quota.runs_at_once)):
             return
@@ -118,22 +118,23 @@ class Quotas:
             return _number(count, noun) + when + (runs if caller.may_list else "")
 
         if 0 < quota.runs_in_all <= use.runs:
-            counted = number(use.runs, "run", counts_in_total())
+            counted = number(use.runs, "run", total_condition())
             raise OverQuota(f"{have} {counted}; the limit is {quota.runs_in_all} in total")
         if 0 < quota.runs_at_once <= use.running:
             advice = (
                 "so play it to its end (`arramon-client --resume RUN`) or cancel it (`arramon-client cancel RUN`)"
                 if caller.may_list
-                else f"and one that nobody begins to play ends after {UNPLAYED_MINUTES} minutes; "
+                else f"and one that no client begins to play ends after {UNPLAYED_MINUTES} minutes; "
                 "with a token, for which you can ask the host, you have a limit of your own"
             )
+            unfinished = number(use.running, "unfinished run", unfinished_condition())
             raise OverQuota(
-                f"{have} {number(use.running, 'unfinished run', is_unfinished())}; the limit is {quota.runs_at_once} "
+                f"{have} {unfinished}; the limit is {quota.runs_at_once} "
                 f"at once: the next is possible when one of them has ended, {advice}"
             )
         if 0 < quota.runs_per_day <= use.runs_today:
             following = creation_time(read, caller.account, split, quota.runs_per_day) + DAY
-            counted = number(use.runs_today, "run", counts_today(), " of the last 24 hours")
+            counted = number(use.runs_today, "run", today_condition(), " of the last 24 hours")
             raise OverQuota(
                 f"{have} {counted}; the limit is {quota.runs_per_day}: "
                 f"the next is possible at {following:%Y-%m-%d %H:%M:%S} UTC"
@@ -147,7 +148,7 @@ class Quotas:
         """
         table, workers, stream_id = tables.streams, tables.workers, uuid4().hex
         with self._database.write() as connection:
-            read = _reader_of(connection)
+            read = _query_function(connection)
             limit = self._limits_of(read, caller, run.split).streams_at_once
             if limit:
                 _lock_account(connection, run.account)
@@ -217,7 +218,7 @@ class Quotas:
         caller = ANONYMOUS if participant == ANONYMOUS_NAME else Caller(Role(rows[0].role), participant)
         return self._limits_of(self._database.read, caller, split)
 
-    def exceptions(self) -> Iterator[tuple[str, str, Quota]]:
+    def overrides(self) -> Iterator[tuple[str, str, Quota]]:
         """Yield participant, split and limits of all overrides."""
         table = tables.quotas
         for row in self._database.read(sa.select(table).order_by(table.c.participant, table.c.split)):
@@ -234,7 +235,7 @@ class Quotas:
         return replace(self._default(caller, split), **exceptions)
 
 
-def _reader_of(connection: Connection) -> ReadQuery:
+def _query_function(connection: Connection) -> ReadQuery:
     return lambda query: connection.execute(query).all()
 
 

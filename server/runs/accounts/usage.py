@@ -38,7 +38,7 @@ class Usage:
 
 def usage_of(read: ReadQuery, account: str | None, split: str) -> Usage:
     """Return the usage of an account, with the streams set to 0."""
-    counted = {"today": counts_today(), "in_all": counts_in_total(), "running": is_unfinished()}
+    counted = {"today": today_condition(), "in_all": total_condition(), "running": unfinished_condition()}
     query: Any = sa.select(
         *(sa.func.count().filter(condition).label(name) for name, condition in counted.items()),
         _number_of_pruned(account, split).label("pruned"),
@@ -56,18 +56,18 @@ def _number_of_pruned(account: str | None, split: str) -> sa.ScalarSelect[int]:
 
 
 def latest_runs(
-    read: ReadQuery, account: str | None, split: str, which: sa.ColumnElement[bool], most: int
+    read: ReadQuery, account: str | None, split: str, condition: sa.ColumnElement[bool], limit: int
 ) -> list[str]:
-    """Return the ids of at most `most` runs that meet a condition, latest first."""
+    """Return the ids of at most `limit` runs that meet a condition, latest first."""
     runs = tables.runs
-    query = sa.select(runs.c.run_id).where(_of(account, split), which)
-    return [row.run_id for row in read(query.order_by(runs.c.created_at.desc(), runs.c.run_id.desc()).limit(most))]
+    query = sa.select(runs.c.run_id).where(_of(account, split), condition)
+    return [row.run_id for row in read(query.order_by(runs.c.created_at.desc(), runs.c.run_id.desc()).limit(limit))]
 
 
 def creation_time(read: ReadQuery, account: str | None, split: str, number: int) -> datetime:
     """Return the creation time of the `number`-th latest run that counts, in UTC; 1 for the latest."""
     runs = tables.runs
-    query = sa.select(runs.c.created_at).where(_of(account, split), counts_in_total())
+    query = sa.select(runs.c.created_at).where(_of(account, split), total_condition())
     found = utc(read(query.order_by(runs.c.created_at.desc()).offset(number - 1).limit(1))[0][0])
     assert found is not None
     return found
@@ -81,12 +81,12 @@ def open_streams(read: ReadQuery, account: str | None, split: str, now: sa.Colum
 
 
 def runs_with_streams(
-    read: ReadQuery, account: str | None, split: str, now: sa.ColumnElement[float], most: int
+    read: ReadQuery, account: str | None, split: str, now: sa.ColumnElement[float], limit: int
 ) -> list[str]:
-    """Return the ids of at most `most` runs whose streams `open_streams` counts."""
+    """Return the ids of at most `limit` runs whose streams `open_streams` counts."""
     runs = tables.runs
     query = sa.select(runs.c.run_id).distinct().select_from(_STREAMS).where(_is_open(account, split, now))
-    return [row.run_id for row in read(query.order_by(runs.c.run_id).limit(most))]
+    return [row.run_id for row in read(query.order_by(runs.c.run_id).limit(limit))]
 
 
 def _is_open(account: str | None, split: str, now: sa.ColumnElement[float]) -> sa.ColumnElement[bool]:
@@ -97,18 +97,18 @@ def _of(account: str | None, split: str) -> sa.ColumnElement[bool]:
     return sa.and_(tables.runs.c.account == account, tables.runs.c.split == split)
 
 
-def is_unfinished() -> sa.ColumnElement[bool]:
-    """Return the condition that a run is unfinished."""
+def unfinished_condition() -> sa.ColumnElement[bool]:
+    """Return the SQL condition that a run is unfinished."""
     return tables.runs.c.state == RUNNING
 
 
-def counts_today() -> sa.ColumnElement[bool]:
-    """Return the condition that a run counts and was created in the last 24 hours."""
-    return counts_in_total() & (tables.runs.c.created_at > datetime.now(UTC) - DAY)
+def today_condition() -> sa.ColumnElement[bool]:
+    """Return the SQL condition that a run counts and was created in the last 24 hours."""
+    return total_condition() & (tables.runs.c.created_at > datetime.now(UTC) - DAY)
 
 
-def counts_in_total() -> sa.ColumnElement[bool]:
-    """Return the condition that a run counts: none of its episodes ended by SERVER_FAULT."""
+def total_condition() -> sa.ColumnElement[bool]:
+    """Return the SQL condition that a run counts: none of its episodes ended by SERVER_FAULT."""
     runs, episodes = tables.runs, tables.episodes
     # As a literal: otherwise the databases would not recognise that the partial index covers the query.
     by_fault = episodes.c.cause == sa.literal(SERVER_FAULT, literal_execute=True)

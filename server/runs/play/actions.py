@@ -50,24 +50,24 @@ class ActionHandler:
         They share one commit, and their observations are drawn in one batch, so that many small messages cost no more
         than a large one. The first message is always applied, whatever its length.
         """
-        answers, acts = ActionResults(), 0
+        results, acts = ActionResults(), 0
         while stream.inbox and (not acts or acts + len(stream.inbox[0].acts) <= MAX_BATCH):
             message = stream.next_actions()
             acts += len(message.acts) or 1
-            self._check_clocks(stream, message.at, batch, answers)
+            self._check_clocks(stream, message.at, batch, results)
             for act in message.acts:
-                _collect(answers, partial(self._apply, stream, act, message.at, batch))
-        return answers
+                _collect(results, partial(self._apply, stream, act, message.at, batch))
+        return results
 
     def check_clocks(self, stream: Stream, at: float, batch: CommitBatch) -> ActionResults:
         """Charge a stream for its overdue steps as of a time, and end its episodes that are out of time."""
-        answers = ActionResults()
-        self._check_clocks(stream, at, batch, answers)
-        return answers
+        results = ActionResults()
+        self._check_clocks(stream, at, batch, results)
+        return results
 
-    def _check_clocks(self, stream: Stream, at: float, batch: CommitBatch, answers: ActionResults) -> None:
+    def _check_clocks(self, stream: Stream, at: float, batch: CommitBatch, results: ActionResults) -> None:
         for session in [stream.sessions[episode_id] for episode_id in self._time.check(stream, at, batch)]:
-            _collect(answers, partial(self._run_out, stream, session, batch))
+            _collect(results, partial(self._end_out_of_time, stream, session, batch))
 
     def _apply(self, stream: Stream, act: Act, at: float, batch: CommitBatch) -> list[Event]:
         """Check an action as the protocol requires, and apply it as of its time of arrival."""
@@ -89,7 +89,10 @@ class ActionHandler:
             again = observation_of(stream, session)
             if first == act.action:
                 return [again]
-            return [_problem(act, "STEP_BEHIND", f"step {act.step} was answered with {first:d}; that stands"), again]
+            return [
+                _problem(act, "STEP_BEHIND", f"step {act.step} was answered with {first:d}; the first answer counts"),
+                again,
+            ]
         with fault_boundary(stream.run, stream.claim(session), "playing"):
             phases = session.apply(Action(act.action))
         session.thinking.answer(act.step, at)
@@ -103,7 +106,7 @@ class ActionHandler:
             return [*events, observation_of(stream, session)]
         return [*events, self._end(stream, session, batch, session.cause)]
 
-    def _run_out(self, stream: Stream, session: EpisodeSession, batch: CommitBatch) -> list[Event]:
+    def _end_out_of_time(self, stream: Stream, session: EpisodeSession, batch: CommitBatch) -> list[Event]:
         """End an episode that is out of time."""
         with fault_boundary(stream.run, stream.claim(session), "ending"):
             phases = session.end_at_time_limit()
@@ -130,12 +133,12 @@ def observation_of(stream: Stream, session: EpisodeSession) -> Observed:
     return Observed(stream.run, session.episode, session.state, session.steps_left(session.state), time_left=left)
 
 
-def _collect(answers: ActionResults, function: Callable[[], list[Event]]) -> None:
+def _collect(results: ActionResults, function: Callable[[], list[Event]]) -> None:
     """Add the events that a function returns, or the claim of the episode on which it fails."""
     try:
-        answers.events += function()
+        results.events += function()
     except EpisodeFault as fault:
-        answers.faulty.append(fault.claim)
+        results.faulty.append(fault.claim)
 
 
 def _problem(act: Act, code: str, message: str) -> ActionProblem:

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterator
 from arramon_server.runs.play.actions import observation_of
 from arramon_server.runs.play.events import EpisodeStarted, Event, Observed, StreamOpened
 from arramon_server.runs.play.faults import EpisodeFault, FaultHandler, fault_boundary
-from arramon_server.runs.play.loader import SessionLoader
+from arramon_server.runs.play.session_loader import SessionLoader
 from arramon_server.runs.play.stream import AssignedEpisode, Stream
 from arramon_server.runs.storage.journal import Journal
 from arramon_server.runs.storage.records import LEASE, OPEN, Claim
@@ -72,7 +72,7 @@ class Assignment:
                         if time.perf_counter() >= until:
                             return
             except EpisodeFault:
-                self._faults.take(stream, assigned.claim)
+                self._faults.handle(stream, assigned.claim)
 
     def _orphans(self, stream: Stream, held: Collection[str]) -> list[Claim]:
         """Return the open episodes that a stream may take: its player's own, and those that other players abandoned."""

@@ -17,7 +17,7 @@ STALL_SECONDS = 3.0
 """Longest interval between readings of the clock (normally a second) that counts; a longer one is a server stall."""
 
 
-class Stopwatch:
+class PlayClock:
     """Monotonic clock of play, in seconds, that excludes time during which the server stalled.
 
     Args:
@@ -39,7 +39,7 @@ class Stopwatch:
 
 
 @dataclass(frozen=True, slots=True)
-class Clocks:
+class ClockSettings:
     """Time limits of a run, in seconds.
 
     Attributes:
@@ -51,7 +51,7 @@ class Clocks:
     bank_seconds: float = 0.0
 
     @classmethod
-    def of(cls, run: Run) -> "Clocks":
+    def of(cls, run: Run) -> "ClockSettings":
         """Return the time limits of a run."""
         return cls(run.step_seconds, run.bank_seconds)
 

@@ -17,14 +17,14 @@ from arramon_server.errors import ArraMonError, Conflict, TakenOver, Unavailable
 from arramon_server.image_threads import ImageThreads
 from arramon_server.runs.play.actions import ActionHandler, ActionResults
 from arramon_server.runs.play.assignment import GRACE, Assignment
-from arramon_server.runs.play.clocks import Stopwatch
+from arramon_server.runs.play.clocks import PlayClock
 from arramon_server.runs.play.delivery import Delivery, is_deliverable
 from arramon_server.runs.play.events import EpisodeEnded, RunEnded
 from arramon_server.runs.play.faults import FaultHandler
 from arramon_server.runs.play.forfeits import Forfeits
-from arramon_server.runs.play.loader import SessionLoader
 from arramon_server.runs.play.note_limits import DEFAULT_NOTE_LIMITS, NoteLimits
 from arramon_server.runs.play.notes import NoteTaker
+from arramon_server.runs.play.session_loader import SessionLoader
 from arramon_server.runs.play.stream import GATHER_SECONDS, Act, ActionBatch, Stream
 from arramon_server.runs.play.timekeeper import Timekeeper
 from arramon_server.runs.play.upkeep import SWEEP_SECONDS, Upkeep
@@ -84,7 +84,7 @@ class Engine:
         self._faults = FaultHandler(journal, activity, loader)
         self._assignment = Assignment(journal, loader, self._faults, self._worker, grace)
         self._forfeits = Forfeits(journal, loader, self._worker)
-        self._time = Timekeeper(activity, now or Stopwatch())
+        self._time = Timekeeper(activity, now or PlayClock())
         self._durations = RunDurations(monotonic)
         self._actions = ActionHandler(journal, self._time, NoteTaker(journal, note_limits, monotonic))
         drawing = (threads or ImageThreads()) if self._worlds.draws_in_threads else ImageThreads(cores=1)
@@ -100,7 +100,7 @@ class Engine:
         self._streams: list[Stream] = []
         self._next_sweep = 0.0
         self._stopped = False
-        self.turned_at = time.monotonic()
+        self.last_round_at = time.monotonic()
         """Time of the latest round, at most about a second ago if the engine is alive."""
 
     @property
@@ -108,7 +108,7 @@ class Engine:
         """The id of this process in the journal."""
         return self._worker
 
-    def note_begin(self, run: Run) -> None:
+    def note_new_run(self, run: Run) -> None:
         """Note that this process has just created a run. Thread-safe."""
         self._durations.begin(run, run.created_at)
 
@@ -127,7 +127,7 @@ class Engine:
                 self._durations.begin(stream.run, self._journal.time())
             self._activity.note_active([stream.run.run_id])
             if stream.images:
-                self._journal.note_images(stream.run.run_id, stream.images)
+                self._journal.record_image_format(stream.run.run_id, stream.images)
             self._assignment.assign(stream, self._held(stream.run), first=True)
             self._time.start(stream, self._streams)
             if not stream.assigned:
@@ -290,8 +290,8 @@ class Engine:
 
     def _sweep(self) -> None:
         """Once a second, do the upkeep, and check silent streams: time limits, end of the run, further episodes."""
-        self.turned_at = time.monotonic()
-        if self.turned_at < self._next_sweep:
+        self.last_round_at = time.monotonic()
+        if self.last_round_at < self._next_sweep:
             return
         self._next_sweep = time.monotonic() + SWEEP_SECONDS
         asyncio.get_running_loop().call_later(1.01 * SWEEP_SECONDS, self.wake)
@@ -345,12 +345,12 @@ class Engine:
                 self._drop(stream, error)
 
     def _handle_faults(self, stream: Stream, claims: Iterable[Claim]) -> None:
-        """Take the episodes on which the server failed from a stream; call it after the commit."""
+        """Offer the episodes on which the server failed again, or end them; call it after the commit."""
         for claim in claims:
             self._meter.count_fault("EpisodeFault")
             if stream in self._streams:
                 with self._guard(stream):
-                    self._faults.take(stream, claim)
+                    self._faults.handle(stream, claim)
 
     def _after_ending(self, stream: Stream) -> None:
         """Finish the run if all its episodes have ended; otherwise assign further episodes to the stream."""

@@ -10,8 +10,8 @@ from types import TracebackType
 
 from arramon_server.errors import ArraMonError
 from arramon_server.runs.play.events import EpisodeEnded, Observed
-from arramon_server.runs.play.loader import SessionLoader
 from arramon_server.runs.play.session import ending_of, unplayed_ending
+from arramon_server.runs.play.session_loader import SessionLoader
 from arramon_server.runs.play.stream import Stream
 from arramon_server.runs.storage import causes
 from arramon_server.runs.storage.journal import Journal
@@ -83,7 +83,7 @@ class FaultHandler:
         self._activity = activity
         self._loader = loader
 
-    def take(self, stream: Stream, claim: Claim) -> None:
+    def handle(self, stream: Stream, claim: Claim) -> None:
         """Remove an episode from its stream, to be offered again later; after `MAX_FAULTS` faults, end it.
 
         Raises:

@@ -3,8 +3,8 @@
 from datetime import datetime
 
 from arramon_server.runs.play.faults import EpisodeFault, fault_boundary
-from arramon_server.runs.play.loader import SessionLoader
 from arramon_server.runs.play.session import ending_of, lost_ending, unplayed_ending
+from arramon_server.runs.play.session_loader import SessionLoader
 from arramon_server.runs.storage import causes
 from arramon_server.runs.storage.journal import Journal
 from arramon_server.runs.storage.records import CANCELLED, CLOSER, PENDING, Claim, CommitBatch, EpisodeEnding, Run

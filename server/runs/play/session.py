@@ -8,7 +8,7 @@ from arramon_server.episodes.episode import Episode
 from arramon_server.runs.play.response_times import ResponseTimes
 from arramon_server.runs.storage.causes import AGENT_FINISHED, SERVER_FAULT, STEP_LIMIT
 from arramon_server.runs.storage.records import Claim, EpisodeEnding, Run
-from arramon_server.scoring.episode import METRICS, EpisodeScores, score_episode
+from arramon_server.scoring.episode_scores import METRICS, EpisodeScores, score_episode
 from arramon_server.scoring.trajectory import EpisodeRecord, Point2, TurnRecord
 from arramon_server.sim import rules
 from arramon_server.sim.rules import CollisionCheck, Event, Limits, Moved, Phase, PhaseEnded, PickedUp, Placed, State

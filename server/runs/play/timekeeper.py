@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable
 
-from arramon_server.runs.play.clocks import Bank, Clocks, StreamClock
+from arramon_server.runs.play.clocks import Bank, ClockSettings, StreamClock
 from arramon_server.runs.play.stream import Stream
 from arramon_server.runs.storage.records import CommitBatch
 from arramon_server.runs.storage.run_activity import RunActivity
@@ -20,15 +20,15 @@ class Timekeeper:
         self._activity = activity
         self.now = now
 
-    def start(self, stream: Stream, others: Iterable[Stream]) -> None:
+    def start(self, stream: Stream, streams: Iterable[Stream]) -> None:
         """Give a stream a clock if its run has time limits; all streams of a run share its bank.
 
         Raises:
             StorageError: if the journal cannot be read.
         """
-        if not Clocks.of(stream.run):
+        if not ClockSettings.of(stream.run):
             return
-        shared = (other.clock.bank for other in others if other.clock and other.run.run_id == stream.run.run_id)
+        shared = (other.clock.bank for other in streams if other.clock and other.run.run_id == stream.run.run_id)
         stream.clock = StreamClock(stream.run.step_seconds, next(shared, None) or Bank(0.0), self.now)
         self.refresh(stream)
 

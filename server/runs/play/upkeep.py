@@ -4,7 +4,7 @@ import logging
 import time
 from collections.abc import Sequence
 
-from arramon_server.runs.play.releases import PendingReleases
+from arramon_server.runs.play.claim_releases import PendingReleases
 from arramon_server.runs.play.stream import Stream
 from arramon_server.runs.storage.journal import Journal
 from arramon_server.runs.storage.records import LEASE, Run

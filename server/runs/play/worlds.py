@@ -63,7 +63,7 @@ class Worlds:
         self._splits = splits
         self._physics = physics
         first: dict[Section, Key] = {}
-        self._first = {
+        self._shared_keys = {
             (split.name, id_): first.setdefault(section, (split.name, id_))
             for split in splits.values()
             for id_, section in split.sections.items()
@@ -74,9 +74,9 @@ class Worlds:
         self._collision_checks: dict[Key, Physics] = {}
         self._worlds: dict[Key | None, ReferenceCamera] = {}
         self._cameras: dict[Key | None, Camera] = {}
-        self._places: dict[Key | None, npt.NDArray[np.uint16]] = {}
+        self._label_indices: dict[Key | None, npt.NDArray[np.uint16]] = {}
         self._variations: OrderedDict[tuple[str, str], _Variation] = OrderedDict()
-        self._making = threading.Lock()
+        self._cache_lock = threading.Lock()
         """Held while a thread that draws looks for a camera or a variation, or makes it."""
 
     @property
@@ -87,11 +87,11 @@ class Worlds:
     def scene(self, split: str, episode: Episode) -> Scene:
         """Return the scene of an episode: its section with the episode's own furniture."""
         variation = self._variation(split, episode)
-        return self._section_scene(self._first[split, episode.section]) if variation is None else variation.scene
+        return self._section_scene(self._shared_keys[split, episode.section]) if variation is None else variation.scene
 
     def collision_check(self, split: str, episode: Episode) -> CollisionCheck:
         """Return the collision check of an episode's scene."""
-        obstacles = self._obstacles(self._first[split, episode.section])
+        obstacles = self._obstacles(self._shared_keys[split, episode.section])
         variation = self._variation(split, episode)
         return obstacles if variation is None else VariedCollisionCheck(obstacles, variation.difference)
 
@@ -116,11 +116,11 @@ class Worlds:
             into: arrays to draw into, as for `cameras.Camera.render`, but for the segmentation, which is always new.
         """
         seen = view(state, episode.layout)
-        key = None if seen.indoors else self._first[split, episode.section]
-        with self._making:
+        key = None if seen.indoors else self._shared_keys[split, episode.section]
+        with self._cache_lock:
             if key not in self._cameras:
-                made = self._made(key)
-                self._cameras[key], self._places[key] = made, places_of(made.labels)
+                made = self._build_camera(key)
+                self._cameras[key], self._label_indices[key] = made, places_of(made.labels)
             variation = None if seen.indoors else self._variation(split, episode)
         frame = self._cameras[key].render(
             seen.viewpoint,
@@ -132,7 +132,7 @@ class Worlds:
         )
         if frame.segmentation is None:
             return frame
-        return replace(frame, segmentation=self._places[key][frame.segmentation])
+        return replace(frame, segmentation=self._label_indices[key][frame.segmentation])
 
     def close(self) -> None:
         """Free all worlds."""
@@ -151,7 +151,7 @@ class Worlds:
         found = self._variations.get((split, episode.episode_id))
         if found is not None and found.furniture is furniture:
             return found
-        base = self._section_scene(self._first[split, episode.section])
+        base = self._section_scene(self._shared_keys[split, episode.section])
         scene = refurnished(base, furnished(self._splits[split].sections[episode.section], furniture))
         made = _Variation(furniture, scene, SceneDifference.between(base, scene))
         self._variations[split, episode.episode_id] = made
@@ -162,15 +162,15 @@ class Worlds:
     def _section_scene(self, key: Key) -> Scene:
         """Return the scene of a section, with spare bodies for every look of its episodes' own furniture."""
         if key not in self._scenes:
-            self._scenes[key] = city_scene(self._splits[key[0]].sections[key[1]], self._spare(key))
+            self._scenes[key] = city_scene(self._splits[key[0]].sections[key[1]], self._furniture_looks(key))
         return self._scenes[key]
 
-    def _spare(self, key: Key) -> list[Prop]:
+    def _furniture_looks(self, key: Key) -> list[Prop]:
         """Return one prop for each look of the episodes' own furniture in a section, over all splits that have it."""
         looks: dict[tuple[str, str, str, str], Prop] = {}
         for split in self._splits.values():
             for episode in split.episodes.values():
-                if episode.furniture.added and self._first[split.name, episode.section] == key:
+                if episode.furniture.added and self._shared_keys[split.name, episode.section] == key:
                     for prop in episode.furniture.added:
                         looks.setdefault((prop.kind, prop.colour, prop.shape, prop.shape_colour), prop)
         return [looks[look] for look in sorted(looks)]
@@ -188,7 +188,7 @@ class Worlds:
             self._worlds[key] = reference_camera_of(room_scene() if key is None else self._section_scene(key))
         return self._worlds[key]
 
-    def _made(self, key: Key | None) -> Camera:
+    def _build_camera(self, key: Key | None) -> Camera:
         """Build the camera of a section or of the room."""
         if self._camera == WITH_PYBULLET:
             return self._world(key)

@@ -7,8 +7,8 @@ from functools import lru_cache
 import numpy as np
 
 from arramon_server.episodes.splits import Split
-from arramon_server.runs.results.groups import TRAIN, Grouping, TurnGroup, grouping
-from arramon_server.runs.results.reports import score_array, split_of, without_void
+from arramon_server.runs.results.reports import score_array, split_as_played, without_void
+from arramon_server.runs.results.turn_groups import TRAIN, TurnGroup, TurnGrouping, group_turns
 from arramon_server.runs.storage.records import EpisodeEnding, Run
 from arramon_server.scoring.breakdown import GroupScores, group_scores, masked_group_scores
 from arramon_server.scoring.masking import Noise, digest_without, masked_rows
@@ -30,16 +30,16 @@ class Breakdown:
     """A run's scores by groups of turns.
 
     Attributes:
-        lines: scores by group, in the order of `groups.ASPECTS`.
+        lines: scores by group, in the order of `turn_groups.ASPECTS`.
         withheld: number of groups that are not shown, as they would reveal single episodes of a hidden split.
         rounded: whether the scores are masked, as on every hidden split, see `scoring.masking`.
-        reads: whether it is known what the instructions ask for; otherwise groups by these are missing.
+        knows_demands: whether it is known what the instructions ask for; otherwise groups by these are missing.
     """
 
     lines: tuple[BreakdownLine, ...]
     withheld: int
     rounded: bool
-    reads: bool
+    knows_demands: bool
 
 
 class Breakdowns:
@@ -47,12 +47,12 @@ class Breakdowns:
 
     Args:
         splits: served splits, by name.
-        play_of: returns the play digest of a run, see `Journal.play`.
+        play_digest_of: returns the play digest of a run, see `Journal.play_digest`.
     """
 
-    def __init__(self, splits: Mapping[str, Split], play_of: Callable[[Run], str]) -> None:
+    def __init__(self, splits: Mapping[str, Split], play_digest_of: Callable[[Run], str]) -> None:
         self._splits = splits
-        self._play_of = play_of
+        self._play_of = play_digest_of
         self._grouping = lru_cache(_KEPT)(self._make_grouping)
 
     def of(self, run: Run, endings: Sequence[EpisodeEnding], voided: Set[str] = frozenset()) -> Breakdown:
@@ -66,7 +66,7 @@ class Breakdowns:
         Raises:
             Conflict: if the data of its split has changed since it was created, or all its episodes are void.
         """
-        split = split_of(run, self._splits)
+        split = split_as_played(run, self._splits)
         groups = self._grouping(run.split, run.language)
         ordered = sorted(without_void(run, endings, voided), key=lambda ending: ending.episode_id)
         rows = np.searchsorted(groups.ids, [ending.episode_id for ending in ordered])
@@ -84,7 +84,7 @@ class Breakdowns:
             names = [split.episodes[ending.episode_id].section for ending in ordered]
             sections = np.unique(names, return_inverse=True)[1]
             lines = [BreakdownLine(group, group_scores(scores, turns, sections)) for group, turns in found]
-        return Breakdown(tuple(lines), groups.withheld, split.hidden, groups.reads)
+        return Breakdown(tuple(lines), groups.withheld, split.hidden, groups.knows_demands)
 
-    def _make_grouping(self, split: str, language: str) -> Grouping:
-        return grouping(self._splits[split], language, self._splits.get(TRAIN))
+    def _make_grouping(self, split: str, language: str) -> TurnGrouping:
+        return group_turns(self._splits[split], language, self._splits.get(TRAIN))

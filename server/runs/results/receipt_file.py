@@ -14,12 +14,12 @@ from pydantic import TypeAdapter
 
 from arramon.strict_json import read_json
 from arramon.v1.chain import episode_ending, steps_to
-from arramon_server.episodes.files import read_object
+from arramon_server.episodes.split_files import read_json_object
 from arramon_server.episodes.splits import Split
 from arramon_server.errors import BadFile, quoted
 from arramon_server.runs.play.worlds import Worlds
-from arramon_server.runs.results.receipts import FORMAT, LIMITS, MASKED_VERSION, VERSION, VOIDED, document
-from arramon_server.runs.results.reports import make_report, split_of
+from arramon_server.runs.results.receipts import FORMAT, LIMITS, MASKED_VERSION, VERSION, VOIDED, receipt_content
+from arramon_server.runs.results.reports import make_report, split_as_played
 from arramon_server.runs.results.rescoring import (
     RescoringResult,
     differences_of_receipt,
@@ -70,7 +70,7 @@ def rescore_file(path: Path, actions_path: Path, splits: Mapping[str, Split]) ->
         run, progress, recorded = _checked(run, progress, recorded)
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise BadFile(path, f"is signed by {key}, but its content does not have the fields of a receipt") from error
-    split = split_of(run, splits)
+    split = split_as_played(run, splits)
     missing = [one.episode_id for one in recorded if (one.steps or not one.cause) and one.episode_id not in actions]
     if missing:
         raise BadFile(actions_path, f"lacks the actions of {len(missing)} episodes, the first one is {missing[0]!r}")
@@ -96,7 +96,7 @@ def rescore_file(path: Path, actions_path: Path, splits: Mapping[str, Split]) ->
             masked = content["version"] == MASKED_VERSION
             play = play_digest(run, played, actions_of)
             report = make_report(run, progress, played, split, play, voided, exact=not masked)
-            made = document(actions_of, report, played, hidden=split.hidden, masked=masked)
+            made = receipt_content(actions_of, report, played, hidden=split.hidden, masked=masked)
             found = [*limit_differences(differences_of_receipt(content, made))]
         except ValueError as error:  # such as a number that is no limit, or no episodes at all
             raise BadFile(path, f"has a value that no receipt can have: {error}") from error
@@ -105,7 +105,7 @@ def rescore_file(path: Path, actions_path: Path, splits: Mapping[str, Split]) ->
 
 def _read_receipt(path: Path) -> tuple[dict[str, Any], str]:
     """Check the signature of a receipt, and return its content and the public key in hexadecimal."""
-    file = read_object(path)
+    file = read_json_object(path)
     if (file.get("format"), file.get("version")) != (FILE_FORMAT, FILE_VERSION):
         raise BadFile(path, f"is not a receipt: expected the format {FILE_FORMAT!r}, version {FILE_VERSION}")
     try:
@@ -189,7 +189,7 @@ def _checked(
 
 
 def _read_actions(path: Path, run_id: str) -> Actions:
-    content = read_object(path)
+    content = read_json_object(path)
     run, actions = content.get("run"), content.get("actions")
     if not isinstance(run, dict) or not isinstance(actions, dict):
         raise BadFile(path, "has no actions: expected a download from the leaderboard, or a client's results file")

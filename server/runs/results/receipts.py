@@ -27,7 +27,7 @@ from arramon_server.runs.results.signing import SigningKey
 from arramon_server.runs.storage import tables
 from arramon_server.runs.storage.corrections import Correction, Corrections
 from arramon_server.runs.storage.database import Database, utc
-from arramon_server.runs.storage.epochs import EpochStore
+from arramon_server.runs.storage.epoch_store import EpochStore
 from arramon_server.runs.storage.journal import Journal, run_not_found
 from arramon_server.runs.storage.records import EpisodeEnding, Run, RunProgress
 from arramon_server.scoring.aggregate import METHOD
@@ -138,10 +138,10 @@ class Receipts:
             self._closing.check_shown(run.split)
         if number:
             return self._superseded(run_id, number)
-        self.revise(run)
+        self.renew(run)
         return stored_receipt(self._database, run_id) or self._make(run)
 
-    def revise(self, run: Run) -> bool:
+    def renew(self, run: Run) -> bool:
         """Supersede the receipt of a run if the host has corrected its split since; return whether it did.
 
         Nothing is done for a run without a receipt, or without scores: if the data of its split is missing, or all its
@@ -201,7 +201,7 @@ class Receipts:
         report = report_of(run, self._journal, self._splits)
         endings = self._journal.endings(run.run_id)
         hidden = self._splits[run.split].hidden
-        content = document(self._journal.actions, report, endings, hidden=hidden, masked=hidden)
+        content = receipt_content(self._journal.actions, report, endings, hidden=hidden, masked=hidden)
         epoch = EpochStore(self._database).find(run.split)
         if epoch is not None:
             content[EPOCH] = epoch.commitment.hex()
@@ -244,7 +244,7 @@ def superseded_receipts(database: Database, run_id: str) -> list[SupersededRecei
     ]
 
 
-def first_payload(database: Database, run_id: str) -> bytes | None:
+def first_receipt_payload(database: Database, run_id: str) -> bytes | None:
     """Return the payload of a run's first receipt, superseded or not; None if there is no receipt."""
     mine = _SUPERSEDED.c.run_id == run_id
     rows = database.read(sa.select(_SUPERSEDED.c.payload).where(mine).order_by(_SUPERSEDED.c.number).limit(1))
@@ -254,7 +254,7 @@ def first_payload(database: Database, run_id: str) -> bytes | None:
     return present.payload if present is not None else None
 
 
-def document(
+def receipt_content(
     actions_of: ActionsOf, report: Report, endings: Sequence[EpisodeEnding], *, hidden: bool, masked: bool
 ) -> dict[str, Any]:
     """Return the content of a receipt as plain data.

@@ -8,14 +8,14 @@ import numpy as np
 from arramon.v1 import PROTOCOL
 from arramon_server.episodes.splits import Split
 from arramon_server.errors import Conflict
-from arramon_server.runs.play.clocks import Clocks
+from arramon_server.runs.play.clocks import ClockSettings
 from arramon_server.runs.storage.journal import Journal
 from arramon_server.runs.storage.records import RUNNING, EpisodeEnding, Run, RunProgress
 from arramon_server.scoring.aggregate import ScoreTable, aggregate
-from arramon_server.scoring.episode import METRICS, EpisodeScores
+from arramon_server.scoring.episode_scores import METRICS, EpisodeScores
 from arramon_server.scoring.intervals import Floats
 from arramon_server.scoring.masking import Noise, digest_without, masked_rows, two_digits
-from arramon_server.scoring.signature import Signature, argument, digest_of
+from arramon_server.scoring.signature import Signature, episodes_digest, format_argument
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +39,7 @@ class Report:
     voided: frozenset[str] = frozenset()
 
 
-def split_of(run: Run, splits: Mapping[str, Split]) -> Split:
+def split_as_played(run: Run, splits: Mapping[str, Split]) -> Split:
     """Return the split of a run.
 
     Raises:
@@ -67,14 +67,14 @@ def report_of(run: Run, journal: Journal, splits: Mapping[str, Split], *, with_v
         Conflict: if the run is still being played, the data of its split has changed since it was created, or all its
             episodes are void.
     """
-    split = split_of(run, splits)
+    split = split_as_played(run, splits)
     progress = journal.progress(run.run_id)
     if run.state == RUNNING:
         done = f"{progress.ended} of {progress.episodes} episodes have ended"
         raise Conflict(f"run {run.run_id!r} is still being played: {done}")
     voided = frozenset[str]() if with_void else journal.voided(run.split)
-    play = journal.play(run) if split.hidden else ""
-    return make_report(run, progress, journal.endings(run.run_id), split, play, voided)
+    play_digest = journal.play_digest(run) if split.hidden else ""
+    return make_report(run, progress, journal.endings(run.run_id), split, play_digest, voided)
 
 
 def make_report(
@@ -82,7 +82,7 @@ def make_report(
     progress: RunProgress,
     endings: Sequence[EpisodeEnding],
     split: Split,
-    play: str,
+    play_digest: str,
     voided: Set[str] = frozenset(),
     *,
     exact: bool = False,
@@ -94,7 +94,7 @@ def make_report(
         progress: progress of the run.
         endings: endings of all its episodes.
         split: split that it was played on.
-        play: digest of how it was played, see `play_digest`; used on a hidden split alone.
+        play_digest: digest of how it was played, see `play_digest`; used on a hidden split alone.
         voided: ids of the split's episodes that are void.
         exact: whether the scores are exact on a hidden split too: for comparison with what an earlier release signed.
 
@@ -110,16 +110,16 @@ def make_report(
         language=run.language,
         episodes=progress.episodes - len(mine),
         steps_per_phase=run.steps_per_phase,
-        clock=str(Clocks.of(run)),
+        clock=str(ClockSettings.of(run)),
         sensors=frozenset(run.sensors),
         images=frozenset(progress.images),
         data_hash=run.data_hash,
-        arguments=frozenset(argument(name, value) for name, value in run.agent_arguments),
+        arguments=frozenset(format_argument(name, value) for name, value in run.agent_arguments),
         chosen=_chosen(run, endings, split),
-        void=digest_of(mine) if mine else "",
+        void=episodes_digest(mine) if mine else "",
     )
     if split.hidden and not exact:
-        name = digest_without(play, mine)
+        name = digest_without(play_digest, mine)
         table = ScoreTable(masked_rows(score_array(kept), Noise(split.truth_hash), name), len(kept))
     else:
         table = aggregate([_scores(ending, split) for ending in kept])
@@ -165,7 +165,7 @@ def _chosen(run: Run, endings: Sequence[EpisodeEnding], split: Split) -> str:
     played = {ending.episode_id for ending in endings}
     if played == {episode.episode_id for episode in split.in_playing_order(run.language)[: len(endings)]}:
         return ""
-    return digest_of(played)
+    return episodes_digest(played)
 
 
 def _scores(ending: EpisodeEnding, split: Split) -> EpisodeScores:

@@ -21,10 +21,10 @@ from arramon_server.runs.results.receipts import (
     UNDERIVED,
     VOIDED,
     SignedReceipt,
-    document,
+    receipt_content,
     stored_receipt,
 )
-from arramon_server.runs.results.reports import make_report, split_of
+from arramon_server.runs.results.reports import make_report, split_as_played
 from arramon_server.runs.storage import causes
 from arramon_server.runs.storage.corrections import Corrections
 from arramon_server.runs.storage.database import Database
@@ -95,7 +95,7 @@ class Rescorer:
         run = self._journal.run(run_id)
         if run.state == RUNNING:
             raise Conflict(f"run {run_id!r} is still being played")
-        split = split_of(run, self._splits)
+        split = split_as_played(run, self._splits)
         endings, voided = self._journal.endings(run_id), self._journal.voided(run.split)
         receipt = stored_receipt(self._database, run_id)
         played: list[EpisodeEnding] = []
@@ -156,7 +156,7 @@ class Rescorer:
         play = play_digest(run, played, self._journal.actions)
         progress = self._journal.progress(run.run_id)
         report = make_report(run, progress, played, split, play, signed, exact=not masked)
-        made = document(self._journal.actions, report, played, hidden=split.hidden, masked=masked)
+        made = receipt_content(self._journal.actions, report, played, hidden=split.hidden, masked=masked)
         yield from differences_of_receipt(written, made)
 
 
@@ -188,7 +188,7 @@ def replay_ending(
     return replace(ending, cause=cause, steps=len(actions), scores=scores)
 
 
-def check_same_way(
+def check_same_states(
     run: Run,
     before: Split,
     after: Split,
@@ -219,15 +219,15 @@ def check_same_way(
         raise ValueError(f"episode {name}: the agent would have picked up another object")
 
 
-def differences_of_receipt(written: dict[str, Any], made: Mapping[str, Any]) -> Iterator[str]:
+def differences_of_receipt(written: dict[str, Any], replayed: Mapping[str, Any]) -> Iterator[str]:
     """Yield descriptions of the differences between a receipt's content and the content made from a replay.
 
     Args:
         written: content of the receipt.
-        made: content as `document` returns it.
+        replayed: content as `receipt_content` returns it.
     """
     written = {name: value for name, value in written.items() if name not in UNDERIVED}
-    again = json.loads(rfc8785.dumps(dict(made)))
+    again = json.loads(rfc8785.dumps(dict(replayed)))
     if written.get("intervals") != again["intervals"]:
         # Another release computed them by another method: the means must agree, the ends need not.
         written, again = _without_intervals(written), _without_intervals(again)
@@ -242,10 +242,10 @@ def limit_differences(found: Iterable[str]) -> Iterator[str]:
         yield "... and more"
 
 
-def _without_intervals(document: dict[str, Any]) -> dict[str, Any]:
+def _without_intervals(content: dict[str, Any]) -> dict[str, Any]:
     """Return a receipt's content without the intervals and their method."""
-    kept = {name: value for name, value in document.items() if name != "intervals"}
-    return {**kept, "scores": _without_ends(document.get("scores"))}
+    kept = {name: value for name, value in content.items() if name != "intervals"}
+    return {**kept, "scores": _without_ends(content.get("scores"))}
 
 
 def _without_ends(value: Any) -> Any:

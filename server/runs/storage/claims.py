@@ -134,9 +134,9 @@ class Claims:
             connection.execute(free, rows)
             if waiting:
                 connection.execute(wait, waiting)
-            self._charge_absences(connection, run_id, but=list(waits))
+            self._charge_absences(connection, run_id, charged_by_stream=list(waits))
 
-    def _charge_absences(self, connection: Connection, run_id: str, but: Sequence[str] = ()) -> None:
+    def _charge_absences(self, connection: Connection, run_id: str, charged_by_stream: Sequence[str] = ()) -> None:
         """Charge a run's bank for the time until now during which released episodes were overdue, each second once.
 
         Call it whenever episodes are claimed or released: in between, the set of waiting episodes does not change.
@@ -144,10 +144,11 @@ class Claims:
         Args:
             connection: connection in a transaction.
             run_id: id of the run.
-            but: ids of the episodes whose time a stream has charged until now.
+            charged_by_stream: ids of the episodes whose time a stream has charged until now.
         """
         runs, c, now = tables.runs.c, tables.episodes.c, service_time(self._database.now)
-        waiting = sa.and_(c.run_id == run_id, c.state == OPEN, c.worker.is_(None), c.episode_id.not_in(but))
+        others = c.episode_id.not_in(charged_by_stream)
+        waiting = sa.and_(c.run_id == run_id, c.state == OPEN, c.worker.is_(None), others)
         due = runs.step_seconds + sa.select(sa.func.min(c.sent)).where(waiting).scalar_subquery()
         start = sa.case((runs.away_until > due, runs.away_until), else_=due)
         left = runs.bank_left - sa.case((start < now, now - start), else_=0.0)

@@ -85,9 +85,9 @@ class Database:
     def _connect(self, engine: Engine) -> None:
         self._engine = engine
         reading: dict[str, Any] = {"reading": True} if self._is_sqlite else {"isolation_level": "AUTOCOMMIT"}
-        self._reader = self._engine.execution_options(**reading)
+        self._read_engine = self._engine.execution_options(**reading)
         # SQLite: transactions are begun explicitly. PostgreSQL: each statement is a transaction of its own.
-        self._step_writer = StepWriter(engine.connect if self._is_sqlite else self._reader.connect)
+        self._step_writer = StepWriter(engine.connect if self._is_sqlite else self._read_engine.connect)
 
     @property
     def now(self) -> sa.ColumnElement[float]:
@@ -152,7 +152,7 @@ class Database:
             BadInput: if the query has a value that the database cannot represent.
             StorageError: if the database cannot be read.
         """
-        with self._errors(), self._reader.connect() as connection:
+        with self._errors(), self._read_engine.connect() as connection:
             return connection.execute(query).all()
 
     @contextmanager
@@ -296,7 +296,7 @@ def _engine(
     url: URL, *, fsync: bool, migrating: bool = False, patient: bool = False, read_only: bool = False
 ) -> Engine:
     if url.get_backend_name() != "sqlite":
-        return postgres.engine(url, fsync=fsync, migrating=migrating or patient)
+        return postgres.postgres_engine(url, fsync=fsync, migrating=migrating or patient)
     engine = sa.create_engine(url)
     # A migration may recreate a table; rows that refer to it must not be deleted with the old one.
     pragmas = {"busy_timeout": "10000", "journal_mode": "WAL", "synchronous": "FULL" if fsync else "NORMAL"}

@@ -98,7 +98,7 @@ class Journal(WorkerRegistry, Claims, Steps, StepNotes):
             query = query.where(sa.tuple_(table.c.created_at, table.c.run_id) < (last.created_at, last.run_id))
         return [run_of(row) for row in self._database.read(query)]
 
-    def play(self, run: Run) -> str:
+    def play_digest(self, run: Run) -> str:
         """Return the play digest of a run that has ended, see `play_digest`."""
         with self._plays_lock:
             found = self._plays.get(run.run_id)
@@ -179,13 +179,16 @@ class Journal(WorkerRegistry, Claims, Steps, StepNotes):
         query = query.where(episodes.c.run_id.in_(run_ids), episodes.c.state == OPEN).group_by(episodes.c.run_id)
         return {row.run_id: row.number for row in self._database.read(query)}
 
-    def note_images(self, run_id: str, images: str) -> None:
+    def record_image_format(self, run_id: str, images: str) -> None:
         """Record the encoding and size in which images of a run are sent. A run that has ended is not changed."""
         table, runs = tables.images, tables.runs
         known = sa.exists().where(table.c.run_id == run_id, table.c.images == images)
         played = sa.exists().where(runs.c.run_id == run_id, runs.c.state == RUNNING)
         row = sa.select(sa.literal(run_id), sa.literal(images)).where(~known, played)
-        with suppress(TakenOver), self._database.write() as connection:  # another worker has written the same row
+        with (
+            suppress(TakenOver),
+            self._database.write() as connection,
+        ):  # another worker has written the same row
             connection.execute(table.insert().from_select(["run_id", "images"], row))
 
     def count_ended(self, run_id: str) -> int:

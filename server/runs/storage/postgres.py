@@ -69,7 +69,7 @@ class _MigratingConnection(_Connection):
     answer_seconds = MIGRATION_SECONDS
 
 
-def engine(url: URL, *, fsync: bool, migrating: bool = False) -> sa.Engine:
+def postgres_engine(url: URL, *, fsync: bool, migrating: bool = False) -> sa.Engine:
     """Return an engine that connects to PostgreSQL on first use.
 
     Args:

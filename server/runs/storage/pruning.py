@@ -77,25 +77,25 @@ class Pruner:
         self._database = database
         self._journal = Journal(database)
 
-    def find(self, wanted: PruneFilter) -> list[PrunedRun]:
+    def find(self, selection: PruneFilter) -> list[PrunedRun]:
         """Return the runs that can be pruned, oldest first."""
         c = tables.runs.c
-        latest = self._journal.time() - timedelta(days=wanted.days)
-        conditions = [c.state.in_(wanted.states), c.ended_at <= latest, _is_unpublished()]
-        conditions += [c[name] == value for name in ("split", "participant") if (value := getattr(wanted, name))]
-        if not wanted.with_receipts:
+        latest = self._journal.time() - timedelta(days=selection.days)
+        conditions = [c.state.in_(selection.states), c.ended_at <= latest, _is_unpublished()]
+        conditions += [c[name] == value for name in ("split", "participant") if (value := getattr(selection, name))]
+        if not selection.with_receipts:
             conditions.append(_has_no_receipt())
         query = sa.select(tables.runs).where(*conditions).order_by(c.created_at, c.run_id)
         return [PrunedRun(run, self._steps(run.run_id)) for run in map(run_of, self._database.read(query))]
 
-    def prune(self, wanted: PruneFilter) -> Iterator[PrunedRun]:
+    def prune(self, selection: PruneFilter) -> Iterator[PrunedRun]:
         """Delete the runs that can be pruned, and yield each deleted run.
 
         Raises:
             StorageError: if the journal cannot be written; runs that were yielded stay deleted.
         """
-        for found in self.find(wanted):
-            if self._prune(found.run, with_receipts=wanted.with_receipts):
+        for found in self.find(selection):
+            if self._prune(found.run, with_receipts=selection.with_receipts):
                 yield found
 
     def compact(self) -> None:

@@ -47,7 +47,7 @@ class CodeReference:
         """Return the given values, by field."""
         return {name: value for name, value in asdict(self).items() if value}
 
-    def is_of(self, other: "CodeReference") -> bool:
+    def is_same_code(self, other: "CodeReference") -> bool:
         """Return whether both are the same code: equal commits, or equal images, or else equal addresses without these.
 
         A commit may be found at several addresses, and several images may be built from it.

@@ -34,19 +34,19 @@ class RunActivity:
         rows = self._database.read(sa.select(tables.runs.c.bank_left).where(tables.runs.c.run_id == run_id))
         return float(rows[0].bank_left or 0.0)
 
-    def count_fault(self, run_id: str, claim: Claim, most: int) -> int:
+    def count_fault(self, run_id: str, claim: Claim, max_faults: int) -> int:
         """Count a fault of the server on an episode, release the episode, and return its number of faults.
 
         Args:
             run_id: id of the run.
             claim: claim under which the episode was open; if it is no longer held, nothing is counted.
-            most: number of faults at which the episode is not offered again; below it, a reoffer is counted too.
+            max_faults: number of faults at which the episode is not offered again; below it, a reoffer is counted too.
         """
         c = tables.episodes.c
         held = sa.and_(c.run_id == run_id, c.episode_id == claim.episode_id, c.epoch == claim.fence, c.state != ENDED)
         values = {
             "faults": c.faults + 1,
-            "reoffers": c.reoffers + sa.case((c.faults + 1 < most, 1), else_=0),
+            "reoffers": c.reoffers + sa.case((c.faults + 1 < max_faults, 1), else_=0),
             "worker": None,
             "left": service_time(self._database.now),
             "sent": None,
@@ -80,6 +80,6 @@ class RunActivity:
 
 
 def _was_played() -> sa.ColumnElement[bool]:
-    """Return the condition that a stream has claimed an episode of a run, rather than the closing of the run."""
+    """Return the SQL condition that a stream has claimed an episode of a run, rather than the closing of the run."""
     c = tables.episodes.c
     return sa.exists().where(c.run_id == tables.runs.c.run_id, c.player != CLOSER).correlate(tables.runs)

@@ -147,7 +147,7 @@ def _has_unended(run_id: str) -> sa.ColumnElement[bool]:
 
 
 def _is_held(run_id: Any, episode_id: Any, fence: Any) -> sa.ColumnElement[bool]:
-    """Return the condition that an episode has not ended and its claim still has the given fence."""
+    """Return the SQL condition that an episode has not ended and its claim still has the given fence."""
     c = tables.episodes.c
     return sa.and_(c.run_id == run_id, c.episode_id == episode_id, c.epoch == fence, c.state != ENDED)
 

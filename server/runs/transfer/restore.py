@@ -101,7 +101,7 @@ class _Import:
                 raise BadFile(self._path, problem, line=number, field="columns")
         missing = [key.name for key in table.primary_key.columns if key.name not in columns]
         if missing or len(set(columns)) < len(columns):
-            problem = f"lacks {missing[0]!r}, by which rows are told apart" if missing else "names a column twice"
+            problem = f"lacks {missing[0]!r}, which identifies a row" if missing else "names a column twice"
             raise BadFile(self._path, problem, line=number, field="columns")
         return table, columns
 

@@ -12,7 +12,7 @@ OUTER = "main (arramon_server/cli.py:55);Engine.run (arramon_server/runs/play/en
 
 STACKS = {
     f"{OUTER};Delivery.deliver (a.py:1);RasterCamera.render (b.py:2)": "drawing",
-    f"{OUTER};Worlds.render (a.py:1);Worlds._made (a.py:9)": "sections, built on first use",
+    f"{OUTER};Worlds.render (a.py:1);Worlds._build_camera (a.py:9)": "sections, built on first use",
     f"{OUTER};Worlds.render (a.py:1);view (b.py:2)": "view: poses of the objects",
     f"{OUTER};MeteredJournal.commit (a.py:1);Steps.commit (b.py:2)": "journal: commit",
     f"{OUTER};WorkerRegistry.beat (a.py:1)": "journal: the rest",

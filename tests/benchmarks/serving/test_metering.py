@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from arramon_server.process.metrics import Metrics
+from arramon_server.process.prometheus_metrics import PrometheusMetrics
 from arramon_server.runs.storage.meter import Meter
 from tests.benchmarks.command import numbers, printed
 
@@ -19,4 +19,4 @@ def test_metrics_count_what_is_replaced() -> None:
     """Otherwise both servers would measure alike."""
     hooks = [name for name in vars(Meter) if not name.startswith("_")]
     assert hooks
-    assert all(getattr(Metrics, name) is not getattr(Meter, name) for name in hooks)
+    assert all(getattr(PrometheusMetrics, name) is not getattr(Meter, name) for name in hooks)

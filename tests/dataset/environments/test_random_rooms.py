@@ -6,7 +6,7 @@ import arramon_lang as lang
 from arramon_client.environments.backend import PlayerSettings
 from arramon_client.errors import UsageError
 from arramon_dataset.environments.random_rooms import draw_room, room_split
-from arramon_server.episodes.texts import instructions_in
+from arramon_server.episodes.instruction_texts import instructions_in
 from tests.dataset.environments.players import player
 
 SEEDS = range(20)

@@ -12,8 +12,8 @@ from arramon_dataset.generation.command import generate
 from arramon_dataset.generation.split_maker import GenerationProgress
 from arramon_dataset.generation.split_specs import SPLITS
 from arramon_dataset.plans import build_section, read_plan
-from arramon_server.episodes.secret import host_secret
-from arramon_server.episodes.splits import Split, folder_of, read_split
+from arramon_server.episodes.split_secrets import host_secret
+from arramon_server.episodes.splits import Split, read_split, split_folder
 from arramon_server.errors import ArraMonError, BadInput
 from tests.dataset.generation.small_section import CROSSING, make_failing_writer, make_picky_writer, make_plain_writer
 
@@ -38,7 +38,7 @@ def test_number_of_jobs_does_not_change_the_output(tmp_path: Path) -> None:
     make(tmp_path / "two", "val_unseen", count=7, jobs=2)
 
     assert files_of(tmp_path / "one") == files_of(tmp_path / "two")
-    assert len(read_split(folder_of(tmp_path / "one", "val_unseen")).episodes) == 7
+    assert len(read_split(split_folder(tmp_path / "one", "val_unseen")).episodes) == 7
 
 
 def test_another_seed_changes_episodes_and_furniture(tmp_path: Path) -> None:
@@ -75,7 +75,7 @@ def test_hidden_split_depends_only_on_the_hosts_secret(tmp_path: Path) -> None:
             assert episode.start != elsewhere[episode_id].start or episode.decoys != elsewhere[episode_id].decoys
     assert hidden.sections["7"].props != other.sections["7"].props
     assert stat.S_IMODE((tmp_path / "host" / "secret").stat().st_mode) == 0o600
-    assert stat.S_IMODE(folder_of(tmp_path / "host", "test_unseen").stat().st_mode) == 0o700
+    assert stat.S_IMODE(split_folder(tmp_path / "host", "test_unseen").stat().st_mode) == 0o700
 
 
 def test_the_secret_is_in_no_other_file(tmp_path: Path) -> None:

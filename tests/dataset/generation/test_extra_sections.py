@@ -12,7 +12,7 @@ from arramon_dataset.generation.split_maker import GenerationProgress
 from arramon_dataset.generation.split_specs import EXTRA, SPLITS, extra_spec, select_specs
 from arramon_dataset.plans.faults import faults_of_plan, faults_of_section
 from arramon_server.cli import main
-from arramon_server.episodes.splits import folder_of, read_split
+from arramon_server.episodes.splits import read_split, split_folder
 from arramon_server.errors import BadInput
 from arramon_server.runs.play.session import EpisodeSession
 from arramon_server.runs.play.worlds import Worlds
@@ -61,7 +61,7 @@ def test_the_split_is_for_training_alone(tmp_path: Path) -> None:
     )
 
     assert split.training
-    assert read_split(folder_of(tmp_path, EXTRA)).training
+    assert read_split(split_folder(tmp_path, EXTRA)).training
     assert list(split.sections) == ["101", "102"]
     assert [episode.section for episode in split.episodes.values()] == ["101", "101", "102", "102"]
     papers = {name for plan in SPLITS.values() for name, _ in plan.episodes()}
@@ -73,7 +73,7 @@ def test_the_command_makes_episodes_with_instructions_to_learn_from(tmp_path: Pa
     """With the real writer, gate and trial: two episodes in each of two sections, whose ground truth is perfect."""
     command = ["generate", "--data", str(tmp_path), "--split", EXTRA, "--sections", "2", "--scale", str(4 / 1706)]
     assert main([*command, "--jobs", "1"]) == 0
-    split = read_split(folder_of(tmp_path, EXTRA))
+    split = read_split(split_folder(tmp_path, EXTRA))
 
     assert split.training
     assert split.languages.keys() == {"en", "hi"}

@@ -12,8 +12,8 @@ from arramon_dataset.generation.command import generate_rooms
 from arramon_dataset.generation.room_tasks import RoomBatch
 from arramon_dataset.generation.split_maker import GenerationProgress
 from arramon_dataset.instructions.gate import assembly as gate_assembly
-from arramon_server.commands.wording import describe
-from arramon_server.episodes.splits import Split, folder_of, read_split
+from arramon_server.commands.split_description import describe_split
+from arramon_server.episodes.splits import Split, read_split, split_folder
 from arramon_server.errors import BadInput
 
 
@@ -29,7 +29,7 @@ def test_it_is_for_training_and_in_every_language(tmp_path: Path) -> None:
     assert split.training
     assert list(split.episodes) == [f"room-{number}" for number in range(5)]
     assert split.source == "generated, room tasks alone, seed 1, not tried by the follower"
-    assert describe(split).startswith("split rooms (for training alone): 5 in en, 5 in hi; 1 sections; data ")
+    assert describe_split(split).startswith("split rooms (for training alone): 5 in en, 5 in hi; 1 sections; data ")
 
 
 def test_number_of_jobs_does_not_change_it_and_a_smaller_one_is_a_prefix(
@@ -53,7 +53,7 @@ def test_the_room_environment_plays_it(tmp_path: Path) -> None:
     env = gymnasium.make("arramon/ArraMonRoom-v0", data=tmp_path, lang="hi", image_size=64, expert="reference")
     for number in range(3):
         observation, info = env.reset(options={"episode": f"room-{number}"})
-        episode = read_split(folder_of(tmp_path, "rooms")).episodes[f"room-{number}"]
+        episode = read_split(split_folder(tmp_path, "rooms")).episodes[f"room-{number}"]
         assert observation["instruction"] == episode.instruction("hi", 1, "assembly")
         terminated = False
         while not terminated:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from arramon_server.episodes.secret import host_secret
+from arramon_server.episodes.split_secrets import host_secret
 from arramon_server.errors import BadFile, StorageError
 
 

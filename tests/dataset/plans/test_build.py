@@ -15,7 +15,7 @@ from arramon_dataset.layout.grid import sample_points
 from arramon_dataset.plans import build_section, read_plan
 from arramon_dataset.plans.street_furniture import crossings, distances
 from arramon_dataset.plans.street_surface import street_surface
-from arramon_server.episodes.files import write_section
+from arramon_server.episodes.split_files import write_section
 from arramon_server.sim.cameras import NOTHING, Viewpoint
 from arramon_server.sim.city import city_scene, label_of_prop
 from arramon_server.sim.physics import physics_of

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from arramon_server.runs.play.clocks import Clocks
+from arramon_server.runs.play.clocks import ClockSettings
 from arramon_server.runs.play.events import Observed
 from arramon_server.runs.storage.run_activity import ABANDONED_SECONDS
 from tests import tiny
@@ -79,7 +79,7 @@ def test_what_is_left_in_the_bank_is_the_time_to_come_back(tmp_path: Path) -> No
 def test_an_open_stream_keeps_a_run(tmp_path: Path) -> None:
     async def play() -> None:
         backend = Backend(tmp_path, 1)
-        run = backend.run(Clocks(DAY, 0.0))
+        run = backend.run(ClockSettings(DAY, 0.0))
         async with backend.engine() as engine:
             fake = FakeStream(engine, run)
             await fake.next(Observed)
@@ -96,7 +96,7 @@ def test_an_open_stream_keeps_a_run(tmp_path: Path) -> None:
 def test_a_run_without_clocks_is_never_closed(tmp_path: Path) -> None:
     async def play() -> None:
         backend = Backend(tmp_path, 1)
-        run = backend.run(Clocks())
+        run = backend.run(ClockSettings())
         async with backend.engine() as engine:
             fake = FakeStream(engine, run)
             await fake.next(Observed)

@@ -259,7 +259,7 @@ def test_time_bank_is_shared_between_processes(backend: Backend) -> None:
                 seen = await fake.observation()
                 fake.act(seen.episode.episode_id, 0, tiny.L)
                 await fake.observation()
-            for fake, step, seconds, told in (
+            for fake, step, seconds, event_type in (
                 (fakes[0], 1, 140.0, Observed),  # 80 seconds of a bank of 100
                 (fakes[1], 1, 0.0, Observed),  # and 80 more
                 (fakes[0], 2, 61.0, Observed),  # this process learns with what it charges what the other has
@@ -267,7 +267,7 @@ def test_time_bank_is_shared_between_processes(backend: Backend) -> None:
             ):
                 backend.now += seconds
                 fake.act(next(iter(fake.stream.sessions)), step, tiny.L)
-                await fake.next(told)
+                await fake.next(event_type)
 
     play(body)
     assert backend.causes()["TIME_LIMIT"] >= 1

@@ -59,9 +59,9 @@ def test_cancelling_in_the_playing_process_causes_no_warnings(
 
 
 @pytest.mark.usefixtures("quick")
-@pytest.mark.parametrize("way", ["a step", "a clock"])
+@pytest.mark.parametrize("trigger", ["a step", "a clock"])
 def test_cancelling_in_another_process_causes_no_warnings(
-    backend: Backend, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch, way: str
+    backend: Backend, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch, trigger: str
 ) -> None:
     """Between two checks for runs that others have ended, a write to the journal finds out."""
     monkeypatch.setattr(Engine, "_check_for_ended_runs", lambda _: None)
@@ -72,7 +72,7 @@ def test_cancelling_in_another_process_causes_no_warnings(
             fake = FakeStream(one, run)
             seen = await fake.observation()
             await other.cancel(run)
-            if way == "a step":
+            if trigger == "a step":
                 fake.act(seen.episode.episode_id, 0, tiny.F)
             else:
                 backend.now += 10_000.0

@@ -34,10 +34,10 @@ def test_a_run_that_is_being_cancelled_never_becomes_complete(
                 end = Canceller._mark_cancelled  # called after the last portion
 
                 def cancelled(canceller: Canceller, run_id: str) -> None:
-                    asyncio.run_coroutine_threadsafe(told(), loop).result(10)
+                    asyncio.run_coroutine_threadsafe(notified(), loop).result(10)
                     end(canceller, run_id)
 
-                async def told() -> None:
+                async def notified() -> None:
                     while not any(isinstance(event, RunEnded) for event in fake.events):
                         engine.wake()
                         await asyncio.sleep(0.002)

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from arramon_server.runs.play.clocks import STALL_SECONDS, Bank, Clocks, Stopwatch, StreamClock, TimeLeft
+from arramon_server.runs.play.clocks import STALL_SECONDS, Bank, ClockSettings, PlayClock, StreamClock, TimeLeft
 
 
 class Time:
@@ -213,7 +213,7 @@ def test_charges_never_exceed_the_elapsed_time_or_the_bank(moves: list[tuple[str
 
 def test_stopwatch_excludes_stalls_of_the_server() -> None:
     time = Time()
-    watch = Stopwatch(time)
+    watch = PlayClock(time)
     began = watch()
     time.now += 1.0
     assert watch() - began == 1.0
@@ -226,12 +226,12 @@ def test_stopwatch_excludes_stalls_of_the_server() -> None:
 @pytest.mark.parametrize(
     ("clocks", "text"),
     [
-        (Clocks(), "none"),
-        (Clocks(0.0, 3600.0), "none"),
-        (Clocks(60.0, 86_400.0), "60/86400"),
-        (Clocks(0.25, 0.0), "0.25/0"),
+        (ClockSettings(), "none"),
+        (ClockSettings(0.0, 3600.0), "none"),
+        (ClockSettings(60.0, 86_400.0), "60/86400"),
+        (ClockSettings(0.25, 0.0), "0.25/0"),
     ],
 )
-def test_clocks_are_formatted_for_signatures(clocks: Clocks, text: str) -> None:
+def test_clocks_are_formatted_for_signatures(clocks: ClockSettings, text: str) -> None:
     assert str(clocks) == text
     assert bool(clocks) is (text != "none")

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from arramon_server.runs.play.events import EpisodeEnded, EpisodeStarted, Event, Observed, RunEnded
-from arramon_server.runs.play.loader import SessionLoader
 from arramon_server.runs.play.session import EpisodeSession
+from arramon_server.runs.play.session_loader import SessionLoader
 from arramon_server.runs.play.worlds import Worlds
 from tests import tiny
 from tests.runs.engines import Backend, FakeStream, quick  # noqa: F401
@@ -57,8 +57,8 @@ def test_defect_affects_only_its_episode(
         others = {"AGENT_FINISHED": 2 if cause == "SERVER_FAULT" else 3}
         assert over.progress.causes == ({**others, "SERVER_FAULT": 1} if cause == "SERVER_FAULT" else others)
         assert over.progress.reoffers == reoffers
-        told = {event.episode_id: event.cause for event in fake.events if isinstance(event, EpisodeEnded)}
-        assert told == {"0": "AGENT_FINISHED", "1": cause, "2": "AGENT_FINISHED"}
+        causes_by_episode = {event.episode_id: event.cause for event in fake.events if isinstance(event, EpisodeEnded)}
+        assert causes_by_episode == {"0": "AGENT_FINISHED", "1": cause, "2": "AGENT_FINISHED"}
         assert [e.episode_id for e in backend.journal.endings("run")] == ["0", "1", "2"]
 
     with caplog.at_level(logging.ERROR):

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from arramon_server.runs.play.clocks import Clocks
+from arramon_server.runs.play.clocks import ClockSettings
 from arramon_server.runs.play.response_times import ResponseTimes
 from tests import tiny
 from tests.runs.engines import Backend, FakeStream, quick, until  # noqa: F401
@@ -51,10 +51,10 @@ def test_step_that_was_open_while_the_stream_broke_is_left_out() -> None:
     assert thinking.steps == 0
 
 
-@pytest.mark.parametrize("clocks", [Clocks(), Clocks(60.0, 100.0)], ids=["without clocks", "with clocks"])
+@pytest.mark.parametrize("clocks", [ClockSettings(), ClockSettings(60.0, 100.0)], ids=["without clocks", "with clocks"])
 @pytest.mark.usefixtures("quick")
 def test_engine_measures_with_and_without_clocks_and_leaves_out_what_a_stream_lost(
-    tmp_path: Path, clocks: Clocks
+    tmp_path: Path, clocks: ClockSettings
 ) -> None:
     async def play() -> None:
         backend = Backend(tmp_path, 1)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from arramon_server.runs.play.clocks import Clocks, TimeLeft
+from arramon_server.runs.play.clocks import ClockSettings, TimeLeft
 from arramon_server.runs.play.events import ActionProblem, EpisodeEnded, Observed, PhaseFinished, RunEnded
 from arramon_server.runs.play.session import EpisodeSession
 from arramon_server.runs.storage.service_clock import LONGEST_TICK
@@ -48,7 +48,7 @@ def test_every_observation_has_the_time_left(tmp_path: Path) -> None:
 def test_run_without_clocks_never_times_out(tmp_path: Path) -> None:
     async def play() -> None:
         backend = Backend(tmp_path, 1)
-        run = backend.run(Clocks())
+        run = backend.run(ClockSettings())
         async with backend.engine() as engine:
             fake = FakeStream(engine, run)
             seen = await fake.observation()
@@ -119,7 +119,7 @@ def test_timed_out_episode_replays_from_the_journal_to_its_scores(tmp_path: Path
 def test_answer_in_time_counts_despite_slow_processing(tmp_path: Path) -> None:
     async def play() -> None:
         backend = Backend(tmp_path, 1)
-        run = backend.run(Clocks(60.0, 0.0))
+        run = backend.run(ClockSettings(60.0, 0.0))
         async with backend.engine() as engine:
             fake = FakeStream(engine, run)
             seen = await fake.observation()
@@ -135,7 +135,7 @@ def test_answer_in_time_counts_despite_slow_processing(tmp_path: Path) -> None:
 def test_a_late_answer_is_not_applied(tmp_path: Path) -> None:
     async def play() -> None:
         backend = Backend(tmp_path, 1)
-        run = backend.run(Clocks(60.0, 0.0))
+        run = backend.run(ClockSettings(60.0, 0.0))
         async with backend.engine() as engine:
             fake = FakeStream(engine, run)
             seen = await fake.observation()
@@ -201,7 +201,7 @@ def test_a_client_that_never_reads_runs_out_of_time_in_every_episode(tmp_path: P
 def test_each_overdue_stream_drains_the_shared_bank(tmp_path: Path) -> None:
     async def play() -> None:
         backend = Backend(tmp_path, 4)
-        run = backend.run(Clocks(60.0, 100.0))
+        run = backend.run(ClockSettings(60.0, 100.0))
         async with backend.engine() as engine:
             one, other = FakeStream(engine, run, 2, "one"), FakeStream(engine, run, 2, "other")
             for fake in (one, one, other, other):

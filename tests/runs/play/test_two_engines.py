@@ -137,11 +137,11 @@ def test_a_disconnected_process_does_not_answer_actions(backend: Backend, line: 
             old = FakeStream(one, run)
             episode_id = (await old.observation()).episode.episode_id
             line.is_cut = True
-            told = len(old.events)
+            delivered = len(old.events)
             old.act(episode_id, 0, tiny.L)
             await until(lambda: bool(old.closed))
             assert isinstance(old.closed[0], StorageError)
-            assert len(old.events) == told
+            assert len(old.events) == delivered
             await FakeStream(other, run).play()
             line.is_cut = False
             await until(lambda: backend.journal.run("run").state == COMPLETE)

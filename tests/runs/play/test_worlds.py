@@ -125,9 +125,9 @@ def test_ground_of_own_furniture_is_that_of_a_section_with_it() -> None:
         for _ in range(3000):
             x, z, angle = random.uniform(-5, 5), random.uniform(2, 11), random.uniform(0, 360)
             after = Pose(x, z, angle).ahead(1.0)
-            way = (x, z), (after.x, after.z)
-            assert ground.way_is_free(*way) == expected.way_is_free(*way), way
-            free += ground.way_is_free(*way)
+            move = (x, z), (after.x, after.z)
+            assert ground.way_is_free(*move) == expected.way_is_free(*move), move
+            free += ground.way_is_free(*move)
     assert 1000 < free < 2900
 
 

@@ -17,7 +17,7 @@ from arramon_server.runs.accounts.callers import HOST
 from arramon_server.runs.play.worlds import Worlds
 from arramon_server.runs.results import receipt_file
 from arramon_server.runs.results.receipt_file import rescore_file
-from arramon_server.runs.results.receipts import Receipts, document
+from arramon_server.runs.results.receipts import Receipts, receipt_content
 from arramon_server.runs.results.reports import make_report
 from arramon_server.runs.results.rescoring import RescoringResult
 from arramon_server.runs.results.signing import SigningKey
@@ -161,7 +161,7 @@ def test_a_hidden_receipt_of_an_earlier_release_is_compared_with_exact_scores(tm
         journal = Journal(database)
         run, endings = journal.run("r"), journal.endings("r")
         report = make_report(run, journal.progress("r"), endings, files.split, "", exact=True)
-        old = document(journal.actions, report, endings, hidden=True, masked=False)
+        old = receipt_content(journal.actions, report, endings, hidden=True, masked=False)
     assert (old["version"], "scores" in old["episodes"][0], "steps" in old["episodes"][0]) == (1, False, True)
     files.write(json.dumps(old).encode(), files.taken())
     assert files.rescore().differences == ()

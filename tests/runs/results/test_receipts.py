@@ -158,9 +158,9 @@ def test_concurrent_creation_keeps_one_receipt(database: Database, split: Split,
 def test_joining_an_ended_run_does_not_change_its_images(database: Database, split: Split) -> None:
     journal = Journal(database)
     play(database, split, actions={"0": tiny.ACTIONS}, over=False)
-    journal.note_images("r", "lossless-224")
+    journal.record_image_format("r", "lossless-224")
     journal.set_state("r", "COMPLETE")
-    journal.note_images("r", "jpeg50-128")
+    journal.record_image_format("r", "jpeg50-128")
     assert journal.progress("r").images == ("lossless-224",)
 
 
@@ -177,19 +177,19 @@ def test_missing_runs_and_those_of_others_cause_the_same_queries(
     database: Database, split: Split, receipts: Receipts, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     play(database, split, account="lab")
-    read, asked = database.read, list[str]()
+    read, queries = database.read, list[str]()
 
     def noted(query: sa.Select[Any]) -> Sequence[sa.Row[Any]]:
-        asked.append(str(query))
+        queries.append(str(query))
         return read(query)
 
     monkeypatch.setattr(database, "read", noted)
     looked_up = []
     for run_id in ("r", "x"):
-        asked.clear()
+        queries.clear()
         with pytest.raises(NotFound, match=f"there is no run '{run_id}'"):
             receipts.of(RIVAL, run_id)
-        looked_up.append(list(asked))
+        looked_up.append(list(queries))
     assert looked_up[0] == looked_up[1] != []
 
 

@@ -116,7 +116,7 @@ def test_image_encodings_are_recorded_once_each(journal: Journal) -> None:
     journal.create(a_run("other"), ["a"])
     assert journal.progress("r").images == ()
     for images in ("lossless-224", "jpeg90-224", "lossless-224"):
-        journal.note_images("r", images)
+        journal.record_image_format("r", images)
     assert journal.progress("r").images == ("jpeg90-224", "lossless-224")
     assert journal.progress("other").images == ()
 
@@ -240,7 +240,7 @@ def test_progress_of_many_runs_takes_few_queries(
         for step in range(number):
             batch.add_step(name, "a", claim.fence, step, 0)
         journal.commit(batch)
-        journal.note_images(name, f"raw-{number}")
+        journal.record_image_format(name, f"raw-{number}")
     statements.clear()
     found = journal.progress_of([*names, "x"])
     assert len(statements) == 4

@@ -51,7 +51,7 @@ def fill(database: Database, split: Split, key: SigningKey) -> str:
     play(database, split, "cut", actions={"0": tiny.ACTIONS, "1": (0, 0)}, ended={"1": "FORFEITED"})
     play(database, split, "half", actions={"0": tiny.ACTIONS, "1": (0, 0, 3), "2": ()}, over=False)
     journal = Journal(database)
-    journal.note_images("half", "lossless-224")
+    journal.record_image_format("half", "lossless-224")
     journal.beat("worker", "127.0.0.1:1")
     Receipts(database, {"tiny": split}, key).of(HOST, "Done")
     with database.write() as connection:

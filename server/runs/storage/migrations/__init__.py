@@ -25,17 +25,17 @@ def migrate(connection: Connection, revision: str = "head") -> None:
     command.upgrade(configuration(connection), revision)
 
 
-def check_revision(found: str | None) -> None:
+def check_revision(revision: str | None) -> None:
     """Check that a database of a revision can be upgraded; None is an empty database, unknown revisions pass.
 
     Raises:
         StorageError: if the revision is lower than FIRST.
     """
-    if found is not None and found < FIRST:
+    if revision is not None and revision < FIRST:
         raise StorageError(
-            f"the journal has tables of version {found}, of a development version of this server; expected {FIRST} or "
-            "later. Run `arramon-server export` of the version that wrote it, and `arramon-server import` of this one "
-            "into a new journal"
+            f"the journal has tables of version {revision}, of a development version of this server; expected {FIRST} "
+            "or later. Run `arramon-server export` of the version that wrote it, and `arramon-server import` of this "
+            "one into a new journal"
         )
 
 
