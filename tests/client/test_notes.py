@@ -3,7 +3,9 @@
 import json
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
+import grpc
 import pytest
 
 from arramon.v1 import evaluation_pb2 as pb
@@ -102,7 +104,15 @@ def test_what_may_not_be_read_is_an_error(
     assert (said.out, said.err.startswith("error: "), problem in said.err) == ("", True, True), said.err
 
 
+class EarlierServicer(Servicer):
+    """Servicer of a release whose protocol had no notes."""
+
+    def ListNotes(self, request: pb.ListNotesRequest, context: Any) -> pb.ListNotesResponse:
+        context.abort(grpc.StatusCode.UNIMPLEMENTED, "Method not found!")
+        raise AssertionError
+
+
 def test_a_server_of_an_earlier_release_has_no_notes(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    with serving(Servicer(World())) as address:
+    with serving(EarlierServicer(World())) as address:
         assert cli.main(["notes", "5a" * 16, "--server", address]) == 1
         assert f"error: the server at {address} is of an earlier release, without notes\n" == capsys.readouterr().err
