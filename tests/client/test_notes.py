@@ -107,7 +107,7 @@ def test_what_may_not_be_read_is_an_error(
 class EarlierServicer(Servicer):
     """Servicer of a release whose protocol had no notes."""
 
-    def ListNotes(self, request: pb.ListNotesRequest, context: Any) -> pb.ListNotesResponse:
+    def ListNotes(self, request: pb.ListNotesRequest, context: Any) -> pb.ListNotesResponse:  # noqa: N802
         context.abort(grpc.StatusCode.UNIMPLEMENTED, "Method not found!")
         raise AssertionError
 
