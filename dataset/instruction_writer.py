@@ -1,7 +1,6 @@
 """Writer of instructions for generated episodes: plans, phrases in all languages, and tests with an agent."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import cache
 from pathlib import Path
 from random import Random
 
@@ -22,7 +21,7 @@ from arramon_dataset.instructions.gate.assembly import faults_of_assembly
 from arramon_dataset.instructions.gate.texts import faults_of_text
 from arramon_dataset.instructions.visible_landmarks import poses_along
 from arramon_dataset.randomness import seeded
-from arramon_dataset.trial import EarlyStop, TrialWorld, play_or_stop_early
+from arramon_dataset.trial import EarlyStop, play_or_stop_early
 from arramon_dataset.turn_planner import TurnPlanner
 from arramon_lang.meaning import Assembly, Meaning, Navigation, Rotate, Thing, Where
 from arramon_lang.quality import any_blocks, check
@@ -30,11 +29,9 @@ from arramon_lang.writing.voice import Voice
 from arramon_server.episodes.episode import Episode, Instructions, Turn
 from arramon_server.episodes.splits import Split
 from arramon_server.scoring.episode_scores import EpisodeScores
-from arramon_server.sim.cameras import Camera
 from arramon_server.sim.geometry import Pose
-from arramon_server.sim.raster.camera import RasterCamera
-from arramon_server.sim.room_scene import room_scene
 from arramon_server.sim.rules import PlacedObject
+from arramon_server.sim.section_world import EpisodeWorld
 
 FOLLOWER = "agents.follower"
 """The agent that tests instructions, loaded by name because this package does not import agents."""
@@ -134,11 +131,11 @@ class InstructionWriter:
         The follower acts on a text's meaning alone, so languages whose texts have equal meanings are tried once.
         """
         episode = draft.with_instructions(texts)
-        world = TrialWorld(site.physics, site.camera, room_camera())
+        world = site.in_episode(episode.layout)
         first_of = {_readings(texts[code], code): code for code in reversed(self._languages)}
         return all(self._passes(episode, code, world) for code in first_of.values())
 
-    def _passes(self, episode: Episode, code: str, world: TrialWorld) -> bool:
+    def _passes(self, episode: Episode, code: str, world: EpisodeWorld) -> bool:
         scores = play_or_stop_early(self.make_follower(), episode, code, world, EarlyStop(episode.turns, MIN_NDTW))
         return scores is not None and passes_trial(scores)
 
@@ -284,9 +281,3 @@ def _readings(texts: tuple[Instructions, Instructions], code: str) -> tuple[Mean
             except lang.CannotRead:
                 read.append(text)
     return tuple(read)
-
-
-@cache
-def room_camera() -> Camera:
-    """Return the room's camera, shared by all trials of a process."""
-    return RasterCamera(room_scene())

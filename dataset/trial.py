@@ -1,9 +1,8 @@
 """Episodes played in process with the server's rules and camera, to test instructions with an agent."""
 
 import math
-from collections.abc import Generator, Mapping
+from collections.abc import Generator
 from contextlib import closing
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,31 +13,16 @@ from arramon_server.episodes.episode import Episode, Turn
 from arramon_server.runs.play.session import EpisodeSession
 from arramon_server.scoring.episode_scores import CTC_DISTANCES, EpisodeScores
 from arramon_server.scoring.metrics import NDTW_THRESHOLD
-from arramon_server.sim.cameras import Camera, colourless
-from arramon_server.sim.labels import LABELS, places_of
-from arramon_server.sim.rules import CollisionCheck, Limits, Phase, State
-from arramon_server.sim.view import view
+from arramon_server.sim.cameras import colourless
+from arramon_server.sim.labels import LABELS
+from arramon_server.sim.rules import Limits, Phase, State
+from arramon_server.sim.section_world import EpisodeWorld
 
 SIZE = 224
 """Pixels along each side of a frame: the server's default."""
 
 AGENT_LABELS = tuple(client.Label(label.kind, label.colour, label.look) for label in LABELS)
 """The segmentation labels as agents receive them."""
-
-
-@dataclass(frozen=True, slots=True)
-class TrialWorld:
-    """The physics and cameras in which an episode is played.
-
-    Attributes:
-        ground: of the episode's section.
-        street: camera of the section.
-        room: camera of the room.
-    """
-
-    ground: CollisionCheck
-    street: Camera
-    room: Camera
 
 
 class EarlyStop:
@@ -79,7 +63,7 @@ class EarlyStop:
 
 
 def play(
-    agent: client.Agent, episode: Episode, language: str, world: TrialWorld, *, size: int = SIZE, split: str = "trial"
+    agent: client.Agent, episode: Episode, language: str, world: EpisodeWorld, *, size: int = SIZE, split: str = "trial"
 ) -> EpisodeScores:
     """Play an episode to its end with an agent that needs at most depth and segmentation, and return its scores.
 
@@ -87,24 +71,24 @@ def play(
         agent: its `begin` is called first, and its `end` last if it has one.
         episode: with instructions in `language`.
         language: code of the language.
-        world: physics and cameras of the episode's section.
+        world: the world of the episode.
         size: side length of the frames, in pixels.
         split: name of the split as given to the agent.
 
     Raises:
         KeyError: if the episode has no instructions in the language.
     """
-    session = EpisodeSession(episode, world.ground, Limits())
+    session = EpisodeSession(episode, world, Limits())
     for _ in _steps(session, agent, language, world, size, split):
         pass
     return session.scores()
 
 
 def play_or_stop_early(
-    agent: client.Agent, episode: Episode, language: str, world: TrialWorld, early_stop: EarlyStop
+    agent: client.Agent, episode: Episode, language: str, world: EpisodeWorld, early_stop: EarlyStop
 ) -> EpisodeScores | None:
     """Play an episode as `play` does; return None once it can no longer pass."""
-    session = EpisodeSession(episode, world.ground, Limits())
+    session = EpisodeSession(episode, world, Limits())
     with closing(_steps(session, agent, language, world, SIZE, "trial")) as steps:
         for _ in steps:
             if not early_stop.may_still_pass(session.state):
@@ -113,33 +97,24 @@ def play_or_stop_early(
 
 
 def _steps(
-    session: EpisodeSession, agent: client.Agent, language: str, world: TrialWorld, size: int, split: str
+    session: EpisodeSession, agent: client.Agent, language: str, world: EpisodeWorld, size: int, split: str
 ) -> Generator[None, None, None]:
     """Play an episode to its end, and yield before each action."""
     episode = session.episode
-    places = {False: places_of(world.street.labels), True: places_of(world.room.labels)}
     agent.begin(client.Episode(episode.episode_id, language, split, labels=AGENT_LABELS))
     try:
         while not session.state.finished:
             yield
-            (action,) = client.actions_of(agent.act([_observe(session, language, world, places, size)]))
+            (action,) = client.actions_of(agent.act([_observe(session, language, world, size)]))
             session.apply(Action(action))
     finally:
         client.end_episode(agent, episode.episode_id)
 
 
-def _observe(
-    session: EpisodeSession,
-    language: str,
-    world: TrialWorld,
-    places: Mapping[bool, np.ndarray[tuple[int], np.dtype[np.uint16]]],
-    size: int,
-) -> client.Observation:
+def _observe(session: EpisodeSession, language: str, world: EpisodeWorld, size: int) -> client.Observation:
     """Return the observation of the session's current state."""
     state, episode = session.state, session.episode
-    seen = view(state, episode.layout)
-    camera = world.room if seen.indoors else world.street
-    frame = camera.render(seen.viewpoint, seen.actors, size, segmentation=True, into=colourless(size))
+    frame = world.render(state, size, segmentation=True, into=colourless(size))
     assert frame.segmentation is not None
     return client.Observation(
         episode_id=episode.episode_id,
@@ -150,5 +125,5 @@ def _observe(
         phase_step=state.phase_step,
         steps_left=session.steps_left(state),
         depth=frame.depth.astype(np.float32) * THOUSANDTHS,
-        segmentation=places[seen.indoors][frame.segmentation],
+        segmentation=frame.segmentation,
     )

@@ -47,7 +47,7 @@ def play(
     journal.create(run, list(actions))
     for claim in journal.claim(run_id, journal.pending(run_id), "player", "worker"):
         episode = split.episodes[claim.episode_id]
-        session = EpisodeSession(episode, worlds.collision_check(split.name, episode), Limits(STEPS))
+        session = EpisodeSession(episode, worlds.world(split.name, episode), Limits(STEPS))
         batch = CommitBatch()
         for step, action in enumerate(actions[claim.episode_id]):
             session.apply(Action(action))

@@ -26,7 +26,7 @@ def main(data: Path) -> None:
     heads, scores, places, blocked = [], [], hashlib.sha256(), 0
     with closing(Worlds({split.name: split})) as worlds:
         for episode in split.episodes.values():
-            session, step = EpisodeSession(episode, worlds.collision_check(split.name, episode), Limits(60)), 0
+            session, step = EpisodeSession(episode, worlds.world(split.name, episode), Limits(60)), 0
             while not session.state.finished:
                 # Ahead while that is possible, otherwise a turn to a side that changes now and then.
                 before = session.state

@@ -9,9 +9,9 @@ import arramon_lang as lang
 from arramon_dataset.generation import GenerationSite
 from arramon_dataset.generation.check import faults_of_episode
 from arramon_dataset.generation.split_specs import select_specs
-from arramon_dataset.instruction_writer import make_instruction_writer, passes_trial, room_camera
+from arramon_dataset.instruction_writer import make_instruction_writer, passes_trial
 from arramon_dataset.plans import build_section, read_plan
-from arramon_dataset.trial import TrialWorld, play
+from arramon_dataset.trial import play
 from arramon_server.scoring.aggregate import ROWS, aggregate
 from arramon_server.scoring.episode_scores import EpisodeScores
 from benchmarks.common import add_json, parser_of, positive_int, text_table, write_json
@@ -48,7 +48,7 @@ def main() -> None:
             rejected += 1
         else:
             raise SystemExit(f"no instruction could be written for 20 drafts of episode {episode_id}")
-        world = TrialWorld(site.physics, site.camera, room_camera())
+        world = site.in_episode(draft.layout)
         played = {code: play(writer.make_follower(), draft.with_instructions(texts), code, world) for code in languages}
         for code, score in played.items():
             scores[code].append(score)

@@ -13,9 +13,9 @@ from pathlib import Path
 
 import arramon_lang as lang
 from arramon_dataset.generation import GenerationSite
-from arramon_dataset.instruction_writer import make_instruction_writer, room_camera
+from arramon_dataset.instruction_writer import make_instruction_writer
 from arramon_dataset.randomness import seeded
-from arramon_dataset.trial import TrialWorld, play
+from arramon_dataset.trial import play
 from arramon_lang.meaning import Navigation, Thing
 from arramon_server.episodes.episode import Episode, Instructions
 from arramon_server.episodes.splits import read_splits
@@ -65,7 +65,7 @@ def main() -> None:
         site = sites[episode.section]
         if not episode.furniture.is_empty:
             site = GenerationSite(furnished(site.section, episode.furniture))
-        world = TrialWorld(site.physics, site.camera, room_camera())
+        world = site.in_episode(episode.layout)
         full, other = episode.instructions[LANGUAGE], chosen[number - 1].instructions[LANGUAGE]
         swapped = [Instructions(o.navigation, f.assembly) for o, f in zip(other, full, strict=True)]
         variants: dict[str, Texts] = {

@@ -17,7 +17,6 @@ from typing import Any
 import arramon_lang as lang
 from arramon_agents.follower import Agent as Follower
 from arramon_dataset.generation.site import GenerationSite
-from arramon_dataset.instruction_writer import room_camera
 from arramon_dataset.instructions.assembly.visible_objects import whole_room
 from arramon_dataset.paraphrases.collection import (
     HALVES,
@@ -28,10 +27,11 @@ from arramon_dataset.paraphrases.collection import (
     paraphrases,
 )
 from arramon_dataset.paraphrases.room_facts import room_before
-from arramon_dataset.trial import TrialWorld, play
+from arramon_dataset.trial import play
 from arramon_lang.cell_grading import find_cell
 from arramon_lang.meaning import Assembly, Meaning, Navigation
 from arramon_server.episodes.episode import Episode
+from arramon_server.sim.section_world import EpisodeWorld
 from benchmarks.common import parser_of
 from benchmarks.instructions.agreement import assembly_agrees, navigation_agrees
 from benchmarks.instructions.meanings import development_meanings
@@ -123,10 +123,13 @@ def _share(results: Iterable[bool]) -> str:
 def _playing(language: str, ids: Sequence[str]) -> None:
     section = paraphrased_section()
     site = GenerationSite(section)
-    world = TrialWorld(site.physics, site.camera, room_camera())
     sources = {"paraphrases": paraphrased_episodes(), "the grammar's texts": generated_episodes()}
     for name, episodes in sources.items():
-        scores = [_scores(episode, language, world) for episode in episodes if episode.episode_id in ids]
+        scores = [
+            _scores(episode, language, site.in_episode(episode.layout))
+            for episode in episodes
+            if episode.episode_id in ids
+        ]
         means = (
             f"{metric} {sum(one[metric] for one in scores) / len(scores):.3f}"
             for metric in METRICS
@@ -135,7 +138,7 @@ def _playing(language: str, ids: Sequence[str]) -> None:
         print(f"{language} follower with {name}, {len(scores)} episodes: {', '.join(means)}")
 
 
-def _scores(episode: Episode, language: str, world: TrialWorld) -> dict[str, float]:
+def _scores(episode: Episode, language: str, world: EpisodeWorld) -> dict[str, float]:
     turns = play(Follower(), episode, language, world).turns
     return {name: sum(turn[name] for turn in turns) / len(turns) for name in turns[0]}
 

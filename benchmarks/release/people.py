@@ -20,20 +20,15 @@ from pathlib import Path
 
 import numpy as np
 
-from arramon_dataset.instruction_writer import make_instruction_writer, room_camera
+from arramon_dataset.instruction_writer import make_instruction_writer
 from arramon_dataset.release.landmarks.mentions import FURNITURE, events_of
-from arramon_dataset.trial import TrialWorld, play
+from arramon_dataset.trial import play
 from arramon_dataset.world_check import missing_furniture
 from arramon_server.episodes.episode import Episode, Instructions
 from arramon_server.episodes.splits import Split, read_split, split_folder
-from arramon_server.sim.cameras import Actor, Camera, Frame, Viewpoint
-from arramon_server.sim.city import city_scene, refurnished
-from arramon_server.sim.own_furniture import NO_FURNITURE, furnished
-from arramon_server.sim.physics import VariedCollisionCheck, physics_of
-from arramon_server.sim.raster.camera import RasterCamera
-from arramon_server.sim.scene import Scene
+from arramon_server.sim.own_furniture import NO_FURNITURE
 from arramon_server.sim.section import Section
-from arramon_server.sim.variations import SceneDifference
+from arramon_server.sim.section_world import SectionWorld
 from benchmarks.common import add_json, mean_and_error, parser_of, positive_int, text_table, write_json
 from benchmarks.release.drawn_furniture import reconstruct
 
@@ -51,59 +46,6 @@ class TurnScores:
     text: str
     there: str
     scores: Mapping[str, float]
-
-
-class VariedCamera:
-    """A camera (`cameras.Camera`) that renders a variation of a scene.
-
-    Args:
-        camera: of the original scene.
-        variation: the scene to render.
-    """
-
-    def __init__(self, camera: Camera, variation: Scene) -> None:
-        self._camera, self._variation = camera, variation
-
-    @property
-    def labels(self) -> tuple[str, ...]:
-        """Labels of a segmentation, by number."""
-        return self._camera.labels
-
-    def render(
-        self,
-        viewpoint: Viewpoint,
-        actors: Sequence[Actor],
-        size: int,
-        *,
-        segmentation: bool = False,
-        into: Frame | None = None,
-        variation: Scene | None = None,
-    ) -> Frame:
-        """Render a frame of the variation."""
-        shown = self._variation if variation is None else variation
-        return self._camera.render(viewpoint, actors, size, segmentation=segmentation, into=into, variation=shown)
-
-
-class PlayedSection:
-    """The worlds of a section's episodes, each with its own furniture.
-
-    Args:
-        section: section of all episodes.
-        episodes: the episodes.
-    """
-
-    def __init__(self, section: Section, episodes: Sequence[Episode]) -> None:
-        self.section = section
-        self._scene = city_scene(section, [prop for each in episodes for prop in each.furniture.added])
-        self._physics, self._camera = physics_of(self._scene), RasterCamera(self._scene)
-
-    def world(self, episode: Episode) -> TrialWorld:
-        """Return the physics and cameras of an episode."""
-        if episode.furniture.is_empty:
-            return TrialWorld(self._physics, self._camera, room_camera())
-        scene = refurnished(self._scene, furnished(self.section, episode.furniture))
-        ground = VariedCollisionCheck(self._physics, SceneDifference.between(self._scene, scene))
-        return TrialWorld(ground, VariedCamera(self._camera, scene), room_camera())
 
 
 def named_furniture_present(text: str, language: str, episode: Episode, turn: int, section: Section) -> str:
@@ -139,10 +81,10 @@ def measure(
     """
     members = [one for one in split.in_playing_order(language) if one.section == section_id]
     plain = [replace(one, furniture=NO_FURNITURE) for one in members]
-    section = split.sections[section_id]
+    section, added = split.sections[section_id], [prop for one in members for prop in one.furniture.added]
     cities = {
-        "rebuilt": (PlayedSection(section, members), members),
-        "before": (PlayedSection(with_random_furniture(section, members), ()), plain),
+        "rebuilt": (SectionWorld(section, spare=lambda: added), members),
+        "before": (SectionWorld(with_random_furniture(section, members)), plain),
     }
     follower = make_instruction_writer().make_follower
     played: list[TurnScores] = []
@@ -157,7 +99,7 @@ def measure(
                 for turn, text in enumerate(episode.instructions[language], start=1)
             ]
             for text, one in (("own text", episode), ("another's text", with_texts(episode, other, language))):
-                scores = play(follower(), one, language, city.world(episode)).turns
+                scores = play(follower(), one, language, city.in_episode(episode.furniture, episode.layout)).turns
                 played += [
                     TurnScores(episode.episode_id, name, text, state, turn)
                     for state, turn in zip(states, scores, strict=True)

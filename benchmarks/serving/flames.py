@@ -30,6 +30,7 @@ from arramon_server.runs.play.worlds import Worlds
 from arramon_server.runs.storage.journal import Journal
 from arramon_server.runs.storage.metered_journal import MeteredJournal
 from arramon_server.sim.raster.camera import RasterCamera
+from arramon_server.sim.section_world import EpisodeWorld
 from benchmarks.common import add_data, data_or_sample, largest_split, parser_of, positive_int, text_table
 from benchmarks.serving.play import TimedRandomWalk, background_play, build_all_sections, run_request
 from benchmarks.serving.server import ServerSetting, running_server
@@ -41,9 +42,9 @@ Code = type | Callable[..., Any]
 """A function, or a class for all of its methods."""
 
 STAGES: dict[str, tuple[Code, ...]] = {
-    "sections, built on first use": (Worlds.collision_check, Worlds.scene, Worlds._build_camera),
+    "worlds, built when episodes are opened": (Worlds.load, Worlds.world),
     "drawing": (RasterCamera.render,),
-    "view: poses of the objects": (Worlds.render,),
+    "view: poses of the objects": (EpisodeWorld.render,),
     "journal: commit": (MeteredJournal.commit, Journal.commit),
     "journal: the rest": (MeteredJournal, *Journal.__mro__[:-1]),
     "rules and scores": (EpisodeSession.apply, EpisodeSession.scores),

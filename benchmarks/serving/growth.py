@@ -108,7 +108,7 @@ def measure_bodies(split: Split, seconds: float) -> Iterator[tuple[str, Figures]
         with closing(physics_of(scene)) as ground:
             camera = RasterCamera(scene)
             made = time.perf_counter() - started
-            rate = statistics.median(drawing(camera, views, 224, seconds, segmentation=False)() for _ in range(3))
+            rate = statistics.median(drawing([camera], views, 224, seconds, segmentation=False)() for _ in range(3))
             figures = {"seconds": made, "frames/s": rate, "rules us": 1e6 * seconds_per_check(ground, views)}
         yield f"{len(scene.bodies)} bodies", figures
 

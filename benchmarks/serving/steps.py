@@ -99,15 +99,11 @@ def in_process(split: Split, seconds: float, size: int = 224) -> StepFigures:
 
     def begin() -> EpisodeSession:
         episode = next(waiting)
-        return EpisodeSession(episode, worlds.collision_check(split.name, episode), limits)
+        return EpisodeSession(episode, worlds.world(split.name, episode), limits)
 
     for section in {episode.section: episode for episode in split.episodes.values()}.values():
-        worlds.render(
-            split.name,
-            section,
-            EpisodeSession(section, worlds.collision_check(split.name, section), limits).state,
-            size,
-        )
+        for _ in worlds.load(split.name, section, drawn=True):
+            pass
     sessions = [begin() for _ in range(16)]
     steps, started, worked = 0, time.perf_counter(), time.process_time()
     while time.perf_counter() - started < seconds:
@@ -115,7 +111,7 @@ def in_process(split: Split, seconds: float, size: int = 224) -> StepFigures:
             session.apply(Action(agent.draw(session.episode.episode_id, session.state.step)))
             if session.state.finished:
                 session = sessions[number] = begin()
-            worlds.render(split.name, session.episode, session.state, size)
+            worlds.world(split.name, session.episode).render(session.state, size)
             steps += 1
     work = time.process_time() - worked
     rate = steps / (time.perf_counter() - started)

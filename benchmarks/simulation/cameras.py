@@ -54,7 +54,7 @@ VIEWS = 48
 PEER_SECONDS = 2.0
 """Duration of a measurement of another environment."""
 
-VARIATIONS, OWN = 16, 20
+EPISODES, OWN = 16, 20
 """Number of episodes with furniture of their own, and number of props that each adds."""
 
 PEERS = {"vizdoom": "ViZDoom, 320x240, RGB + depth", "miniworld": "MiniWorld, 224x224, RGB"}
@@ -92,8 +92,8 @@ def views_of(split: Split, section: str) -> Iterator[View]:
                 yield from [each for each in seen if not each.indoors][::5]
 
 
-def variations_of(section: Section, scene: Scene, number: int) -> list[Scene]:
-    """Return variations of a section's scene, like those of episodes with furniture of their own.
+def refurnished_scenes(section: Section, scene: Scene, number: int) -> list[Scene]:
+    """Return a section's scene with changed furniture, as in episodes with furniture of their own.
 
     One in six of the section's props is removed, one in six is moved by a unit, and `OWN` props are added.
     """
@@ -114,24 +114,23 @@ def variations_of(section: Section, scene: Scene, number: int) -> list[Scene]:
 
 
 def drawing(
-    camera: Camera,
+    cameras: Sequence[Camera],
     views: Sequence[View],
     size: int,
     seconds: float,
     *,
     segmentation: bool,
-    variations: Sequence[Scene | None] = (None,),
 ) -> Callable[[], float]:
     """Return a function that renders all views repeatedly for some seconds, and returns frames per second.
 
-    Each view is rendered in the next variation of the camera's scene.
+    Each view is rendered by the next camera.
     """
 
     def measure() -> float:
         frames, start = 0, time.perf_counter()
         while frames == 0 or time.perf_counter() - start < seconds:
-            for seen, variation in zip(views, cycle(variations), strict=False):
-                camera.render(seen.viewpoint, seen.actors, size, segmentation=segmentation, variation=variation)
+            for seen, camera in zip(views, cycle(cameras), strict=False):
+                camera.render(seen.viewpoint, seen.actors, size, segmentation=segmentation)
             frames += len(views)
         return frames / (time.perf_counter() - start)
 
@@ -141,15 +140,16 @@ def drawing(
 def _rows(
     reference: ReferenceCamera, fast: RasterCamera, views: list[View], own: Sequence[Scene], given: Namespace
 ) -> list[CameraRow]:
-    rows = []
+    rows, refurnished_cameras = [], [fast.showing(scene) for scene in own]
     for size in (224, 128):
-        for name, camera, segmentation, variations in (
-            (f"tiny, {size}, RGB + depth", reference, False, (None,)),
-            (f"tiny, {size}, RGB + depth + segmentation", reference, True, (None,)),
-            (f"raster, {size}, RGB + depth + segmentation", fast, True, (None,)),
-            (f"raster, {size}, the same, own furniture", fast, True, own),
-        ):
-            measure = drawing(camera, views, size, given.seconds, segmentation=segmentation, variations=variations)
+        kinds: tuple[tuple[str, Sequence[Camera], bool], ...] = (
+            (f"tiny, {size}, RGB + depth", [reference], False),
+            (f"tiny, {size}, RGB + depth + segmentation", [reference], True),
+            (f"raster, {size}, RGB + depth + segmentation", [fast], True),
+            (f"raster, {size}, the same, own furniture", refurnished_cameras, True),
+        )
+        for name, cameras, segmentation in kinds:
+            measure = drawing(cameras, views, size, given.seconds, segmentation=segmentation)
             rows.append(CameraRow(name, measure))
     return rows + [
         CameraRow(PEERS[name], partial(frames_per_second, given.peers, name, PEER_SECONDS)) for name in PEERS
@@ -204,7 +204,7 @@ def main() -> None:
         first = {"compiled anew": _first_frame(f"{folder}/numba"), "kept on disk": _first_frame(f"{folder}/numba")}
     section = min(split.sections)
     scene, views = city_scene(split.sections[section]), list(islice(views_of(split, section), arguments.views))
-    own = variations_of(split.sections[section], scene, VARIATIONS)
+    own = refurnished_scenes(split.sections[section], scene, EPISODES)
     with ReferenceCamera(scene) as reference:
         rows = _rows(reference, RasterCamera(scene), views, own, arguments)
         for _ in range(arguments.rounds):

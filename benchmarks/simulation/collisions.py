@@ -189,9 +189,9 @@ def on_ground_truths(split: Split, section: str) -> MoveCounts:
     with closing(Worlds(splits, physics=Obstacles)) as engines, closing(Worlds(splits, physics=engine_alone)) as alone:
         for episode in split.episodes.values():
             if episode.section == section:
-                engine, other = (each.collision_check(split.name, episode) for each in (engines, alone))
+                engine, other = (each.world(split.name, episode) for each in (engines, alone))
                 # The plane is that of the episode's own scene: the others have its difference from the section's.
-                plane = Footprints(engines.scene(split.name, episode))
+                plane = Footprints(engine.scene)
                 counts.add(compare(_ways(episode), engine.way_is_free, other.way_is_free, plane.distance))
     return counts
 

@@ -136,11 +136,12 @@ def measure_bare(
 
     def advance(session: EpisodeSession, action: int) -> None:
         session.apply(Action(action))
-        worlds.render(split.name, session.episode, session.state, size)
+        worlds.world(split.name, session.episode).render(session.state, size)
 
     def begin(episode: Episode) -> EpisodeSession:
-        session = EpisodeSession(episode, worlds.collision_check(split.name, episode), limits)
-        worlds.render(split.name, episode, session.state, size)
+        world = worlds.world(split.name, episode)
+        session = EpisodeSession(episode, world, limits)
+        world.render(session.state, size)
         return session
 
     def measure() -> Measured:

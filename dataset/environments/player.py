@@ -4,7 +4,7 @@ The counterpart of `Delivery` and `PlayHandler` for a direct caller, without jou
 """
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -23,6 +23,7 @@ from arramon_server.sim.cameras import Frame
 from arramon_server.sim.labels import LABELS
 from arramon_server.sim.own_furniture import furnished
 from arramon_server.sim.rules import Limits, Phase, PhaseEnded, State
+from arramon_server.sim.section_world import EpisodeWorld
 from arramon_server.sim.view import visible_pose
 
 if TYPE_CHECKING:
@@ -35,6 +36,13 @@ FindEpisode = Callable[[str | None, int], Episode]
 """Returns the episode with an id, or a generated one for a seed. Raises UsageError if there is none."""
 
 LABEL_TABLE = tuple(Label(label.kind, label.colour, label.look) for label in LABELS)
+
+
+class _OpenEpisode(NamedTuple):
+    """An episode in play, and its world."""
+
+    session: EpisodeSession
+    world: EpisodeWorld
 
 
 class LocalPlayer:
@@ -53,7 +61,8 @@ class LocalPlayer:
         self._info, self._settings, self._find = info, settings, find
         self._limits = Limits(info.steps_per_phase)
         self._images = tuple(name for name in IMAGE_SENSORS if name in settings.sensors)
-        self._session: EpisodeSession | None = None
+        self._draws_streets = bool(self._images) and NAVIGATION in settings.phases
+        self._open: _OpenEpisode | None = None
         self._seen: State  # The latest state that accepts an action.
         self._canvas = new_canvas(settings.image_size)
         """Buffers for images that the camera always renders but the settings leave out, and for raw labels."""
@@ -108,18 +117,20 @@ class LocalPlayer:
         episode = self._find(episode_id, seed)
         if self._settings.language not in episode.instructions:
             raise UsageError(f"the episode {episode_id!r} has no instructions in {self._settings.language!r}")
-        self._session = EpisodeSession(episode, self._worlds.collision_check(self._name, episode), self._limits)
+        for _ in self._worlds.load(self._name, episode, drawn=self._draws_streets):
+            pass
+        world = self._worlds.world(self._name, episode)
+        session = EpisodeSession(episode, world, self._limits)
+        self._open = _OpenEpisode(session, world)
         self._reward = make_reward(self._settings.reward, episode)
         self._expert = None
         if self._settings.expert is not None:
-            scene = self._worlds.scene(self._name, episode)
-            collision_check = self._worlds.collision_check(self._name, episode)
             # Imported only here: it takes a tenth of a second, and few learners use an expert.
             from arramon_dataset.environments.experts import make_expert
 
-            self._expert = make_expert(self._settings.expert, episode, scene, collision_check)
-        self._skip(self._session, (self._settings.turn, self._settings.start))
-        self._seen = self._session.state
+            self._expert = make_expert(self._settings.expert, episode, world.scene, world)
+        self._skip(session, (self._settings.turn, self._settings.start))
+        self._seen = session.state
         return self.latest(into) if with_images else self.latest_without_images()
 
     def step(self, action: int) -> Step:
@@ -161,7 +172,7 @@ class LocalPlayer:
         Raises:
             UsageError: if no episode has begun.
         """
-        images = self._drawn(self._played, into or {}) if self._images else {}
+        images = self._drawn(self._opened.world, into or {}) if self._images else {}
         return self._observation(self._played, self._seen, images)
 
     def latest_without_images(self) -> Observation:
@@ -178,9 +189,9 @@ class LocalPlayer:
         Raises:
             UsageError: if no episode has begun.
         """
-        session = self._played
+        world = self._opened.world
         if into:
-            self._drawn(session, into)
+            self._drawn(world, into)
 
     def expert_action(self) -> int:
         """Return the expert's action in the current state.
@@ -208,13 +219,17 @@ class LocalPlayer:
 
     def close(self) -> None:
         """Discard the episode. The worlds stay cached."""
-        self._session = None
+        self._open = None
 
     @property
     def _played(self) -> EpisodeSession:
-        if self._session is None:
+        return self._opened.session
+
+    @property
+    def _opened(self) -> _OpenEpisode:
+        if self._open is None:
             raise UsageError("no episode has begun")
-        return self._session
+        return self._open
 
     def _skip(self, session: EpisodeSession, until: tuple[int, str] = (1, NAVIGATION)) -> None:
         """Play the ground truth up to a phase, then to the agent's next phase or the end of the episode."""
@@ -235,15 +250,13 @@ class LocalPlayer:
                     f"phase of turn {state.turn} from where the agent is; play that phase too"
                 )
 
-    def _drawn(self, session: EpisodeSession, into: Images) -> Images:
+    def _drawn(self, world: EpisodeWorld, into: Images) -> Images:
         """Return the images of the latest state, in new arrays or in those of `into`."""
         canvas = self._canvas
         images = {name: into[name] if name in into else np.empty_like(canvas[name]) for name in self._images}
         # The camera always renders colours and depth; its labels are the section's own.
         labels = canvas["segmentation"] if "segmentation" in images else None
-        frame = self._worlds.render(
-            self._name,
-            session.episode,
+        frame = world.render(
             self._seen,
             self._settings.image_size,
             segmentation=labels is not None,

@@ -13,12 +13,14 @@ from arramon_dataset.plans.graph_builder import street_graph
 from arramon_dataset.plans.plan import Plan
 from arramon_server.episodes.episode import Instructions, Turn
 from arramon_server.sim.cameras import Camera
-from arramon_server.sim.city import city_scene
 from arramon_server.sim.geometry import Pose
-from arramon_server.sim.physics import Physics, physics_of
+from arramon_server.sim.own_furniture import NO_FURNITURE
+from arramon_server.sim.physics import Physics
 from arramon_server.sim.raster.camera import RasterCamera
+from arramon_server.sim.rules import EpisodeLayout
 from arramon_server.sim.scene import Scene
 from arramon_server.sim.section import Section
+from arramon_server.sim.section_world import EpisodeWorld, SectionWorld
 
 
 class GenerationSite:
@@ -31,31 +33,36 @@ class GenerationSite:
 
     def __init__(self, section: Section, plan: Plan | None = None) -> None:
         self.section, self.plan = section, plan
+        self._loaded = SectionWorld(section)
 
     @cached_property
     def graph(self) -> StreetGraph | None:
         """The section's street graph; None without a plan."""
         return None if self.plan is None else street_graph(self.plan, self.section)
 
-    @cached_property
+    @property
     def scene(self) -> Scene:
         """The section's scene."""
-        return city_scene(self.section)
+        return self._loaded.scene
 
     @cached_property
     def solids(self) -> Solids:
         """The section's solids."""
         return Solids.of(self.section)
 
-    @cached_property
+    @property
     def physics(self) -> Physics:
         """The section's physics, the authoritative collision check."""
-        return physics_of(self.scene)
+        return self._loaded.physics
 
-    @cached_property
+    @property
     def camera(self) -> Camera:
         """The section's fast camera."""
-        return RasterCamera(self.scene)
+        return self._loaded.camera
+
+    def in_episode(self, layout: EpisodeLayout) -> EpisodeWorld:
+        """Return the world of an episode that has the section's furniture."""
+        return self._loaded.in_episode(NO_FURNITURE, layout)
 
     @cached_property
     def landmark_camera(self) -> Camera:

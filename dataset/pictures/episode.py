@@ -36,7 +36,7 @@ def show(data: Path, episode_id: str, split: str | None, output: Path) -> list[P
     street = section_map(chosen.sections[episode.section], episode, provenance=provenance)
     above = stack([street, room_map(episode)])
     with closing(Worlds({chosen.name: chosen})) as worlds:
-        views = contact_sheet(episode, chosen.name, worlds)
+        views = contact_sheet(episode, worlds.world(chosen.name, episode))
     paths = [output / f"{chosen.name}-{episode_id}-{name}" for name in ("map.png", "views.png", "instructions.txt")]
     try:
         output.mkdir(parents=True, exist_ok=True)

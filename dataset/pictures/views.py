@@ -7,8 +7,8 @@ from PIL import Image
 from arramon_dataset.pictures.canvas import WHITE, add_title, stack, wrap_text
 from arramon_server.episodes.episode import Episode
 from arramon_server.runs.play.session import EpisodeSession
-from arramon_server.runs.play.worlds import Worlds
 from arramon_server.sim.rules import Limits, State
+from arramon_server.sim.section_world import EpisodeWorld
 
 COLUMNS = 8
 """Frames per row of the sheet."""
@@ -17,18 +17,18 @@ MAX_FRAMES = 16
 """Maximum number of frames of a phase; longer phases are sampled evenly, with the first and last frames."""
 
 
-def contact_sheet(episode: Episode, split: str, worlds: Worlds, size: int = 224) -> Image.Image:
+def contact_sheet(episode: Episode, world: EpisodeWorld, size: int = 224) -> Image.Image:
     """Return a sheet of all phases, each with its instruction and frames of `size` pixels in order of steps."""
     parts = []
-    for title, states in _phases(episode, split, worlds):
-        frames = [Image.fromarray(worlds.render(split, episode, state, size).rgb) for state in _some(states)]
+    for title, states in _phases(episode, world):
+        frames = [Image.fromarray(world.render(state, size).rgb) for state in _some(states)]
         parts.append(add_title(_grid(frames, size), title))
     return stack(parts)
 
 
-def _phases(episode: Episode, split: str, worlds: Worlds) -> Iterator[tuple[list[str], list[State]]]:
+def _phases(episode: Episode, world: EpisodeWorld) -> Iterator[tuple[list[str], list[State]]]:
     """Yield, for each phase, its title and the states before each action of the ground truth."""
-    session = EpisodeSession(episode, worlds.collision_check(split, episode), Limits(steps_per_phase=10_000))
+    session = EpisodeSession(episode, world, Limits(steps_per_phase=10_000))
     language = min(episode.instructions)
     for number, turn in enumerate(episode.turns, start=1):
         for phase, actions in (("navigation", turn.actions), ("assembly", turn.room_actions)):

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Container, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from functools import cache, lru_cache, partial
+from functools import cache, partial
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -22,8 +22,7 @@ from arramon_server.sim.cameras import FAR, NEAR, THOUSANDTH, Actor, Frame, View
 from arramon_server.sim.catalogue import ObjectType
 from arramon_server.sim.daylight import AMBIENT, DIFFUSE, SUN, sky
 from arramon_server.sim.footprints import PROBE_HEIGHT, TOUCHING, Footprint, Place
-from arramon_server.sim.scene import Body, BoxCollider, Mesh, Scene
-from arramon_server.sim.variations import CACHED, SAME, SceneDifference
+from arramon_server.sim.scene import Body, BoxCollider, Mesh, Scene, SceneDifference
 
 
 @contextmanager
@@ -95,18 +94,18 @@ class Obstacles:
         self,
         start: Place,
         end: Place,
-        absent: Container[Body] = (),
-        further: Sequence[Body] = (),
+        removed: Container[Body] = (),
+        added: Sequence[Body] = (),
     ) -> bool:
         """Return whether the agent's disc can move straight from `start` to `end` without touching a solid body.
 
         Args:
             start: (X, Y) on the scene's ground plane, units.
             end: the same.
-            absent: bodies of the scene to ignore.
-            further: bodies in addition to those of the scene, each with a collider.
+            removed: bodies of the scene to ignore.
+            added: bodies in addition to those of the scene, each with a collider.
         """
-        near, beside = self._near(start, end, absent), _beside(start, end, further)
+        near, beside = self._near(start, end, removed), _beside(start, end, added)
         unsure: list[int] = []
         for number in near:
             touched = self._exact(self._footprints[number], start, end)
@@ -134,7 +133,7 @@ class Obstacles:
             for body in unsure_beside
         )
 
-    def _near(self, start: Place, end: Place, absent: Container[Body]) -> list[int]:
+    def _near(self, start: Place, end: Place, removed: Container[Body]) -> list[int]:
         """Return the ids of the bodies whose bounding boxes overlap that of a way."""
         (x0, y0), (x1, y1) = start, end
         overlapping = pybullet.getOverlappingObjects(
@@ -143,7 +142,7 @@ class Obstacles:
             physicsClientId=self._client,
         )
         found = {number for number, _ in overlapping or ()}
-        return [number for number in found if number in self._solid and self._solid[number] not in absent]
+        return [number for number in found if number in self._solid and self._solid[number] not in removed]
 
     def _exact(self, footprint: Footprint, start: Place, end: Place) -> bool | None:
         """Return whether the agent touches a body on its way, by exact distance; None if pybullet can decide."""
@@ -217,13 +216,12 @@ class ReferenceCamera(Obstacles):
     """A scene with collisions and visual shapes: the reference camera (`cameras.Camera`)."""
 
     def _fill(self, scene: Scene) -> None:
-        self._meshes, self._labels = scene.meshes, labels_of(scene)
+        self._scene, self._meshes, self._labels = scene, scene.meshes, labels_of(scene)
         self._places = {body: place for place, body in enumerate(scene.bodies)}
         self._label_numbers: dict[int, int] = {}
         self._bodies: dict[str, int] = {}
         self._actors: dict[tuple[ObjectType, float], list[int]] = {}
-        self._further: dict[tuple[str, str, float, str], list[int]] = {}
-        self._varied = lru_cache(CACHED)(partial(SceneDifference.between, scene))
+        self._added: dict[tuple[str, str, float, str], list[int]] = {}
         self._extents = _extents(scene)
         self._drawn = np.ones(len(scene.bodies), dtype=bool)
         textures = self._load(scene.textures.values())
@@ -246,15 +244,15 @@ class ReferenceCamera(Obstacles):
         *,
         segmentation: bool = False,
         into: Frame | None = None,
-        variation: Scene | None = None,
+        difference: SceneDifference = SceneDifference(),  # noqa: B008 - it is immutable
     ) -> Frame:
         """Draw a frame of `size` x `size` pixels from `viewpoint`, with `actors` in the scene for this frame only.
 
-        The same arguments give the same bytes, independent of earlier frames.
+        The same arguments give the same bytes, independent of earlier frames. `difference` gives the bodies to draw
+        instead of the scene's own.
         """
-        difference = SAME if variation is None else self._varied(variation)
-        self._cull(viewpoint, difference.absent)
-        shown = [*self._pose(actors), *self._add_further(difference.further)]
+        self._cull(viewpoint, difference.removed)
+        shown = [*self._pose(actors), *self._show_added(difference.added)]
         frame = self._draw(viewpoint, shown, size, segmentation=segmentation)
         if into is None:
             return frame
@@ -300,14 +298,18 @@ class ReferenceCamera(Obstacles):
         numbers[nothing] = 0
         return Frame(rgb, thousandths, numbers)
 
-    def _cull(self, viewpoint: Viewpoint, absent: Iterable[Body]) -> None:
-        """Hide the scene's bodies that are absent or entirely outside the frame: even invisible triangles take time."""
+    def showing(self, scene: Scene) -> "ReferenceCameraView":
+        """Return a camera that draws the bodies of another scene, in the same pybullet client."""
+        return ReferenceCameraView(self, SceneDifference.between(self._scene, scene))
+
+    def _cull(self, viewpoint: Viewpoint, removed: Iterable[Body]) -> None:
+        """Hide bodies that are removed or entirely outside the frame: even invisible triangles take time."""
         angle, half = math.radians(viewpoint.heading), math.radians(FIELD_OF_VIEW) / 2
         x, y, radius = self._extents.T
         right = (x - viewpoint.x) * math.cos(angle) - (y - viewpoint.y) * math.sin(angle)
         ahead = (x - viewpoint.x) * math.sin(angle) + (y - viewpoint.y) * math.cos(angle)
         drawn = (np.abs(right) * math.cos(half) - ahead * math.sin(half) < radius) & (ahead > -radius)
-        drawn[[self._places[body] for body in absent]] = False
+        drawn[[self._places[body] for body in removed]] = False
         for i in np.flatnonzero(drawn != self._drawn):
             self._tint(self._static[i], float(drawn[i]))
         self._drawn = drawn
@@ -330,13 +332,13 @@ class ReferenceCamera(Obstacles):
             shown.append(body)
         return shown
 
-    def _add_further(self, further: Iterable[Body]) -> list[int]:
-        """Add the further bodies of a variation, without collisions, and return the pybullet ids."""
+    def _show_added(self, added: Iterable[Body]) -> list[int]:
+        """Show bodies that are not the scene's own, without collisions, and return the pybullet ids."""
         taken: Counter[tuple[str, str, float, str]] = Counter()
         shown = []
-        for body in further:
+        for body in added:
             key = (body.mesh, body.texture, body.scale, label_of(body))
-            pool = self._further.setdefault(key, [])
+            pool = self._added.setdefault(key, [])
             if taken[key] == len(pool):
                 pool.append(self._stand(replace(body, collider=None)))
             number = pool[taken[key]]
@@ -349,7 +351,7 @@ class ReferenceCamera(Obstacles):
         return shown
 
     def _stand(self, body: Body) -> int:
-        """Create a body of the scene or of a variation of it, and return its pybullet id."""
+        """Create a body of the scene or an added one, and return its pybullet id."""
         look = (body.mesh, body.scale)
         if look not in self._shapes:
             self._shapes[look] = self._shape(self._meshes[body.mesh], body.scale)
@@ -398,12 +400,47 @@ class ReferenceCamera(Obstacles):
         return number
 
 
-def _beside(start: Place, end: Place, further: Sequence[Body]) -> list[Body]:
+class ReferenceCameraView:
+    """A reference camera that draws another scene (`cameras.Camera`).
+
+    Args:
+        camera: camera of the scene with which it shares meshes and textures.
+        difference: difference between that scene and the one to draw.
+    """
+
+    def __init__(self, camera: ReferenceCamera, difference: SceneDifference) -> None:
+        self._camera, self._difference = camera, difference
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Labels of a segmentation, by number."""
+        return self._camera.labels
+
+    def render(
+        self,
+        viewpoint: Viewpoint,
+        actors: Sequence[Actor],
+        size: int,
+        *,
+        segmentation: bool = False,
+        into: Frame | None = None,
+    ) -> Frame:
+        """Draw a frame, as `ReferenceCamera.render` does."""
+        return self._camera.render(
+            viewpoint, actors, size, segmentation=segmentation, into=into, difference=self._difference
+        )
+
+    def showing(self, scene: Scene) -> "ReferenceCameraView":
+        """Return a camera that draws the bodies of a third scene."""
+        return self._camera.showing(scene)
+
+
+def _beside(start: Place, end: Place, added: Sequence[Body]) -> list[Body]:
     """Return the bodies that are near enough to a way to be touched."""
-    if not further:
+    if not added:
         return []
     middle, reach = ((start[0] + end[0]) / 2, (start[1] + end[1]) / 2), _REACH + math.dist(start, end) / 2
-    return [body for body in further if math.dist(middle, body.position[:2]) <= reach + _radius(body)]
+    return [body for body in added if math.dist(middle, body.position[:2]) <= reach + _radius(body)]
 
 
 def _radius(body: Body) -> float:

@@ -96,7 +96,6 @@ class Camera(Protocol):
         *,
         segmentation: bool = False,
         into: Frame | None = None,
-        variation: Scene | None = None,
     ) -> Frame:
         """Draw a frame.
 
@@ -108,14 +107,23 @@ class Camera(Protocol):
             into: a frame of this size, whose contiguous arrays are overwritten and returned; None for new ones. Its
                 depth may be float32. A requested segmentation is allocated if it has none. If its colours are an empty
                 array, none are drawn.
-            variation: a scene whose bodies are drawn instead of those of the camera's own scene. Their meshes, textures
-                and labels must be those of the bodies or spare bodies of that scene.
+        """
+        ...
+
+    def showing(self, scene: Scene) -> "Camera":
+        """Return a camera that draws the bodies of another scene, and shares everything else with this camera.
+
+        Args:
+            scene: its meshes, textures and labels must be those of the bodies or spare bodies of this camera's scene.
+
+        Raises:
+            KeyError: for one that is not.
         """
         ...
 
 
 def labels_of(scene: Scene) -> tuple[str, ...]:
-    """Return all labels that a frame of the scene or of a variation can contain, each once.
+    """Return all labels that a frame of the scene, with or without its spare bodies, can contain, each once.
 
     First NOTHING, then those of the bodies and the spare ones, then every collectible's.
     """

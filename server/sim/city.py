@@ -38,7 +38,7 @@ def city_scene(section: Section, spare: Iterable[Prop] = ()) -> Scene:
 
     Args:
         section: its geometry and furniture.
-        spare: further props that variations of the scene have (`refurnished`).
+        spare: further props that scenes made from this one have (`refurnished`).
 
     Its bodies are named "building/0", "cone/0" and so on, numbered in the section's order, and "asphalt", "kerbs",
     "pavements", "lines", "roofs". Bodies near the eye come first, so that renderers that draw in
@@ -71,8 +71,8 @@ def city_scene(section: Section, spare: Iterable[Prop] = ()) -> Scene:
     for name, label, cover, mesh in _ground(section):
         meshes[name], textures[cover] = mesh, texture(cover)
         bodies.append(Body(name, name, cover, (0.0, 0.0, 0.0), label=label))
-    further = tuple(_prop_bodies(spare, meshes, textures))
-    return Scene(f"section {section.id}", tuple(bodies), meshes, textures, further)
+    spare_bodies = tuple(_prop_bodies(spare, meshes, textures))
+    return Scene(f"section {section.id}", tuple(bodies), meshes, textures, spare_bodies)
 
 
 def refurnished(scene: Scene, section: Section) -> Scene:

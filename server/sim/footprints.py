@@ -24,7 +24,7 @@ _CELL = 4.0
 """Side of a cell of the index, in units."""
 
 _CACHED = 8192
-"""Number of cached footprints of further bodies, about 300 bytes each."""
+"""Number of cached footprints of added bodies, about 300 bytes each."""
 
 Place = tuple[float, float]
 """(X, Y) on the scene's ground plane, in units."""
@@ -128,31 +128,31 @@ class Footprints:
         self._east = max((solid.east for solid in solids), default=0.0)
         self._south = min((solid.south for solid in solids), default=0.0)
         self._north = max((solid.north for solid in solids), default=0.0)
-        self._further = lru_cache(_CACHED)(_solid)
+        self._added = lru_cache(_CACHED)(_solid)
 
-    def way_is_free(self, start: Place, end: Place, absent: Container[Body] = (), further: Iterable[Body] = ()) -> bool:
+    def way_is_free(self, start: Place, end: Place, removed: Container[Body] = (), added: Iterable[Body] = ()) -> bool:
         """Return whether the agent's disc can move straight from `start` to `end` without touching a solid body.
 
         Args:
             start: (X, Y) on the scene's ground plane, units.
             end: the same.
-            absent: bodies of the scene to ignore.
-            further: bodies in addition to those of the scene, each with a collider.
+            removed: bodies of the scene to ignore.
+            added: bodies in addition to those of the scene, each with a collider.
 
         Raises:
-            ValueError: if one of `further` has no collider, or one that is not solid at PROBE_HEIGHT.
+            ValueError: if one of `added` has no collider, or one that is not solid at PROBE_HEIGHT.
         """
-        return all(distance > AGENT_RADIUS for distance in self._distances(start, end, absent, further))
+        return all(distance > AGENT_RADIUS for distance in self._distances(start, end, removed, added))
 
-    def distance(self, start: Place, end: Place, absent: Container[Body] = (), further: Iterable[Body] = ()) -> float:
+    def distance(self, start: Place, end: Place, removed: Container[Body] = (), added: Iterable[Body] = ()) -> float:
         """Return the distance of a way from the nearest body, in units; inf if none is within AGENT_RADIUS + TOUCHING.
 
         Args and Raises: as `way_is_free`.
         """
-        nearest = min(self._distances(start, end, absent, further), default=math.inf)
+        nearest = min(self._distances(start, end, removed, added), default=math.inf)
         return nearest if nearest <= AGENT_RADIUS + TOUCHING else math.inf
 
-    def _distances(self, start: Place, end: Place, absent: Container[Body], further: Iterable[Body]) -> Iterator[float]:
+    def _distances(self, start: Place, end: Place, removed: Container[Body], added: Iterable[Body]) -> Iterator[float]:
         """Yield the distances of a way from bodies, at least from all that are within AGENT_RADIUS + TOUCHING."""
         (x0, y0), (x1, y1) = start, end
         if x0 > x1:
@@ -162,9 +162,9 @@ class Footprints:
         for i in _cells(max(x0, self._west), min(x1, self._east)):
             for j in _cells(max(y0, self._south), min(y1, self._north)):
                 for body, footprint, west, east, south, north in self._cells.get((i, j), ()):
-                    if x0 <= east and x1 >= west and y0 <= north and y1 >= south and body not in absent:
+                    if x0 <= east and x1 >= west and y0 <= north and y1 >= south and body not in removed:
                         yield footprint.distance(start, end)
-        for _, footprint, west, east, south, north in map(self._further, further):
+        for _, footprint, west, east, south, north in map(self._added, added):
             if x0 <= east and x1 >= west and y0 <= north and y1 >= south:
                 yield footprint.distance(start, end)
 

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Protocol
 from arramon_server.sim.cameras import CAMERAS
 from arramon_server.sim.footprints import Footprints, Place
 from arramon_server.sim.scene import Body, Scene
-from arramon_server.sim.variations import SceneDifference
 
 if TYPE_CHECKING:
     from arramon_server.sim.bullet import ReferenceCamera
@@ -23,16 +22,16 @@ INSTALL_PYBULLET = "pip install 'arramon-server[pybullet]' compiles it, with a C
 
 
 class Physics(Protocol):
-    """Collision checks in a scene and its variations, with bodies removed and added. Close it after use."""
+    """Collision checks in a scene, with or without some bodies removed and added. Close it after use."""
 
-    def way_is_free(self, start: Place, end: Place, absent: Container[Body] = (), further: Sequence[Body] = ()) -> bool:
+    def way_is_free(self, start: Place, end: Place, removed: Container[Body] = (), added: Sequence[Body] = ()) -> bool:
         """Return whether the agent's disc can move straight from `start` to `end` without touching a solid body.
 
         Args:
             start: (X, Y) on the scene's ground plane, units.
             end: the same.
-            absent: bodies of the scene to ignore.
-            further: bodies in addition to those of the scene, each with a collider.
+            removed: bodies of the scene to ignore.
+            added: bodies in addition to those of the scene, each with a collider.
         """
         ...
 
@@ -80,21 +79,3 @@ def problem_of_camera(name: str) -> str:
     if name == WITH_PYBULLET and not has_pybullet():
         return f"which needs pybullet, and that is not installed: {INSTALL_PYBULLET}. Expected {CAMERAS[0]} without it"
     return ""
-
-
-class VariedCollisionCheck:
-    """Collision checks (`rules.CollisionCheck`) in a variation of a scene.
-
-    Args:
-        physics: collision checks of the scene.
-        difference: difference between the scene and the variation.
-    """
-
-    def __init__(self, physics: Physics, difference: SceneDifference) -> None:
-        self._physics = physics
-        self._absent = difference.absent
-        self._solid = tuple(body for body in difference.further if body.collider is not None)
-
-    def way_is_free(self, start: tuple[float, float], end: tuple[float, float]) -> bool:
-        """Return whether the agent can move straight from one (X, Y) to another."""
-        return self._physics.way_is_free(start, end, self._absent, self._solid)

@@ -5,6 +5,8 @@ inferred from the release's instructions: objects put against the wooden wall be
 wall in row 0, and "turn to face the dotted wall" is a turn to the left.
 """
 
+from functools import cache
+
 from arramon_client.world import CELL_SIZE, COLUMNS, ROWS
 from arramon_server.sim.assets.meshes import Vector, moved, quad
 from arramon_server.sim.assets.textures import texture
@@ -21,6 +23,7 @@ WALL_TEXTURE_SPAN = 1.5
 _THICKNESS = 0.2
 
 
+@cache
 def room_scene() -> Scene:
     """Build the room without any objects: cell (column, row) is centred on X = 1.5 column, Y = 1.5 row."""
     west, east = -CELL_SIZE / 2, (COLUMNS - 0.5) * CELL_SIZE

@@ -75,8 +75,8 @@ class Scene:
         bodies: their names are unique in the scene.
         meshes: meshes by name.
         textures: textures by name; (height, width, 3) uint8, the first row at the top (v = 1).
-        spare: bodies that are not in this scene, but may be in a variation of it: their meshes, textures and labels are
-            known. Their poses mean nothing.
+        spare: bodies that are not in this scene, but may be in others that share its camera (`Camera.showing`): their
+            meshes, textures and labels are known. Their poses mean nothing.
     """
 
     name: str
@@ -84,3 +84,24 @@ class Scene:
     meshes: Mapping[str, Mesh] = field(repr=False)
     textures: Mapping[str, npt.NDArray[np.uint8]] = field(repr=False)
     spare: tuple[Body, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class SceneDifference:
+    """The difference between two scenes that share bodies; by default none.
+
+    Attributes:
+        removed: bodies of the first scene alone.
+        added: bodies of the second scene alone.
+    """
+
+    removed: frozenset[Body] = frozenset()
+    added: tuple[Body, ...] = ()
+
+    @classmethod
+    def between(cls, first: Scene, second: Scene) -> "SceneDifference":
+        """Return the difference; bodies that are the same object are in both."""
+        there = set(first.bodies)
+        return cls(
+            frozenset(there.difference(second.bodies)), tuple(body for body in second.bodies if body not in there)
+        )

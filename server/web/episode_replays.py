@@ -12,13 +12,10 @@ from arramon_server.runs.play.session import EpisodeSession
 from arramon_server.runs.storage import causes
 from arramon_server.runs.storage.journal import Journal
 from arramon_server.runs.storage.records import EpisodeEnding, Run
-from arramon_server.sim.city import city_scene, refurnished
-from arramon_server.sim.own_furniture import OwnFurniture, furnished
-from arramon_server.sim.physics import Physics, VariedCollisionCheck, physics_of
-from arramon_server.sim.rules import CollisionCheck, Limits
-from arramon_server.sim.scene import Scene
+from arramon_server.sim.own_furniture import furnished
+from arramon_server.sim.rules import Limits
 from arramon_server.sim.section import Section
-from arramon_server.sim.variations import SceneDifference
+from arramon_server.sim.section_world import EpisodeWorld, SectionWorld
 from arramon_server.web import room_map, section_map
 
 EXAMPLES = 8
@@ -60,7 +57,7 @@ class EpisodeReplays:
     def __init__(self, splits: Mapping[str, Split], journal: Journal) -> None:
         self._splits = splits
         self._journal = journal
-        self._last: tuple[Section, Scene, Physics] | None = None
+        self._last: SectionWorld | None = None
         self._cached_tracks = lru_cache(_CACHE_SIZE)(self._tracks)
         self._cached_endings = lru_cache(16)(self._read_endings)
         self.play_digest_of = journal.play_digest
@@ -68,7 +65,7 @@ class EpisodeReplays:
     def close(self) -> None:
         """Free the memory of the last section's physics. `played` may still be called afterwards."""
         if self._last is not None:
-            self._last[2].close()
+            self._last.close()
             self._last = None
 
     def split(self, entry: Entry) -> Split | None:
@@ -122,25 +119,19 @@ class EpisodeReplays:
         split = self._splits[run.split]
         episode = split.episodes[episode_id]
         section = split.sections[episode.section]
-        session = EpisodeSession(episode, self._ground(section, episode.furniture), Limits(run.steps_per_phase))
+        session = EpisodeSession(episode, self._world(section, episode), Limits(run.steps_per_phase))
         replay = room_map.AssemblyReplay(session)
         replay.replay(self._journal.actions(run.run_id, episode_id) if cause else ())
         if cause == causes.TIME_LIMIT and not session.state.finished:
             session.end_at_time_limit()
         return tuple(section_map.turn_paths(section, turn) for turn in session.record().turns), replay.maps()
 
-    def _ground(self, section: Section, furniture: OwnFurniture) -> CollisionCheck:
-        """Return the collision checks for an episode. The latest section is cached, as readers tend to stay in one."""
-        if self._last is None or self._last[0] is not section:
+    def _world(self, section: Section, episode: Episode) -> EpisodeWorld:
+        """Return the world of an episode. The latest section is cached, as readers tend to stay in one."""
+        if self._last is None or self._last.section is not section:
             self.close()
-            scene = city_scene(section)
-            self._last = section, scene, physics_of(scene)
-        _, scene, physics = self._last
-        if furniture.is_empty:
-            return physics
-        return VariedCollisionCheck(
-            physics, SceneDifference.between(scene, refurnished(scene, furnished(section, furniture)))
-        )
+            self._last = SectionWorld(section)
+        return self._last.in_episode(episode.furniture, episode.layout)
 
 
 def _similarity(ending: EpisodeEnding) -> float:

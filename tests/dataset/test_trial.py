@@ -7,13 +7,11 @@ import numpy as np
 import pytest
 
 from arramon_client.agent import Action, Episode, Label, Observation
-from arramon_dataset.trial import AGENT_LABELS, EarlyStop, TrialWorld, play, play_or_stop_early
+from arramon_dataset.trial import AGENT_LABELS, EarlyStop, play, play_or_stop_early
 from arramon_server.episodes import episode as episodes
-from arramon_server.sim.city import city_scene
-from arramon_server.sim.physics import physics_of
-from arramon_server.sim.raster.camera import RasterCamera
+from arramon_server.sim.own_furniture import NO_FURNITURE
 from arramon_server.sim.room import RoomCell, RoomPosition
-from arramon_server.sim.room_scene import room_scene
+from arramon_server.sim.section_world import EpisodeWorld, SectionWorld
 from tests.dataset.instructions.town import ACTIONS, PATH, START, STREET, P, crossing
 
 
@@ -38,10 +36,9 @@ class Replaying:
 
 
 @pytest.fixture(scope="module")
-def place() -> Iterator[TrialWorld]:
-    scene = city_scene(crossing())
-    with closing(physics_of(scene)) as physics:
-        yield TrialWorld(physics, RasterCamera(scene), RasterCamera(room_scene()))
+def place() -> Iterator[EpisodeWorld]:
+    with closing(SectionWorld(crossing())) as section:
+        yield section.in_episode(NO_FURNITURE, episode().layout)
 
 
 def episode() -> episodes.Episode:
@@ -52,14 +49,14 @@ def episode() -> episodes.Episode:
     return episodes.Episode("e", "test", START, (first, second), (), {"en": (texts[0], texts[1])})
 
 
-def test_ground_truth_scores_one(place: TrialWorld) -> None:
+def test_ground_truth_scores_one(place: EpisodeWorld) -> None:
     agent = Replaying([*ACTIONS, P, P, P])
     scores = play(agent, episode(), "en", place, size=64)
     for turn in scores.turns:
         assert [turn[name] for name in ("nDTW", "CTC-0", "CTC-3", "PTC")] == pytest.approx([1.0] * 4)
 
 
-def test_trial_observations_follow_the_agent_contract(place: TrialWorld) -> None:
+def test_trial_observations_follow_the_agent_contract(place: EpisodeWorld) -> None:
     agent = Replaying([*ACTIONS, P, P, P])
     play(agent, episode(), "en", place, size=64)
     assert agent.episode == Episode("e", "en", "trial", labels=AGENT_LABELS)
@@ -77,14 +74,14 @@ def test_trial_observations_follow_the_agent_contract(place: TrialWorld) -> None
     assert {Label("road"), Label("phone_booth"), Label("building", look="brick")} <= labels
 
 
-def test_agent_that_only_turns_is_stopped_at_the_step_limit(place: TrialWorld) -> None:
+def test_agent_that_only_turns_is_stopped_at_the_step_limit(place: EpisodeWorld) -> None:
     agent = Replaying([Action.LEFT] * 600)
     scores = play(agent, episode(), "en", place, size=16)
     assert len(agent.seen) == 600
     assert [turn["PTC"] for turn in scores.turns] == [0.0, 0.0]
 
 
-def test_a_trial_with_hope_is_played_to_its_end(place: TrialWorld) -> None:
+def test_a_trial_with_hope_is_played_to_its_end(place: EpisodeWorld) -> None:
     actions = [*ACTIONS, P, P, P]
     scores = play_or_stop_early(Replaying(actions), episode(), "en", place, EarlyStop(episode().turns, 0.2))
     assert scores == play(Replaying(actions), episode(), "en", place)
@@ -97,7 +94,7 @@ def test_a_trial_with_hope_is_played_to_its_end(place: TrialWorld) -> None:
         ([*ACTIONS[:15], *[Action.LEFT] * 3, *[Action.FORWARD] * 7, P], 30),  # Another object, far from the target.
     ],
 )
-def test_a_trial_ends_when_there_is_no_hope(place: TrialWorld, actions: list[int], most: int) -> None:
+def test_a_trial_ends_when_there_is_no_hope(place: EpisodeWorld, actions: list[int], most: int) -> None:
     agent = Replaying([*actions, *[Action.FORWARD] * 150])
     assert play_or_stop_early(agent, episode(), "en", place, EarlyStop(episode().turns, 0.2)) is None
     assert len(agent.seen) < most

@@ -221,7 +221,7 @@ def test_culling_bodies_outside_the_view_changes_no_pixel(world: ReferenceCamera
         view = Viewpoint(4.0, 1.0, float(heading))
         frame = world.render(view, [], 64)
         with_all = ReferenceCamera(replace(SCENE, bodies=SCENE.bodies))
-        with_all._cull = lambda viewpoint, absent: None  # type: ignore[method-assign]
+        with_all._cull = lambda viewpoint, removed: None  # type: ignore[method-assign]
         assert (with_all.render(view, [], 64).rgb == frame.rgb).all()
         with_all.close()
 

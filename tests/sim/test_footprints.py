@@ -109,9 +109,9 @@ def test_no_body_is_missed_by_the_index(
     assert Footprints(scene(*bodies)).way_is_free(start, end) is free
     half = len(bodies) // 2
     grounds = Footprints(scene(*bodies[:half]))
-    assert grounds.way_is_free(start, end, further=bodies[half:]) is free
-    assert Footprints(scene(*bodies)).way_is_free(start, end, absent=frozenset(bodies), further=bodies) is free
-    assert Footprints(scene(*bodies)).way_is_free(start, end, absent=frozenset(bodies))
+    assert grounds.way_is_free(start, end, added=bodies[half:]) is free
+    assert Footprints(scene(*bodies)).way_is_free(start, end, removed=frozenset(bodies), added=bodies) is free
+    assert Footprints(scene(*bodies)).way_is_free(start, end, removed=frozenset(bodies))
 
 
 def test_touching_is_no_free_way() -> None:
@@ -132,12 +132,12 @@ def test_colliders_away_from_the_height_of_agents_are_refused(low: float, height
     with pytest.raises(ValueError, match=expected):
         Footprints(scene(floating))
     with pytest.raises(ValueError, match=expected):
-        Footprints(scene()).way_is_free((0.0, 0.0), (0.0, 1.0), further=[floating])
+        Footprints(scene()).way_is_free((0.0, 0.0), (0.0, 1.0), added=[floating])
 
 
-def test_further_bodies_need_a_collider() -> None:
+def test_added_bodies_need_a_collider() -> None:
     with pytest.raises(ValueError, match="body 'box' has no collider"):
-        Footprints(scene()).way_is_free((0.0, 0.0), (0.0, 1.0), further=[body(0.0, 0.0, collider=None)])
+        Footprints(scene()).way_is_free((0.0, 0.0), (0.0, 1.0), added=[body(0.0, 0.0, collider=None)])
 
 
 def test_every_collider_of_the_project_counts_by_its_footprint() -> None:

@@ -44,8 +44,7 @@ def finish(export: ResolvedExport, split: Split, folder: ExportFolder, parts: Se
 
 def _line(export: ResolvedExport, split: Split, source: EpisodeActions, worlds: Worlds) -> dict[str, Any]:
     episode = split.episodes[source.episode_id]
-    ground = worlds.collision_check(split.name, episode)
-    trajectory = replay_demonstration(source, episode, ground, export.steps_per_phase)
+    trajectory = replay_demonstration(source, episode, worlds.world(split.name, episode), export.steps_per_phase)
     return {
         "episode_id": episode.episode_id,
         "section": episode.section,

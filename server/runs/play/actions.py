@@ -130,7 +130,9 @@ class ActionHandler:
 def observation_of(stream: Stream, session: EpisodeSession) -> Observed:
     """Return the observation of an episode's current state; its frame is drawn when it is delivered."""
     left = None if stream.clock is None else stream.clock.time_left(session.episode.episode_id)
-    return Observed(stream.run, session.episode, session.state, session.steps_left(session.state), time_left=left)
+    world = stream.worlds[session.episode.episode_id]
+    steps_left = session.steps_left(session.state)
+    return Observed(stream.run, session.episode, world, session.state, steps_left, time_left=left)
 
 
 def _collect(results: ActionResults, function: Callable[[], list[Event]]) -> None:

@@ -92,8 +92,11 @@ class Assignment:
         return claim.worker not in (None, self._worker) and claim.idle > SILENT
 
     def _open_one(self, stream: Stream, assigned: AssignedEpisode) -> Iterator[None]:
-        """Open an episode and replay its recorded actions, one per iteration."""
+        """Open an episode: load its world, one part per iteration, then replay its recorded actions, one each."""
         run, claim = stream.run, assigned.claim
+        for _ in self._loader.load_world(run, claim, drawn=stream.wants_images):
+            yield
+        world = self._loader.world(run, claim)
         session = self._loader.begin(run, claim)
         actions = self._loader.actions(run, claim)
         notes = self._loader.notes(run, claim) if assigned.with_history else {}
@@ -101,11 +104,11 @@ class Assignment:
         for state, taken in session.replay(actions):
             if assigned.with_history:
                 left, note = session.steps_left(state), notes.get(state.step)
-                past.append(Observed(run, session.episode, state, left, taken=taken, taken_note=note))
+                past.append(Observed(run, session.episode, world, state, left, taken=taken, taken_note=note))
             yield
-        started = EpisodeStarted(run, session.episode, self._loader.scene(run, session.episode), len(actions))
+        started = EpisodeStarted(run, session.episode, world.scene, len(actions))
         stream.drop(claim.episode_id)
-        stream.sessions[claim.episode_id] = session
+        stream.sessions[claim.episode_id], stream.worlds[claim.episode_id] = session, world
         if claim.state == OPEN:
             session.thinking.skip(session.state.step)
         if stream.clock is not None:

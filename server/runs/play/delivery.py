@@ -18,7 +18,6 @@ from arramon_server.runs.play.events import (
 )
 from arramon_server.runs.play.faults import EpisodeFault, fault_boundary
 from arramon_server.runs.play.stream import Stream
-from arramon_server.runs.play.worlds import Worlds
 from arramon_server.runs.storage.meter import NO_METER, Meter, Stage
 from arramon_server.runs.storage.records import Claim
 
@@ -53,19 +52,15 @@ class Delivery:
     """Draws and delivers the queued events of one stream at a time.
 
     Args:
-        worlds: draw the frames.
         threads: threads in which frames are drawn.
         now: returns the time of play, in seconds.
         meter: receives the time of each stage.
     """
 
-    def __init__(
-        self, worlds: Worlds, threads: ImageThreads, now: Callable[[], float], meter: Meter = NO_METER
-    ) -> None:
+    def __init__(self, threads: ImageThreads, now: Callable[[], float], meter: Meter = NO_METER) -> None:
         self._threads = threads
         self._now = now
         self._meter = meter
-        self._worlds = worlds
 
     def deliver(self, stream: Stream) -> DeliveryResult:
         """Deliver a stream's next events, within the limits of one turn."""
@@ -104,9 +99,7 @@ class Delivery:
         started = time.perf_counter()
         try:
             with fault_boundary(stream.run, stream.claim_of(event.episode.episode_id), "drawing"):
-                frame = self._worlds.render(
-                    stream.run.split,
-                    event.episode,
+                frame = event.world.render(
                     event.state,
                     stream.image_size,
                     segmentation="segmentation" in stream.run.sensors,

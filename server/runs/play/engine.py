@@ -88,7 +88,7 @@ class Engine:
         self._durations = RunDurations(monotonic)
         self._actions = ActionHandler(journal, self._time, NoteTaker(journal, note_limits, monotonic))
         drawing = (threads or ImageThreads()) if self._worlds.draws_in_threads else ImageThreads(cores=1)
-        self._delivery = Delivery(self._worlds, drawing, self._time.now, meter)
+        self._delivery = Delivery(drawing, self._time.now, meter)
         self._upkeep = Upkeep(
             journal,
             activity,

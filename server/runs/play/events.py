@@ -11,6 +11,7 @@ from arramon_server.runs.storage.records import Run, RunProgress
 from arramon_server.sim.cameras import Frame
 from arramon_server.sim.rules import PhaseEnded, State
 from arramon_server.sim.scene import Scene
+from arramon_server.sim.section_world import EpisodeWorld
 
 Encoding: TypeAlias = Callable[[], Sequence[Any]]
 """Completes the encoding of an observation's images, and returns them as their transport sends them."""
@@ -45,6 +46,7 @@ class Observed:
     """The agent's observation of a state.
 
     Attributes:
+        world: draws the images.
         steps_left: steps left in the current phase.
         frame: rendered images; None until they are drawn, and without image sensors.
         taken: the action taken in this state if it is part of a history; None in the latest observation.
@@ -55,6 +57,7 @@ class Observed:
 
     run: Run
     episode: Episode
+    world: EpisodeWorld
     state: State
     steps_left: int
     frame: Frame | None = None
@@ -68,6 +71,7 @@ class Observed:
         return Observed(
             self.run,
             self.episode,
+            self.world,
             self.state,
             self.steps_left,
             frame,

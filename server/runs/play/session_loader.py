@@ -1,6 +1,6 @@
 """Loader of episodes to play: new ones, and ones rebuilt from the journal."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 from arramon_server.episodes.episode import Episode
 from arramon_server.episodes.splits import Split
@@ -9,7 +9,7 @@ from arramon_server.runs.play.worlds import Worlds
 from arramon_server.runs.storage.journal import Journal
 from arramon_server.runs.storage.records import OPEN, Claim, Run
 from arramon_server.sim.rules import Limits
-from arramon_server.sim.scene import Scene
+from arramon_server.sim.section_world import EpisodeWorld
 
 
 class SessionLoader:
@@ -18,7 +18,7 @@ class SessionLoader:
     Args:
         splits: splits by name.
         journal: stores the recorded actions.
-        worlds: scenes and collision checks.
+        worlds: loads the worlds of episodes.
     """
 
     def __init__(self, splits: Mapping[str, Split], journal: Journal, worlds: Worlds) -> None:
@@ -35,15 +35,19 @@ class SessionLoader:
         """Return the claimed episode."""
         return self._splits[run.split].episodes[claim.episode_id]
 
-    def scene(self, run: Run, episode: Episode) -> Scene:
-        """Return the scene of an episode."""
-        return self._worlds.scene(run.split, episode)
+    def load_world(self, run: Run, claim: Claim, *, drawn: bool) -> Iterator[object]:
+        """Load the world of the claimed episode part by part, as `Worlds.load` does."""
+        return self._worlds.load(run.split, self.episode(run, claim), drawn=drawn)
+
+    def world(self, run: Run, claim: Claim) -> EpisodeWorld:
+        """Return the world of the claimed episode."""
+        return self._worlds.world(run.split, self.episode(run, claim))
 
     def begin(self, run: Run, claim: Claim) -> EpisodeSession:
         """Return a session at the beginning of its episode."""
-        episode = self.episode(run, claim)
-        collisions = self._worlds.collision_check(run.split, episode)
-        return EpisodeSession(episode, collisions, Limits(run.steps_per_phase), claim.fence)
+        return EpisodeSession(
+            self.episode(run, claim), self.world(run, claim), Limits(run.steps_per_phase), claim.fence
+        )
 
     def actions(self, run: Run, claim: Claim) -> list[int]:
         """Return the recorded actions of an open episode; none for one that has not begun."""

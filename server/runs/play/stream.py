@@ -13,6 +13,7 @@ from arramon_server.runs.play.events import Event, RunEnded
 from arramon_server.runs.play.session import EpisodeSession
 from arramon_server.runs.play.transport import Transport
 from arramon_server.runs.storage.records import OPEN, Claim, Run
+from arramon_server.sim.section_world import EpisodeWorld
 
 MAX_INBOX = 16
 """Number of queued action messages at which the server stops reading from the stream."""
@@ -85,6 +86,7 @@ class Stream:
         due: time by `time.monotonic` at which they are applied even if few have arrived.
         outbox: events to deliver; their frames are not drawn yet.
         sessions: open episodes by id.
+        worlds: their worlds.
         assigned: assigned episodes that are not open yet, by id, in order.
         opening: iterator that opens the first of them step by step; None if it has not begun.
         oldest_arrival: arrival time of the oldest actions that are not fully answered; None without such actions.
@@ -104,6 +106,7 @@ class Stream:
     due: float = 0.0
     outbox: deque[Event] = field(default_factory=deque)
     sessions: dict[str, EpisodeSession] = field(default_factory=dict)
+    worlds: dict[str, EpisodeWorld] = field(default_factory=dict)
     assigned: dict[str, AssignedEpisode] = field(default_factory=dict)
     opening: Iterator[None] | None = None
     oldest_arrival: float | None = None
@@ -167,6 +170,7 @@ class Stream:
     def drop(self, episode_id: str) -> None:
         """Forget an episode, open or assigned."""
         self.sessions.pop(episode_id, None)
+        self.worlds.pop(episode_id, None)
         if self.assigned.pop(episode_id, None) is not None:
             self.opening = None  # Only the first one can have begun.
         if self.clock is not None:
@@ -175,6 +179,7 @@ class Stream:
     def end(self, event: RunEnded) -> None:
         """Forget all episodes and actions, and put the end of the run into the outbox."""
         self.sessions.clear()
+        self.worlds.clear()
         self.assigned.clear()
         self.opening = None
         self.inbox.clear()

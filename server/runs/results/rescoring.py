@@ -173,7 +173,7 @@ def replay_ending(
         actions_of: returns the actions of a run's episode, given the ids of both.
     """
     episode = split.episodes[ending.episode_id]
-    session = EpisodeSession(episode, worlds.collision_check(split.name, episode), Limits(run.steps_per_phase))
+    session = EpisodeSession(episode, worlds.world(split.name, episode), Limits(run.steps_per_phase))
     actions = actions_of(run.run_id, ending.episode_id) if ending.has_played else []
     for _ in session.replay(actions):
         pass
@@ -211,7 +211,7 @@ def check_same_states(
         ValueError: if they do not.
     """
     name = ending.episode_id
-    collisions = worlds.collision_check(after.name, after.episodes[name])
+    collisions = worlds.world(after.name, after.episodes[name])
     actions = actions_of(run.run_id, name) if ending.has_played else ()
     ways = [EpisodeSession(split.episodes[name], collisions, Limits(run.steps_per_phase)) for split in (before, after)]
     states = [[*(state for state, _ in session.replay(actions)), session.state] for session in ways]

@@ -3,9 +3,10 @@
 import math
 import threading
 from collections.abc import Sequence
+from copy import copy
 from functools import cache, lru_cache
 from itertools import count
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -23,7 +24,6 @@ from arramon_server.sim.raster.paint import paint
 from arramon_server.sim.raster.scene import LEVELS, geometry, indices_of, textures
 from arramon_server.sim.room_scene import room_scene
 from arramon_server.sim.scene import Scene
-from arramon_server.sim.variations import CACHED
 
 _FARTHEST = FAR / 1.001
 """Distance beyond which the reference camera draws nothing, in units."""
@@ -99,8 +99,7 @@ class RasterCamera:
         ranges = self._geometry.clusters[self._geometry.meshes - [0, 1]]
         self._polygons = ranges[:, 1, 3] - ranges[:, 0, 1]
         self._numbers = meshes, covers, numbers
-        self._own = self._place(scene)
-        self._placed = lru_cache(CACHED)(self._place)
+        self._placed = self._place(scene)
         self._most = int(self._polygons[-len(COLLECTIBLES) :].max())
         self._actor_looks = {
             type_: (len(meshes) + COLLECTIBLES.index(type_.kind), number, numbers[str(type_)])
@@ -124,15 +123,14 @@ class RasterCamera:
         *,
         segmentation: bool = False,
         into: Frame | None = None,
-        variation: Scene | None = None,
     ) -> Frame:
         """Draw a frame of `size` x `size` pixels from `viewpoint`, with `actors` in the scene for this frame only.
 
         The same arguments give the same bytes in every process, independent of earlier frames. Colours are written in
         words of four pixels, so `into` needs a size whose square is a multiple of 4.
         """
-        placed = self._own if variation is None else self._placed(variation)
-        prepared = self._prepared(size, len(actors), placed)
+        placed = self._placed
+        prepared = self._prepared(size, len(actors))
         depth: npt.NDArray[Any] = np.empty((size, size), np.uint16) if into is None else into.depth
         words = np.empty(-(-size * size // 4) * 3, np.int32) if into is None else into.rgb.reshape(-1).view(np.int32)
         in_units = depth.dtype == np.float32
@@ -156,6 +154,12 @@ class RasterCamera:
         )
         rgb = words.view(np.uint8)[: 3 * size * size].reshape(size, size, 3) if into is None else into.rgb
         return Frame(rgb, depth, labels if segmentation else None)
+
+    def showing(self, scene: Scene) -> Self:
+        """Return a camera that draws the bodies of another scene, with the meshes and textures of this one."""
+        other = copy(self)
+        other._placed = self._place(scene)
+        return other
 
     def _place(self, scene: Scene) -> _Placed:
         """Return the bodies of a scene as an array for the compiled code.
@@ -183,9 +187,9 @@ class RasterCamera:
             ]
         )
 
-    def _prepared(self, size: int, actors: int, placed: _Placed) -> _Prepared:
+    def _prepared(self, size: int, actors: int) -> _Prepared:
         """Return this thread's cached data for a frame size, with enough capacity for the actors and bodies."""
-        mine = self._threads.prepared
+        mine, placed = self._threads.prepared, self._placed
         if size not in mine or not mine[size].capacity.holds(actors, placed):
             capacity = _Capacity(max(_ACTORS, 2 * actors), placed.end, placed.clusters)
             if size in mine:

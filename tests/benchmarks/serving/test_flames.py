@@ -12,8 +12,8 @@ OUTER = "main (arramon_server/cli.py:55);Engine.run (arramon_server/runs/play/en
 
 STACKS = {
     f"{OUTER};Delivery.deliver (a.py:1);RasterCamera.render (b.py:2)": "drawing",
-    f"{OUTER};Worlds.render (a.py:1);Worlds._build_camera (a.py:9)": "sections, built on first use",
-    f"{OUTER};Worlds.render (a.py:1);view (b.py:2)": "view: poses of the objects",
+    f"{OUTER};Assignment.open (a.py:1);Worlds.load (a.py:9)": "worlds, built when episodes are opened",
+    f"{OUTER};EpisodeWorld.render (a.py:1);view (b.py:2)": "view: poses of the objects",
     f"{OUTER};MeteredJournal.commit (a.py:1);Steps.commit (b.py:2)": "journal: commit",
     f"{OUTER};WorkerRegistry.beat (a.py:1)": "journal: the rest",
     f"{OUTER};SharedMemoryEncoder.encode (a.py:1)": "messages: images",
@@ -23,7 +23,7 @@ STACKS = {
     "main (arramon_server/cli.py:55);Handle._run (asyncio/events.py:80)": REST,
     "main (arramon_server/cli.py:55);EpollSelector.select (selectors.py:468)": "",
     "Thread.run (threading.py:982);_worker (concurrent/futures/thread.py:83)": "",
-    "_worker (concurrent/futures/thread.py:83);Worlds.render (a.py:1);RasterCamera.render (b.py:2)": "drawing",
+    "_worker (concurrent/futures/thread.py:83);EpisodeWorld.render (a.py:1);RasterCamera.render (b.py:2)": "drawing",
 }
 
 

@@ -63,9 +63,10 @@ def expected_observations(
     split = find_split(data, "tiny")
     episode = split.episodes[episode_id]
     with closing(Worlds({"tiny": split})) as worlds:
-        session = EpisodeSession(episode, worlds.collision_check("tiny", episode), Limits())
+        world = worlds.world("tiny", episode)
+        session = EpisodeSession(episode, world, Limits())
         for state, _ in session.replay(actions):
-            frame = worlds.render("tiny", episode, state, size, segmentation=True)
+            frame = world.render(state, size, segmentation=True)
             assert frame.segmentation is not None
             pose = visible_pose(state)
             yield ExpectedObservation(

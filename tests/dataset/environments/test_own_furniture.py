@@ -82,7 +82,8 @@ def test_maps_show_it(data: Path) -> None:
 def test_the_oracle_is_told_of_it(data: Path) -> None:
     split = find_split(data, "tiny")
     worlds = Worlds({"tiny": split})
-    messages = {id_: oracle_message(one, worlds.scene("tiny", one)).obstacles for id_, one in split.episodes.items()}
+    scenes = {id_: worlds.world("tiny", one).scene for id_, one in split.episodes.items()}
+    messages = {id_: oracle_message(one, scenes[id_]).obstacles for id_, one in split.episodes.items()}
     worlds.close()
     assert [len(messages[id_]) for id_ in ("0", "1", "2")] == [1, 2, 2]
     assert (messages["1"][0].x, messages["1"][0].z) == pytest.approx((0.0, 1.2))

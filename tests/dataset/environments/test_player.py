@@ -31,7 +31,7 @@ def test_frames_are_those_of_the_worlds(data: Path, size: int, camera: str, monk
     }
     seen = made.begin("1", 0)
     for action in tiny.ACTIONS[:6]:
-        frame = worlds.render("tiny", made.session.episode, made.session.state, size, segmentation=True)
+        frame = worlds.world("tiny", made.session.episode).render(made.session.state, size, segmentation=True)
         for each in (seen, made.latest(into), made.latest()):
             assert each.rgb is not None
             assert each.depth is not None

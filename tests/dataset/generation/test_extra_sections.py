@@ -80,7 +80,7 @@ def test_the_command_makes_episodes_with_instructions_to_learn_from(tmp_path: Pa
     assert [episode.section for episode in split.episodes.values()] == ["101", "101", "102", "102"]
     with closing(Worlds({EXTRA: split})) as worlds:
         for episode in split.episodes.values():
-            session = EpisodeSession(episode, worlds.collision_check(EXTRA, episode), Limits())
+            session = EpisodeSession(episode, worlds.world(EXTRA, episode), Limits())
             list(session.replay(action for turn in episode.turns for action in (*turn.actions, *turn.room_actions)))
             assert session.cause == "AGENT_FINISHED"
             assert min(scores[name] for scores in session.scores().turns for name in ("nDTW", "CTC-3", "PTC")) > 0.999

@@ -26,7 +26,7 @@ def worlds(tmp_path: Path) -> Iterator[Worlds]:
 
 
 def test_contact_sheet_has_one_row_per_phase(worlds: Worlds) -> None:
-    sheet = contact_sheet(tiny.episode("0"), "tiny", worlds, SIZE)
+    sheet = contact_sheet(tiny.episode("0"), worlds.world("tiny", tiny.episode("0")), SIZE)
     assert sheet.width == COLUMNS * (SIZE + 4)
     titles = 2 * 19 + 10  # a line with turn and phase, one with the instruction
     assert sheet.height == 4 * (titles + SIZE + 4 + 8)
@@ -34,15 +34,16 @@ def test_contact_sheet_has_one_row_per_phase(worlds: Worlds) -> None:
 
 def test_frames_are_what_an_agent_sees_along_the_ground_truth(worlds: Worlds) -> None:
     episode = tiny.episode("0")
-    sheet = np.asarray(contact_sheet(episode, "tiny", worlds, SIZE))
-    session = EpisodeSession(episode, worlds.collision_check("tiny", episode), Limits(150))
+    world = worlds.world("tiny", episode)
+    sheet = np.asarray(contact_sheet(episode, world, SIZE))
+    session = EpisodeSession(episode, world, Limits(150))
     top = 0
     for turn in episode.turns:
         for actions in (turn.actions, turn.room_actions):
             top += 2 * 19 + 10
             for number, (state, _) in enumerate(session.replay(actions)):
                 left = number * (SIZE + 4)
-                frame = worlds.render("tiny", episode, state, SIZE).rgb
+                frame = world.render(state, SIZE).rgb
                 assert (sheet[top : top + SIZE, left : left + SIZE] == frame).all(), (top, number)
             assert (sheet[top : top + SIZE, left + SIZE :] == 255).all()  # and nothing behind the last
             top += SIZE + 4 + 8

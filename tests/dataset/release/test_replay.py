@@ -52,7 +52,7 @@ def test_every_ground_truth_replays_exactly(split: Split, section: str) -> None:
     with closing(Worlds({split.name: split})) as worlds:
         for episode in split.episodes.values():
             if episode.section == section:
-                session = replay(episode, worlds.collision_check(split.name, episode))
+                session = replay(episode, worlds.world(split.name, episode))
                 assert session.state.finished
                 for turn in session.record().turns:
                     assert check(turn) <= 0.001, f"episode {episode.episode_id}"

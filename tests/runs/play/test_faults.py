@@ -10,7 +10,6 @@ import pytest
 from arramon_server.runs.play.events import EpisodeEnded, EpisodeStarted, Event, Observed, RunEnded
 from arramon_server.runs.play.session import EpisodeSession
 from arramon_server.runs.play.session_loader import SessionLoader
-from arramon_server.runs.play.worlds import Worlds
 from tests import tiny
 from tests.runs.engines import Backend, FakeStream, quick  # noqa: F401
 
@@ -36,7 +35,7 @@ class Break:
 
 @pytest.mark.parametrize(
     ("owner", "name", "sensors"),
-    [(SessionLoader, "begin", ()), (EpisodeSession, "apply", ()), (Worlds, "render", ("depth",))],
+    [(SessionLoader, "begin", ()), (EpisodeSession, "apply", ()), (Observed, "with_images", ("depth",))],
 )
 @pytest.mark.parametrize(("times", "cause", "reoffers"), [(1, "AGENT_FINISHED", 1), (2, "AGENT_FINISHED", 2),
                                                           (99, "SERVER_FAULT", 2)])  # fmt: skip

@@ -175,13 +175,15 @@ def test_clocks_run_on_while_no_stream_is_open_but_not_while_no_process_runs(tmp
     asyncio.run(play())
 
 
-def test_a_client_that_never_reads_runs_out_of_time_in_every_episode(tmp_path: Path) -> None:
+def test_a_client_that_stops_reading_runs_out_of_time_in_every_episode(tmp_path: Path) -> None:
     async def play() -> None:
         backend = Backend(tmp_path, 4)
         run = backend.run()
         async with backend.engine() as engine:
-            fake = FakeStream(engine, run, episodes=2, reads=False)
-            await fake.next(Observed)
+            fake = FakeStream(engine, run, episodes=2)
+            await fake.observation()
+            await fake.observation()
+            fake.reads = False
             delivered = len(fake.events)
             backend.now += 161.0
             await until(lambda: backend.causes() == {"TIME_LIMIT": 2})

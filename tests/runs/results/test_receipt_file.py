@@ -188,9 +188,7 @@ def test_a_receipt_that_a_stranger_signed_is_refused_or_differs_whatever_it_has(
     files = Files(tmp_path, hidden=False)
     worlds = Worlds({files.split.name: files.split})  # built once: the split stays the same
     request.addfinalizer(worlds.close)
-    monkeypatch.setattr(
-        receipt_file, "Worlds", lambda _splits: SimpleNamespace(collision_check=worlds.collision_check, close=int)
-    )
+    monkeypatch.setattr(receipt_file, "Worlds", lambda _splits: SimpleNamespace(world=worlds.world, close=int))
     content = json.loads(files.payload)
     paths = [path for path in values_of(content) if path[0] not in ("format", "version")]
     assert len(paths) > 40

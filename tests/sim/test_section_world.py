@@ -1,4 +1,4 @@
-"""Variations of a scene: what differs, and what is shared."""
+"""Scenes of one section with different furniture: what differs, and what is shared."""
 
 from dataclasses import replace
 
@@ -8,8 +8,8 @@ import pytest
 from arramon_server.sim.cameras import Viewpoint, labels_of
 from arramon_server.sim.city import city_scene, refurnished
 from arramon_server.sim.raster.camera import RasterCamera
+from arramon_server.sim.scene import SceneDifference
 from arramon_server.sim.section import Building, Prop, Section
-from arramon_server.sim.variations import SAME, SceneDifference
 
 CONES = (Prop("cone", 0.0, 3.0, 0.0, "orange"), Prop("cone", 1.0, 4.0, 0.0, "blue"))
 BARREL = Prop("barrel", -1.0, 4.0, 0.0, "gold")
@@ -17,22 +17,22 @@ SECTION = Section("1", 0.0, (-9.0, -9.0, 9.0, 9.0), (Building(0.0, 8.0, 4.0, 1.0
 HERE = Viewpoint(0.0, 0.0, 0.0)
 
 
-def test_difference_names_what_is_absent_and_what_is_further() -> None:
+def test_difference_names_what_is_removed_and_what_is_added() -> None:
     scene = city_scene(SECTION)
-    variation = refurnished(scene, replace(SECTION, props=(CONES[0], BARREL)))
-    difference = SceneDifference.between(scene, variation)
-    assert [body.name for body in difference.absent] == ["cone/1"]
-    assert [body.name for body in difference.further] == ["barrel/0"]
+    other = refurnished(scene, replace(SECTION, props=(CONES[0], BARREL)))
+    difference = SceneDifference.between(scene, other)
+    assert [body.name for body in difference.removed] == ["cone/1"]
+    assert [body.name for body in difference.added] == ["barrel/0"]
     none = SceneDifference.between(scene, refurnished(scene, SECTION))
-    assert (none.absent, none.further) == (SAME.absent, SAME.further)
+    assert (none.removed, none.added) == (frozenset(), ())
 
 
 def test_props_that_stand_elsewhere_are_other_bodies() -> None:
     scene = city_scene(SECTION)
-    variation = refurnished(scene, replace(SECTION, props=(CONES[0], replace(CONES[1], x=2.0))))
-    difference = SceneDifference.between(scene, variation)
-    assert [body.position for body in difference.absent] == [(1.0, 4.0, 0.0)]
-    assert [body.position for body in difference.further] == [(2.0, 4.0, 0.0)]
+    other = refurnished(scene, replace(SECTION, props=(CONES[0], replace(CONES[1], x=2.0))))
+    difference = SceneDifference.between(scene, other)
+    assert [body.position for body in difference.removed] == [(1.0, 4.0, 0.0)]
+    assert [body.position for body in difference.added] == [(2.0, 4.0, 0.0)]
 
 
 def test_spare_props_are_known_but_not_drawn() -> None:
@@ -42,10 +42,10 @@ def test_spare_props_are_known_but_not_drawn() -> None:
     assert np.array_equal(RasterCamera(spare).render(HERE, [], 64).rgb, RasterCamera(plain).render(HERE, [], 64).rgb)
 
 
-def test_a_camera_draws_a_variation_of_its_scene() -> None:
+def test_a_camera_draws_another_scene_with_its_meshes() -> None:
     scene = city_scene(SECTION, [BARREL])
     changed = replace(SECTION, props=(BARREL,))
-    drawn = RasterCamera(scene).render(HERE, [], 64, variation=refurnished(scene, changed))
+    drawn = RasterCamera(scene).showing(refurnished(scene, changed)).render(HERE, [], 64)
     expected = RasterCamera(city_scene(changed)).render(HERE, [], 64)
     assert np.array_equal(drawn.rgb, expected.rgb)
 
@@ -54,4 +54,4 @@ def test_what_is_not_spare_cannot_be_drawn() -> None:
     scene = city_scene(SECTION)
     camera = RasterCamera(scene)
     with pytest.raises(KeyError, match="barrel/gold"):
-        camera.render(HERE, [], 64, variation=refurnished(scene, replace(SECTION, props=(BARREL,))))
+        camera.showing(refurnished(scene, replace(SECTION, props=(BARREL,))))
