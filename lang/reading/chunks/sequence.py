@@ -1,8 +1,9 @@
 """Chunks of one text in order, with queries about their neighbours."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from arramon_lang.meaning import Thing
 from arramon_lang.reading.chunks.chunker import LOOK, RELATION, THING, Chunk
 from arramon_lang.reading.chunks.rules import ChunkRules
 from arramon_lang.reading.noun_phrases import NounPhrase, NounPhraseParser
@@ -53,8 +54,19 @@ class ChunkSequence:
         found = [(self._score(n), n) for n in range(len(self.chunks)) if self.is_collectible(n)]
         return max(found)[1] if found else None
 
-    def later_description(self, number: int) -> NounPhrase:
-        """Return a later description of the target: "the ball over there, the striped one"."""
+    def described(self, target: Thing, number: int) -> Thing:
+        """Return a target with what the text says of it later: "the ball over there, the striped one".
+
+        Args:
+            target: the target as its chunk names it.
+            number: index of that chunk.
+        """
+        if target.look and target.colour:
+            return target
+        later = self._later_description(number)
+        return replace(target, look=target.look or later.look, colour=target.colour or later.colour)
+
+    def _later_description(self, number: int) -> NounPhrase:
         for n in range(number + 1, len(self.chunks)):
             chunk = self.chunks[n]
             if chunk.kind in ("stop", "not"):

@@ -99,9 +99,6 @@ class PostpositionRouteParser(SideParser):
         self._pass(self._pending)
         self._pending = []
         self._locate_target()
-        if not thing.look or not thing.colour:
-            later = self.text.later_description(number)
-            thing = replace(thing, look=thing.look or later.look, colour=thing.colour or later.colour)
         if (
             "there" in self._flags
             and not self._where
@@ -109,7 +106,7 @@ class PostpositionRouteParser(SideParser):
             and self._mentioned[-1].kind not in GROUND_KINDS
         ):
             self._where.append(Where("near", (self._mentioned[-1],)))
-        self._target = thing
+        self._target = self.text.described(thing, number)
         self._side = ""
 
     def _skip_distracter(self, number: int, thing: Thing) -> int:

@@ -53,10 +53,7 @@ class PrepositionRouteParser:
         number = 0
         while number < phrases.target:
             number = self._handle_phrase(phrases, number)
-        target = listed[phrases.target].last
-        if not target.look or not target.colour:
-            later = self.text.later_description(chosen)
-            target = replace(target, look=target.look or later.look, colour=target.colour or later.colour)
+        target = self.text.described(listed[phrases.target].last, chosen)
         where = dict.fromkeys((*self._where, *relations_after(phrases)))
         return Navigation(tuple(self._route.steps), replace(target, where=tuple(where)))
 
