@@ -85,6 +85,10 @@ def load_rules(data: Mapping[str, Any]) -> ChunkRules:
     Raises:
         ValueError: if an entry has an unknown key or value; names the entry.
     """
+    _check("position", [data["position"]], _POSITIONS)
+    _check("negation", [data["negation"]], _POSITIONS)
+    _check("words", data["words"], _WORDS)
+    _check("verbs", data["verbs"], _VERBS)
     relations = {*data["relations"], *data.get("verb_relations", {}).values(), *_IMPLIED}
     listed = {"relations": relations, "verbs": {*data["verbs"]}, "sides": {*data["sides"]}}
 
@@ -99,10 +103,6 @@ def load_rules(data: Mapping[str, Any]) -> ChunkRules:
     for kind, names in _GROUPS.items():
         for name in names:
             _check(f"groups.{name}", groups.get(name, ()), listed[kind])
-    _check("position", [data["position"]], _POSITIONS)
-    _check("negation", [data["negation"]], _POSITIONS)
-    _check("words", data["words"], _WORDS)
-    _check("verbs", data["verbs"], _VERBS)
     return ChunkRules(
         data["position"] == "before",
         data["negation"] == "before",
