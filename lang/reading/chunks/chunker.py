@@ -9,7 +9,12 @@ from arramon_lang.reading.chunks.rules import load_rules
 from arramon_lang.reading.matching import SplitWords
 from arramon_lang.reading.noun_phrases import NounPhrase, NounPhraseParser
 
-THING, SIDE, LOOK, RELATION = "thing", "side", "look", "relation"
+THING, SIDE, LOOK, RELATION, VERB, YOURS = "thing", "side", "look", "relation", "verb", "yours"
+
+STOP, THEN = "stop", "then"
+"""Keys of `words` in `chunks.toml` that end a sentence or a clause."""
+
+SIDES = ("left", "right")
 
 Keys = tuple[str, ...]
 
@@ -22,7 +27,8 @@ class Chunk:
     """A noun phrase, a relation, a side, a verb or another word that matters.
 
     Attributes:
-        kind: THING, SIDE, LOOK, RELATION, "yours", "verb", or a key of `words` in `chunks.toml`.
+        kind: THING, SIDE, LOOK, RELATION, VERB, YOURS (a possessive pronoun, or a relation to the
+            reader), or a key of `words` in `chunks.toml`.
         start: index of its first word.
         end: index after its last word.
         value: for SIDE "left", "right", "back" or "around"; otherwise a key of `relations` or `verbs`, or a
@@ -84,7 +90,7 @@ class Chunker:
         )
         self._slight_more = frozenset(data.get("slight_more", ()))
         self._listed: dict[str, list[tuple[Keys, str, str]]] = {}
-        for kind, table in (("verb", self._verbs(data)), (RELATION, data["relations"]), (LOOK, data.get("looks", {}))):
+        for kind, table in ((VERB, self._verbs(data)), (RELATION, data["relations"]), (LOOK, data.get("looks", {}))):
             for value, texts in table.items():
                 self._add(kind, value, texts)
         for kind, texts in data["words"].items():
@@ -167,11 +173,11 @@ class Chunker:
     def _own_places(self, keys: Sequence[str], at: int) -> Iterator[Chunk]:
         """Yield relations to the reader, expressed by a possessive pronoun: "before you", "between you and it"."""
         if keys[at] in self._own:
-            yield Chunk("yours", at, at + 1)
+            yield Chunk(YOURS, at, at + 1)
             for of in self._of:
                 for chunk in self._words((of, *keys[at + 1 : at + _MAX_OWN_PLACE_WORDS]), 0):
                     if chunk.kind == RELATION and chunk.end > 1:
-                        yield Chunk("yours", at, at + chunk.end, chunk.value)
+                        yield Chunk(YOURS, at, at + chunk.end, chunk.value)
 
     def _things(self, keys: Sequence[str], at: int) -> Iterator[Chunk]:
         named = [

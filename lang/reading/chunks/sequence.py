@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from arramon_lang.meaning import Thing
-from arramon_lang.reading.chunks.chunker import LOOK, RELATION, THING, Chunk
+from arramon_lang.reading.chunks.chunker import LOOK, RELATION, STOP, THEN, THING, VERB, YOURS, Chunk
 from arramon_lang.reading.chunks.rules import ChunkRules
 from arramon_lang.reading.noun_phrases import NounPhrase, NounPhraseParser
 
@@ -30,12 +30,12 @@ class ChunkSequence:
 
     def is_negated(self, number: int) -> bool:
         """Return whether the text says that a thing is not the target."""
-        if self.rules.negates_before and self._meets_negation(range(number - 1, -1, -1), ("stop", "comma", "but")):
+        if self.rules.negates_before and self._meets_negation(range(number - 1, -1, -1), (STOP, "comma", "but")):
             return True
         after = range(number + 1, len(self.chunks))
         if self.rules.negates_before:
-            return self._meets_negation(after, ("stop", "comma", THING)) and not self._is_about_next(number)
-        return self._meets_negation(after, ("stop",))
+            return self._meets_negation(after, (STOP, "comma", THING)) and not self._is_about_next(number)
+        return self._meets_negation(after, (STOP,))
 
     def _meets_negation(self, numbers: range, ends: Sequence[str]) -> bool:
         """Return whether the first of these chunks that ends a thing's clause is "not"."""
@@ -69,7 +69,7 @@ class ChunkSequence:
     def _later_description(self, number: int) -> NounPhrase:
         for n in range(number + 1, len(self.chunks)):
             chunk = self.chunks[n]
-            if chunk.kind in ("stop", "not"):
+            if chunk.kind in (STOP, "not"):
                 break
             if chunk.kind == LOOK:
                 return NounPhrase("", look=chunk.value)
@@ -93,8 +93,8 @@ class ChunkSequence:
     def verb_after(self, number: int) -> str:
         """Return the value of the next verb, ignoring adverbs before it; "" without one."""
         for chunk in self.chunks[number + 1 :]:
-            if chunk.kind not in ("straight", "ahead", "there", "back_again", "then", "yours"):
-                return chunk.value if chunk.kind == "verb" else ""
+            if chunk.kind not in ("straight", "ahead", "there", "back_again", THEN, YOURS):
+                return chunk.value if chunk.kind == VERB else ""
         return ""
 
     def _score(self, number: int) -> tuple[bool, int]:

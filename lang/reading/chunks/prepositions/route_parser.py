@@ -5,16 +5,12 @@ from dataclasses import dataclass, field, replace
 
 from arramon_lang.grammar import Grammar
 from arramon_lang.meaning import Face, Navigation, Thing, Walk, Where
-from arramon_lang.reading.chunks.chunker import SIDE
+from arramon_lang.reading.chunks.chunker import SIDE, SIDES, STOP, THEN, VERB
 from arramon_lang.reading.chunks.prepositions.phrase_splitter import BUILDING_FEATURES, PhraseSplitter
 from arramon_lang.reading.chunks.prepositions.phrases import (
     OTHER,
-    SIDES,
-    STOP,
     TARGET,
-    THEN,
     THINGS,
-    VERB,
     PhraseSequence,
 )
 from arramon_lang.reading.chunks.prepositions.step_builder import StepBuilder
