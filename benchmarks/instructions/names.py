@@ -61,9 +61,14 @@ COUNTED = frozenset(("first", "second", "third"))
 """Ordinals that count, and so are not interchangeable."""
 
 
+THREE_STREETS = 3
+"""Number of streets at a T-junction."""
+
+
 def parsed_name(thing: Thing) -> ComparedName:
-    """Return the name of a thing in a parsed meaning, in canonical form."""
-    return _name(thing.kind, {word for word in (thing.colour, thing.look) if word}, thing.which)
+    """Return the canonical name of a thing in a parsed meaning; an intersection of three streets is a T-junction."""
+    kind = "t_junction" if thing.kind == "intersection" and thing.arms == THREE_STREETS else thing.kind
+    return _name(kind, {word for word in (thing.colour, thing.look) if word}, thing.which)
 
 
 def written_name(words: str) -> ComparedName:

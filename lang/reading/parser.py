@@ -11,10 +11,10 @@ from arramon_lang.lexicon import FUZZY_LENGTH, keys_of, within_one_edit
 from arramon_lang.meaning import Meaning
 from arramon_lang.patterns import Alternatives, Pattern, Slot
 from arramon_lang.patterns import Sequence as Body
-from arramon_lang.reading.chunks import postpositions, prepositions
 from arramon_lang.reading.chunks.chunker import Chunker
+from arramon_lang.reading.chunks.parsers import parser_for
 from arramon_lang.reading.chunks.sequence import ChunkSequence
-from arramon_lang.reading.discourse import BARE, Discourse, ParsedPart
+from arramon_lang.reading.discourse import BARE, Discourse
 from arramon_lang.reading.itinerary import read_navigation
 from arramon_lang.reading.matching import OPTIONAL, Automaton, PatternLabel, Phrasebook
 from arramon_lang.reading.noun_phrases import NounPhraseParser
@@ -114,7 +114,7 @@ class InstructionParser:
         """Return the meaning of a text, as far as it is understood.
 
         If the written patterns cover the whole text, they alone determine its meaning. Otherwise it is parsed by
-        chunks, or by all patterns; so rules for free texts cannot change the meaning of written ones.
+        chunks, and without a result by all patterns; so rules for free texts cannot change the meaning of written ones.
 
         Args:
             text: the instruction.
@@ -126,13 +126,19 @@ class InstructionParser:
         """
         if phase not in PHASES:
             raise ValueError(f"phase {phase!r}; expected {' or '.join(PHASES)}")
-        items, meaning, is_written = self._parse_parts(text, phase)
-        if meaning is not None:
-            return meaning
-        if not items:
+        written = TextSegmenter(self, self._keys(text), phase, written_only=True)
+        parts = written.items()
+        is_written = written.is_covered_by(parts)
+        if not is_written:
+            keys = self._without_asides(self._keys(text, self._grammar.free_reading))
+            meaning = self._read_chunks(keys, phase)
+            if meaning is not None:
+                return meaning
+            parts = TextSegmenter(self, keys, phase).items()
+        if not parts:
             expected = "what to pick up" if phase == "navigation" else "where to place what"
             raise CannotRead(f"nothing understood in {text[:80]!r}; expected steps or {expected}")
-        discourse = Discourse(self._grammar)
+        discourse, items = Discourse(self._grammar), [item for _, item in parts]
         if phase == "navigation":
             return read_navigation(discourse, items)
         return discourse.assembly(items, is_written=is_written)
@@ -161,38 +167,13 @@ class InstructionParser:
             self._excluded[key] = frozenset(slot for slot, book in self.books.items() if not book.may_begin(key))
         return self._excluded[key]
 
-    def _parse_parts(self, text: str, phase: str) -> tuple[list[ParsedPart], Meaning | None, bool]:
-        """Parse a text by the written patterns if they cover it, or else by chunks, or else by all patterns.
-
-        Returns:
-            The parts, empty if it was parsed by chunks; the meaning by chunks, or None; whether the written patterns
-            cover the text.
-        """
-        keys = self._keys(text)
-        written = TextSegmenter(self, keys, phase, written_only=True)
-        parts = written.items()
-        is_written = written.is_covered_by(parts)
-        if not is_written:
-            keys = self._without_asides(self._keys(text, self._grammar.free_reading))
-            meaning = self._read_chunks(keys, phase)
-            if meaning is not None:
-                return [], meaning, False
-            parts = TextSegmenter(self, keys, phase).items()
-        return [item for _, item in parts], None, is_written
-
     def _read_chunks(self, keys: Sequence[str], phase: str) -> Meaning | None:
-        """Return the meaning of a text by its chunks, or None if the language has no chunks or they are not enough."""
-        if self.chunker is None or (phase == "assembly" and self.chunker.has_prepositions):
+        """Return the meaning of a text by its chunks, or None if the language has none or they do not suffice."""
+        parser = None if self.chunker is None else parser_for(self.chunker.rules, phase)
+        if self.chunker is None or parser is None:
             return None
         text = ChunkSequence(self.chunker.chunks(keys), self.noun_phrase_parser, self.chunker.rules)
-        if phase == "assembly":
-            return postpositions.PlacementParser(text=text, grammar=self._grammar).read()
-        reader = (
-            prepositions.PrepositionRouteParser
-            if self.chunker.has_prepositions
-            else postpositions.PostpositionRouteParser
-        )
-        return reader(text=text, grammar=self._grammar).read()
+        return parser(text=text, grammar=self._grammar).read()
 
     def _without_asides(self, keys: tuple[str, ...]) -> tuple[str, ...]:
         """Return a text's words without hedges and courtesies ("I think", "please")."""
@@ -218,6 +199,8 @@ class InstructionParser:
     def _correct(self, key: str) -> str:
         """Return the word, or the only known word with the same folded spelling or within one typing error."""
         if key in self._vocabulary or key in self._never_fuzzy:
+            return key
+        if self.chunker is not None and self.chunker.split_suffix(key):
             return key
         alike = self._folded.get(self._fold(key))
         if alike is not None:

@@ -27,6 +27,9 @@ def test_languages_differ_in_their_data(code: str, negates_before: bool, stressi
     ("table", "entries", "message"),
     [
         ("negation", "behind", "negation: unknown 'behind'; expected one of after, before"),
+        ("position", "between", "position: unknown 'between'; expected one of after, before"),
+        ("words", {"stops": ["."]}, "words: unknown 'stops'"),
+        ("verbs", {"fly": {"words": ["fly"]}}, "verbs: unknown 'fly'"),
         ("turn_positions", {"at": "near"}, "turn_positions: unknown 'near'"),
         ("walks", {"nearby": "to"}, "walks: unknown 'nearby'"),
         ("target_relations", {"at": "beside"}, "target_relations: unknown 'beside'"),

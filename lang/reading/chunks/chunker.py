@@ -9,7 +9,12 @@ from arramon_lang.reading.chunks.rules import load_rules
 from arramon_lang.reading.matching import SplitWords
 from arramon_lang.reading.noun_phrases import NounPhrase, NounPhraseParser
 
-THING, SIDE, LOOK, RELATION = "thing", "side", "look", "relation"
+THING, SIDE, LOOK, RELATION, VERB, YOURS = "thing", "side", "look", "relation", "verb", "yours"
+
+STOP, THEN = "stop", "then"
+"""Keys of `words` in `chunks.toml` that end a sentence or a clause."""
+
+SIDES = ("left", "right")
 
 Keys = tuple[str, ...]
 
@@ -22,7 +27,8 @@ class Chunk:
     """A noun phrase, a relation, a side, a verb or another word that matters.
 
     Attributes:
-        kind: THING, SIDE, LOOK, RELATION, "yours", "verb", or a key of `words` in `chunks.toml`.
+        kind: THING, SIDE, LOOK, RELATION, VERB, YOURS (a possessive pronoun, or a relation to the
+            reader), or a key of `words` in `chunks.toml`.
         start: index of its first word.
         end: index after its last word.
         value: for SIDE "left", "right", "back" or "around"; otherwise a key of `relations` or `verbs`, or a
@@ -56,7 +62,6 @@ class Chunker:
 
     Attributes:
         vocabulary: all words of the phrases.
-        has_prepositions: whether relations precede the thing, as in English; otherwise they follow it, as in Hindi.
         rules: meanings of the language's relations and verbs.
     """
 
@@ -70,27 +75,30 @@ class Chunker:
         self._split = split
         self._noun_phrases = noun_phrases
         self._conjunctions = conjunctions
-        self.has_prepositions: bool = data["position"] == "before"
         self.rules = load_rules(data)
-        self._soft = frozenset(data["soft"])
-        self._own = frozenset(data["own"])
-        self._suffixes = tuple(data.get("suffixes", ()))
-        self._exactly = frozenset(data["exactly"])
-        self._also = frozenset(data["also"])
-        self._of = tuple(data["relations"]["of"])
+        self._soft, self._own = frozenset(data.get("soft", ())), frozenset(data.get("own", ()))
+        self._ignored_suffixes = tuple(data.get("suffixes", ()))
+        self._relating_suffixes = tuple(data.get("relating_suffixes", ()))
+        self._nouns = frozenset(noun_phrases.vocabulary)
+        self._exactly = frozenset(data.get("exactly", ()))
+        self._also = frozenset(data.get("also", ()))
+        self._of = tuple(data["relations"].get("of", ()))
         self._sides = [(phrase, side) for side, texts in data["sides"].items() for phrase in self._phrases(texts)]
         self._nominal, self._nominal_before, self._slightly, self._slightly_behind = (
             sorted(self._phrases(data.get(key, [])), key=len, reverse=True)
             for key in ("nominal", "nominal_before", "slightly", "slightly_behind")
         )
-        self._slight_more = frozenset(data["slight_more"])
+        self._slight_more = frozenset(data.get("slight_more", ()))
         self._listed: dict[str, list[tuple[Keys, str, str]]] = {}
-        for kind, table in (("verb", self._verbs(data)), (RELATION, data["relations"]), (LOOK, data["looks"])):
+        for kind, table in ((VERB, self._verbs(data)), (RELATION, data["relations"]), (LOOK, data.get("looks", {}))):
             for value, texts in table.items():
                 self._add(kind, value, texts)
         for kind, texts in data["words"].items():
             self._add(kind, "", texts)
-        self._written_together = {split(one)[0]: split(apart) for one, apart in data["written_together"]}
+        self._written_together = {split(one)[0]: split(apart) for one, apart in data.get("written_together", ())}
+        unused = [each for each in self._relating_suffixes if each not in self._listed]
+        if unused:
+            raise ValueError(f"chunks: relating_suffixes: no relation begins with {', '.join(map(repr, unused))}")
         phrases = [phrase for listed in self._listed.values() for phrase, _, _ in listed]
         beside = (*self._nominal, *self._nominal_before, *self._slightly, *self._slightly_behind)
         words = {word for phrase in (*phrases, *beside, *(side for side, _ in self._sides)) for word in phrase}
@@ -98,7 +106,7 @@ class Chunker:
 
     def chunks(self, keys: Sequence[str]) -> list[Chunk]:
         """Return the chunks of a text in order; words that belong to none are skipped."""
-        keys = [part for key in keys for part in self._written_together.get(key, (self._without_suffix(key),))]
+        keys = [part for key in keys for part in self._written_together.get(key) or self._parts(key)]
         found: list[Chunk] = []
         at = 0
         while at < len(keys):
@@ -108,19 +116,29 @@ class Chunker:
             at = at + 1 if chunk is None else chunk.end
         return found
 
-    def _without_suffix(self, key: str) -> str:
-        return next((key.removesuffix(each) for each in self._suffixes if key.endswith(each)), key)
+    def split_suffix(self, key: str) -> Keys | None:
+        """Return a noun and the relation that is its suffix ("చెట్టుకి" is "చెట్టు", "to"); None for other words."""
+        for suffix in self._relating_suffixes:
+            noun = key.removesuffix(suffix)
+            if noun != key and noun in self._nouns:
+                return noun, suffix
+        return None
+
+    def _parts(self, key: str) -> Keys:
+        """Return a word without an ignored ending, or the two parts of one with a relating suffix."""
+        ignored = next((each for each in self._ignored_suffixes if key.endswith(each)), "")
+        return self.split_suffix(key) or (key.removesuffix(ignored),)
 
     def _longest(self, keys: Sequence[str], at: int) -> Chunk | None:
         words = list(self._words(keys, at))
-        is_thing = not self.has_prepositions or all(word.kind != RELATION for word in words)
+        is_thing = not self.rules.has_prepositions or all(word.kind != RELATION for word in words)
         found: list[Chunk] = [
             *self._side(keys, at),
             *words,
             *(self._things(keys, at) if is_thing else ()),
             *self._own_places(keys, at),
         ]
-        found.sort(key=lambda chunk: (chunk.end, self.has_prepositions and _refers_back(chunk)), reverse=True)
+        found.sort(key=lambda chunk: (chunk.end, self.rules.has_prepositions and _refers_back(chunk)), reverse=True)
         longest = found[0] if found else None
         if longest is None or longest.kind == THING:
             return longest
@@ -155,17 +173,17 @@ class Chunker:
     def _own_places(self, keys: Sequence[str], at: int) -> Iterator[Chunk]:
         """Yield relations to the reader, expressed by a possessive pronoun: "before you", "between you and it"."""
         if keys[at] in self._own:
-            yield Chunk("yours", at, at + 1)
+            yield Chunk(YOURS, at, at + 1)
             for of in self._of:
                 for chunk in self._words((of, *keys[at + 1 : at + _MAX_OWN_PLACE_WORDS]), 0):
                     if chunk.kind == RELATION and chunk.end > 1:
-                        yield Chunk("yours", at, at + chunk.end, chunk.value)
+                        yield Chunk(YOURS, at, at + chunk.end, chunk.value)
 
     def _things(self, keys: Sequence[str], at: int) -> Iterator[Chunk]:
         named = [
             (end, (one,)) for end, one in self._noun_phrases.read(keys, at) if not (one.reference and not one.kind)
         ]
-        joins = keys[at] not in self._own and not (self.has_prepositions and self._are_joined_wholes(keys, named))
+        joins = keys[at] not in self._own and not (self.rules.has_prepositions and self._are_joined_wholes(keys, named))
         joined = self._noun_phrases.read_joined(keys, at, self._conjunctions) if joins else []
         for end, things in (*named, *joined):
             if things[0].kind or self._noun_phrases.is_collectible(things[0]):
@@ -186,7 +204,7 @@ class Chunker:
         return at
 
     def _verbs(self, data: Mapping[str, Any]) -> Mapping[str, Sequence[str]]:
-        endings, vowels = data["endings"], data["vowels"]
+        endings, vowels = data.get("endings", {"consonant": [""], "vowel": [""]}), data.get("vowels", ())
         return {
             name: [
                 *entry.get("words", ()),

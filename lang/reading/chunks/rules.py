@@ -11,6 +11,20 @@ _POSITIONS = ("before", "after")
 _IMPLIED = ("left_of", "right_of", "")
 """Relations that need no words of their own: a side of something, and none."""
 
+_WORDS = (
+    *("comma", "and", "then", "stop", "or", "but", "not", "correction", "repeat"),
+    *("it", "them", "all", "again", "there", "where", "which", "until", "one_side", "other_side"),
+    *("back", "back_again", "round", "behind_you", "away", "straight", "ahead", "tile"),
+)
+"""Keys of [words]: kinds of words that the parsers distinguish; a language may lack some of them."""
+
+_VERBS = (
+    *("turn", "turn_round", "swing", "bear", "look", "back", "become"),
+    *("walk", "return", "pass", "cross", "follow", "keep"),
+    *("see", "come", "be", "end", "take", "place"),
+)
+"""Keys of [verbs]: classes of verbs that the parsers distinguish; a language may lack some of them."""
+
 _GROUPS = {
     "relations": (
         "describing",
@@ -34,6 +48,7 @@ class ChunkRules:
     """Meanings of the keys of [relations] and [verbs]; the comments of `lang/en/chunks.toml` describe each table.
 
     Attributes:
+        has_prepositions: whether relations precede the thing, as in English; otherwise they follow it, as in Hindi.
         negates_before: whether "not" may precede what is not meant; otherwise it follows.
         turn_positions: where a turn is made, one of `meaning.TURN_POSITIONS`, by relation.
         walks: one of `meaning.WAYS`, by relation.
@@ -45,6 +60,7 @@ class ChunkRules:
         groups: relations, verbs or sides by the name of their group.
     """
 
+    has_prepositions: bool
     negates_before: bool
     turn_positions: Mapping[str, str]
     walks: Mapping[str, str]
@@ -69,6 +85,10 @@ def load_rules(data: Mapping[str, Any]) -> ChunkRules:
     Raises:
         ValueError: if an entry has an unknown key or value; names the entry.
     """
+    _check("position", [data["position"]], _POSITIONS)
+    _check("negation", [data["negation"]], _POSITIONS)
+    _check("words", data["words"], _WORDS)
+    _check("verbs", data["verbs"], _VERBS)
     relations = {*data["relations"], *data.get("verb_relations", {}).values(), *_IMPLIED}
     listed = {"relations": relations, "verbs": {*data["verbs"]}, "sides": {*data["sides"]}}
 
@@ -83,8 +103,8 @@ def load_rules(data: Mapping[str, Any]) -> ChunkRules:
     for kind, names in _GROUPS.items():
         for name in names:
             _check(f"groups.{name}", groups.get(name, ()), listed[kind])
-    _check("negation", [data["negation"]], _POSITIONS)
     return ChunkRules(
+        data["position"] == "before",
         data["negation"] == "before",
         table("turn_positions", relations, TURN_POSITIONS),
         table("walks", relations, WAYS),

@@ -1,9 +1,10 @@
 """Chunks of one text in order, with queries about their neighbours."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from arramon_lang.reading.chunks.chunker import LOOK, RELATION, THING, Chunk
+from arramon_lang.meaning import Thing
+from arramon_lang.reading.chunks.chunker import LOOK, RELATION, STOP, THEN, THING, VERB, YOURS, Chunk
 from arramon_lang.reading.chunks.rules import ChunkRules
 from arramon_lang.reading.noun_phrases import NounPhrase, NounPhraseParser
 
@@ -29,12 +30,12 @@ class ChunkSequence:
 
     def is_negated(self, number: int) -> bool:
         """Return whether the text says that a thing is not the target."""
-        if self.rules.negates_before and self._meets_negation(range(number - 1, -1, -1), ("stop", "comma", "but")):
+        if self.rules.negates_before and self._meets_negation(range(number - 1, -1, -1), (STOP, "comma", "but")):
             return True
         after = range(number + 1, len(self.chunks))
         if self.rules.negates_before:
-            return self._meets_negation(after, ("stop", "comma", THING)) and not self._is_about_next(number)
-        return self._meets_negation(after, ("stop",))
+            return self._meets_negation(after, (STOP, "comma", THING)) and not self._is_about_next(number)
+        return self._meets_negation(after, (STOP,))
 
     def _meets_negation(self, numbers: range, ends: Sequence[str]) -> bool:
         """Return whether the first of these chunks that ends a thing's clause is "not"."""
@@ -53,11 +54,22 @@ class ChunkSequence:
         found = [(self._score(n), n) for n in range(len(self.chunks)) if self.is_collectible(n)]
         return max(found)[1] if found else None
 
-    def later_description(self, number: int) -> NounPhrase:
-        """Return a later description of the target: "the ball over there, the striped one"."""
+    def described(self, target: Thing, number: int) -> Thing:
+        """Return a target with what the text says of it later: "the ball over there, the striped one".
+
+        Args:
+            target: the target as its chunk names it.
+            number: index of that chunk.
+        """
+        if target.look and target.colour:
+            return target
+        later = self._later_description(number)
+        return replace(target, look=target.look or later.look, colour=target.colour or later.colour)
+
+    def _later_description(self, number: int) -> NounPhrase:
         for n in range(number + 1, len(self.chunks)):
             chunk = self.chunks[n]
-            if chunk.kind in ("stop", "not"):
+            if chunk.kind in (STOP, "not"):
                 break
             if chunk.kind == LOOK:
                 return NounPhrase("", look=chunk.value)
@@ -81,8 +93,8 @@ class ChunkSequence:
     def verb_after(self, number: int) -> str:
         """Return the value of the next verb, ignoring adverbs before it; "" without one."""
         for chunk in self.chunks[number + 1 :]:
-            if chunk.kind not in ("straight", "ahead", "there", "back_again", "then", "yours"):
-                return chunk.value if chunk.kind == "verb" else ""
+            if chunk.kind not in ("straight", "ahead", "there", "back_again", THEN, YOURS):
+                return chunk.value if chunk.kind == VERB else ""
         return ""
 
     def _score(self, number: int) -> tuple[bool, int]:

@@ -13,6 +13,7 @@ from benchmarks.instructions.names import ComparedName, parsed_name, written_nam
         ("second white barrier", Thing("barrier", "white", which="second")),
         ("star black banner", Thing("banner", "black", "star")),
         ("crossroads", Thing("intersection")),
+        ("t_junction", Thing("intersection", arms=3)),
         ("two cones", Thing("cone", number="two")),
         ("golden barrel", Thing("barrel", "gold")),
         ("concrete barrier", Thing("barrier", "concrete")),

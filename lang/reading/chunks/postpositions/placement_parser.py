@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, replace
 
 from arramon_lang.grammar import Grammar
 from arramon_lang.meaning import Assembly, Thing, Where
-from arramon_lang.reading.chunks.chunker import RELATION, SIDE, THING, Chunk
+from arramon_lang.reading.chunks.chunker import RELATION, SIDE, SIDES, STOP, THING, VERB, YOURS, Chunk
 from arramon_lang.reading.chunks.sequence import ChunkSequence
 from arramon_lang.reading.discourse import Discourse
 
@@ -12,8 +12,6 @@ _YOU = Thing("you")
 
 _FIXED = ("wall", "corner")
 """Kinds that a side identifies: "the right wall" is not something to the right of the reader."""
-
-_SIDES = ("left", "right")
 
 
 @dataclass(slots=True, kw_only=True)
@@ -49,7 +47,7 @@ class PlacementParser:
         discourse = Discourse(self.grammar)
         aside = False
         for number, chunk in enumerate(self.text.chunks):
-            aside = chunk.kind == "which" or (aside and chunk.kind not in ("verb", "comma", "stop"))
+            aside = chunk.kind == "which" or (aside and chunk.kind not in (VERB, "comma", STOP))
             if aside:
                 continue
             if chunk.kind == THING:
@@ -77,16 +75,16 @@ class PlacementParser:
             self._handle_side(number)
         elif chunk.kind == RELATION:
             self._handle_postposition(number)
-        elif chunk.kind == "yours":
+        elif chunk.kind == YOURS:
             self._handle_own_place(number)
         elif chunk.kind in ("straight", "ahead"):
             self._handle_ahead(number)
         elif chunk.kind in ("it", "them") and self.text.next_kind(number) == RELATION:
             self._handle_pronoun(2 if chunk.kind == "them" else 1)
-        elif chunk.kind == "verb" and chunk.value == "place":
+        elif chunk.kind == VERB and chunk.value == "place":
             self._where += self._open
             self._open = []
-        elif chunk.kind == "stop":
+        elif chunk.kind == STOP:
             self._close_sentence()
 
     def _handle_ahead(self, number: int) -> None:
@@ -130,11 +128,11 @@ class PlacementParser:
     def _is_located(self, number: int) -> bool:
         """Return whether the text locates a thing rather than places it: by a verb of being, or a later "on it"."""
         for chunk in self.text.chunks[number + 1 :]:
-            if chunk.kind == "verb":
+            if chunk.kind == VERB:
                 return chunk.value in ("be", "see")
-            if chunk.kind in ("stop", "comma"):
+            if chunk.kind in (STOP, "comma"):
                 return self._object is None and any(map(_refers_back, self.text.chunks[number + 1 :]))
-            if chunk.kind in (THING, "it", "there", "yours", "tile"):
+            if chunk.kind in (THING, "it", "there", YOURS, "tile"):
                 return False
         return False
 
@@ -163,7 +161,7 @@ class PlacementParser:
         if verb in ("turn", "turn_round", "look", "become"):
             direction = "around" if chunk.value == "back" else chunk.value
             self.turns.append(f"slightly {direction}" if chunk.slight and direction != "around" else direction)
-        elif chunk.value in _SIDES:
+        elif chunk.value in SIDES:
             before = self.text.chunks[number - 1] if number else None
             if before is not None and before.kind == RELATION and before.value in ("of", "from") and self._pending:
                 self._relate(f"{chunk.value}_of", exactly=chunk.exactly)
@@ -186,7 +184,7 @@ class PlacementParser:
         return self.text.rules.is_in(chunk.value, "stepping")
 
     def _is_after_place(self, number: int) -> bool:
-        return number > 0 and self.text.chunks[number - 1].kind in (RELATION, "yours")
+        return number > 0 and self.text.chunks[number - 1].kind in (RELATION, YOURS)
 
     def _handle_postposition(self, number: int) -> None:
         value, following = self.text.chunks[number].value, self.text.next_kind(number)
@@ -196,7 +194,7 @@ class PlacementParser:
             if self._pending and following == THING:
                 self._open.append(Where("near", (self._pop_pending(),)))
             before = self.text.chunks[number - 1] if number else None
-            is_place = before is not None and (before.kind in (THING, RELATION, "yours") or before.value in _SIDES)
+            is_place = before is not None and (before.kind in (THING, RELATION, YOURS) or before.value in SIDES)
             self._describes = following == THING and is_place and bool(self._open)
         elif value == "towards" and self._pending[-1:] == [_YOU]:
             if self._open:  # "One this way from the ball, towards the tile."
@@ -270,4 +268,4 @@ class PlacementParser:
 
 
 def _refers_back(chunk: Chunk) -> bool:
-    return chunk.kind in ("it", "verb") or (chunk.kind == THING and bool(chunk.things[0].reference))
+    return chunk.kind in ("it", VERB) or (chunk.kind == THING and bool(chunk.things[0].reference))

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from arramon_lang.meaning import Rotate, Step, Thing, Walk, Where
+from arramon_lang.reading.chunks.chunker import THEN
 from arramon_lang.reading.chunks.sequence import ChunkSequence
 from arramon_lang.reading.discourse import GROUND_KINDS, POINT_KINDS
 
@@ -53,7 +54,7 @@ class RouteDraft:
     _places: list[PendingPlace] = field(default_factory=list)
     _where: list[Where] = field(default_factory=list)
     _mentioned: list[Thing] = field(default_factory=list)
-    _joined: str = "then"
+    _joined: str = THEN
     _flags: set[str] = field(default_factory=set)
     _target: Thing | None = None
 
@@ -81,7 +82,7 @@ class RouteDraft:
             self.steps.append(Walk(way, (named.thing,), named.side))
 
     def _pass(self, named: Sequence[PendingThing], side: str = "") -> None:
-        begins = max((n for n, each in enumerate(named) if each.joined == "then"), default=0)
+        begins = max((n for n, each in enumerate(named) if each.joined == THEN), default=0)
         for number, each in enumerate(named):
             self._pass_beside(each, side)
             if each.thing.kind == "street":
@@ -193,7 +194,7 @@ class RouteDraft:
         else:
             self._add_turn_at(direction, place)
         self._flags.discard("there")
-        self._joined = "then"
+        self._joined = THEN
 
     def _turning_place(self) -> tuple[PendingPlace | None, Sequence[Thing]]:
         """Remove and return the place of a turn, and the referent of "there"."""

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 from arramon_lang.grammar import Grammar
 from arramon_lang.meaning import Face, Navigation, Rotate, Thing, Walk, Where
-from arramon_lang.reading.chunks.chunker import RELATION, SIDE, THING
+from arramon_lang.reading.chunks.chunker import RELATION, SIDE, SIDES, STOP, THEN, THING, VERB
 from arramon_lang.reading.chunks.postpositions.route_draft import PendingPlace, PendingThing
 from arramon_lang.reading.chunks.postpositions.side_parser import BOUNDARIES, SideParser
 from arramon_lang.reading.discourse import GROUND_KINDS, POINT_KINDS, Discourse
@@ -99,9 +99,6 @@ class PostpositionRouteParser(SideParser):
         self._pass(self._pending)
         self._pending = []
         self._locate_target()
-        if not thing.look or not thing.colour:
-            later = self.text.later_description(number)
-            thing = replace(thing, look=thing.look or later.look, colour=thing.colour or later.colour)
         if (
             "there" in self._flags
             and not self._where
@@ -109,7 +106,7 @@ class PostpositionRouteParser(SideParser):
             and self._mentioned[-1].kind not in GROUND_KINDS
         ):
             self._where.append(Where("near", (self._mentioned[-1],)))
-        self._target = thing
+        self._target = self.text.described(thing, number)
         self._side = ""
 
     def _skip_distracter(self, number: int, thing: Thing) -> int:
@@ -119,7 +116,7 @@ class PostpositionRouteParser(SideParser):
         self._pending, self._places, self._side = [], [], ""
         end = number
         for n, chunk in enumerate(self.text.chunks[number + 1 :], number + 1):
-            if chunk.kind == "stop":
+            if chunk.kind == STOP:
                 break
             if chunk.kind == "not" or self._target is not None:
                 end = n
@@ -132,9 +129,9 @@ class PostpositionRouteParser(SideParser):
         chunk = self.text.chunks[number]
         if chunk.kind == RELATION:
             self._handle_postposition(chunk.value, number)
-        elif chunk.kind == "verb":
+        elif chunk.kind == VERB:
             self._handle_verb(chunk.value, number)
-        elif chunk.kind == "stop":
+        elif chunk.kind == STOP:
             self._close_sentence()
         elif chunk.kind in BOUNDARIES:
             self._handle_conjunction(chunk.kind)
@@ -151,12 +148,12 @@ class PostpositionRouteParser(SideParser):
             self._walk_ahead()
 
     def _handle_conjunction(self, kind: str) -> None:
-        is_new = kind == "then" and self._joined in ("comma", "and")
-        if not self._joined or kind == "then" or (kind == "comma" and self._joined == "and"):
+        is_new = kind == THEN and self._joined in ("comma", "and")
+        if not self._joined or kind == THEN or (kind == "comma" and self._joined == "and"):
             # "A then B on the left" is one list, "A, then B on the left" two.
-            self._joined = "comma" if kind == "then" and not self._joined else kind
+            self._joined = "comma" if kind == THEN and not self._joined else kind
         is_walked = bool(self._places) and self._places[-1].value in ("to", "towards") and self._target is None
-        if (is_new and self._is_passing()) or (kind in ("comma", "then") and is_walked):
+        if (is_new and self._is_passing()) or (kind in ("comma", THEN) and is_walked):
             self._walk_to_places()
         if kind != "and":
             self._side = ""
@@ -188,7 +185,7 @@ class PostpositionRouteParser(SideParser):
         following = self.text.next_kind(number)
         if self.text.rules.is_in(value, "describing"):
             side = self.text.chunks[number + 1] if following == SIDE else None
-            if side is not None and side.value in ("left", "right") and self._pending:
+            if side is not None and side.value in SIDES and self._pending:
                 self._add_place(f"{side.value}_of")
                 self._relation = number + 1
             else:
@@ -264,6 +261,6 @@ class PostpositionRouteParser(SideParser):
         else:
             self._locate_target()
             self._where += [Where("near", (each.thing,)) for each in self._pending]
-        self._pending, self._joined, self._side = [], "then", ""
+        self._pending, self._joined, self._side = [], THEN, ""
         self._describes = False
         self._flags.clear()

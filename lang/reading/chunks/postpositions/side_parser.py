@@ -3,10 +3,10 @@
 from dataclasses import dataclass, replace
 
 from arramon_lang.meaning import Rotate
-from arramon_lang.reading.chunks.chunker import RELATION, SIDE, THING
+from arramon_lang.reading.chunks.chunker import RELATION, SIDE, STOP, THEN, THING, VERB
 from arramon_lang.reading.chunks.postpositions.route_draft import RouteDraft
 
-BOUNDARIES = ("comma", "then", "stop", "and")
+BOUNDARIES = ("comma", THEN, STOP, "and")
 
 _ROUND = ("around", "back")
 
@@ -101,10 +101,10 @@ class SideParser(RouteDraft):
             for n, each in enumerate(self.text.chunks[number + 1 : chosen], number + 1)
             if each.kind != SIDE or not self.text.is_relation(n - 1, "of", "from")
         ]
-        if chosen < number or "stop" in between:
+        if chosen < number or STOP in between:
             return False
-        verbs = [each.value for each in self.text.chunks[number + 1 : chosen] if each.kind == "verb"]
-        if any(value in ("walk", "turn", "pass") for value in verbs) or SIDE in between or "then" in between:
+        verbs = [each.value for each in self.text.chunks[number + 1 : chosen] if each.kind == VERB]
+        if any(value in ("walk", "turn", "pass") for value in verbs) or SIDE in between or THEN in between:
             return False
         if chunk.nominal or chunk.slight:
             return not any(self._is_alone(n, chosen) for n in range(number + 1, chosen))
@@ -139,4 +139,4 @@ class SideParser(RouteDraft):
         return False
 
     def _closing_verb(self, number: int) -> str:
-        return next((chunk.value for chunk in self.text.chunks[number:] if chunk.kind in ("verb", "comma", "stop")), "")
+        return next((chunk.value for chunk in self.text.chunks[number:] if chunk.kind in (VERB, "comma", STOP)), "")

@@ -5,15 +5,11 @@ from dataclasses import dataclass, field, replace
 
 from arramon_client.world import COLLECTIBLE_PATTERNS
 from arramon_lang.meaning import Thing
-from arramon_lang.reading.chunks.chunker import RELATION, SIDE, THING, Chunk
+from arramon_lang.reading.chunks.chunker import RELATION, SIDE, SIDES, STOP, THEN, THING, VERB, Chunk
 from arramon_lang.reading.chunks.prepositions.phrases import (
     OTHER,
-    SIDES,
-    STOP,
     TARGET,
-    THEN,
     THINGS,
-    VERB,
     ListedThing,
     Phrase,
 )
@@ -234,7 +230,7 @@ class PhraseSplitter:
     def _handle_side(self, number: int) -> None:
         chunk, named = self.text.chunks[number], [] if self._open is None else self._open.named
         following = self.text.next_kind(number)
-        is_ended = following in ("comma", "and", "stop", "then", "")
+        is_ended = following in ("comma", "and", STOP, THEN, "")
         before = self.text.chunks[number - 1].kind if number else ""
         if before in _PRONOUNS and following == RELATION and self.text.rules.is_in(chunk.value, "stressing"):
             return  # "Follow it right down to the hydrant."
@@ -244,7 +240,7 @@ class PhraseSplitter:
             self._begin_side_relation(number)
         elif chunk.nominal and named and (not self._joined or (is_ended and self._joined == "comma")):
             self._set_side(chunk.value)
-        elif chunk.nominal and following not in ("stop", "then", ""):
+        elif chunk.nominal and following not in (STOP, THEN, ""):
             self._side = chunk.value
         elif named and not self._joined and self._is_of_thing(chunk, is_ended=is_ended):
             self._set_side(chunk.value)

@@ -4,12 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from arramon_lang.meaning import Thing
-from arramon_lang.reading.chunks.chunker import SIDE, Chunk
+from arramon_lang.reading.chunks.chunker import SIDE, SIDES, STOP, THEN, VERB, Chunk
 from arramon_lang.reading.chunks.rules import ChunkRules
 
-THINGS, TARGET, OTHER, VERB, STOP, THEN = "things", "target", "other", "verb", "stop", "then"
-
-SIDES = ("left", "right")
+THINGS, TARGET, OTHER = "things", "target", "other"
 
 _STRAIGHT = ("there", "straight", "ahead")
 

@@ -5,16 +5,12 @@ from dataclasses import dataclass, field, replace
 
 from arramon_lang.grammar import Grammar
 from arramon_lang.meaning import Face, Navigation, Thing, Walk, Where
-from arramon_lang.reading.chunks.chunker import SIDE
+from arramon_lang.reading.chunks.chunker import SIDE, SIDES, STOP, THEN, VERB
 from arramon_lang.reading.chunks.prepositions.phrase_splitter import BUILDING_FEATURES, PhraseSplitter
 from arramon_lang.reading.chunks.prepositions.phrases import (
     OTHER,
-    SIDES,
-    STOP,
     TARGET,
-    THEN,
     THINGS,
-    VERB,
     PhraseSequence,
 )
 from arramon_lang.reading.chunks.prepositions.step_builder import StepBuilder
@@ -53,10 +49,7 @@ class PrepositionRouteParser:
         number = 0
         while number < phrases.target:
             number = self._handle_phrase(phrases, number)
-        target = listed[phrases.target].last
-        if not target.look or not target.colour:
-            later = self.text.later_description(chosen)
-            target = replace(target, look=target.look or later.look, colour=target.colour or later.colour)
+        target = self.text.described(listed[phrases.target].last, chosen)
         where = dict.fromkeys((*self._where, *relations_after(phrases)))
         return Navigation(tuple(self._route.steps), replace(target, where=tuple(where)))
 

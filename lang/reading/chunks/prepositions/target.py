@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from arramon_lang.meaning import Thing, Where
-from arramon_lang.reading.chunks.chunker import SIDE
-from arramon_lang.reading.chunks.prepositions.phrases import OTHER, SIDES, STOP, THINGS, Phrase, PhraseSequence
+from arramon_lang.reading.chunks.chunker import SIDE, SIDES, STOP
+from arramon_lang.reading.chunks.prepositions.phrases import OTHER, THINGS, Phrase, PhraseSequence
 from arramon_lang.reading.chunks.rules import ChunkRules
 from arramon_lang.reading.discourse import GROUND_KINDS
 
