@@ -1,7 +1,7 @@
 """Notes of agents that keep a map: what was read, and what the agent is about to do."""
 
 from collections.abc import Mapping
-from dataclasses import MISSING, Field, fields, is_dataclass
+from dataclasses import fields, is_dataclass
 from typing import Any, Protocol
 
 from arramon_client.notes import note_fault, note_text
@@ -40,7 +40,7 @@ def outline(value: object) -> Any:
     stated = {
         field.name: outline(getattr(value, field.name))
         for field in fields(value)
-        if field.compare and getattr(value, field.name) != _default(field)
+        if field.compare and getattr(value, field.name)
     }
     return {"do": type(value).__name__.lower(), **stated} if type(value).__name__ in STEPS else stated
 
@@ -57,7 +57,3 @@ def reading(meaning: Navigation | Assembly) -> dict[str, Any]:
     if isinstance(meaning, Navigation):
         return {"read": {"steps": len(meaning.steps), "target": {"kind": meaning.target.kind}}}
     return {"read": {"turns": len(meaning.turns), "thing": {"kind": meaning.thing.kind}}}
-
-
-def _default(field: "Field[Any]") -> object:
-    return None if field.default is MISSING else field.default

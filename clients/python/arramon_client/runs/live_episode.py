@@ -96,9 +96,8 @@ class LiveEpisode:
         """Take note that the episode has ended, or was taken over."""
         self.lost = taken_over
         if not taken_over:
-            self.cause = UNKNOWN
-            if cause is not None and cause in types_pb2.Cause.values():
-                self.cause = types_pb2.Cause.Name(cause).removeprefix("CAUSE_")
+            is_known = cause is not None and cause in types_pb2.Cause.values()
+            self.cause = types_pb2.Cause.Name(cause or 0).removeprefix("CAUSE_") if is_known else UNKNOWN
             self.cause_code = cause
         self._open.inbox.clear()
         self.changes.announce()
