@@ -1,6 +1,10 @@
 """Agents that wait: episodes at their own pace, failures of single episodes, retries, stops and resumption."""
 
 import asyncio
+import subprocess
+import sys
+import time
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -333,3 +337,36 @@ def test_an_unreachable_server_is_given_up(world: World, run: pb.Run) -> None:
 def test_wrong_settings(settings: dict[str, Any], message: str) -> None:
     with pytest.raises(UsageError, match=message):
         Settings(parallel=1, **settings)
+
+
+AGENT = """
+import asyncio
+class Agent:
+    sensors = ()
+    def begin(self, episode): pass
+    async def act(self, seen):
+        with open("calls", "a") as calls:
+            calls.write(f"{seen.episode_id} {seen.step}\\n")
+        await asyncio.sleep(0.01)
+        return (int(seen.episode_id[1:]) + seen.step) % 4
+    def replay(self, seen, action): pass
+"""
+
+
+@pytest.mark.parametrize("calls", [1, 9])
+def test_a_killed_client_repeats_only_calls_in_flight(world: World, tmp_path: Path, calls: int) -> None:
+    (tmp_path / "paid.py").write_text(AGENT)
+    made = tmp_path / "calls"
+    with serving(Servicer(world)) as address:
+        command = [sys.executable, "-m", "arramon_client", "--agent", "./paid.py", "--lang", "en", "--server", address]
+        with subprocess.Popen([*command, "--parallel", "3"], cwd=tmp_path, stderr=subprocess.DEVNULL) as client:
+            while not made.exists() or len(made.read_text().splitlines()) < calls:
+                assert client.poll() is None
+                time.sleep(0.002)
+            client.kill()
+        done = subprocess.run([*command, "--resume", RUN], cwd=tmp_path, check=False, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    paid = made.read_text().splitlines()
+    assert sorted(set(paid)) == [f"{episode} {step}" for episode, step in EVERYTHING]
+    assert len(paid) - len(EVERYTHING) <= 3
+    assert world.actions == BY_RULE

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from arramon_agents.mapping.body import AgentBody
 from arramon_agents.mapping.ground_map import GroundMap, cell_index
 from arramon_agents.mapping.landmark_memory import MappedLandmark, landmarks_ahead, matches_label
 from arramon_agents.mapping.motion import can_step, find_path, turns
+from arramon_agents.mapping.notes import outline
 from arramon_client.agent import Action, Label, Observation
 from arramon_dataset.trial import AGENT_LABELS
 from arramon_lang.meaning import Face, Navigation, Rotate, Step, Thing, Walk, Where
@@ -52,9 +54,11 @@ class Street:
         layout = EpisodeLayout(start, (street, street), ())
         state, body, actions = rules.begin(layout), AgentBody(AGENT_LABELS), []
         navigator = Navigator(body, meaning)
+        self.intents: list[Any] = []
         while state.phase is Phase.NAVIGATION:
             body.perceive(self.observe(state, layout))
             actions.append(navigator.act())
+            self.intents.append(navigator.intent())
             body.record_action(actions[-1])
             state, _ = rules.step(state, Action(actions[-1]), layout, self.world, Limits())
         return state, actions
@@ -84,6 +88,10 @@ def test_instructed_steps_lead_to_the_target(street: Street, steps: tuple[Step, 
     assert state.carried == STREET[0].type
     assert len(actions) < 60  # the ground truth takes 31
     assert math.dist((state.pose.x, state.pose.z), (12.0, 0.0)) < 2.0
+    numbers = [intent["step"] for intent in street.intents if "step" in intent]
+    assert (numbers[0], numbers) == (1, sorted(numbers))
+    assert street.intents[-1]["take"] == outline(MUG)
+    assert any("goal" in intent for intent in street.intents)
 
 
 @pytest.mark.parametrize(
