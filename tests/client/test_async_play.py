@@ -229,6 +229,18 @@ def test_an_agent_stops_its_run_in_order(server: Server, world: World, run: pb.R
     assert sorted(agent.asked + resumed.asked) == EVERYTHING  # No call was repeated.
 
 
+def test_a_batch_agent_stops_its_run(server: Server, world: World, run: pb.Run) -> None:
+    class Limited(Recorder):
+        def act(self, observations: Any) -> Any:
+            if observations[0].step == 2:
+                raise StopRun("enough")
+            return super().act(observations)
+
+    with pytest.raises(StopRun, match="enough"):
+        played(server, run, Limited())
+    assert (world.reasons, world.causes, {len(taken) for taken in world.actions.values()}) == ({}, {}, {2})
+
+
 def test_recorded_steps_are_replayed_and_never_asked(server: Server, world: World, run: pb.Run) -> None:
     half_played(world)
     world.notes = {("e0", 1): "at the corner"}
