@@ -165,8 +165,10 @@ class MapNavigator:
         far = max(distance, 1.0)
         goal = body.ground.nearest_free(body.x + far * math.sin(angle), body.z + far * math.cos(angle))
         plan = find_path(body.ground, body.pose, goal, ARRIVAL_DISTANCE, None, body.closed_steps)
+        if Action.FORWARD not in plan:
+            return []
         self._goal = goal
-        return plan if Action.FORWARD in plan else []
+        return plan
 
     def _take(self, mark: MappedLandmark) -> list[Action]:
         body = self._body

@@ -197,6 +197,10 @@ class Player:
         episode.answers[step] = act
         return act
 
+    def is_rebuilding(self, episode: OpenEpisode) -> bool:
+        """Return whether an episode's history is being replayed."""
+        return episode.episode.episode_id in self._rebuilding
+
     def drop(self, episode_ids: Iterable[str]) -> None:
         """Drop episodes that another stream of this client has begun, and ask for a new stream."""
         self._outdated = True

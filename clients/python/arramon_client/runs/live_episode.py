@@ -96,8 +96,9 @@ class LiveEpisode:
         """Take note that the episode has ended, or was taken over."""
         self.lost = taken_over
         if not taken_over:
-            is_known = cause is not None and cause in types_pb2.Cause.values()
-            self.cause = types_pb2.Cause.Name(cause or 0).removeprefix("CAUSE_") if is_known else UNKNOWN
+            self.cause = UNKNOWN
+            if cause is not None and cause in types_pb2.Cause.values():
+                self.cause = types_pb2.Cause.Name(cause).removeprefix("CAUSE_")
             self.cause_code = cause
         self._open.inbox.clear()
         self.changes.announce()
@@ -143,8 +144,9 @@ class LiveEpisode:
             if not self.cause:
                 self._check()
                 self._reason = reason
-                step = max(self._open.answers, default=-1) + 1
-                self._player.send(self._player.forfeit(self._open, step, reason))
+                step = self._live_step()
+                if step is not None:  # Otherwise the forfeit is sent when the observation arrives.
+                    self._player.send(self._player.forfeit(self._open, step, reason))
         while True:
             with self._run.lock:
                 if self.cause:
@@ -152,6 +154,16 @@ class LiveEpisode:
                 self._check()
                 changed = self.changes.next()
             yield changed
+
+    def _live_step(self) -> int | None:
+        """Return the first step that has not been recorded; None while it is not known, as history is replayed."""
+        if self._open.inbox:
+            message = self._open.inbox[-1].message
+            return None if message.HasField("taken") else message.step
+        seen = self._seen
+        if seen is not None and seen.step not in self._open.answers:
+            return None if seen.taken is not None else seen.step
+        return None if self._player.is_rebuilding(self._open) else max(self._open.answers, default=-1) + 1
 
     def _begin_acting(self) -> Operation[None]:
         """Wait until no other thread acts in this episode."""
