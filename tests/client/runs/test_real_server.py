@@ -1,6 +1,7 @@
 """Runs and agents that wait on a real server: scores, receipts, restarts, clocks, several processes."""
 
 import asyncio
+import itertools
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -8,10 +9,11 @@ from typing import Any
 import pytest
 
 from arramon.v1.chain import episode_head
-from arramon_client import Episode, Observation, Run, Settings, connect
+from arramon_client import AsyncRun, AsyncRunEpisode, Episode, Observation, Run, Settings, connect
 from arramon_client.multi_stream import play_streams
 from tests import tiny
 from tests.api.player import create
+from tests.relay import Relay
 from tests.serving import Server
 
 PHASES = ((0, 3), (3, 5), (5, 11), (11, 13))
@@ -120,6 +122,35 @@ def test_an_agent_that_waits_plays_over_several_streams(tmp_path: Path) -> None:
     assert dict(outcome.run.causes) == {"AGENT_FINISHED": 8}
     assert (agent.asked, agent.open) == (8 * len(tiny.ACTIONS), set())
     assert set(outcome.actions.values()) == {tiny.ACTIONS}
+    assert server.stop() == 0
+
+
+def test_connections_that_are_reset_change_no_step(data: Path) -> None:
+    server, acts = Server(data), itertools.count(1)
+
+    async def play(relay: Relay) -> None:
+        async def play_one(episode: AsyncRunEpisode) -> None:
+            while not episode.ended:
+                seen = await episode.look()
+                if next(acts) % 3 == 0:
+                    relay.reset()
+                await episode.act(seen.step, tiny.ACTIONS[seen.step])
+            played[episode.episode_id] = episode.actions
+
+        async with await AsyncRun.create(
+            server=relay.address, language="en", agent="mine", split="tiny", sensors=()
+        ) as run:
+            async with asyncio.TaskGroup() as tasks:
+                async for episode in run.episodes():
+                    tasks.create_task(play_one(episode))
+            assert (await run.wait()).steps == 3 * len(tiny.ACTIONS)
+            assert {row["CTC-0"] for row in (await run.report())["table"]} == {1.0}
+
+    played: dict[str, tuple[int, ...]] = {}
+    with Relay(server.address) as relay:
+        asyncio.run(play(relay))
+        assert relay.resets > 6
+    assert played == dict.fromkeys(("0", "1", "2"), tiny.ACTIONS)
     assert server.stop() == 0
 
 
