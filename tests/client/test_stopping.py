@@ -28,6 +28,17 @@ class Agent:
         {act}
 """
 
+WAITING = """
+import asyncio, time
+class Agent:
+    sensors = ()
+    def begin(self, episode): pass
+    async def act(self, observation):
+        print("acting", flush=True)
+        {act}
+    async def close(self): print("closed", flush=True)
+"""
+
 ENDED = 1200
 """Looks for the end of a process, a tenth of a second apart."""
 
@@ -35,8 +46,10 @@ ENDED = 1200
 class Client:
     """A client in a process of its own, in the folder of an agent `slow`."""
 
-    def __init__(self, folder: Path, *arguments: str, load: str = "", act: str = "time.sleep(600)") -> None:
-        (folder / "slow.py").write_text(SLOW.format(load=load, act=act))
+    def __init__(
+        self, folder: Path, *arguments: str, load: str = "", act: str = "time.sleep(600)", agent: str = SLOW
+    ) -> None:
+        (folder / "slow.py").write_text(agent.format(load=load, act=act))
         command = [sys.executable, "-m", "arramon_client", "--agent", "slow", "--lang", "en", *arguments]
         environment = {**os.environ, "ARRAMON_CAMERA": "tiny", "ARRAMON_STEPS": "20"}
         self.process = subprocess.Popen(
@@ -54,7 +67,7 @@ class Client:
     def stop(self, *signals: int) -> tuple[int, str]:
         for number in signals:
             self.process.send_signal(number)
-        _, errors = self.process.communicate(timeout=120)
+        self.rest, errors = self.process.communicate(timeout=120)
         assert "Traceback" not in errors, errors
         return self.process.returncode, errors
 
@@ -80,6 +93,21 @@ def test_a_signal_stops_a_slow_agent_and_the_resume_command_is_printed(
     assert (found, f"{said}\nthe run is saved; resume it with\n" in errors, f"--resume {RUN}" in errors) == (
         status, True, True,
     )  # fmt: skip
+    assert world.causes == {}
+
+
+@pytest.mark.parametrize(("sent", "status", "said"), [
+    (signal.SIGTERM, 143, "stopped by SIGTERM"), (signal.SIGINT, 130, "interrupted"),
+])  # fmt: skip
+@pytest.mark.parametrize("act", ["await asyncio.sleep(600)", "time.sleep(600)"])
+def test_a_signal_stops_an_agent_that_waits_and_closes_it(
+    world: World, address: str, tmp_path: Path, sent: signal.Signals, status: int, said: str, act: str
+) -> None:
+    client = Client(tmp_path, "--server", address, "--parallel", "2", act=act, agent=WAITING)
+    client.wait_for("acting")
+    found, errors = client.stop(sent)
+    assert (found, f"{said}\nthe run is saved; resume it with\n" in errors) == (status, True)
+    assert client.rest.splitlines()[-1] == "closed"
     assert world.causes == {}
 
 

@@ -90,7 +90,7 @@ def test_instructed_steps_lead_to_the_target(street: Street, steps: tuple[Step, 
     assert math.dist((state.pose.x, state.pose.z), (12.0, 0.0)) < 2.0
     numbers = [intent["step"] for intent in street.intents if "step" in intent]
     assert numbers == sorted(numbers)
-    assert set(numbers) <= {number for number in range(1, len(steps) + 1)}
+    assert set(numbers) <= set(range(1, len(steps) + 1))
     assert street.intents[-1]["take"] == outline(MUG)
     assert any("goal" in intent for intent in street.intents)
 
