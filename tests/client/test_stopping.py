@@ -100,14 +100,14 @@ def test_a_signal_stops_a_slow_agent_and_the_resume_command_is_printed(
     (signal.SIGTERM, 143, "stopped by SIGTERM"), (signal.SIGINT, 130, "interrupted"),
 ])  # fmt: skip
 @pytest.mark.parametrize("act", ["await asyncio.sleep(600)", "time.sleep(600)"])
-def test_a_signal_stops_an_agent_that_waits_and_closes_it(
+def test_a_signal_stops_an_agent_that_waits(
     world: World, address: str, tmp_path: Path, sent: signal.Signals, status: int, said: str, act: str
 ) -> None:
     client = Client(tmp_path, "--server", address, "--parallel", "2", act=act, agent=WAITING)
     client.wait_for("acting")
     found, errors = client.stop(sent)
     assert (found, f"{said}\nthe run is saved; resume it with\n" in errors) == (status, True)
-    assert client.rest.splitlines()[-1] == "closed"
+    assert ("closed" in client.rest.splitlines()) == ("await" in act)  # A call that blocks is not waited for.
     assert world.causes == {}
 
 

@@ -1,14 +1,13 @@
 """Play with an agent that waits: each open episode in a task of its own, at its own pace."""
 
 import asyncio
-from collections.abc import AsyncIterator, Callable, Coroutine, Sequence
+from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
-from typing import Any
 
 from arramon.v1 import evaluation_pb2, evaluation_pb2_grpc
 from arramon_client.agent import Answer, AsyncAgent, Observation
-from arramon_client.errors import AgentError, AgentStoppedError, EpisodeLostError, StopRun, UsageError
+from arramon_client.errors import AgentError, AgentStoppedError, EpisodeLostError, StopRun
 from arramon_client.notes import note_fault, note_text
 from arramon_client.observations import not_deterministic
 from arramon_client.play_results import AgentFailure, Outcome, Progress
@@ -19,7 +18,6 @@ from arramon_client.runs.live_episode import LiveEpisode
 from arramon_client.runs.results import info_now
 from arramon_client.runs.waiting import wait_async
 from arramon_client.settings import Settings
-from arramon_client.stopping import SIGNAL_SECONDS
 
 FIRST_DELAY, LAST_DELAY = 0.5, 8.0
 """Shortest and longest delay in seconds before `act` is called again after an exception; it doubles each time. An
@@ -79,20 +77,6 @@ async def play_over(
     )
 
 
-def run_to_end(work: Coroutine[Any, Any, Outcome]) -> Outcome:
-    """Run a coroutine in an event loop of its own, for callers without one.
-
-    Raises:
-        UsageError: if the caller is already in an event loop.
-    """
-    try:
-        asyncio.get_running_loop()
-    except RuntimeError:
-        return asyncio.run(work)
-    work.close()
-    raise UsageError("an event loop is running: play an agent whose act is `async` with `await play_async(...)`")
-
-
 @asynccontextmanager
 async def _opened(agent: AsyncAgent, live: LiveRun, notify: Callable[[str], None]) -> AsyncIterator[None]:
     """Call the agent's `open`, and its `close` at the end of the context; a failure of that is only reported."""
@@ -130,7 +114,6 @@ class _AsyncPlayer:
 
     async def play(self) -> None:
         """Play all episodes, or until the agent stops the run."""
-        heartbeat = asyncio.create_task(_wake_up())
         try:
             async with asyncio.TaskGroup() as tasks:
                 while (episode := await self._next_episode()) is not None:
@@ -138,8 +121,6 @@ class _AsyncPlayer:
                     self._tasks[episode.episode_id] = tasks.create_task(self._play(episode, before))
         except BaseExceptionGroup as group:
             raise group.exceptions[0] from None
-        finally:
-            heartbeat.cancel()
         if self._stop is not None:
             raise self._stop
 
@@ -279,9 +260,3 @@ class _AsyncPlayer:
     def _state(self) -> Progress:
         live = self._live
         return Progress(live.run.episodes, live.episodes_ended, sum(player.steps for player in live.players))
-
-
-async def _wake_up() -> None:
-    """Wake the event loop twice a second, so that a signal that another thread received takes effect."""
-    while True:
-        await asyncio.sleep(SIGNAL_SECONDS)

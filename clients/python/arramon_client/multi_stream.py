@@ -14,8 +14,9 @@ import grpc
 
 from arramon.v1 import evaluation_pb2, evaluation_pb2_grpc
 from arramon_client.agent import Agent, AsyncAgent
-from arramon_client.async_play import StreamTarget, play_over, run_to_end
+from arramon_client.async_play import StreamTarget, play_over
 from arramon_client.errors import ServerUnreachableError
+from arramon_client.loop_thread import run_to_end
 from arramon_client.play import Outcome, Progress, Settings, play
 from arramon_client.plugin.async_calls import is_async
 from arramon_client.plugin.failures import FailureCounter
@@ -53,7 +54,7 @@ def play_streams(
     """
     if is_async(agent):
         return run_to_end(
-            play_async(
+            lambda notify: play_async(
                 server,
                 run,
                 agent,
@@ -62,7 +63,8 @@ def play_streams(
                 progress=progress,
                 revive=revive,
                 recording=recording,
-            )
+            ),
+            notify,
         )
     addresses = own_addresses(server)[: settings.parallel]
     if len(addresses) < 2:

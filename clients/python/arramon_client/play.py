@@ -5,8 +5,9 @@ from typing import cast
 
 from arramon.v1 import evaluation_pb2, evaluation_pb2_grpc
 from arramon_client.agent import Agent, AsyncAgent
-from arramon_client.async_play import StreamTarget, play_over, run_to_end
+from arramon_client.async_play import StreamTarget, play_over
 from arramon_client.errors import AgentError
+from arramon_client.loop_thread import run_to_end
 from arramon_client.play_results import Outcome as Outcome
 from arramon_client.play_results import Progress as Progress
 from arramon_client.player_streams import BACKLOG, PlayerStreams
@@ -61,11 +62,19 @@ def play(
     if fault:
         raise AgentError(f"the agent cannot play: {fault}")
     if is_async(agent):
-        target = StreamTarget(stub, address, settings)
+        target, waiting_agent = StreamTarget(stub, address, settings), agent
         return run_to_end(
-            play_over(
-                [target], run, agent, settings, notify=notify, progress=progress, revive=revive, recording=recording
-            )
+            lambda notify: play_over(
+                [target],
+                run,
+                waiting_agent,
+                settings,
+                notify=notify,
+                progress=progress,
+                revive=revive,
+                recording=recording,
+            ),
+            notify,
         )
     failure_counter = failure_counter or FailureCounter(keep_going=settings.keep_going)
     session = Session(run, cast(Agent, agent), notify, failure_counter, recording)
