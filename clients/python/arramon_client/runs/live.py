@@ -75,7 +75,9 @@ class LiveRun:
     def run(self) -> evaluation_pb2.Run:
         """The run as last described by the server."""
         with self.lock:
-            return max((lane.player.run for lane in self._lanes), key=lambda run: run.episodes_ended, default=self._run)
+            players = [lane.player for lane in self._lanes]
+            latest = max(players, key=lambda player: (player.ended, player.run.episodes_ended), default=None)
+            return self._run if latest is None else latest.run
 
     @property
     def players(self) -> Sequence[Player]:
