@@ -19,6 +19,7 @@ COMMANDS = {
     "account": "show your account on a server: name, role, limits and current usage",
     "runs": "list your runs",
     "cancel": "cancel runs; their unfinished episodes are given up",
+    "notes": "print what a run's agent noted beside its steps",
     "leaderboard": "show the ranking of a split's published runs",
     "publish": "put a run on the leaderboard",
     "report": "show scores by what the turns ask for: what runs can and cannot do",
