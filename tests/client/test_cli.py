@@ -104,6 +104,15 @@ def test_an_agent_that_waits_can_give_up_an_episode(world: World, address: str) 
     assert len(world.causes) == 4
 
 
+@pytest.mark.parametrize("option", [["--retries", "1"], ["--on-failure", "stop"]])
+def test_other_agents_have_no_retries(
+    world: World, address: str, capsys: pytest.CaptureFixture[str], option: list[str]
+) -> None:
+    assert main(["--agent", "cli_agents", "--lang", "en", "--server", address, *option]) == 2
+    assert "--retries and --on-failure apply to an agent whose act is `async`" in capsys.readouterr().err
+    assert world.requests == []
+
+
 def test_an_agent_stops_its_run_in_order(world: World, address: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--agent", "cli_agents:Limited", "--lang", "en", "--server", address]) == 4
     shown = capsys.readouterr()

@@ -130,7 +130,6 @@ def parser() -> argparse.ArgumentParser:
     add(
         "--retries",
         type=_count,
-        default=2,
         metavar="N",
         help="how often a failed act of an agent that waits (async) is repeated for the same observation (default: 2)",
     )

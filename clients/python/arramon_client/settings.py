@@ -6,6 +6,9 @@ from arramon.v1 import types_pb2
 from arramon_client.errors import UsageError
 from arramon_client.transport.retry import PATIENCE
 
+RETRIES = 2
+"""Default of `Settings.retries`."""
+
 ON_FAILURE = ("stop", "give-up")
 """What can follow when an agent that waits fails."""
 
@@ -35,7 +38,7 @@ class Settings:
     resume: bool = False
     patience: float = PATIENCE
     keep_going: bool = False
-    retries: int = 2
+    retries: int = RETRIES
     on_failure: str | None = None
 
     def __post_init__(self) -> None:

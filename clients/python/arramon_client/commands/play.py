@@ -21,6 +21,7 @@ from arramon_client.local.embedded import EmbeddedServer
 from arramon_client.local.embedded_play import embedded_for_play
 from arramon_client.output import console, print_json
 from arramon_client.plugin.arguments import parse_value
+from arramon_client.plugin.async_calls import is_async
 from arramon_client.plugin.loader import load_agent
 from arramon_client.printable import many_lines
 from arramon_client.transport.access import Access, access_of
@@ -86,6 +87,8 @@ class PlayCommand:
     def _run(self) -> int:
         options = self.options
         agent = load_agent(options.agent, {name: parse_value(typed) for name, typed in options.agent_arguments.items()})
+        if not is_async(agent) and (options.retries is not None or options.on_failure is not None):
+            raise UsageError("--retries and --on-failure apply to an agent whose act is `async`, for one observation")
         results.check_output(self.output)
         if options.record is not None:
             results.check_output(options.record, "the recording")

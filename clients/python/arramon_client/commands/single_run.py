@@ -21,6 +21,7 @@ from arramon_client.play import Outcome, Settings
 from arramon_client.plugin.agent_files import agent_label
 from arramon_client.progress import progress_display
 from arramon_client.recording.recorder import Recording
+from arramon_client.settings import RETRIES
 from arramon_client.transport.connection import Server, call
 from arramon_client.transport.incoming import check_same_run
 from arramon_client.transport.retry import PATIENCE, Retry, call_until_answered
@@ -179,7 +180,7 @@ class SingleRun:
             image_size=run_settings.choose_image_size(info, options.image_size),
             resume=bool(options.resume),
             keep_going=options.keep_going or options.dry_run,  # Episodes of a dry run do not count.
-            retries=options.retries,
+            retries=RETRIES if options.retries is None else options.retries,
             on_failure=options.on_failure,
         )
 
