@@ -154,6 +154,13 @@ def test_bad_acts_take_no_step(address: str, world: World, act: Any, note: Any, 
     assert world.batches == []
 
 
+@pytest.mark.parametrize("step", [-1, "0", None, 0.0, True])
+def test_a_step_is_a_whole_number(address: str, world: World, step: Any) -> None:
+    with created(address) as run, pytest.raises(UsageError, match="expected a whole number from 0"):
+        first(run).act(step, LEFT)
+    assert world.batches == []
+
+
 def test_notes_are_sent_with_the_first_step(address: str, world: World) -> None:
     with created(address) as run:
         episode = first(run)

@@ -120,6 +120,7 @@ class LiveEpisode:
 
     def act(self, step: int, actions: int | Sequence[int], note: "Note | None" = None) -> Operation[Observation | None]:
         """Take one step or several, and return the next observation; None if the episode has ended."""
+        _check_step(step)
         plan = _checked_plan(actions)
         text = note_text(note)
         if fault := note_fault(text):
@@ -259,6 +260,12 @@ def stop_reason(before: Observation, action: int, after: Observation) -> str:
     pairs = [(getattr(before, name), getattr(after, name)) for name in IMAGE_SENSORS]
     images = [(old, new) for old, new in pairs if old is not None and new is not None]
     return BLOCKED if images and all(np.array_equal(old, new) for old, new in images) else ""
+
+
+def _check_step(step: object) -> None:
+    """Raise UsageError unless a step is a whole number from 0."""
+    if isinstance(step, bool) or not isinstance(step, int | np.integer) or step < 0:
+        raise UsageError(f"the step is {step!r}, expected a whole number from 0, such as Observation.step")
 
 
 def _checked_plan(actions: int | Sequence[int]) -> tuple[int, ...]:
