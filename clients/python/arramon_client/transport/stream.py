@@ -18,6 +18,11 @@ MAX_QUEUED = 16
 """Capacity of the queue of responses; reading pauses when it is full, so that a long history does not fill memory."""
 
 
+ACTS_IN_MESSAGE = 256
+"""Maximum number of acts in one message; with the longest notes they take half of the 1 MiB that servers accept by
+default."""
+
+
 class StreamEnded(Exception):
     """The server ended the stream without an error, for example because it is shutting down."""
 
@@ -83,8 +88,10 @@ class PlayStream:
                 continue
 
     def send(self, acts: Sequence[evaluation_pb2.Act]) -> None:
-        """Send one batch of acts."""
-        self._outgoing.put(evaluation_pb2.PlayRequest(actions=evaluation_pb2.ActionBatch(acts=acts)))
+        """Send one batch of acts, in several messages if its notes would make one too large for a server."""
+        for start in range(0, len(acts), ACTS_IN_MESSAGE):
+            batch = evaluation_pb2.ActionBatch(acts=acts[start : start + ACTS_IN_MESSAGE])
+            self._outgoing.put(evaluation_pb2.PlayRequest(actions=batch))
 
     def cancel(self) -> None:
         """Cancel the stream from another thread; a waiting `receive` then raises the error."""

@@ -1,0 +1,38 @@
+"""Tests of the Play stream."""
+
+from arramon.v1 import evaluation_pb2
+from arramon_client.transport.stream import ACTS_IN_MESSAGE, PlayStream
+from arramon_client.world import NOTE_BYTES
+
+DEFAULT_LIMIT = 1 << 20
+
+
+class SilentStub:
+    """Stub whose stream keeps the requests and answers nothing."""
+
+    def __init__(self) -> None:
+        self.requests: list[evaluation_pb2.PlayRequest] = []
+
+    def Play(self, requests: object, metadata: object) -> "SilentStub":  # noqa: N802 - gRPC's name
+        self.pending = iter(requests)  # type: ignore[call-overload]
+        return self
+
+    def cancel(self) -> None:
+        """Take all requests, as the stream ends."""
+        self.requests = list(self.pending)
+
+
+def test_a_batch_with_the_longest_notes_is_sent_in_messages_that_a_server_accepts() -> None:
+    stub = SilentStub()
+    stream = PlayStream(stub, evaluation_pb2.Open(max_episodes=1))  # type: ignore[arg-type]
+    acts = [
+        evaluation_pb2.Act(episode_id=f"{number:036}", step=number, action=0, note="n" * NOTE_BYTES)
+        for number in range(ACTS_IN_MESSAGE * 2 + 1)
+    ]
+    stream.send(acts)
+    stream._outgoing.put(None)
+    stream.close()
+    _, *messages = stub.requests
+    assert [len(message.actions.acts) for message in messages] == [ACTS_IN_MESSAGE, ACTS_IN_MESSAGE, 1]
+    assert [act for message in messages for act in message.actions.acts] == acts
+    assert max(message.ByteSize() for message in messages) < DEFAULT_LIMIT
