@@ -198,6 +198,7 @@ def requests(doors: Doors) -> dict[str, list[Any]]:
         "GetBreakdown": [ev.GetBreakdownRequest(run_id=run_id) for run_id in runs],
         "GetRun": [ev.GetRunRequest(run_id=run_id) for run_id in runs],
         "ListRuns": [ev.ListRunsRequest()],
+        "ListNotes": [ev.ListNotesRequest(run_id=run_id) for run_id in runs],
         "GetServerInfo": [ev.GetServerInfoRequest()],
         "GetAccount": [ev.GetAccountRequest()],
         "Publish": [lb.PublishRequest(run_id=run_id) for run_id in runs],
