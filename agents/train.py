@@ -11,7 +11,7 @@ from typing import Any
 
 from arramon_agents.perception.encoder import FOLDER
 from arramon_agents.requirements import REQUIRED_AT_PLAY, require
-from arramon_agents.training.workspace import Workspace
+from arramon_agents.training.workspace import CHECKPOINT_STEPS, Workspace
 from arramon_client.errors import ArramonClientError
 
 PACKAGES = ("reading.reader", "vl", "vl_grounded", "vl_map", "reading", "perception.eyes")
@@ -136,7 +136,9 @@ def _parser(known: Mapping[str, Training]) -> argparse.ArgumentParser:
     parser.add_argument("--output", type=Path, default=Path("arramon-weights"), help="weights, log (%(default)s)")
     parser.add_argument("--processes", type=int, default=1, help="that draw demonstrations (default: %(default)s)")
     parser.add_argument("--device", default="auto", help="cpu, cuda, or auto: a GPU where there is one (default)")
-    parser.add_argument("--checkpoint-steps", type=int, default=100, help="updates between checkpoints (%(default)s)")
+    parser.add_argument(
+        "--checkpoint-steps", type=int, default=CHECKPOINT_STEPS, help="updates between checkpoints (%(default)s)"
+    )
     parser.add_argument("--visual", type=Path, help="folder of a vision model of transformers, instead of --encoder")
     for name, (kind, agents) in _options(known).items():
         shown = f"of {', '.join(agents)}" if len(agents) < len(known) else "default: as the recipe says"

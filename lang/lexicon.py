@@ -1,4 +1,4 @@
-"""Words for the collectible objects, recognised in texts despite typing errors."""
+"""Words for collectibles in any text, for quality checks and missing objects; `noun_phrases.py` parses instructions."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Distances, angles and colours that words for streets mean, shared by planners and followers.
+"""Numbers behind route words: distances, angles, usual colours; shared by planners and followers.
 
 The paper gives no numbers. With these, the follower does best on the release's human instructions; the planner uses
 them to predict where its instructions lead.

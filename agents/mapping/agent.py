@@ -55,8 +55,8 @@ class Skills:
 
 
 @dataclass
-class _EpisodeState:
-    """State of an episode: map, and the player of the current phase, `walk` or `room`."""
+class _MapEpisode:
+    """An episode of the map agent: its map, and the player of the current phase, `walk` or `room`."""
 
     language: str
     labels: Labels
@@ -77,7 +77,7 @@ class MapAgent:
 
     def __init__(self, skills: Skills) -> None:
         self._skills = skills
-        self._episodes: dict[str, _EpisodeState] = {}
+        self._episodes: dict[str, _MapEpisode] = {}
 
     def begin(self, episode: Episode) -> None:
         """Start a new episode.
@@ -89,7 +89,7 @@ class MapAgent:
         if not labels:
             raise ValueError("follower requires the sensor segmentation, which this run does not have")
         body = AgentBody(labels, self._skills.make_landmarks(labels))
-        self._episodes[episode.episode_id] = _EpisodeState(episode.language, labels, body)
+        self._episodes[episode.episode_id] = _MapEpisode(episode.language, labels, body)
 
     def end(self, episode_id: str) -> None:
         """Discard the state of an episode: its map takes 1.6 MB."""
@@ -100,12 +100,12 @@ class MapAgent:
         percepts = self._skills.perceive(observations)
         return [self._answer(percept, self._episodes[percept.observation.episode_id]) for percept in percepts]
 
-    def _answer(self, percept: Percept, memory: _EpisodeState) -> int | Answer:
+    def _answer(self, percept: Percept, memory: _MapEpisode) -> int | Answer:
         action = self._act(percept, memory)
         note = self._note(memory) if self._skills.notes else {}
         return Answer(action, note) if note else action
 
-    def _act(self, percept: Percept, memory: _EpisodeState) -> Action:
+    def _act(self, percept: Percept, memory: _MapEpisode) -> Action:
         observation = percept.observation
         if (observation.turn, observation.phase) != memory.phase:
             memory.phase = observation.turn, observation.phase
@@ -118,7 +118,7 @@ class MapAgent:
         assert memory.room is not None
         return Action(memory.room.act(observation, percept.things))
 
-    def _begin_phase(self, observation: Observation, memory: _EpisodeState) -> None:
+    def _begin_phase(self, observation: Observation, memory: _MapEpisode) -> None:
         skills = self._skills
         memory.walk = memory.room = memory.noted = None
         memory.body.record_action(None)
@@ -133,7 +133,7 @@ class MapAgent:
             memory.room = RoomPlayer(meaning, skills.make_room(memory.labels), skills.find_cell)
 
     @staticmethod
-    def _note(memory: _EpisodeState) -> dict[str, Any]:
+    def _note(memory: _MapEpisode) -> dict[str, Any]:
         """Return what has changed since the last note: what was read, and the intent; empty if nothing has."""
         player = memory.walk or memory.room
         assert player is not None

@@ -15,7 +15,7 @@ from arramon_client.agent import Action, Label, Observation
 from arramon_client.world import HEADINGS
 
 if TYPE_CHECKING:
-    from arramon_agents.perception.eyes.named_things import NamedThing  # It needs PyTorch.
+    from arramon_agents.perception.eyes.named_things import DetectedThing  # It needs PyTorch.
 
 
 class AgentBody:
@@ -57,7 +57,7 @@ class AgentBody:
         """The pose (x, z, heading in multiples of 30 degrees)."""
         return self.x, self.z, self.heading
 
-    def perceive(self, observation: Observation, things: Sequence["NamedThing"] = ()) -> None:
+    def perceive(self, observation: Observation, things: Sequence["DetectedThing"] = ()) -> None:
         """Update pose, map and landmarks by the frame after the last action, and the named things in it.
 
         Raises:

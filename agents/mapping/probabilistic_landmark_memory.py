@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from arramon_agents.mapping.landmark_memory import LandmarkMemory, MappedLandmark, matches_label
-from arramon_agents.perception.eyes.named_things import NamedThing
+from arramon_agents.perception.eyes.named_things import DetectedThing
 from arramon_agents.perception.eyes.predicted_segmentation import label_of
 from arramon_agents.perception.eyes.vocabulary import COLOURS, KINDS, LOOKS, NONE, SURFACES, codes_of, look_slices
 from arramon_agents.perception.scan import Sighting
@@ -85,7 +85,7 @@ class _LandmarkScores:
         self._is_summed, self._largest = sums, 0.0
         self._belief: LandmarkBelief | None = None
 
-    def add(self, named: NamedThing, x: float, z: float, distance: float) -> None:
+    def add(self, named: DetectedThing, x: float, z: float, distance: float) -> None:
         """Add a view of the thing."""
         weight = min(MAX_WEIGHT, float(named.thing.mask.sum()) / FULL_WEIGHT_PIXELS)  # Larger views count for more.
         if self._is_summed or weight >= self._largest:
@@ -130,7 +130,7 @@ class ProbabilisticLandmarkMemory(LandmarkMemory):
         """Add a frame's buildings and crossings; things are added by `add_things`."""
         super().add(sighting for sighting in sightings if sighting.label in self._flat)
 
-    def add_things(self, things: Iterable[NamedThing], pose: tuple[float, float, float]) -> None:
+    def add_things(self, things: Iterable[DetectedThing], pose: tuple[float, float, float]) -> None:
         """Add a frame's things.
 
         Args:
@@ -165,7 +165,7 @@ class ProbabilisticLandmarkMemory(LandmarkMemory):
         super().forget_collectibles()
         self._places = [place for place in self._places if place.mark.label.kind not in COLLECTIBLES]
 
-    def _add(self, named: NamedThing, x: float, z: float, distance: float) -> None:
+    def _add(self, named: DetectedThing, x: float, z: float, distance: float) -> None:
         kind = KINDS[int(named.kinds.argmax())]
         for place in self._places:
             mark = place.mark

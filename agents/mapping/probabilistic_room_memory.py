@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from arramon_agents.mapping.probabilistic_landmark_memory import FULL_WEIGHT_PIXELS, MAX_WEIGHT, PROBABILITY_FLOOR
 from arramon_agents.mapping.room_memory import RoomMemory
-from arramon_agents.perception.eyes.named_things import NamedThing
+from arramon_agents.perception.eyes.named_things import DetectedThing
 from arramon_agents.perception.eyes.predicted_segmentation import label_of
 from arramon_agents.perception.eyes.vocabulary import KINDS
 from arramon_client.agent import Label
@@ -33,7 +33,7 @@ class ProbabilisticRoomMemory(RoomMemory):
         super().__init__(labels)
         self._chances: dict[tuple[Cell, int], list[npt.NDArray[np.float64]]] = {}
 
-    def add_things(self, things: Sequence[NamedThing], cell: Cell, heading: float) -> None:
+    def add_things(self, things: Sequence[DetectedThing], cell: Cell, heading: float) -> None:
         """Add a frame's things.
 
         Args:

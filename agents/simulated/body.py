@@ -11,7 +11,7 @@ from arramon_agents.mapping.ground_map import CELL
 from arramon_agents.mapping.motion import STEPS
 from arramon_agents.mapping.probabilistic_landmark_memory import ProbabilisticLandmarkMemory
 from arramon_agents.perception.eyes.depth_segmentation import MAX_DISTANCE_AHEAD, MIN_THING_PIXELS, FrameThing
-from arramon_agents.perception.eyes.named_things import NamedThing
+from arramon_agents.perception.eyes.named_things import DetectedThing
 from arramon_agents.perception.eyes.predicted_segmentation import LABELS
 from arramon_agents.perception.eyes.vocabulary import COLOURS, KINDS, LOOKS, NONE, look_slices
 from arramon_agents.perception.scan import FREE_POINT_DISTANCES, MAX_DISTANCE, SIGHTING_SQUARE, Scan, Sighting
@@ -189,7 +189,7 @@ class SimulatedBody(AgentBody):
                 found.append(Sighting(_CROSSING, x, z, far, CROSSING_SAMPLES))
         return found
 
-    def _named(self, x: float, z: float, heading: float) -> list[NamedThing]:
+    def _named(self, x: float, z: float, heading: float) -> list[DetectedThing]:
         """Return the things in view as the visual encoder would cut them out and name them."""
         things, random = self._things, self._random
         right, ahead = relative_to(things.places, (x, z, heading))
@@ -218,7 +218,7 @@ class SimulatedBody(AgentBody):
                 float(right[number] * near / far + error[0]), float(near + error[1]),
                 width, float(things.low[number]), float(things.low[number] + height),
             )  # fmt: skip
-            found.append(NamedThing(box, *self._names(number, pixels)))
+            found.append(DetectedThing(box, *self._names(number, pixels)))
         return found
 
     def _names(self, number: int, pixels: int) -> tuple[npt.NDArray[np.float32], ...]:

@@ -22,7 +22,7 @@ from arramon_agents.training.checkpoint import (
     write_checkpoint,
 )
 from arramon_agents.training.schedule import Schedule
-from arramon_agents.training.workspace import Report
+from arramon_agents.training.workspace import CHECKPOINT_STEPS, Report
 
 Scores = Mapping[str, float]
 """Scores of a validation by metric."""
@@ -83,7 +83,7 @@ class TrainerSettings:
     clip: float = 5.0
     average: float = 0.0
     validate_steps: int = 1000
-    checkpoint_steps: int = 100
+    checkpoint_steps: int = CHECKPOINT_STEPS
     chosen_by: Mapping[str, str] = field(default_factory=dict)
     training_inputs: TrainingInputs = field(default_factory=lambda: TrainingInputs({}, ""))
 

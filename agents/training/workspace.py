@@ -7,6 +7,9 @@ from pathlib import Path
 Report = Callable[[str], None]
 """Receives lines of progress."""
 
+CHECKPOINT_STEPS = 100
+"""Default number of updates between two checkpoints."""
+
 
 @dataclass(frozen=True)
 class Workspace:
@@ -25,5 +28,5 @@ class Workspace:
     cache: Path
     output: Path
     processes: int = 1
-    checkpoint_steps: int = 100
+    checkpoint_steps: int = CHECKPOINT_STEPS
     device: str = "cpu"

@@ -16,7 +16,7 @@ from arramon_client.agent import Episode, Observation
 
 
 @dataclass
-class _PhaseState:
+class _EncodedPhase:
     """State of an episode's current phase: turn and phase name, encoded instruction, history state, last action."""
 
     phase: tuple[int, str]
@@ -41,7 +41,7 @@ class LearnedAgent:
         self.sensors = () if policy.encoder is None else ("rgb", "depth")
         self._policy, self._seed, self._temperature = policy, seed, temperature
         self._frames = None if policy.encoder is None else FeatureCache(policy.encoder)
-        self._phases: dict[str, _PhaseState] = {}
+        self._phases: dict[str, _EncodedPhase] = {}
 
     def begin(self, episode: Episode) -> None:
         """Start a new episode."""
@@ -84,13 +84,13 @@ class LearnedAgent:
             state.history = hidden[:, row], cell[:, row]
         return logits[:, 0, :ACTIONS]
 
-    def _phase_state(self, observation: Observation) -> _PhaseState:
+    def _phase_state(self, observation: Observation) -> _EncodedPhase:
         """Return the state of the observation's phase, with its instruction encoded once, at the first step."""
         state = self._phases.get(observation.episode_id)
         phase = observation.turn, observation.phase
         if state is None or state.phase != phase:
             tokens = torch.tensor([self._policy.tokenizer.encode(observation.instruction)])
-            state = _PhaseState(phase, self._policy.model.of(observation.phase).read(tokens).words[0])
+            state = _EncodedPhase(phase, self._policy.model.of(observation.phase).read(tokens).words[0])
             self._phases[observation.episode_id] = state
         return state
 
@@ -118,7 +118,7 @@ def _pad_texts(texts: Sequence[Tensor]) -> EncodedText:
     return EncodedText(padded, torch.arange(padded.shape[1]) >= lengths[:, None])
 
 
-def _stack_histories(states: Sequence[_PhaseState], size: int) -> State:
+def _stack_histories(states: Sequence[_EncodedPhase], size: int) -> State:
     """Return the history states of several episodes as one batch; zeros before the first step."""
     zeros = torch.zeros(1, size), torch.zeros(1, size)
     histories = [state.history or zeros for state in states]

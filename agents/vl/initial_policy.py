@@ -9,7 +9,7 @@ from arramon_agents.perception.encoder import VisualEncoder
 from arramon_agents.perception.registry import open_encoder
 from arramon_agents.pretrained.hidden_state_cache import open_hidden_state_cache
 from arramon_agents.reading.text_encoders import PretrainedTextEncoder, encoder_ids
-from arramon_agents.reading.tokenizers import PRETRAINED, UNKNOWN, WordTokenizer, train_tokenizer
+from arramon_agents.reading.tokenizers import PRETRAINED, UNKNOWN, PolicyWordTokenizer, train_tokenizer
 from arramon_agents.training.recipe import as_json
 from arramon_agents.training.workspace import Report, Workspace
 from arramon_agents.vl.config import ModelConfig
@@ -63,7 +63,9 @@ def extended_policy(recipe: Recipe, encoder: VisualEncoder | None, texts: Sequen
             f"{path} is of another model than the recipe: {own}, encoder {eyes}, tokenizer {kinds[0]}; expected "
             f"{wanted}, encoder {wanted_eyes}, tokenizer {kinds[1]}"
         )
-    tokenizer = known.tokenizer.with_new_words(texts) if isinstance(known.tokenizer, WordTokenizer) else known.tokenizer
+    tokenizer = (
+        known.tokenizer.with_new_words(texts) if isinstance(known.tokenizer, PolicyWordTokenizer) else known.tokenizer
+    )
     model, weights = Model(replace(own, vocabulary=tokenizer.size)), known.model.state_dict()
     for name, value in weights.items():
         if name.endswith("reader.embedding.weight"):

@@ -17,7 +17,7 @@ NAME = "vl_grounded"
 
 
 @dataclass(frozen=True)
-class _PhaseState:
+class _PlayedPhase:
     """The current phase of an episode, and its player."""
 
     turn: int
@@ -38,7 +38,7 @@ class GroundedAgent:
     def __init__(self, weights: GroundedWeights, sight: Perception) -> None:
         self.sensors = sight.sensors
         self._weights, self._sight = weights, sight
-        self._phases: dict[str, _PhaseState] = {}
+        self._phases: dict[str, _PlayedPhase] = {}
 
     def begin(self, episode: Episode) -> None:
         """Start a new episode."""
@@ -82,6 +82,6 @@ class GroundedAgent:
                 player = NavigationPlayer(self._weights.network, tokens)
             else:
                 player = AssemblyPlayer(self._weights.network, tokens, self._sight.make_look(observation.episode_id))
-            phase = _PhaseState(observation.turn, observation.phase, player)
+            phase = _PlayedPhase(observation.turn, observation.phase, player)
             self._phases[observation.episode_id] = phase
         return phase.player

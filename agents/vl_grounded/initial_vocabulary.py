@@ -7,7 +7,7 @@ from torch import Tensor
 
 from arramon_agents.reading.reader.network import ReaderNetwork
 from arramon_agents.reading.reader.vocabulary import Vocabulary
-from arramon_agents.reading.tokenizers import SPECIAL, UNKNOWN, WordTokenizer
+from arramon_agents.reading.tokenizers import SPECIAL, UNKNOWN, PolicyWordTokenizer
 from arramon_agents.vl_grounded.instruction_encoder import InstructionEncoder
 from arramon_agents.vl_grounded.network import Grounded, GroundedWeights
 
@@ -18,12 +18,12 @@ SHARED = ("phrases", "encoder")
 """Names of the modules that are initialised from the reader's network."""
 
 
-def tokenizer_with_reader(texts: Iterable[str], reader: Vocabulary) -> WordTokenizer:
+def tokenizer_with_reader(texts: Iterable[str], reader: Vocabulary) -> PolicyWordTokenizer:
     """Return a tokenizer with the words that occur at least twice in the texts, and the words of a reader."""
-    return WordTokenizer(sorted({*WordTokenizer.train(texts).vocabulary, *reader.words}))
+    return PolicyWordTokenizer(sorted({*PolicyWordTokenizer.train(texts).vocabulary, *reader.words}))
 
 
-def extended_weights(known: GroundedWeights, texts: Iterable[str]) -> tuple[WordTokenizer, Grounded]:
+def extended_weights(known: GroundedWeights, texts: Iterable[str]) -> tuple[PolicyWordTokenizer, Grounded]:
     """Extend weights to fine-tune by the words that occur at least twice in the texts; return tokenizer and network.
 
     A new word gets the embedding of the unknown word.
@@ -31,7 +31,7 @@ def extended_weights(known: GroundedWeights, texts: Iterable[str]) -> tuple[Word
     Raises:
         ValueError: if the weights have another tokenizer.
     """
-    if not isinstance(known.tokenizer, WordTokenizer):
+    if not isinstance(known.tokenizer, PolicyWordTokenizer):
         raise ValueError(f"weights to begin with have the tokenizer {known.tokenizer.name!r}, expected 'word'")
     words = known.tokenizer.with_new_words(texts)
     network, values = Grounded(words.size), known.network.state_dict()
@@ -42,7 +42,7 @@ def extended_weights(known: GroundedWeights, texts: Iterable[str]) -> tuple[Word
 
 
 def initialise_from_reader(
-    reading: InstructionEncoder, words: WordTokenizer, network: ReaderNetwork, vocabulary: Vocabulary
+    reading: InstructionEncoder, words: PolicyWordTokenizer, network: ReaderNetwork, vocabulary: Vocabulary
 ) -> None:
     """Initialise a text encoder from the reader's network; words that the reader does not know keep their embeddings.
 

@@ -13,7 +13,7 @@ from arramon_agents.perception.eyes.encoder import load as load_eyes
 from arramon_agents.process_settings import prepare_process
 from arramon_agents.reading.reader.reader import WEIGHTS as READER
 from arramon_agents.reading.reader.reader import read_reader
-from arramon_agents.reading.tokenizers import WordTokenizer
+from arramon_agents.reading.tokenizers import PolicyWordTokenizer
 from arramon_agents.training.card import model_card, training_command, training_text_limit
 from arramon_agents.training.checkpoint import TrainingInputs
 from arramon_agents.training.demonstrations import (
@@ -105,7 +105,7 @@ def train(recipe: GroundedRecipe, workspace: Workspace, report: Report) -> Path:
 
 def _initial_network(
     recipe: GroundedRecipe, walks: Sequence[DemonstratedWalk], placings: Sequence[DemonstratedPlacement], report: Report
-) -> tuple[WordTokenizer, Grounded]:
+) -> tuple[PolicyWordTokenizer, Grounded]:
     """Return tokenizer and network before the first update: initialised from the reader, or weights to fine-tune."""
     said = [*(walk.versions for walk in walks), *(placing.versions for placing in placings)]
     written = [version.texts for each in said for version in each]

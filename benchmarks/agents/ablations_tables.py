@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.agents.results_tables import number, shown_difference
+from benchmarks.agents.results_tables import shown_difference, three_decimals
 from benchmarks.agents.study import LANGUAGES, METRICS, SPLITS, Scores
 from benchmarks.common import markdown_table
 
@@ -69,7 +69,7 @@ def table(measured: Sequence[PhaseScores], split: str, rows: Mapping[str, str]) 
                     own, base = (
                         metric_by_episode(measured, each, phase, metric, split, language) for each in (name, BASE)
                     )
-                    line.append(number(float(np.mean(list(own.values()))) if own else None))
+                    line.append(three_decimals(float(np.mean(list(own.values()))) if own else None))
                     common = sorted(own.keys() & base.keys())
                     is_other = name != BASE and len(common) > 1
                     pair = [np.array([each[episode] for episode in common]) for each in (own, base)]

@@ -166,10 +166,10 @@ def main_table(groups: Sequence[SeedGroup], paper: Mapping[str, Sequence[float]]
     rows = []
     for group in groups:
         episodes = len(group.scores(COLUMNS[0])[0])
-        means = [number(group.mean(metric)) for metric in (*COLUMNS, ALONE)]
+        means = [three_decimals(group.mean(metric)) for metric in (*COLUMNS, ALONE)]
         rows.append((f"`{group.agent}`", group.language, str(len(group.runs)), str(episodes), *means))
     for name, values in paper.items():
-        rows.append((f"*the paper's {name}: other data*", "*en*", "", "", *map(number, values), ""))
+        rows.append((f"*the paper's {name}: other data*", "*en*", "", "", *map(three_decimals, values), ""))
     return markdown_table(("agent", "language", "seeds", "episodes", *COLUMNS, ALONE), rows)
 
 
@@ -178,7 +178,7 @@ def turn_table(groups: Sequence[SeedGroup]) -> str:
     columns = [(metric, turn) for metric in BY_TURN for turn in (1, 2)]
     header = [f"{metric}, turn {turn}" for metric, turn in columns]
     rows = [
-        (f"`{group.agent}`", group.language, *(number(group.mean(metric, turn)) for metric, turn in columns))
+        (f"`{group.agent}`", group.language, *(three_decimals(group.mean(metric, turn)) for metric, turn in columns))
         for group in groups
     ]
     return markdown_table(("agent", "language", *header), rows)
@@ -206,8 +206,8 @@ def seed_table(groups: Sequence[SeedGroup]) -> str:
             if len(group.runs) > 1 and len(names) > 1:
                 spread = seed_spread(scores)
                 deviations = (spread.deviation, spread.episodes_deviation, spread.rest_deviation)
-                each = ", ".join(number(float(value)) for value in scores.mean(1))
-                rows.append((f"`{group.agent}`", group.language, metric, each, *map(number, deviations)))
+                each = ", ".join(three_decimals(float(value)) for value in scores.mean(1))
+                rows.append((f"`{group.agent}`", group.language, metric, each, *map(three_decimals, deviations)))
     header = ("agent", "language", "metric", "mean of each seed", "between seeds", "between episodes", "rest")
     return markdown_table(header, rows)
 
@@ -240,6 +240,6 @@ def _difference(better: SeedGroup, worse: SeedGroup, metric: str) -> str:
     return shown_difference(np.array([first[name] for name in common]), np.array([second[name] for name in common]))
 
 
-def number(value: float | None) -> str:
-    """Return a number formatted for the table; empty if it was not measured."""
+def three_decimals(value: float | None) -> str:
+    """Return a number with three decimals; empty if it was not measured."""
     return "" if value is None else f"{value:.3f}"

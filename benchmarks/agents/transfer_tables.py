@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.agents.results_tables import Floats, number, shown_difference
+from benchmarks.agents.results_tables import Floats, shown_difference, three_decimals
 from benchmarks.common import markdown_table
 
 LANGUAGES = ("en", "hi")
@@ -187,7 +187,7 @@ def seed_table(table: ResultTable) -> str:
     rows = []
     for (encoder, trained), seeds in shown.items():
         means = [
-            ", ".join(number(float(np.mean(list(each.of(table.metric, language).values())))) for each in seeds)
+            ", ".join(three_decimals(float(np.mean(list(each.of(table.metric, language).values())))) for each in seeds)
             for language in LANGUAGES
         ]
         rows.append((f"`{encoder}`", trained, *means))
@@ -200,4 +200,4 @@ def difference(one: Floats | None, other: Floats | None) -> str:
 
 
 def _mean(scores: Floats | None) -> str:
-    return "" if scores is None else number(float(scores.mean()))
+    return "" if scores is None else three_decimals(float(scores.mean()))

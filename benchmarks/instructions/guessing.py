@@ -1,4 +1,4 @@
-"""Scores of the follower without the route: `python -m benchmarks.instructions.guessing DATA --episodes 60`.
+"""Follower given only the target's name, or another episode's text: `python -m benchmarks.instructions.guessing DATA`.
 
 Plays episodes of a data folder in English with the full navigation texts, with the target's name alone, and with the
 texts of another episode; the room's texts are always the full ones. The less a name alone leads to the target, the more

@@ -18,7 +18,7 @@ from typing import Any
 
 from benchmarks.common import parser_of
 from benchmarks.instructions.mentions import ThingMention, mentions
-from benchmarks.instructions.sides import false_sides, neighbours, stated_sides, things_in_street
+from benchmarks.instructions.sides import crossing_faults, side_faults, stated_sides, things_in_street
 from benchmarks.instructions.turn_paths import NavigationPath, turn_path
 
 MAX_FROM_PATH, MAX_WHEN_PASSED, MAX_STEPS_BEHIND, MAX_APART, REFERENCE_FAR = 14.0, 4.0, 6, 9.0, 4.0
@@ -136,20 +136,20 @@ def _is_one_of_two(thing: StreetObject, mention: ThingMention, things: Sequence[
 
 @dataclass
 class ReferenceCounts:
-    """Counts of references, sides and neighbours in the texts of a section and language, and of the false ones."""
+    """Counts of references, sides and crossings in a section's texts in one language, and of the false ones."""
 
     texts: int = 0
     things: int = 0
     false_references: int = 0
     sides: int = 0
     false_sides: int = 0
-    neighbours: int = 0
-    false_neighbours: int = 0
+    crossings: int = 0
+    false_crossings: int = 0
 
     def __str__(self) -> str:
         return (
             f"{self.texts} texts, {self.things} things, {self.false_references} texts false; {self.sides} sides on the "
-            f"way, {self.false_sides} texts false; {self.neighbours} by a crossing, {self.false_neighbours} on it"
+            f"way, {self.false_sides} texts false; {self.crossings} by a crossing, {self.false_crossings} on it"
         )
 
     def add(
@@ -159,20 +159,20 @@ class ReferenceCounts:
         found, things, grounds = list(mentions(text, code)), objects(turn, section), things_in_street(turn, section)
         x, _, z = turn["street"][0]["position"]
         is_true = is_consistent(found, things) and identifies_target(found, turn, things)
-        aside = false_sides(text, code, way, grounds)
-        by, on = neighbours(text, code, (x, z), grounds)
+        aside = side_faults(text, code, way, grounds)
+        by, on = crossing_faults(text, code, (x, z), grounds)
         self.texts += 1
         self.things += len(found)
         self.false_references += not is_true
         self.sides += len(stated_sides(text, code))
         self.false_sides += bool(aside)
-        self.neighbours += by
-        self.false_neighbours += bool(on)
+        self.crossings += by
+        self.false_crossings += bool(on)
         return [*([] if is_true else ["there are no such things"]), *aside, *on]
 
 
 def check(data: Path, splits: Sequence[str], show: int) -> None:
-    """Print the numbers of texts with false references, sides or neighbours by split, section and language."""
+    """Print the numbers of texts with false references, sides or crossings by split, section and language."""
     for split in sorted(path for path in (data / "splits").iterdir() if not splits or path.name in splits):
         counts: dict[tuple[str, str], ReferenceCounts] = {}
         sections = {path.stem: json.loads(path.read_text()) for path in (split / "sections").glob("*.json")}

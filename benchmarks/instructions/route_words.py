@@ -1,4 +1,4 @@
-"""Frequencies of route descriptions, compared with people's: `python -m benchmarks.instructions.route_words DATA`.
+"""Shares of instructions with certain words: `python -m benchmarks.instructions.route_words DATA`.
 
 Prints the share of instructions that name a building, a crossing, a corner, a street, another or the next thing,
 several things, and so on, in a generated data set, in English and Hindi, and, if the environment variable
@@ -71,7 +71,7 @@ def shares(texts: Sequence[str], patterns: dict[str, str] = SHARES) -> dict[str,
     }
 
 
-def generated(data: Path, language: str) -> list[str]:
+def generated_texts(data: Path, language: str) -> list[str]:
     """Return all navigation instructions of a data folder in a language; some episodes may have none."""
     found = []
     for path in sorted(data.glob("splits/*/episodes.jsonl")):
@@ -85,7 +85,7 @@ def main() -> None:
     parser = parser_of(__doc__)
     parser.add_argument("data", type=Path, help="folder of `arramon-server generate`")
     arguments = parser.parse_args()
-    texts = {language: generated(arguments.data, language) for language in PATTERNS}
+    texts = {language: generated_texts(arguments.data, language) for language in PATTERNS}
     columns = {language: shares(found, PATTERNS[language]) for language, found in texts.items() if found}
     if not columns:
         sys.exit(f"{arguments.data} has no instructions in {' or '.join(PATTERNS)}; expected a folder of `generate`")

@@ -1,4 +1,4 @@
-"""Check of the sides of things and the neighbours of targets that navigation texts state, against the street.
+"""Faults in the sides of things, and in crossings beside targets, that navigation texts state, against the street.
 
 Independent of planner and gate: it uses the words for left, right and next to, and the files of a data set. A side is
 true if the thing is on that side of the walker, by the direction of the path there, between the turns that the text
@@ -197,10 +197,10 @@ def _may_be(turn: str, bend: Bend) -> bool:
     return (turn == "right") == (bend.angle > 0.0)
 
 
-def false_sides(
+def side_faults(
     text: str, code: str, way: NavigationPath, grounds: Sequence[tuple[ThingMention, list[Place]]]
 ) -> list[str]:
-    """Return the stated sides of things that are false.
+    """Return a fault message for each stated side of a thing that is false.
 
     Args:
         text: an instruction of navigation.
@@ -217,10 +217,14 @@ def false_sides(
     return faults
 
 
-def neighbours(
+def crossing_faults(
     text: str, code: str, target: Place, grounds: Sequence[tuple[ThingMention, list[Place]]]
 ) -> tuple[int, list[str]]:
-    """Return the number of stated neighbours of the target on which it could lie, and those on which it does lie."""
+    """Check the zebra crossings that a text states to be next to its target.
+
+    Returns:
+        Their number, and a fault message for each on which the target lies.
+    """
     text, named_things = plain(text, code), list(mentions(text, code))
     count, faults = 0, []
     for mention in named_things[-LAST_MENTIONS:]:

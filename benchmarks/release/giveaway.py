@@ -1,4 +1,4 @@
-"""Targets guessed from furniture alone: `python -m benchmarks.release.giveaway DATA --split val_seen`.
+"""How far furniture alone reveals the target: `python -m benchmarks.release.giveaway DATA --split val_seen`.
 
 People name what stands near their path. If nothing else stood in an episode, a follower that reads nothing could walk
 towards furniture. Prints, with all furniture of an episode and with what its own texts name alone: how often the object
@@ -43,7 +43,7 @@ def main() -> None:
     arguments = parser.parse_args()
     split = read_splits(arguments.data)[arguments.split]
     for name, own_alone in (("all furniture", False), ("named alone", True)):
-        counts = count(split, own_alone=own_alone)
+        counts = count_guesses(split, own_alone=own_alone)
         turns = counts["turns"]
         print(
             f"{name:14}{turns:g} turns  most furniture beside it: target {counts['target'] / turns:.3f}, "
@@ -54,8 +54,8 @@ def main() -> None:
         )
 
 
-def count(split: Split, *, own_alone: bool) -> dict[str, float]:
-    """Return the sums over all turns of a split, with all furniture or only that named by the episode's own texts."""
+def count_guesses(split: Split, *, own_alone: bool) -> dict[str, float]:
+    """Return sums of right guesses over a split's turns, with all furniture, or only what the episode's texts name."""
     counts: dict[str, float] = defaultdict(float)
     for section in split.sections.values():
         episodes = [episode for episode in split.episodes.values() if episode.section == section.id]

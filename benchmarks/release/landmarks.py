@@ -1,4 +1,4 @@
-"""Truth of held-out texts in the reconstructed city: `python -m benchmarks.release.landmarks val_seen.json`.
+"""How often held-out texts name things that the rebuilt city has: `python -m benchmarks.release.landmarks FILE`.
 
 Recovers each section's fixed scenery with a part of its episodes held out (`--folds 2`: half of them), places the
 held-out episodes' own furniture by their own texts, and counts their mentions and turns that fit: each named thing

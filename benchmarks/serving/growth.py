@@ -39,9 +39,9 @@ from benchmarks.serving.play import (
     TimedRandomWalk,
     background_play,
     build_all_sections,
-    limit_episodes,
     measure_play,
     run_request,
+    with_fewer_episodes,
 )
 from benchmarks.serving.server import ServerSetting, running_server
 from benchmarks.simulation.cameras import VIEWS, drawing, views_of
@@ -82,7 +82,7 @@ def measure_loads(data: Path, split: Split, seconds: float) -> Iterator[tuple[st
 
         def under(streams: int, episodes: int) -> Figures:
             agent, settings = TimedRandomWalk(), Settings(episodes // streams, setting.encoding)
-            fewer = limit_episodes(server, request, 4 * episodes + 16)
+            fewer = with_fewer_episodes(server, request, 4 * episodes + 16)
             with background_play(server, fewer, agent, settings, streams=streams, warm_up=seconds):
                 found = measure_play(agent, seconds)
                 return {"steps/s": found.rate, "mean ms": found.mean, "p99 ms": found.p99, "MB": process.memory}

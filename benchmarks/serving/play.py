@@ -160,15 +160,15 @@ def build_all_sections(
     server: Server, request: evaluation_pb2.CreateRunRequest, warm_up: float = WARM_UP_SECONDS
 ) -> None:
     """Open enough episodes to build every section, so that this does not count as part of a step."""
-    fewer = limit_episodes(server, request, SECTIONS)
+    fewer = with_fewer_episodes(server, request, SECTIONS)
     with background_play(server, fewer, TimedRandomWalk(), Settings(SECTIONS), warm_up=warm_up):
         pass
 
 
-def limit_episodes(
+def with_fewer_episodes(
     server: Server, request: evaluation_pb2.CreateRunRequest, episodes: int
 ) -> evaluation_pb2.CreateRunRequest:
-    """Return the request limited to a number of episodes, as unplayed episodes must be cancelled later."""
+    """Return the request for at most a number of episodes of its split: fewer are left to cancel at the end."""
     there = next(split.episodes[request.language] for split in server.info.splits if split.name == request.split)
     fewer = evaluation_pb2.CreateRunRequest()
     fewer.CopyFrom(request)

@@ -40,7 +40,7 @@ from benchmarks.common import (
     text_table,
     write_json,
 )
-from benchmarks.serving.play import limit_episodes, run_request
+from benchmarks.serving.play import run_request, with_fewer_episodes
 from benchmarks.serving.server import ServerSetting, running_server
 
 EPISODES = 8
@@ -157,7 +157,7 @@ def measure(data: Path, way: str, delays: Delays, seconds: float) -> float:
     """Return the steps per second of one way of playing."""
     split, counter = largest_split(data), Counter()
     with running_server(data, ServerSetting(way)) as process, connect(process.address) as server:
-        run = server.stub.CreateRun(limit_episodes(server, run_request(split), 4 * EPISODES), metadata=METADATA)
+        run = server.stub.CreateRun(with_fewer_episodes(server, run_request(split), 4 * EPISODES), metadata=METADATA)
         with playing(way, server, run, delays, counter):
             while counter.begun.value < min(EPISODES, run.episodes):
                 time.sleep(0.05)

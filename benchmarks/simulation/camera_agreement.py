@@ -83,7 +83,7 @@ class PlaceAgreement:
 
     def add(self, reference: Frame, fast: Frame, plain: Frame) -> Mask:
         """Add one pose; return a mask of the pixels in which the frames disagree."""
-        far, same = disagreement(reference, fast)
+        far, same = compare_frames(reference, fast)
         wrong: Mask = far | ~same
         self.poses += 1
         self.pixels += far.size
@@ -101,8 +101,8 @@ class PlaceAgreement:
         return wrong
 
 
-def disagreement(reference: Frame, fast: Frame) -> tuple[Mask, Mask]:
-    """Return masks of the pixels with different depths, and of those with the same label."""
+def compare_frames(reference: Frame, fast: Frame) -> tuple[Mask, Mask]:
+    """Return two masks: pixels whose depths differ, and pixels whose labels are equal."""
     assert reference.segmentation is not None
     assert fast.segmentation is not None
     here, there = reference.depth.astype(np.int64), fast.depth.astype(np.int64)

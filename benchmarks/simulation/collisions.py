@@ -173,8 +173,8 @@ def compare(
     return counts
 
 
-def in_section(section: Section, moves: int, number: int) -> MoveCounts:
-    """Return the results of a chunk of random moves in a section; its number seeds them."""
+def compare_in_section(section: Section, moves: int, number: int) -> MoveCounts:
+    """Return the counts of a chunk of random moves in a section, checked both ways; its number seeds them."""
     scene = _scene(section)
     plane, random = Footprints(scene), Random(f"{section.id} {section.bounds} {number}")  # noqa: S311
     with Obstacles(scene) as engine, Obstacles(scene, exact_within=0.0) as alone:
@@ -224,7 +224,7 @@ def comparison_parts(moves: int, splits: Sequence[Split]) -> Iterator[tuple[str,
     for number in range(chunks):
         for name, section in sections.items():
             size = min(CHUNK, math.ceil(moves / len(sections) / chunks))
-            yield f"{name}/{number}", partial(in_section, section, size, number)
+            yield f"{name}/{number}", partial(compare_in_section, section, size, number)
 
 
 def speed(section: Section, moves: int) -> dict[str, float]:

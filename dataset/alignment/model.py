@@ -1,4 +1,4 @@
-"""Word alignment model between instructions and route tokens.
+"""Word alignment model between instructions and routes; rejects generated texts that do not fit their route.
 
 Each word of a text comes from one of the route's tokens, preferably one at the same relative position, or from none:
 the model of Dyer, Chahuneau and Smith, "A Simple, Fast, and Effective Reparameterization of IBM Model 2" (2013). It

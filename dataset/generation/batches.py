@@ -7,7 +7,8 @@ from functools import lru_cache
 from typing import Protocol
 
 from arramon_dataset.generation.check import faults_of_episode
-from arramon_dataset.generation.site import DraftWriter, GenerationSite
+from arramon_dataset.generation.draft_writer import DraftWriter
+from arramon_dataset.generation.site import GenerationSite
 from arramon_dataset.parallel import process_pool
 from arramon_dataset.plans.plan import Plan
 from arramon_server.episodes.episode import Episode

@@ -1,19 +1,14 @@
-"""A section with its geometry, physics, cameras and sampler for generation, and the protocol of instruction writers."""
+"""A section with its geometry, physics, cameras and sampler, as generation needs them."""
 
-from collections.abc import Mapping
 from functools import cached_property
-from typing import Protocol
 
-from arramon_dataset.generation.draft import Draft
 from arramon_dataset.generation.draft_sampler import DraftSampler
 from arramon_dataset.instructions.visible_landmarks import with_names_as_labels
 from arramon_dataset.layout.solids import Solids
 from arramon_dataset.plans.graph import StreetGraph
 from arramon_dataset.plans.graph_builder import street_graph
 from arramon_dataset.plans.plan import Plan
-from arramon_server.episodes.episode import Instructions, Turn
 from arramon_server.sim.cameras import Camera
-from arramon_server.sim.geometry import Pose
 from arramon_server.sim.own_furniture import NO_FURNITURE
 from arramon_server.sim.physics import Physics
 from arramon_server.sim.raster.camera import RasterCamera
@@ -73,25 +68,3 @@ class GenerationSite:
     def sampler(self) -> DraftSampler:
         """The sampler of drafts in this section."""
         return DraftSampler(self.section)
-
-
-class DraftWriter(Protocol):
-    """Writes the instructions of drafts. All its random choices are seeded by names (see `randomness.seeded`)."""
-
-    def can_describe(
-        self, start: Pose, turn: Turn, number: int, site: GenerationSite, names: tuple[object, ...]
-    ) -> bool:
-        """Return whether the path of a turn can be described, as far as this is known before the episode is complete.
-
-        Args:
-            start: pose at the beginning of the turn.
-            turn: the turn.
-            number: 1 or 2.
-            site: section of the episode.
-            names: seed of the episode's instructions.
-        """
-
-    def __call__(
-        self, draft: Draft, site: GenerationSite, names: tuple[object, ...]
-    ) -> Mapping[str, tuple[Instructions, Instructions]] | None:
-        """Return both turns' instructions in every language, or None if the draft has to be replaced by another."""

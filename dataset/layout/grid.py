@@ -1,4 +1,4 @@
-"""A raster over a section's ground, with axes turned along the section's streets."""
+"""A raster over a section's ground, along its streets, for planning buildings and furniture."""
 
 import math
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""Description of the assembly room of a turn: a plan from above, as text."""
+"""Description of a turn's assembly room as text, a plan from above, for writers' and readers' sheets."""
 
 from arramon_client.world import COLUMNS, ROWS
 from arramon_server.episodes.episode import Episode

@@ -69,7 +69,7 @@ def _sign_of(building: Building, section: Section) -> str:
 
 
 def size_of(building: Building) -> str:
-    """Return one of `graph.SIZES`."""
+    """Return "tall", "small" or "", for a building that is neither."""
     if building.height >= TALL:
         return "tall"
     small = building.height <= SMALL and 4 * building.half_width * building.half_length <= SMALL_GROUND

@@ -78,7 +78,7 @@ class Match:
 
 
 class Automaton:
-    """Automaton for labelled patterns.
+    """Patterns with slots, compiled to one automaton that finds all that match; a `Phrasebook` holds fixed phrases.
 
     Args:
         split: splits a text into comparison keys.
@@ -156,7 +156,7 @@ class Automaton:
 
 
 class Phrasebook:
-    """Phrases with meanings, looked up by their words.
+    """Fixed phrases with meanings, looked up by their words; an `Automaton` holds patterns with slots.
 
     Attributes:
         vocabulary: all words of the phrases.

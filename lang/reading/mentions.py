@@ -1,4 +1,4 @@
-"""Detection of mentions of collectibles in texts."""
+"""Mentions of collectibles in any text, for quality checks and missing objects; `parser.py` parses instructions."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field

@@ -1,4 +1,4 @@
-"""Detection of spatial relations to mentioned objects."""
+"""Relation beside one mention, for quality checks and missing objects; `parser.py` parses instructions."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any

@@ -1,4 +1,4 @@
-"""The command `account`: participants' accounts, their names, bans, and runs that look alike."""
+"""The command `account`: lists, renames and bans participants' accounts, and finds duplicates of runs among them."""
 
 import argparse
 import json

@@ -8,7 +8,7 @@ from pathlib import Path
 from arramon_server.board.corrector import Corrector
 from arramon_server.commands import Commands
 from arramon_server.commands.journal import check_data_folder, open_journal
-from arramon_server.commands.void import signing_key
+from arramon_server.commands.void import checked_signing_key
 from arramon_server.configuration.config import Config
 from arramon_server.configuration.sources import add_flag
 from arramon_server.episodes.splits import read_split, read_splits
@@ -122,7 +122,7 @@ def _adopt(arguments: argparse.Namespace) -> int:
         raise BadInput(f"{arguments.before} is the split {before.name!r}, expected {arguments.adopt!r} as it was")
     done = failed = receipts = 0
     with open_journal(config) as database:
-        corrector = Corrector(database, read_splits(config.data), signing_key(config, KnownKeys(database)))
+        corrector = Corrector(database, read_splits(config.data), checked_signing_key(config, KnownKeys(database)))
         for found in corrector.rescore(before, arguments.reason):
             if found.problem:
                 print(f"run {found.run.run_id}: NOT scored again: {found.problem}", flush=True)

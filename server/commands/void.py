@@ -42,7 +42,7 @@ def _void(arguments: argparse.Namespace) -> None:
     config: Config = arguments.settings
     splits = read_splits(config.data)
     with open_journal(config) as database:
-        corrector = Corrector(database, splits, signing_key(config, KnownKeys(database)))
+        corrector = Corrector(database, splits, checked_signing_key(config, KnownKeys(database)))
         try:
             made = corrector.void(arguments.split, arguments.episodes, arguments.reason, restore=arguments.restore)
         except AlreadyCorrected as error:
@@ -73,8 +73,8 @@ def _list(arguments: argparse.Namespace) -> None:
     print(f"void now: {', '.join(sorted(void)) or 'none'}")
 
 
-def signing_key(config: Config, known: KnownKeys) -> SigningKey:
-    """Return the key that signs the journal's receipts.
+def checked_signing_key(config: Config, known: KnownKeys) -> SigningKey:
+    """Return the host's signing key, after a check that it is the journal's current one.
 
     Raises:
         Conflict: if the host's key is not the journal's current key.

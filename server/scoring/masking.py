@@ -1,4 +1,4 @@
-"""Masking of scores on a hidden split: rounded means, and figures derived from them, which alone are shown.
+"""Masking of scores on a hidden split: rounded means, and what follows from them; amounts of noise: `disclosure.py`.
 
 Two exact totals that differ by one episode reveal its score, and so does a rounded total whose threshold an attacker
 has found, as the attacker controls all other episodes of its own runs. So each mean of a turn is rounded up or down to
@@ -267,7 +267,7 @@ def p_value_class(p: float) -> float:
 
 
 def digest_without(play_digest: str, voided: Collection[str]) -> str:
-    """Return the replacement of a run's play digest, from which its thresholds without void episodes are derived.
+    """Return the play digest that seeds the rounding of a run's scores once some of its episodes are void.
 
     They are independent of the thresholds with all episodes: with equal thresholds, the figures before and after an
     episode is voided would differ by its score.

@@ -18,10 +18,10 @@ MOVES = 100_000
 @needs_pybullet
 @pytest.mark.parametrize("section_id", ALL)
 def test_pybullet_and_plane_geometry_never_decide_differently(section_id: str) -> None:
-    from benchmarks.simulation.collisions import in_section
+    from benchmarks.simulation.collisions import compare_in_section
 
     moves = MOVES // len(ALL)
-    counts = in_section(section_of(section_id), moves, 0)
+    counts = compare_in_section(section_of(section_id), moves, 0)
     assert counts.moves == moves
     assert counts.near > 0.33 * moves
     assert 0.3 * moves < counts.free < 0.7 * moves

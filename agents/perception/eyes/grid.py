@@ -8,7 +8,8 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
-from arramon_agents.perception.eyes.named_things import NamedThing
+from arramon_agents.perception.encoder import GRID
+from arramon_agents.perception.eyes.named_things import DetectedThing
 from arramon_agents.perception.eyes.network import BLOCKS, Probabilities
 from arramon_agents.perception.eyes.vocabulary import (
     COLOURED,
@@ -19,9 +20,6 @@ from arramon_agents.perception.eyes.vocabulary import (
     look_slices,
 )
 from arramon_client.world import BANNER_COLOURS, COLLECTIBLE_COLOURS, COLLECTIBLES, FURNITURE
-
-GRID = 7
-"""Rows and columns of cells."""
 
 GROUND = ("road", "pavement", "floor")
 
@@ -94,7 +92,7 @@ def grid_of_blocks(found: Probabilities, depth: Tensor) -> Floats:
     return filled
 
 
-def add_things(cells: Floats, things: Sequence[NamedThing], size: int) -> None:
+def add_things(cells: Floats, things: Sequence[DetectedThing], size: int) -> None:
     """Add the named things of a frame to its grid, in place.
 
     Args:
@@ -109,7 +107,7 @@ def add_things(cells: Floats, things: Sequence[NamedThing], size: int) -> None:
             np.maximum(cell, values, out=cell)
 
 
-def _channel_values(named: NamedThing) -> Floats:
+def _channel_values(named: DetectedThing) -> Floats:
     """Return the values of the named channels for a thing."""
     kinds, colours, looks = named.kinds, named.colours, named.looks
     collectible = kinds[_THINGS].sum()
@@ -131,7 +129,7 @@ def _channel_values(named: NamedThing) -> Floats:
     ).astype(np.float32)
 
 
-def _cells_of(named: NamedThing, side: int) -> list[tuple[int, int]]:
+def _cells_of(named: DetectedThing, side: int) -> list[tuple[int, int]]:
     """Return the cells of which a thing covers a share of at least MIN_CELL_SHARE, or else the cell it covers most."""
     rows, columns = np.nonzero(named.thing.mask)
     cells = (rows + named.thing.rows.start) // side * GRID + (columns + named.thing.columns.start) // side

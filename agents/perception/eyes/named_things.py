@@ -1,4 +1,4 @@
-"""Things cut out of frames, with the attribute probabilities that the naming network predicts."""
+"""Things detected in frames, with the attribute probabilities that the naming network predicts."""
 
 from dataclasses import dataclass
 
@@ -14,8 +14,8 @@ Floats = npt.NDArray[np.float32]
 
 
 @dataclass(frozen=True, eq=False)
-class NamedThing:
-    """A thing with attribute probabilities.
+class DetectedThing:
+    """A thing detected in a frame, with attribute probabilities.
 
     Attributes:
         thing: the thing in the frame.
@@ -31,8 +31,10 @@ class NamedThing:
     looks: Floats
 
 
-def find_and_name_things(network: NamingNetwork, rgb: npt.NDArray[np.uint8], depth: Floats) -> list[list[NamedThing]]:
-    """Return the named things of each frame, the nearest first.
+def find_and_name_things(
+    network: NamingNetwork, rgb: npt.NDArray[np.uint8], depth: Floats
+) -> list[list[DetectedThing]]:
+    """Return the things detected in each frame, the nearest first.
 
     Args:
         network: trained network, in evaluation mode.
@@ -48,4 +50,4 @@ def find_and_name_things(network: NamingNetwork, rgb: npt.NDArray[np.uint8], dep
         logits = network(to_network(np.stack(crops)), measures)
         found = probabilities(Predictions(logits))
     names = zip(*(part.numpy() for part in found), strict=True)
-    return [[NamedThing(thing, *next(names)) for thing in some] for some in things]
+    return [[DetectedThing(thing, *next(names)) for thing in some] for some in things]

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from arramon_agents.perception.eyes.encoder import BATCH, Eyes
-from arramon_agents.perception.eyes.named_things import NamedThing
+from arramon_agents.perception.eyes.named_things import DetectedThing
 from arramon_agents.perception.eyes.pixel_rays import rays
 from arramon_agents.perception.eyes.vocabulary import COLOURED, COLOURS, KINDS, LOOK_GROUPS, SURFACES, look_slices
 from arramon_client.agent import Label
@@ -60,7 +60,7 @@ class FramePercept:
     """
 
     labels: npt.NDArray[np.uint16]
-    things: list[NamedThing]
+    things: list[DetectedThing]
 
 
 def predict_percepts(eyes: Eyes, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> list[FramePercept]:
@@ -86,7 +86,7 @@ def _labels(
     looks: npt.NDArray[np.float32],
     rgb: npt.NDArray[np.uint8],
     depth: npt.NDArray[np.float32],
-    things: Sequence[NamedThing],
+    things: Sequence[DetectedThing],
 ) -> npt.NDArray[np.uint16]:
     """Return the label of each pixel of a frame, from block probabilities and named things."""
     flat = kinds[_FLAT_KINDS].argmax(0)

@@ -6,8 +6,9 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from arramon_agents.perception.eyes.grid import CHANNEL_NAMES, GRID, GROUND
-from arramon_agents.perception.eyes.named_things import NamedThing
+from arramon_agents.perception.encoder import GRID
+from arramon_agents.perception.eyes.grid import CHANNEL_NAMES, GROUND
+from arramon_agents.perception.eyes.named_things import DetectedThing
 from arramon_agents.perception.eyes.vocabulary import COLOURS, KINDS, LOOK_GROUPS, look_slices
 from arramon_client.world import COLLECTIBLES, FURNITURE
 
@@ -93,9 +94,9 @@ class NameScores:
     counts: dict[tuple[int, int], npt.NDArray[np.int64]] = field(default_factory=dict)
     false: int = 0
 
-    def add(self, things: Sequence[NamedThing], segmentation: npt.NDArray[np.uint16]) -> None:
+    def add(self, things: Sequence[DetectedThing], segmentation: npt.NDArray[np.uint16]) -> None:
         """Add a frame."""
-        found: dict[int, tuple[int, NamedThing]] = {}
+        found: dict[int, tuple[int, DetectedThing]] = {}
         for named in things:
             pixels = segmentation[named.thing.rows, named.thing.columns][named.thing.mask]
             numbers, counts = np.unique(pixels, return_counts=True)
@@ -123,7 +124,7 @@ class NameScores:
             for (low, high), row in sorted(self.counts.items())
         }
 
-    def _right(self, number: int, named: NamedThing) -> tuple[bool, bool, bool]:
+    def _right(self, number: int, named: DetectedThing) -> tuple[bool, bool, bool]:
         kind, colour, look = self.labels[number]
         return (
             KINDS[int(named.kinds.argmax())] == kind,

@@ -134,7 +134,7 @@ class Demonstrations(Sequence[Demonstration]):
             UsageError: if the split in the data folder is not the one that was exported.
         """
         from arramon_client.environments.options import make_options
-        from arramon_client.environments.players import open_player
+        from arramon_client.environments.players import open_players
 
         options = make_options(
             lang=language,
@@ -144,7 +144,7 @@ class Demonstrations(Sequence[Demonstration]):
             data=data,
             steps_per_phase=self.settings["steps_per_phase"],
         )
-        player = open_player(options).player
+        player = open_players(options).player
         if player.split.data_hash != self.settings["data_hash"]:
             raise UsageError(
                 f"the split {player.split.name!r} here has the data {player.split.data_hash[:12]}, expected "

@@ -1,4 +1,4 @@
-"""Turns and mentions of landmarks in navigation instructions, with their relation to the path."""
+"""Turns and mentions of landmarks in navigation instructions, and which kinds are recovered."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What a language's relations and verbs mean for walks, turns and the target, by the last tables of `chunks.toml`."""
+"""What a language's relations and verbs mean: `chunks.toml` from [turn_positions] to [groups]."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass

@@ -17,12 +17,12 @@ from arramon_server.runs.accounts.usage import (
     DAY,
     ReadQuery,
     Usage,
+    counts_in_total,
+    counts_today,
     creation_time,
     latest_runs,
     open_streams,
     runs_with_streams,
-    today_condition,
-    total_condition,
     unfinished_condition,
     usage_of,
 )
@@ -113,12 +113,12 @@ class Quotas:
         use = usage_of(read, caller.account, split)
         have = f"{_who(caller)} have on split {split!r}"
 
-        def number(count: int, noun: str, which: sa.ColumnElement[bool], when: str = "") -> str:
+        def runs_text(count: int, noun: str, which: sa.ColumnElement[bool], when: str = "") -> str:
             runs = f" ({_listed(latest_runs(read, caller.account, split, which, NAMED), count)})"
             return _number(count, noun) + when + (runs if caller.may_list else "")
 
         if 0 < quota.runs_in_all <= use.runs:
-            counted = number(use.runs, "run", total_condition())
+            counted = runs_text(use.runs, "run", counts_in_total())
             raise OverQuota(f"{have} {counted}; the limit is {quota.runs_in_all} in total")
         if 0 < quota.runs_at_once <= use.running:
             advice = (
@@ -127,14 +127,14 @@ class Quotas:
                 else f"and one that no client begins to play ends after {UNPLAYED_MINUTES} minutes; "
                 "with a token, for which you can ask the host, you have a limit of your own"
             )
-            unfinished = number(use.running, "unfinished run", unfinished_condition())
+            unfinished = runs_text(use.running, "unfinished run", unfinished_condition())
             raise OverQuota(
                 f"{have} {unfinished}; the limit is {quota.runs_at_once} "
                 f"at once: the next is possible when one of them has ended, {advice}"
             )
         if 0 < quota.runs_per_day <= use.runs_today:
             following = creation_time(read, caller.account, split, quota.runs_per_day) + DAY
-            counted = number(use.runs_today, "run", today_condition(), " of the last 24 hours")
+            counted = runs_text(use.runs_today, "run", counts_today(), " of the last 24 hours")
             raise OverQuota(
                 f"{have} {counted}; the limit is {quota.runs_per_day}: "
                 f"the next is possible at {following:%Y-%m-%d %H:%M:%S} UTC"

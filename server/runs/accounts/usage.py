@@ -1,4 +1,4 @@
-"""Read-only queries for the usage of participants on a split that counts against their limits."""
+"""Counts of a participant's runs and streams on a split, for quotas."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -38,7 +38,7 @@ class Usage:
 
 def usage_of(read: ReadQuery, account: str | None, split: str) -> Usage:
     """Return the usage of an account, with the streams set to 0."""
-    counted = {"today": today_condition(), "in_all": total_condition(), "running": unfinished_condition()}
+    counted = {"today": counts_today(), "in_all": counts_in_total(), "running": unfinished_condition()}
     query: Any = sa.select(
         *(sa.func.count().filter(condition).label(name) for name, condition in counted.items()),
         _number_of_pruned(account, split).label("pruned"),
@@ -67,7 +67,7 @@ def latest_runs(
 def creation_time(read: ReadQuery, account: str | None, split: str, number: int) -> datetime:
     """Return the creation time of the `number`-th latest run that counts, in UTC; 1 for the latest."""
     runs = tables.runs
-    query = sa.select(runs.c.created_at).where(_of(account, split), total_condition())
+    query = sa.select(runs.c.created_at).where(_of(account, split), counts_in_total())
     found = utc(read(query.order_by(runs.c.created_at.desc()).offset(number - 1).limit(1))[0][0])
     assert found is not None
     return found
@@ -102,13 +102,13 @@ def unfinished_condition() -> sa.ColumnElement[bool]:
     return tables.runs.c.state == RUNNING
 
 
-def today_condition() -> sa.ColumnElement[bool]:
-    """Return the SQL condition that a run counts and was created in the last 24 hours."""
-    return total_condition() & (tables.runs.c.created_at > datetime.now(UTC) - DAY)
+def counts_today() -> sa.ColumnElement[bool]:
+    """Return the SQL condition that a run counts, and was created in the last 24 hours."""
+    return counts_in_total() & (tables.runs.c.created_at > datetime.now(UTC) - DAY)
 
 
-def total_condition() -> sa.ColumnElement[bool]:
-    """Return the SQL condition that a run counts: none of its episodes ended by SERVER_FAULT."""
+def counts_in_total() -> sa.ColumnElement[bool]:
+    """Return the SQL condition that a run counts against the total: none of its episodes ended by SERVER_FAULT."""
     runs, episodes = tables.runs, tables.episodes
     # As a literal: otherwise the databases would not recognise that the partial index covers the query.
     by_fault = episodes.c.cause == sa.literal(SERVER_FAULT, literal_execute=True)

@@ -1,4 +1,4 @@
-"""The journal: storage of runs, their episodes, and all recorded steps.
+"""The journal: runs and their progress; the whole journal as one class, which inherits steps, claims and notes.
 
 Steps are append-only and unique by (run, episode, step). All state in memory elsewhere can be rebuilt from the journal.
 """

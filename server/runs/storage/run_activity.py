@@ -1,4 +1,4 @@
-"""Time banks, last activity and server faults of runs."""
+"""Time banks, last activity and server faults of runs; finds abandoned runs."""
 
 from collections.abc import Iterable, Sequence
 
@@ -18,7 +18,7 @@ UNPLAYED_MINUTES = 15
 
 
 class RunActivity:
-    """Banks, activity and fault counts of all runs.
+    """Banks, activity and fault counts of all runs, and the search for abandoned ones.
 
     Args:
         database: database of the journal.

@@ -6,9 +6,9 @@ import pytest
 
 from arramon_agents.reading.tokenizers import (
     UNKNOWN,
+    PolicyWordTokenizer,
     SentencePieceTokenizer,
     TextTokenizer,
-    WordTokenizer,
     restore_tokenizer,
     train_tokenizer,
 )
@@ -18,17 +18,17 @@ TEXTS = ["Turn left and walk to the bench.", "बाएँ मुड़ें �
 
 
 def test_words_of_hindi_stay_whole() -> None:
-    tokenizer = WordTokenizer.train(TEXTS, least=1)
+    tokenizer = PolicyWordTokenizer.train(TEXTS, least=1)
     assert {"बाएँ", "मुड़ें", "बेंच", "जाएँ", "।"} <= set(tokenizer.vocabulary)
 
 
 def test_one_spelling_one_number() -> None:
-    tokenizer = WordTokenizer.train(["लड़का"], least=1)
+    tokenizer = PolicyWordTokenizer.train(["लड़का"], least=1)
     assert tokenizer.encode("लड\u093cका") == tokenizer.encode("ल\u095cका") == tokenizer.encode("लड़\u200dका") == [2]
 
 
 def test_rare_and_unknown_words() -> None:
-    tokenizer = WordTokenizer.train(TEXTS)
+    tokenizer = PolicyWordTokenizer.train(TEXTS)
     assert tokenizer.encode("Walk north") == [tokenizer.encode("walk")[0], UNKNOWN]
     assert tokenizer.encode("") == [UNKNOWN]
 

@@ -8,7 +8,7 @@ import torch
 
 from arramon_agents import requirements
 from arramon_agents.perception.registry import open_encoder
-from arramon_agents.reading.tokenizers import WordTokenizer
+from arramon_agents.reading.tokenizers import PolicyWordTokenizer
 from arramon_agents.training.rollouts import RolloutPlan, play
 from arramon_agents.vl import make_agent
 from arramon_agents.vl.agent import LearnedAgent
@@ -22,7 +22,7 @@ from arramon_client import AgentLoadError, Episode, Observation, load_agent
 def policy(*, sees: bool = True, reads: bool = True) -> VlPolicy:
     torch.manual_seed(1)
     encoder = open_encoder("pooled") if sees else None
-    tokenizer = WordTokenizer.train(["go left", "बाएँ जाएँ", "put it there"], least=1)
+    tokenizer = PolicyWordTokenizer.train(["go left", "बाएँ जाएँ", "put it there"], least=1)
     channels = encoder.channels if encoder else 0
     config = ModelConfig(tokenizer.size, channels, sees, reads, positions=True, word_size=8, action_size=4, hidden=16)
     return VlPolicy(Model(config).eval(), tokenizer, encoder, {"seed": 1})

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import torch
 
-from arramon_agents.reading.tokenizers import WordTokenizer
+from arramon_agents.reading.tokenizers import PolicyWordTokenizer
 from arramon_agents.training.batches import NO_ACTION
 from arramon_agents.training.demonstrations import PhaseDemonstration
 from arramon_agents.vl.batches import action_loss, make_batch, select_loss_steps
@@ -37,7 +37,7 @@ def test_the_share_is_that_of_the_repeated_actions() -> None:
 
 def test_tensors_hold_the_steps_that_are_learned_from() -> None:
     walks = [demonstration(WALK), demonstration([2, 2, 3])]
-    batch = make_batch(walks, ["go left", "go"], WordTokenizer.train(["go left"], least=1), share=0.0)
+    batch = make_batch(walks, ["go left", "go"], PolicyWordTokenizer.train(["go left"], least=1), share=0.0)
     assert batch.loss_steps.tolist() == [[0, 3, 5, 9], [0, 2, 0, 0]]
     assert batch.actions.tolist() == [[0, 1, 0, 3], [2, 3, NO_ACTION, NO_ACTION]]
     assert (batch.cells[:, :, 3, 3, 0] * 255).round().tolist() == [[0, 3, 5, 9], [0, 2, 0, 0]]
@@ -46,14 +46,14 @@ def test_tensors_hold_the_steps_that_are_learned_from() -> None:
 
 
 def test_the_draw_follows_from_the_seed() -> None:
-    tokenizer = WordTokenizer.train(["go left"], least=1)
+    tokenizer = PolicyWordTokenizer.train(["go left"], least=1)
     drawn = [make_batch([demonstration([0] * 40)], ["go"], tokenizer, 0.5, seed).loss_steps.tolist() for seed in "112"]
     assert drawn[0] == drawn[1] != drawn[2]
 
 
 def test_padding_has_no_part_in_the_loss() -> None:
     batch = make_batch(
-        [demonstration(WALK), demonstration([2, 2, 3])], ["go"] * 2, WordTokenizer.train(["go"], least=1), 0.0
+        [demonstration(WALK), demonstration([2, 2, 3])], ["go"] * 2, PolicyWordTokenizer.train(["go"], least=1), 0.0
     )
     values = torch.randn(2, 4, 5)
     loss = action_loss(values, batch)
@@ -65,7 +65,7 @@ def test_padding_has_no_part_in_the_loss() -> None:
 def test_the_pick_up_has_a_weight_of_its_own_in_the_streets(phase: str, expected: float) -> None:
     """All values say "forward"; with a weight of 0 only the right steps forward count."""
     demonstrated = replace(demonstration([0, 3]), phase=phase)
-    batch = make_batch([demonstrated], ["go"], WordTokenizer.train(["go"], least=1))
+    batch = make_batch([demonstrated], ["go"], PolicyWordTokenizer.train(["go"], least=1))
     values = torch.zeros(1, 2, 5)
     values[..., 0] = 6.0
     usual = action_loss(values[:, :1], replace(batch, actions=batch.actions[:, :1])).item()

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 import torch
 
-from arramon_agents.reading.tokenizers import SPECIAL, UNKNOWN, WordTokenizer
+from arramon_agents.reading.tokenizers import SPECIAL, UNKNOWN, PolicyWordTokenizer
 from arramon_agents.vl.initial_policy import initial_policy
 from arramon_agents.vl.policy import load_policy, save_policy
 from arramon_agents.vl.train import Imitation
@@ -29,8 +29,8 @@ def test_words_are_added_and_begin_as_unknown_ones(is_folder: bool, weights: Pat
     known = load_policy(weights)
     init = replace(recipe(), init=str(weights.parent if is_folder else weights))
     policy = initial_policy(init, NEW, place(tmp_path), print)
-    assert isinstance(known.tokenizer, WordTokenizer)
-    assert isinstance(policy.tokenizer, WordTokenizer)
+    assert isinstance(known.tokenizer, PolicyWordTokenizer)
+    assert isinstance(policy.tokenizer, PolicyWordTokenizer)
     assert policy.tokenizer.vocabulary == (*known.tokenizer.vocabulary, "veer")
     assert policy.tokenizer.encode("veer once")[1] == UNKNOWN
     state = known.model.state_dict()

@@ -9,7 +9,7 @@ torch = pytest.importorskip("torch", reason="the extra `agents` is not installed
 
 from arramon_agents.perception.eyes.encoder import load as load_eyes  # noqa: E402
 from arramon_agents.perception.eyes.grid import CHANNEL_NAMES  # noqa: E402
-from arramon_agents.reading.tokenizers import WordTokenizer  # noqa: E402
+from arramon_agents.reading.tokenizers import PolicyWordTokenizer  # noqa: E402
 from arramon_agents.vl_grounded.network import (  # noqa: E402
     Grounded,
     GroundedWeights,
@@ -26,7 +26,7 @@ from arramon_client.environments.players import open_backend  # noqa: E402
 from arramon_client.errors import AgentLoadError  # noqa: E402
 from tests import tiny  # noqa: E402
 
-WORDS = WordTokenizer(["go", "mug", "बाएँ"])
+WORDS = PolicyWordTokenizer(["go", "mug", "बाएँ"])
 
 
 def made(eyes: str) -> GroundedWeights:

@@ -1,4 +1,4 @@
-"""Detection of wrong sides and neighbours, independent of planner and gate."""
+"""Detection of wrong sides and crossings beside targets, independent of planner and gate."""
 
 import json
 from pathlib import Path
@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from benchmarks.instructions.references import check
-from benchmarks.instructions.sides import false_sides, neighbours, stated_sides, things_in_street
+from benchmarks.instructions.sides import crossing_faults, side_faults, stated_sides, things_in_street
 from benchmarks.instructions.turn_paths import turn_path
 
 NORTH, EAST, WEST = (0.0, 1.0), (1.0, 0.0), (-1.0, 0.0)
@@ -53,7 +53,7 @@ def faults(text: str, code: str, *things: dict[str, Any], way: list[tuple[float,
         "buildings": [thing for thing in things if "facade" in thing],
     }
     turn = {"street": [MUG], "path": way, "actions": []}
-    return false_sides(text, code, turn_path(turn, {"heading": 0.0}, []), things_in_street(turn, section))
+    return side_faults(text, code, turn_path(turn, {"heading": 0.0}, []), things_in_street(turn, section))
 
 
 @pytest.mark.parametrize("code", ["en", "hi"])
@@ -133,7 +133,7 @@ def test_what_lies_on_a_crossing_does_not_lie_by_it(
 ) -> None:
     """The crossing reaches 2.275 units to each side of the street and 0.7 along it."""
     grounds = things_in_street({"street": [MUG]}, {"props": [ZEBRA, prop("bench", 5.0, 11.0)], "buildings": []})
-    found = neighbours(text, code, (x, z), grounds)
+    found = crossing_faults(text, code, (x, z), grounds)
     assert found == (count, ["the target lies on the zebra_crossing, not by it"] if is_on and count else [])
 
 

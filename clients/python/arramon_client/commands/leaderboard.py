@@ -55,7 +55,7 @@ class LeaderboardListing:
     notices: list[str] = field(default_factory=list)
 
 
-def number(name: str, most: float) -> Callable[[str], float]:
+def number_up_to(name: str, most: float) -> Callable[[str], float]:
     """Return an argparse type for numbers from 0 to `most`, such as `7e9`.
 
     Args:
@@ -85,7 +85,7 @@ def show(argv: Sequence[str]) -> int:
     )
     parser.add_argument(
         "--smallest-gap",
-        type=number("score", 1),
+        type=number_up_to("score", 1),
         metavar="SCORE",
         help="with --lang both: list by the gap between languages, the smallest first, those with this score or more",
     )
@@ -111,7 +111,7 @@ def publish(argv: Sequence[str]) -> int:
     parser.add_argument(
         "--reproduces", metavar="RUN", help="id of another participant's published run that this run reproduces"
     )
-    amount = number("amount", 1e18)
+    amount = number_up_to("amount", 1e18)
     declared = parser.add_argument_group("cost", "What the run cost. It is shown as declared by you.")
     declared.add_argument(
         "--parameters", type=amount, metavar="N", help="parameters of the agent's models, such as 7e9"

@@ -12,7 +12,7 @@ from arramon_client.environments.arguments import check_seed, whole_number
 from arramon_client.environments.episodes import Episodes, check_action
 from arramon_client.environments.errors import BadArgument
 from arramon_client.environments.options import make_options
-from arramon_client.environments.players import open_player
+from arramon_client.environments.players import open_players
 from arramon_client.environments.snapshots import Copyable
 from arramon_client.environments.spaces import NO_ACTION, Dict, action_space
 from arramon_client.world import ASSEMBLY, NAVIGATION, PHASES
@@ -58,7 +58,7 @@ class TwoAgents(Copyable):
         if options.get("phases") is not None:
             raise BadArgument("phases cannot be given here: each phase is played by its own agent")
         more = (ACTIVE, MESSAGE) if self._length else (ACTIVE,)
-        opened = open_player(make_options(OWN_ARGUMENTS, more, **options))
+        opened = open_players(make_options(OWN_ARGUMENTS, more, **options))
         observe = opened.options.observe
         self._more = tuple(key for key in more if observe is None or key in observe)
         self._set_episodes(Episodes(opened))

@@ -15,7 +15,7 @@ from arramon_client.environments.batches import Arrays, VectorBatch
 from arramon_client.environments.episodes import Episodes
 from arramon_client.environments.members import Member
 from arramon_client.environments.options import Options
-from arramon_client.environments.players import PlayerSet, open_player
+from arramon_client.environments.players import PlayerSet, open_players
 from arramon_client.environments.spaces import NO_ACTION
 from arramon_client.world import IMAGE_SENSORS, PHASES
 
@@ -85,7 +85,7 @@ class EpisodeGroup:
 
     def __init__(self, options: Options, numbers: range, settings: VectorSettings) -> None:
         self._numbers, self._settings = numbers, settings
-        self._opened = [open_player(options) for _ in numbers]
+        self._opened = [open_players(options) for _ in numbers]
         self._translator = self._opened[0].translator()
         self._episodes = [Episodes(opened) for opened in self._opened]
         count = len(numbers)

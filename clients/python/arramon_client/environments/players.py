@@ -1,4 +1,4 @@
-"""Opening of an environment's players from its options, with the matching tokenizer and spaces."""
+"""Opening of an environment's players (`backend.Player`, one for each language), with tokenizer and spaces."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -54,8 +54,8 @@ class PlayerSet:
         return ObservationConverter(self.tokenizer, self.options.observe)
 
 
-def open_player(options: Options) -> PlayerSet:
-    """Open the players of an environment.
+def open_players(options: Options) -> PlayerSet:
+    """Open the players of an environment, one for each of its languages.
 
     Raises:
         NoBackend: if no host is named, and the server package is not installed.

@@ -16,7 +16,7 @@ from arramon_client.environments.errors import BadArgument
 from arramon_client.environments.labels import FactoredLabels, factored
 from arramon_client.environments.options import Options, make_options
 from arramon_client.environments.pictures import Picture, Window
-from arramon_client.environments.players import open_player
+from arramon_client.environments.players import open_players
 from arramon_client.environments.registration import PlainSpec
 from arramon_client.environments.snapshots import Copyable
 from arramon_client.environments.spaces import NO_ACTION, Dict, action_space
@@ -61,7 +61,7 @@ class ArraMonEnv(Copyable, PlainSpec, gymnasium.Env[Dict, np.int64]):
 
     def __init__(self, render_mode: str | None = None, **options: object) -> None:
         check_render_mode(render_mode)
-        opened = open_player(make_options(OWN_ARGUMENTS, **options))
+        opened = open_players(make_options(OWN_ARGUMENTS, **options))
         self.render_mode = render_mode
         self.action_space: spaces.Discrete = action_space()
         self.observation_space = opened.observation_space()

@@ -14,7 +14,7 @@ from arramon_client.environments.backend import Player
 from arramon_client.environments.episodes import Episodes
 from arramon_client.environments.errors import CannotCopy
 from arramon_client.environments.options import Options
-from arramon_client.environments.players import open_player
+from arramon_client.environments.players import open_players
 from arramon_client.environments.tokens import Tokenizer
 from arramon_client.errors import ArramonClientError
 
@@ -109,7 +109,7 @@ def restore_snapshot(snapshot: Snapshot) -> Episodes:
         CannotCopy: if the data no longer exists, or has changed since.
     """
     try:
-        opened = open_player(snapshot.options)
+        opened = open_players(snapshot.options)
     except ValueError as error:
         raise CannotCopy(f"the environment cannot be restored: {error}") from error
     for language, player in opened.players.items():

@@ -16,7 +16,7 @@ _FLAGS = ("there", "back_again", "which", "one_side", "other_side", "repeat", "u
 
 @dataclass(slots=True, kw_only=True)
 class PostpositionRouteParser(SideParser):
-    """Parser of one text.
+    """Parser of one navigation text with postpositions: keeps things open until their postposition and verb are read.
 
     Attributes:
         grammar: grammar of the language.

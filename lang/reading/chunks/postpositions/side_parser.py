@@ -1,4 +1,4 @@
-"""Interpretation of sides in free navigation texts with postpositions: of a turn, a thing passed, or the target."""
+"""Base class of the postposition route parser: what a side belongs to, a turn, a thing passed, or the target."""
 
 from dataclasses import dataclass, replace
 

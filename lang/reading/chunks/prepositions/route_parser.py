@@ -21,7 +21,7 @@ from arramon_lang.reading.discourse import POINT_KINDS, Discourse
 
 @dataclass(slots=True, kw_only=True)
 class PrepositionRouteParser:
-    """Parser of one text.
+    """Parser of one navigation text with prepositions: decides what each phrase means, and has its steps added.
 
     Attributes:
         text: chunks of the text.

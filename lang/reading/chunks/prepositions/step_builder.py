@@ -1,4 +1,4 @@
-"""Builder of a route's steps from phrases."""
+"""Steps of a route as the preposition parser adds them, one phrase at a time; `route_parser.py` decides which."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -11,7 +11,7 @@ from arramon_lang.reading.discourse import CROSSED_KINDS, POINT_KINDS
 
 @dataclass(slots=True)
 class StepBuilder:
-    """Steps of a route so far.
+    """Steps of a route so far. Unlike a `RouteDraft`, it keeps nothing open: each phrase is complete when it is added.
 
     Attributes:
         rules: meanings of the language's relations and verbs.

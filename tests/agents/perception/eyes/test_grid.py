@@ -6,21 +6,21 @@ import torch
 
 from arramon_agents.perception.eyes.depth_segmentation import FrameThing
 from arramon_agents.perception.eyes.grid import CHANNEL_NAMES, NAMED_CHANNELS, add_things, grid_of_blocks
-from arramon_agents.perception.eyes.named_things import NamedThing
+from arramon_agents.perception.eyes.named_things import DetectedThing
 from arramon_agents.perception.eyes.network import Predictions, probabilities
 from arramon_agents.perception.eyes.vocabulary import COLOURS, KINDS, LOOKS, NONE, codes_of
 
 SURE = 20.0
 
 
-def named(kind: str, colour: str, look: str, rows: slice, columns: slice, ahead: float = 3.0) -> NamedThing:
+def named(kind: str, colour: str, look: str, rows: slice, columns: slice, ahead: float = 3.0) -> DetectedThing:
     codes = codes_of(kind, colour, look)
     kinds, colours, looks = (np.zeros(len(names), np.float32) for names in (KINDS, COLOURS, LOOKS))
     for chances, code in zip((kinds, colours, looks), codes, strict=True):
         if code != NONE:
             chances[code] = 1.0
     mask = np.ones((rows.stop - rows.start, columns.stop - columns.start), bool)
-    return NamedThing(FrameThing(rows, columns, mask, 0.0, ahead, 0.3, 0.0, 0.3), kinds, colours, looks)
+    return DetectedThing(FrameThing(rows, columns, mask, 0.0, ahead, 0.3, 0.0, 0.3), kinds, colours, looks)
 
 
 def lit(cell: np.ndarray) -> set[str]:
