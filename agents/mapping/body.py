@@ -15,7 +15,7 @@ from arramon_client.agent import Action, Label, Observation
 from arramon_client.world import HEADINGS
 
 if TYPE_CHECKING:
-    from arramon_agents.perception.eyes.named_things import DetectedThing  # It needs PyTorch.
+    from arramon_agents.perception.eyes.detected_things import DetectedThing  # It needs PyTorch.
 
 
 class AgentBody:
@@ -58,7 +58,7 @@ class AgentBody:
         return self.x, self.z, self.heading
 
     def perceive(self, observation: Observation, things: Sequence["DetectedThing"] = ()) -> None:
-        """Update pose, map and landmarks by the frame after the last action, and the named things in it.
+        """Update pose, map and landmarks by the frame after the last action, and the detected things in it.
 
         Raises:
             ValueError: if the observation has no depth or no segmentation.

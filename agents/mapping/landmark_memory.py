@@ -12,7 +12,7 @@ from arramon_lang.meaning import Thing
 from arramon_lang.street_words import OFF_AXIS_WEIGHT, is_of_colour
 
 if TYPE_CHECKING:
-    from arramon_agents.perception.eyes.named_things import DetectedThing  # It needs PyTorch.
+    from arramon_agents.perception.eyes.detected_things import DetectedThing  # It needs PyTorch.
 
 SAME_LANDMARK_DISTANCE, SAME_LARGE_LANDMARK_DISTANCE = 1.2, 3.0
 """Distance below which two sightings with one label are the same landmark, in units: small things, and LARGE ones."""
@@ -67,7 +67,7 @@ class LandmarkMemory:
                 known.append(MappedLandmark(label, seen.x, seen.z, seen.distance))
 
     def add_things(self, things: Iterable["DetectedThing"], pose: tuple[float, float, float]) -> None:
-        """Ignore the named things of a frame: landmarks come from the segmentation only."""
+        """Ignore the detected things of a frame: landmarks come from the segmentation only."""
 
     def matching(self, thing: Thing) -> list[MappedLandmark]:
         """Return the landmarks that match the given attributes of a thing."""

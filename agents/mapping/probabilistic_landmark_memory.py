@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from arramon_agents.mapping.landmark_memory import LandmarkMemory, MappedLandmark, matches_label
-from arramon_agents.perception.eyes.named_things import DetectedThing
+from arramon_agents.perception.eyes.detected_things import DetectedThing
 from arramon_agents.perception.eyes.predicted_segmentation import label_of
 from arramon_agents.perception.eyes.vocabulary import COLOURS, KINDS, LOOKS, NONE, SURFACES, codes_of, look_slices
 from arramon_agents.perception.scan import Sighting
@@ -113,7 +113,7 @@ class _LandmarkScores:
 
 
 class ProbabilisticLandmarkMemory(LandmarkMemory):
-    """Landmarks seen so far: named things with attribute probabilities; buildings and crossings by label.
+    """Landmarks seen so far: detected things with attribute probabilities; buildings and crossings by label.
 
     Args:
         labels: labels of the segmentation, by index.

@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from arramon_agents.mapping.probabilistic_landmark_memory import FULL_WEIGHT_PIXELS, MAX_WEIGHT, PROBABILITY_FLOOR
 from arramon_agents.mapping.room_memory import RoomMemory
-from arramon_agents.perception.eyes.named_things import DetectedThing
+from arramon_agents.perception.eyes.detected_things import DetectedThing
 from arramon_agents.perception.eyes.predicted_segmentation import label_of
 from arramon_agents.perception.eyes.vocabulary import KINDS
 from arramon_client.agent import Label
@@ -23,7 +23,7 @@ MIN_STACKED_HEIGHT = 0.12
 
 
 class ProbabilisticRoomMemory(RoomMemory):
-    """Accumulates frames of the room with named things, and reconstructs its contents.
+    """Accumulates frames of the room with detected things, and reconstructs its contents.
 
     Args:
         labels: labels of the segmentation, by index.

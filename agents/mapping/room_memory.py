@@ -13,7 +13,7 @@ from arramon_client.world import CELL_SIZE, COLUMNS, EYE_HEIGHT, FIELD_OF_VIEW, 
 from arramon_lang.cell_grading import Cell, Room, RoomObject
 
 if TYPE_CHECKING:
-    from arramon_agents.perception.eyes.named_things import DetectedThing  # It needs PyTorch.
+    from arramon_agents.perception.eyes.detected_things import DetectedThing  # It needs PyTorch.
 
 MIN_PIXELS = 4
 """Minimum number of pixels of an object or wall, over all frames; fewer may be the edge of another object."""
@@ -91,7 +91,7 @@ class RoomMemory:
             self._add_walls(shown[every], column, row)
 
     def add_things(self, things: Sequence["DetectedThing"], cell: Cell, heading: float) -> None:
-        """Ignore the named things of a frame: objects come from the segmentation only."""
+        """Ignore the detected things of a frame: objects come from the segmentation only."""
 
     def room(self) -> Room:
         """Return the room as seen so far; objects in one cell are stacked, ordered by height."""

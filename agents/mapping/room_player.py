@@ -13,7 +13,7 @@ from arramon_lang.cell_grading import START, Cell, Room, find_cell, is_all_there
 from arramon_lang.meaning import Assembly
 
 if TYPE_CHECKING:
-    from arramon_agents.perception.eyes.named_things import DetectedThing  # It needs PyTorch.
+    from arramon_agents.perception.eyes.detected_things import DetectedThing  # It needs PyTorch.
 
 LOOK_FRAMES = 11
 """Number of frames, one turn apart, that cover all directions with a field of view of two turns."""
@@ -34,7 +34,7 @@ def find_by_rules(meaning: Assembly, room: Room) -> Cell:
 
 
 class RoomPlayer:
-    """Plays one assembly phase by depth and segmentation, or by the named things of the visual encoder.
+    """Plays one assembly phase by depth and segmentation, or by the detected things of the visual encoder.
 
     Args:
         meaning: meaning of the instruction; parts that match nothing in the room are ignored.

@@ -1,4 +1,4 @@
-"""Result of perception for agents that keep a map: segmentation and named things."""
+"""Result of perception for agents that keep a map: segmentation and detected things."""
 
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, NamedTuple
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from arramon_client.agent import Observation
 
 if TYPE_CHECKING:
-    from arramon_agents.perception.eyes.named_things import DetectedThing  # It needs PyTorch.
+    from arramon_agents.perception.eyes.detected_things import DetectedThing  # It needs PyTorch.
 
 
 class Percept(NamedTuple):

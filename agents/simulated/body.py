@@ -11,7 +11,7 @@ from arramon_agents.mapping.ground_map import CELL
 from arramon_agents.mapping.motion import STEPS
 from arramon_agents.mapping.probabilistic_landmark_memory import ProbabilisticLandmarkMemory
 from arramon_agents.perception.eyes.depth_segmentation import MAX_DISTANCE_AHEAD, MIN_THING_PIXELS, FrameThing
-from arramon_agents.perception.eyes.named_things import DetectedThing
+from arramon_agents.perception.eyes.detected_things import DetectedThing
 from arramon_agents.perception.eyes.predicted_segmentation import LABELS
 from arramon_agents.perception.eyes.vocabulary import COLOURS, KINDS, LOOKS, NONE, look_slices
 from arramon_agents.perception.scan import FREE_POINT_DISTANCES, MAX_DISTANCE, SIGHTING_SQUARE, Scan, Sighting

@@ -9,8 +9,8 @@ import numpy.typing as npt
 import torch
 from torch import nn
 
+from arramon_agents.perception.eyes.detected_things import DetectedThing, find_and_name_things
 from arramon_agents.perception.eyes.grid import CHANNEL_NAMES, add_things, grid_of_blocks
-from arramon_agents.perception.eyes.named_things import DetectedThing, find_and_name_things
 from arramon_agents.perception.eyes.naming_network import NamingNetwork
 from arramon_agents.perception.eyes.network import (
     EyesNetwork,
@@ -76,7 +76,7 @@ class Eyes:
         return self._look(rgb, depth)
 
     def things(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> list[list[DetectedThing]]:
-        """Return the named things on the ground in each frame, the nearest first; arguments as for `encode`."""
+        """Return the detected things on the ground in each frame, the nearest first; arguments as for `encode`."""
         self._check(rgb, depth)
         return find_and_name_things(self._naming, rgb, depth)
 

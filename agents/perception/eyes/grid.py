@@ -1,4 +1,4 @@
-"""Output features of the encoder: a grid of 7x7 cells with their content and nearness, from blocks and named things."""
+"""Output features of the encoder: a grid of 7x7 cells with content and nearness, from blocks and detected things."""
 
 from collections.abc import Sequence
 
@@ -9,7 +9,7 @@ from torch import Tensor
 from torch.nn import functional
 
 from arramon_agents.perception.encoder import GRID
-from arramon_agents.perception.eyes.named_things import DetectedThing
+from arramon_agents.perception.eyes.detected_things import DetectedThing
 from arramon_agents.perception.eyes.network import BLOCKS, Probabilities
 from arramon_agents.perception.eyes.vocabulary import (
     COLOURED,
@@ -93,11 +93,11 @@ def grid_of_blocks(found: Probabilities, depth: Tensor) -> Floats:
 
 
 def add_things(cells: Floats, things: Sequence[DetectedThing], size: int) -> None:
-    """Add the named things of a frame to its grid, in place.
+    """Add the detected things of a frame to its grid, in place.
 
     Args:
         cells: (7, 7, channels) from `grid_of_blocks`, changed.
-        things: named things of the frame.
+        things: detected things of the frame.
         size: side length of the frame, in pixels.
     """
     for named in things:

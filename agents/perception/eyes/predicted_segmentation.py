@@ -1,4 +1,4 @@
-"""Output of the visual encoder as a predicted segmentation and named things, for agents that keep a map."""
+"""Output of the visual encoder as a predicted segmentation and detected things, for agents that keep a map."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from arramon_agents.perception.eyes.detected_things import DetectedThing
 from arramon_agents.perception.eyes.encoder import BATCH, Eyes
-from arramon_agents.perception.eyes.named_things import DetectedThing
 from arramon_agents.perception.eyes.pixel_rays import rays
 from arramon_agents.perception.eyes.vocabulary import COLOURED, COLOURS, KINDS, LOOK_GROUPS, SURFACES, look_slices
 from arramon_client.agent import Label
@@ -56,7 +56,7 @@ class FramePercept:
 
     Attributes:
         labels: predicted segmentation, (size, size) uint16, indices in LABELS.
-        things: named things on the ground and on walls.
+        things: detected things on the ground and on walls.
     """
 
     labels: npt.NDArray[np.uint16]
@@ -64,7 +64,7 @@ class FramePercept:
 
 
 def predict_percepts(eyes: Eyes, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> list[FramePercept]:
-    """Predict segmentation and named things of each frame of a batch.
+    """Predict segmentation and detected things of each frame of a batch.
 
     Args:
         eyes: the visual encoder.
@@ -88,7 +88,7 @@ def _labels(
     depth: npt.NDArray[np.float32],
     things: Sequence[DetectedThing],
 ) -> npt.NDArray[np.uint16]:
-    """Return the label of each pixel of a frame, from block probabilities and named things."""
+    """Return the label of each pixel of a frame, from block probabilities and detected things."""
     flat = kinds[_FLAT_KINDS].argmax(0)
     upright = _rooms(looks) if kinds[_KIND["wall"]].sum() > kinds[_KIND["building"]].sum() else _houses(kinds, looks)
     side = len(depth) // len(flat)

@@ -7,8 +7,8 @@ import numpy as np
 import numpy.typing as npt
 
 from arramon_agents.perception.encoder import GRID
+from arramon_agents.perception.eyes.detected_things import DetectedThing
 from arramon_agents.perception.eyes.grid import CHANNEL_NAMES, GROUND
-from arramon_agents.perception.eyes.named_things import DetectedThing
 from arramon_agents.perception.eyes.vocabulary import COLOURS, KINDS, LOOK_GROUPS, look_slices
 from arramon_client.world import COLLECTIBLES, FURNITURE
 

@@ -5,8 +5,8 @@ import pytest
 import torch
 
 from arramon_agents.perception.eyes.depth_segmentation import FrameThing
+from arramon_agents.perception.eyes.detected_things import DetectedThing
 from arramon_agents.perception.eyes.grid import CHANNEL_NAMES, NAMED_CHANNELS, add_things, grid_of_blocks
-from arramon_agents.perception.eyes.named_things import DetectedThing
 from arramon_agents.perception.eyes.network import Predictions, probabilities
 from arramon_agents.perception.eyes.vocabulary import COLOURS, KINDS, LOOKS, NONE, codes_of
 
