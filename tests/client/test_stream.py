@@ -1,6 +1,6 @@
 """Tests of the Play stream."""
 
-from arramon.v1 import evaluation_pb2
+from arramon.v1 import evaluation_pb2, types_pb2
 from arramon_client.transport.stream import ACTS_IN_MESSAGE, PlayStream
 from arramon_client.world import NOTE_BYTES
 
@@ -26,7 +26,9 @@ def test_a_batch_with_the_longest_notes_is_sent_in_messages_that_a_server_accept
     stub = SilentStub()
     stream = PlayStream(stub, evaluation_pb2.Open(max_episodes=1))  # type: ignore[arg-type]
     acts = [
-        evaluation_pb2.Act(episode_id=f"{number:036}", step=number, action=0, note="n" * NOTE_BYTES)
+        evaluation_pb2.Act(
+            episode_id=f"{number:036}", step=number, action=types_pb2.ACTION_FORWARD, note="n" * NOTE_BYTES
+        )
         for number in range(ACTS_IN_MESSAGE * 2 + 1)
     ]
     stream.send(acts)

@@ -9,7 +9,7 @@ from arramon.v1 import evaluation_pb2, evaluation_pb2_grpc
 from arramon_client.agent import Answer, AsyncAgent, Observation
 from arramon_client.errors import AgentError, AgentStoppedError, EpisodeLostError, StopRun
 from arramon_client.notes import note_fault, note_text
-from arramon_client.observations import not_deterministic
+from arramon_client.observations import nondeterminism_warning
 from arramon_client.play_results import AgentFailure, Outcome, Progress
 from arramon_client.plugin import agent_calls, async_calls
 from arramon_client.recording.recorder import EpisodeRecorder
@@ -255,7 +255,7 @@ class _AsyncPlayer:
     def _compare(self, seen: Observation, action: int) -> None:
         if action != seen.taken and not self._warned:
             self._warned = True
-            self._notify(not_deterministic(seen, action))
+            self._notify(nondeterminism_warning(seen, action))
 
     def _state(self) -> Progress:
         live = self._live

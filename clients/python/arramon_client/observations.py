@@ -59,7 +59,7 @@ def observation_of(
     )
 
 
-def not_deterministic(replayed: Observation, action: int) -> str:
+def nondeterminism_warning(replayed: Observation, action: int) -> str:
     """Return the warning that an agent chose another action for a replayed observation than the recorded one."""
     return (
         f"the agent is not deterministic: at step {replayed.step} of episode {replayed.episode_id} it took "

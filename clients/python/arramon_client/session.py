@@ -10,7 +10,7 @@ from arramon.v1 import evaluation_pb2, types_pb2
 from arramon_client.agent import Agent, Answer, Observation
 from arramon_client.errors import AgentError
 from arramon_client.notes import note_fault, note_text
-from arramon_client.observations import not_deterministic, observation_of
+from arramon_client.observations import nondeterminism_warning, observation_of
 from arramon_client.open_episode import OpenEpisode
 from arramon_client.play_results import AgentFailure as AgentFailure
 from arramon_client.player import Player
@@ -160,7 +160,7 @@ class Session(Player):
     def _compare(self, observation: Observation, action: int) -> None:
         if action != observation.taken and not self._warned:
             self._warned = True
-            self._notify(not_deterministic(observation, action))
+            self._notify(nondeterminism_warning(observation, action))
 
     def _fail(self, episodes: list[OpenEpisode], error: AgentError) -> None:
         self._failure_counter.record_failure(len(episodes), error)
