@@ -21,6 +21,7 @@ COMMANDS = {
     "cancel": "cancel runs; their unfinished episodes are given up",
     "notes": "print what a run's agent noted beside its steps",
     "leaderboard": "show the ranking of a split's published runs",
+    "mcp": "let an assistant or editor play, by the Model Context Protocol",
     "publish": "put a run on the leaderboard",
     "report": "show scores by what the turns ask for: what runs can and cannot do",
     "withdraw": "take a run off the leaderboard",
