@@ -5,7 +5,7 @@ import json
 import random
 import socket
 from collections.abc import Awaitable, Callable
-from contextlib import AsyncExitStack
+from contextlib import AsyncExitStack, suppress
 from typing import Any, Self
 
 import httpx2
@@ -112,10 +112,8 @@ class Player:
     async def _leave(self) -> None:
         self._client = None
         stack, self._stack = self._stack, AsyncExitStack()
-        try:
+        with suppress(*CONNECTION_ERRORS):
             await stack.aclose()
-        except CONNECTION_ERRORS:
-            pass
 
 
 def text_of(result: CallToolResult) -> str:

@@ -52,11 +52,8 @@ def test_a_run_is_played_by_the_current_protocol_and_the_one_before(
                 if episode["ended"]:
                     seen = data_of(await client.call_tool("look", {"run": RUN}))
                     continue
-                assert (episode["turn"], episode["phase"], episode["steps_left"]) == (
-                    1,
-                    "navigation",
-                    5 - episode["step"],
-                )
+                assert (episode["turn"], episode["phase"]) == (1, "navigation")
+                assert episode["steps_left"] == 5 - episode["step"]
                 assert episode["instruction"] == f"go {episode['step']}"
                 seen = await acted(client, episode["step"], "LEFT", episode=episode["id"])
             assert (seen["run"]["episodes_left"], seen["next"]) == (0, "the run is over: call `report`")
@@ -236,14 +233,14 @@ def test_runs_are_listed(connect: Connect) -> None:
         ("look", {"run": RUN, "image_size": 5000}, "image_size: Input should be less than or equal to 1024, not 5000"),
         ("look", {"run": RUN, "size": 5}, "size: Extra inputs are not permitted, not 5"),
         ("act", {"run": RUN, "episode": "e0"}, "step: Field required; actions: Field required"),
-        ("act", {"run": RUN, "episode": "e0", "step": "0", "actions": ["LEFT"]}, "step: Input should be a valid integer"),
-        ("act", {"run": RUN, "episode": "e0", "step": True, "actions": ["LEFT"]}, "step: Input should be a valid integer"),
+        ("act", {"run": RUN, "episode": "e0", "step": "0", "actions": ["LEFT"]}, "step: Input should be a valid"),
+        ("act", {"run": RUN, "episode": "e0", "step": True, "actions": ["LEFT"]}, "step: Input should be a valid"),
         ("act", {"run": RUN, "episode": "e0", "step": -1, "actions": ["LEFT"]}, "step: Input should be greater than"),
         ("act", {"run": RUN, "episode": "e0", "step": 0, "actions": "LEFT"}, "actions: Input should be a valid list"),
         ("act", {"run": RUN, "episode": "e0", "step": 0, "actions": []}, "actions: List should have at least 1 item"),
         ("act", {"run": RUN, "episode": "e0", "step": 0, "actions": ["JUMP"]}, "actions.0: Input should be 'FORWARD'"),
         ("act", {"run": RUN, "episode": "e0", "step": 0, "actions": ["LEFT"] * 1001}, "List should have at most 1000"),
-        ("act", {"run": RUN, "episode": "e0", "step": 0, "actions": ["LEFT"], "note": "ह" * 2000}, "a note has 6000 bytes"),
+        ("act", {"run": RUN, "episode": "e0", "step": 0, "actions": ["LEFT"], "note": "ह" * 2000}, "a note has 6000"),
         ("act", {"run": RUN, "episode": "e0", "step": 2**70, "actions": ["LEFT"]}, "is ahead of the present step, 0"),
         ("act", {"run": RUN, "episode": "e9", "step": 0, "actions": ["LEFT"]}, "Open episodes: e0. Call `look`"),
         ("give_up", {"run": RUN, "episode": ""}, "episode: String should have at least 1 character"),

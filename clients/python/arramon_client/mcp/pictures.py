@@ -53,9 +53,8 @@ def chosen_images(wanted: Sequence[str] | None, sensors: Sequence[str]) -> Seque
         return [sensor for sensor in ("rgb",) if sensor in sensors]
     missing = [sensor for sensor in wanted if sensor not in sensors]
     if missing:
-        raise UsageError(
-            f"the run has no images of {', '.join(missing)}; its sensors are {', '.join(sensors) or 'none'}"
-        )
+        known = ", ".join(sensors) or "none"
+        raise UsageError(f"the run has no images of {', '.join(missing)}; its sensors are {known}")
     return wanted
 
 

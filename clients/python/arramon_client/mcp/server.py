@@ -20,16 +20,17 @@ from arramon_client.world import Action
 NAME = "arramon"
 
 INSTRUCTIONS = """\
-ArraMon: follow instructions through the streets of a city, pick up an object, and place it in a room. An episode has two
-turns, each with two phases. Navigation: walk as the instruction says, and pick up the object that it names. Assembly: in a
-room of 5 columns and 4 rows, place that object where the instruction says. A phase has a step limit (`steps_left`).
-Actions: FORWARD goes 1 m ahead, unless something solid is in the way; in the room one cell of 1.5 m, only at a heading that
-is a multiple of 90 degrees. LEFT and RIGHT turn by 30 degrees. INTERACT picks up the nearest object, up to 3 m straight ahead;
-in the room it puts the object in the cell ahead, for good. The camera looks ahead, 60 degrees wide.
+ArraMon: follow instructions through the streets of a city, pick up an object, and place it in a room. An episode has
+two turns, each with two phases. Navigation: walk as the instruction says, and pick up the object that it names.
+Assembly: in a room of 5 columns and 4 rows, place that object where the instruction says. Each phase has a step limit
+(`steps_left`).
+Actions: FORWARD goes 1 m ahead, unless something solid is in the way; in the room one cell of 1.5 m, only at a heading
+that is a multiple of 90 degrees. LEFT and RIGHT turn by 30 degrees. INTERACT picks up the nearest object, up to 3 m
+straight ahead; in the room it puts the object in the cell ahead, for good. The camera's view is 60 degrees wide.
 To play, `start` a run, or find an open one by `runs`; `look` at it; `act` on what you see with the `step` of that
-observation, and so on with each result, until the run is over; then `report`. Ids of runs and episodes stay valid in later
-sessions. A step is recorded before it is answered, and only once: if an answer is lost, repeat the call. With clocks,
-`seconds_left` is what remains until the episode times out."""
+observation, and so on with each result, until the run is over; then `report`. Ids of runs and episodes stay valid in
+later sessions. A step is recorded before it is answered, and only once: if an answer is lost, repeat the call. With
+clocks, `seconds_left` is what remains until the episode times out."""
 
 
 @dataclass(frozen=True)
@@ -78,10 +79,10 @@ TOOLS = {
     ),
     "act": _ToolSpec(
         "Act",
-        "Take one step or several, and return the next observation. `step` is that of the latest observation. A plan of "
-        "several actions stops when something unexpected happens (`stopped`): the way is blocked, nothing was picked up, "
-        "the phase or the episode is over. Repeating a call takes no step twice; other actions at a step that was "
-        "taken are an error, which names the present step.",
+        "Take one step or several, and return the next observation. `step` is that of the latest observation. A plan "
+        "of several actions stops when something unexpected happens (`stopped`): the way is blocked, nothing was "
+        "picked up, the phase or the episode is over. Repeating a call takes no step twice; other actions at a step "
+        "that was taken are an error, which names the present step.",
         arguments.ActArguments, views.ActView, _hints(idempotent=True),
     ),
     "give_up": _ToolSpec(
@@ -130,10 +131,8 @@ def _in_words(error: ArramonClientError) -> str:
     """Return an error's message, with the name of a recorded action."""
     if isinstance(error, StepSpentError) and error.recorded is not None:
         now = "the episode has ended" if error.present is None else f"the present step is {error.present}"
-        action = Action(error.recorded).name
-        return (
-            f"step {error.step} of episode {error.episode_id} was answered with {action}, which remains recorded; {now}"
-        )
+        was = f"step {error.step} of episode {error.episode_id} was answered with {Action(error.recorded).name}"
+        return f"{was}, which remains recorded; {now}"
     return str(error)
 
 

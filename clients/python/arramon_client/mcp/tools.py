@@ -193,8 +193,8 @@ async def _missing(opened: OpenRun, episode_id: str) -> EpisodeView:
         raise UsageError(f"run {opened.run.run_id} has no episode {episode_id!r}; it is over: call `report`")
     now = ", ".join(episode.episode_id for episode in opened.open_episodes) or "none"
     raise UsageError(
-        f"episode {episode_id!r} of run {opened.run.run_id} is not open: it has ended, has not begun, or does not exist; "
-        f"no step was taken. Open episodes: {now}. Call `look` with the run alone to go on"
+        f"episode {episode_id!r} of run {opened.run.run_id} is not open: it has ended, has not begun, or does not "
+        f"exist. This call took no step. Open episodes: {now}. Call `look` with the run alone to go on"
     )
 
 
