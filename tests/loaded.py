@@ -6,7 +6,8 @@ gc.disable()  # until everything is imported
 
 # ruff: noqa: E402
 import arramon_agents.random_walk  # noqa: F401
-import arramon_client.cli  # noqa: F401
+import arramon_client.cli
+import arramon_client.mcp.serving  # noqa: F401
 import arramon_server.cli
 import arramon_server.process.logs
 from arramon_server.sim.physics import has_pybullet

@@ -1,4 +1,4 @@
-"""The tools of a process, on a scripted server."""
+"""The tools of a process, on a scripted server or on a real one."""
 
 from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import AbstractAsyncContextManager, asynccontextmanager
@@ -16,19 +16,22 @@ from tests.client.fake import Servicer, World, serving
 Connect = Callable[..., AbstractAsyncContextManager[Client]]
 
 
+@asynccontextmanager
+async def tools_on(
+    address: str, mode: str = "auto", parallel: int = 1, patience: float = 10.0, token: str | None = None
+) -> AsyncIterator[Client]:
+    """Connect to a new process of the tools, as it were, on a server."""
+    options = PlayOptions(server=address, notify=lambda _: None, patience=patience, token=token)
+    runs = OpenRuns(Backend(options), options, parallel)
+    try:
+        async with Client(make_server(Tools(runs)), mode=mode) as client:
+            yield client
+    finally:
+        await runs.close()
+
+
 @pytest.fixture
 def connect(world: World) -> Iterator[Connect]:
-    """Return a function that connects to a new process of the tools, as it were, on the scripted server."""
+    """Return `tools_on` for the scripted server."""
     with serving(Servicer(world)) as address:
-
-        @asynccontextmanager
-        async def connected(mode: str = "auto", parallel: int = 1, patience: float = 10.0) -> AsyncIterator[Client]:
-            options = PlayOptions(server=address, notify=lambda _: None, patience=patience)
-            runs = OpenRuns(Backend(options), options, parallel)
-            try:
-                async with Client(make_server(Tools(runs)), mode=mode) as client:
-                    yield client
-            finally:
-                await runs.close()
-
-        yield connected
+        yield lambda *arguments, **more: tools_on(address, *arguments, **more)

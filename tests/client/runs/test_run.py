@@ -359,6 +359,11 @@ def test_only_runs_that_exist_are_resumed(address: str) -> None:
         Run.resume("0" * 32, server=address)
 
 
+def test_the_patience_holds_for_the_server_of_a_run_that_is_resumed() -> None:
+    with pytest.raises(ServerUnreachableError, match=f"the server was unreachable .*resume {RUN}"):
+        Run.resume(RUN, server="127.0.0.1:9", patience=0.1)
+
+
 def test_scores_of_an_open_run_are_an_error(address: str) -> None:
     with created(address) as run:
         episode = first(run)

@@ -37,6 +37,7 @@ class Connection:
         options: the server.
         needs_episodes: whether an embedded server without episodes must generate some.
         resumes: the run that is resumed, whose server may be restarting; empty for a new one.
+        patience: seconds to wait for that server.
 
     Raises:
         ArramonClientError: if the server cannot be reached or started, or refuses.
@@ -47,7 +48,9 @@ class Connection:
         notify: called with messages for the participant.
     """
 
-    def __init__(self, options: ServerOptions, *, needs_episodes: bool = False, resumes: str = "") -> None:
+    def __init__(
+        self, options: ServerOptions, *, needs_episodes: bool = False, resumes: str = "", patience: float = PATIENCE
+    ) -> None:
         self.notify = options.get("notify") or _log.warning
         self.revive: Callable[[], None] = lambda: None
         self._stack = ExitStack()
@@ -68,7 +71,7 @@ class Connection:
                     options.get("token"), tls=options.get("tls"), tls_ca=None if tls_ca is None else Path(tls_ca)
                 )
                 if resumes:
-                    unreachable = Retry(resumes, PATIENCE, self.notify).wait_for
+                    unreachable = Retry(resumes, patience, self.notify).wait_for
             self.server: Server = self._stack.enter_context(connect(address, access, unreachable=unreachable))
         except BaseException:
             self._stack.close()
@@ -199,10 +202,11 @@ def resume(run_id: str, options: PlayOptions, parallel: int, *, history: bool) -
     _check_names(options, PlayOptions)
     if not RUN_ID.fullmatch(run_id):
         raise UsageError(f"{run_id!r} is not the id of a run, expected 32 hexadecimal digits")
-    connection = Connection(options, resumes=run_id)
+    patience = options.get("patience", PATIENCE)
+    connection = Connection(options, resumes=run_id, patience=patience)
     try:
         server = connection.server
-        retry = Retry(run_id, PATIENCE, connection.notify)
+        retry = Retry(run_id, patience, connection.notify)
         run = call_until_answered(
             server.stub.GetRun, evaluation_pb2.GetRunRequest(run_id=run_id), server.address, retry, connection.revive
         )
