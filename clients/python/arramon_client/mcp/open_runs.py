@@ -32,7 +32,7 @@ OFFER_SECONDS = 20.0
 ATTEMPTS = 3
 """How often a call is tried when another program takes its episode over."""
 
-CALL_ERRORS = (UsageError, StepSpentError, StepAheadError, ReceiptError)
+CALL_ERRORS = (UsageError, StepSpentError, ReceiptError)
 """Errors of a call, after which the run goes on."""
 
 
@@ -164,8 +164,7 @@ class OpenRuns:
     async def use(self, run_id: str, work: Callable[[OpenRun], Awaitable[Result]]) -> Result:
         """Call a function with a run, resuming the run if this process does not play it.
 
-        If another program takes over an episode of the run meanwhile, the run is resumed, and the function is called
-        again.
+        If another program has taken over an episode of the run, the run is resumed, and the function is called again.
 
         Raises:
             ArramonClientError: if there is no such run, or the server refuses or cannot be reached.
@@ -176,6 +175,10 @@ class OpenRuns:
                 return await work(opened)
             except CALL_ERRORS:
                 raise
+            except StepAheadError:
+                if attempt > 0:
+                    raise
+                await self._drop(opened)  # Another program may have gone on meanwhile: ask the server.
             except (EpisodeLostError, RunClosedError):
                 await self._drop(opened)
                 if attempt == ATTEMPTS - 1:
