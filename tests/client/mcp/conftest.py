@@ -10,7 +10,7 @@ from arramon_client.mcp.backend import Backend
 from arramon_client.mcp.open_runs import OpenRuns
 from arramon_client.mcp.server import make_server
 from arramon_client.mcp.tools import Tools
-from arramon_client.runs.options import PlayOptions
+from arramon_client.runs.options import PlayOptions, ServerOptions
 from tests.client.fake import Servicer, World, serving
 
 Connect = Callable[..., AbstractAsyncContextManager[Client]]
@@ -21,8 +21,8 @@ async def tools_on(
     address: str, mode: str = "auto", parallel: int = 1, patience: float = 10.0, token: str | None = None
 ) -> AsyncIterator[Client]:
     """Connect to a new process of the tools, as it were, on a server."""
-    options = PlayOptions(server=address, notify=lambda _: None, patience=patience, token=token)
-    runs = OpenRuns(Backend(options), options, parallel)
+    backend = Backend(ServerOptions(server=address, notify=lambda _: None, token=token))
+    runs = OpenRuns(backend, PlayOptions(patience=patience), parallel)
     try:
         async with Client(make_server(Tools(runs)), mode=mode) as client:
             yield client

@@ -72,9 +72,9 @@ class Player:
                 if self._client is None:
                     self._client = await self._stack.enter_async_context(self._connect())
                 return await self._client.call_tool(name, arguments)
-            except CONNECTION_ERRORS:
+            except (asyncio.CancelledError, *CONNECTION_ERRORS) as error:
+                await self._leave(error)
                 self.repeated += 1
-                await self._leave()
                 await asyncio.sleep(0.05)
         raise AssertionError(f"{name} was not answered in {ATTEMPTS} attempts")
 
@@ -109,11 +109,15 @@ class Player:
             self.unanswered[episode_id] = actions[seen["taken"] :]
         return seen
 
-    async def _leave(self) -> None:
+    async def _leave(self, error: BaseException | None = None) -> None:
+        """Close the connection; an error that ended it, which can be the cancellation of a call, goes no further."""
         self._client = None
         stack, self._stack = self._stack, AsyncExitStack()
+        is_own = True
         with suppress(*CONNECTION_ERRORS):
-            await stack.aclose()
+            is_own = await stack.__aexit__(type(error) if error else None, error, None)
+        if isinstance(error, asyncio.CancelledError) and not is_own:
+            raise error
 
 
 def text_of(result: CallToolResult) -> str:

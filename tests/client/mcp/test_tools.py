@@ -219,7 +219,7 @@ def test_runs_are_listed(connect: Connect) -> None:
     ("tool", "arguments", "message"),
     [
         ("start", {}, "wrong arguments: language: Field required; agent: Field required"),
-        ("start", {"language": "xx", "agent": "a"}, "the server has no split with instructions in xx"),
+        ("start", {"language": "xx", "agent": "a"}, "the server has no language 'xx'; it has en"),
         ("start", {"language": "en", "agent": "a", "split": "none"}, "the server has no split 'none'"),
         ("start", {"language": "en", "agent": "a", "sensors": ["oracle"]}, "sensors.0: Input should be 'rgb', 'depth'"),
         ("start", {"language": ["en"], "agent": "a"}, "language: Input should be a valid string, not ['en']"),

@@ -37,7 +37,7 @@ def test_things_are_named_with_direction_and_distance_the_nearest_first() -> Non
     depth = np.full((40, 40), 30.0, np.float32)
     depth[20:22, 36:], depth[10:20, :4] = 2.26, 65.535
     assert things_in_words(seen(segmentation=segmentation, depth=depth), LABELS) == [
-        "phone booth, 28 degrees right, 2.3 m",
+        "phone booth, 27 degrees right, 2.3 m",
         "dotted red mug, ahead, 30.0 m",
         "brick building, 28 degrees left, far away",
     ]

@@ -11,7 +11,7 @@ from arramon_client.commands.base import run
 from arramon_client.errors import UsageError
 from arramon_client.printable import one_line
 from arramon_client.run_settings import ENCODINGS
-from arramon_client.runs.options import PlayOptions
+from arramon_client.runs.options import PlayOptions, ServerOptions
 from arramon_client.transport.access import add_access, make_access
 
 PATIENCE = 45.0
@@ -50,20 +50,15 @@ def _serve(options: argparse.Namespace) -> None:
         if (error.name or "").startswith("arramon"):
             raise
         raise UsageError(f"this command needs {error.name}: pip install 'arramon-client[mcp]'") from error
-    play = PlayOptions(
-        server=options.server,
-        data=options.data,
-        tls=options.tls,
-        tls_ca=options.tls_ca,
-        notify=_say,
-        encoding=options.encoding,
-        image_size=options.image_size,
-        patience=PATIENCE,
+    backend = ServerOptions(
+        server=options.server, data=options.data, tls=options.tls, tls_ca=options.tls_ca, notify=_say
     )
     if options.server is not None:
         access = make_access(options.token, options.token_file, tls=options.tls, tls_ca=options.tls_ca)
-        play["token"] = access.token or None
-    asyncio.run(serving.serve(play, options.parallel, options.http, options.allow_host, options.allow_origin))
+        backend["token"] = access.token or None
+    play = PlayOptions(encoding=options.encoding, image_size=options.image_size, patience=PATIENCE)
+    http, hosts, origins = options.http, options.allow_host, options.allow_origin
+    asyncio.run(serving.serve(backend, play, options.parallel, http, hosts, origins))
 
 
 def _say(text: str) -> None:

@@ -140,7 +140,7 @@ class OpenRuns:
 
     Args:
         backend: their server.
-        options: how they are played.
+        options: how they are played, without the server.
         parallel: largest number of open episodes of a run.
     """
 

@@ -8,16 +8,22 @@ from arramon_client.mcp.open_runs import OpenRuns
 from arramon_client.mcp.server import make_server
 from arramon_client.mcp.tools import Tools
 from arramon_client.mcp.transports import serve_http, serve_stdio
-from arramon_client.runs.options import PlayOptions
+from arramon_client.runs.options import PlayOptions, ServerOptions
 
 
 async def serve(
-    options: PlayOptions, parallel: int, http: str | None, hosts: Sequence[str], origins: Sequence[str]
+    backend: ServerOptions,
+    options: PlayOptions,
+    parallel: int,
+    http: str | None,
+    hosts: Sequence[str],
+    origins: Sequence[str],
 ) -> None:
     """Serve until the client goes or a signal arrives; then close all runs, which can be resumed.
 
     Args:
-        options: server and settings of all runs.
+        backend: the server of all runs.
+        options: how they are played.
         parallel: largest number of open episodes of a run.
         http: address for HTTP; None for standard input and output.
         hosts, origins: further values of `Host` and `Origin` to accept.
@@ -25,7 +31,7 @@ async def serve(
     Raises:
         UsageError: if the address cannot be used.
     """
-    runs = OpenRuns(Backend(options), options, parallel)
+    runs = OpenRuns(Backend(backend), options, parallel)
     server = make_server(Tools(runs))
     try:
         if http is None:
