@@ -20,7 +20,7 @@ LATEST = 0.05
 
 @pytest.fixture
 def server(tmp_path: Path) -> Iterator[Server]:
-    tiny.write(tmp_path / "data", count=6)
+    tiny.write(tmp_path / "data", count=3)
     server = Server(tmp_path / "data", "127.0.0.1:0", "--steps", str(STEPS), log=tmp_path / "server.log")
     yield server
     assert server.stop() == 0

@@ -39,9 +39,9 @@ def test_things_are_named_with_direction_and_distance_the_nearest_first() -> Non
     assert things_in_words(seen(segmentation=segmentation, depth=depth), LABELS) == [
         "phone booth, 27 degrees right, 2.3 m",
         "dotted red mug, ahead, 30.0 m",
-        "brick building, 28 degrees left, far away",
+        "brick building, 27 degrees left, far away",
     ]
-    assert things_in_words(seen(segmentation=segmentation), LABELS)[0] == "brick building, 28 degrees left"
+    assert things_in_words(seen(segmentation=segmentation), LABELS)[0] == "brick building, 27 degrees left"
     assert things_in_words(seen(), LABELS) == []
 
 

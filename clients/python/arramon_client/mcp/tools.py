@@ -139,7 +139,7 @@ class Tools:
             view = ReportView(
                 run=run_view(opened.run.info),
                 scores=report["metrics"],
-                table=report["table"],
+                signature=report["signature"],
                 receipt=receipt.digest.hex(),
                 episodes=report["episodes"] if given.episodes else None,
             )

@@ -81,7 +81,7 @@ class ReportView(BaseModel):
 
     run: RunView
     scores: Annotated[dict[str, dict[str, Any]], Field(description="By turn and metric: mean and its 95% interval.")]
-    table: Annotated[str, Field(description="The main scores as a table.")]
+    signature: Annotated[str, Field(description="Versions and settings with which the scores were computed.")]
     receipt: Annotated[str, Field(description="SHA-256 of the run's signed receipt.")]
     episodes: Annotated[list[dict[str, Any]] | None, Field(description="The episodes, if they were asked for.")] = None
 
