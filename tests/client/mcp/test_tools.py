@@ -45,7 +45,8 @@ def test_a_run_is_played_by_the_current_protocol_and_the_one_before(
     async def play() -> None:
         async with connect(mode) as client:
             assert client.protocol_version == version
-            assert client.instructions is None or "INTERACT picks up" in client.instructions
+            if mode != CURRENT:  # Otherwise this client asks for none.
+                assert "INTERACT picks up" in (client.instructions or "")
             seen = data_of(await client.call_tool("look", {"run": await started(client)}))
             while seen["run"]["state"] == "running":
                 episode = seen["episode"]

@@ -51,7 +51,7 @@ async def serve_http(
     Args:
         server: the server.
         address: `host:port` of this machine; port 0 for a free one.
-        hosts: further values of `Host` to accept, for a proxy.
+        hosts: further hosts to accept in `Host`, with any port, for a proxy.
         origins: further values of `Origin` to accept.
         listening: called with the URL when the server accepts connections.
 
@@ -64,7 +64,7 @@ async def serve_http(
         stateless_http=True,
         json_response=True,
         transport_security=TransportSecuritySettings(
-            allowed_hosts=[*(f"{host}:*" for host in LOCAL_HOSTS), *LOCAL_HOSTS, *hosts],
+            allowed_hosts=[name for host in (*LOCAL_HOSTS, *hosts) for name in (host, f"{host}:*")],
             allowed_origins=[*(f"http://{host}:*" for host in LOCAL_HOSTS), *origins],
         ),
     )
