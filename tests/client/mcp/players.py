@@ -84,7 +84,8 @@ class Player:
 
     async def play(self, run: str, before_act: Callable[[], Awaitable[None]] | None = None) -> None:
         """Play a run to its end."""
-        while (seen := await self.data("look", run=run, images=[]))["run"]["state"] == "running":
+        while (looked := await self.data("look", run=run, images=[]))["run"]["state"] == "running":
+            seen: dict[str, Any] | None = looked
             while seen is not None and "episode" in seen and not seen["episode"]["ended"]:
                 if before_act is not None:
                     await before_act()
@@ -113,7 +114,7 @@ class Player:
         """Close the connection; an error that ended it, which can be the cancellation of a call, goes no further."""
         self._client = None
         stack, self._stack = self._stack, AsyncExitStack()
-        is_own = True
+        is_own: bool | None = True
         with suppress(*CONNECTION_ERRORS):
             is_own = await stack.__aexit__(type(error) if error else None, error, None)
         if isinstance(error, asyncio.CancelledError) and not is_own:

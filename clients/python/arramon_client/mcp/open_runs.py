@@ -152,10 +152,8 @@ class OpenRuns:
     async def create(self, language: str, agent: str, options: CreateOptions) -> OpenRun:
         """Create a run; errors as for `AsyncRun.create`."""
         server = await self._backend.options()
-        run = await AsyncRun.create(
-            language=language, agent=agent, parallel=self._parallel, **{**self._options, **server, **options}
-        )
-        return await self._keep(run)
+        every: CreateOptions = {**self._options, **server, **options, "parallel": self._parallel}
+        return await self._keep(await AsyncRun.create(language=language, agent=agent, **every))
 
     async def listed(self) -> list[RunInfo]:
         """Return the caller's runs, the latest first; errors as for `AsyncRun.list`."""
@@ -209,8 +207,8 @@ class OpenRuns:
 
     async def _resume(self, run_id: str) -> OpenRun:
         server = await self._backend.options()
-        run = await AsyncRun.resume(run_id, parallel=self._parallel, **{**self._options, **server})
-        return await self._keep(run)
+        every: PlayOptions = {**self._options, **server, "parallel": self._parallel}
+        return await self._keep(await AsyncRun.resume(run_id, **every))
 
     async def _keep(self, run: AsyncRun) -> OpenRun:
         opened = self._open[run.run_id] = OpenRun(run, self._parallel)

@@ -28,10 +28,11 @@ def picture(observation: Observation, sensor: str, image_format: str, size: int)
     Raises:
         UsageError: if the observation has no such image.
     """
-    pixels = observation.rgb if sensor == "rgb" else observation.depth
+    depth = observation.depth
+    pixels = observation.rgb if sensor == "rgb" else None if depth is None else _shades(depth)
     if pixels is None:
-        raise UsageError(f"the run has no sensor {sensor}: its images can only be those of its sensors")
-    image = Image.fromarray(observation.rgb if sensor == "rgb" else _shades(pixels))
+        raise UsageError(f"the observation has no {sensor}: its images can only be those of the run's sensors")
+    image = Image.fromarray(pixels)
     if size and image.size != (size, size):
         image = image.resize((size, size), Image.Resampling.BILINEAR)
     file = io.BytesIO()
