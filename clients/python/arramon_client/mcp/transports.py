@@ -86,9 +86,12 @@ def _bound(address: str) -> socket.socket:
     host = host_of(address)
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     try:
-        return socket.create_server((host, int(port)), family=family)
+        bound = socket.create_server((host, int(port)), family=family)
     except OSError as error:
         raise UsageError(f"--http {address} cannot be used: {error.strerror or error}") from error
+    # For its connections: otherwise the second part of an answer waits 40 ms until the first is acknowledged.
+    bound.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    return bound
 
 
 @contextmanager
