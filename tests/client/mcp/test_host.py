@@ -12,12 +12,14 @@ from tests.client.mcp.conftest import tools_on
 from tests.client.mcp.players import data_of, text_of
 from tests.serving import Server
 
+START = {"language": "en", "agent": "mine", "split": "tiny", "episodes": 1}
 STEP_SECONDS, BANK_SECONDS = 600, 1000
 
 
 @pytest.fixture
 def server(tmp_path: Path) -> Iterator[Server]:
     tiny.write(tmp_path, count=2)
+    tiny.write(tmp_path, "secret", 3, hidden=True)
     clocks = ("--step-seconds", str(STEP_SECONDS), "--bank-seconds", str(BANK_SECONDS))
     server = Server(tmp_path, "127.0.0.1:0", "--steps", "8", "--no-anonymous", *clocks)
     yield server
@@ -27,7 +29,7 @@ def server(tmp_path: Path) -> Iterator[Server]:
 def test_clocks_and_limits_are_in_every_result(server: Server) -> None:
     async def play() -> None:
         async with tools_on(server.address, token=token_of(server.data, "lab")) as client:
-            started = data_of(await client.call_tool("start", {"language": "hi", "agent": "mine", "episodes": 1}))
+            started = data_of(await client.call_tool("start", {**START, "language": "hi"}))
             run = {"run": started["run"]["id"]}
             looked = data_of(await client.call_tool("look", run))
             act = {**run, "episode": looked["episode"]["id"], "step": 0, "actions": ["LEFT"]}
@@ -51,7 +53,7 @@ def test_runs_of_other_participants_are_not_shown(server: Server) -> None:
     async def play() -> None:
         lab, other = (token_of(server.data, name) for name in ("lab", "other"))
         async with tools_on(server.address, token=lab) as mine, tools_on(server.address, token=other) as theirs:
-            run = data_of(await mine.call_tool("start", {"language": "en", "agent": "mine"}))["run"]["id"]
+            run = data_of(await mine.call_tool("start", START))["run"]["id"]
             act = {"run": run, "episode": "0", "step": 0, "actions": ["LEFT"]}
             assert data_of(await theirs.call_tool("runs", {})) == {"runs": [], "more": 0}
             for tool, arguments in (("look", {"run": run}), ("act", act), ("report", {"run": run})):
@@ -59,5 +61,28 @@ def test_runs_of_other_participants_are_not_shown(server: Server) -> None:
                 assert refused.is_error
                 assert f"there is no run {run!r}" in text_of(refused)
             assert data_of(await mine.call_tool("act", act))["episode"]["step"] == 1
+
+    asyncio.run(play())
+
+
+def test_a_later_process_knows_that_an_episode_of_a_run_that_is_over_has_ended(server: Server) -> None:
+    """Of a hidden split, whose single episodes are not disclosed, it does not know why."""
+
+    async def play() -> None:
+        lab = token_of(server.data, "lab")
+        for split, cause in (("tiny", "FORFEITED"), ("secret", "UNKNOWN")):
+            async with tools_on(server.address, token=lab) as client:
+                run = data_of(await client.call_tool("start", {**START, "split": split}))["run"]["id"]
+                episode = data_of(await client.call_tool("look", {"run": run}))["episode"]["id"]
+                over = data_of(await client.call_tool("give_up", {"run": run, "episode": episode, "reason": "test"}))
+                assert over["episode"]["cause"] == "FORFEITED"
+            async with tools_on(server.address, token=lab) as client:
+                act = {"run": run, "episode": episode, "step": 0, "actions": ["LEFT"]}
+                repeated = data_of(await client.call_tool("act", act))
+                assert (repeated["taken"], repeated["episode"]["ended"]) == (0, True)
+                assert repeated["episode"]["cause"] == cause
+                report = data_of(await client.call_tool("report", {"run": run, "episodes": True}))
+                assert [each["cause"] for each in report["episodes"]] == (["FORFEITED"] if split == "tiny" else [])
+                assert "total" in report["scores"]
 
     asyncio.run(play())

@@ -244,6 +244,7 @@ def test_runs_are_listed(connect: Connect) -> None:
         ("act", {"run": RUN, "episode": "e0", "step": 0, "actions": ["LEFT"], "note": "ह" * 2000}, "a note has 6000"),
         ("act", {"run": RUN, "episode": "e0", "step": 2**70, "actions": ["LEFT"]}, "is ahead of the present step, 0"),
         ("act", {"run": RUN, "episode": "e9", "step": 0, "actions": ["LEFT"]}, "Open episodes: e0. Call `look`"),
+        ("act", {"run": RUN, "episode": "e0", "step": 0, "actions": ["LEFT"], "images": ["rgb"]}, "no images of rgb"),
         ("give_up", {"run": RUN, "episode": ""}, "episode: String should have at least 1 character"),
         ("report", {"run": RUN}, "has scores when it is over, but only 0 of its 4 episodes have ended"),
     ],

@@ -105,6 +105,7 @@ class Tools:
         actions = [int(Action[name]) for name in given.actions]
 
         async def work(opened: OpenRun) -> ToolResult:
+            chosen_images(given.images, opened.run.info.sensors)  # Fail before a step is taken.
             episode = await opened.episode(given.episode)
             if episode is None:
                 view = await _missing(opened, given.episode)
