@@ -19,7 +19,7 @@ STEP_SECONDS, BANK_SECONDS = 600, 1000
 @pytest.fixture
 def server(tmp_path: Path) -> Iterator[Server]:
     tiny.write(tmp_path, count=2)
-    tiny.write(tmp_path, "secret", 3, hidden=True)
+    tiny.write(tmp_path, "secret", 1, hidden=True)
     clocks = ("--step-seconds", str(STEP_SECONDS), "--bank-seconds", str(BANK_SECONDS))
     server = Server(tmp_path, "127.0.0.1:0", "--steps", "8", "--no-anonymous", *clocks)
     yield server
@@ -70,9 +70,11 @@ def test_a_later_process_knows_that_an_episode_of_a_run_that_is_over_has_ended(s
 
     async def play() -> None:
         lab = token_of(server.data, "lab")
-        for split, cause in (("tiny", "FORFEITED"), ("secret", "UNKNOWN")):
+        for split, episodes, cause in (("tiny", 1, "FORFEITED"), ("secret", 0, "UNKNOWN")):
             async with tools_on(server.address, token=lab) as client:
-                run = data_of(await client.call_tool("start", {**START, "split": split}))["run"]["id"]
+                run = data_of(await client.call_tool("start", {**START, "split": split, "episodes": episodes}))["run"][
+                    "id"
+                ]
                 episode = data_of(await client.call_tool("look", {"run": run}))["episode"]["id"]
                 over = data_of(await client.call_tool("give_up", {"run": run, "episode": episode, "reason": "test"}))
                 assert over["episode"]["cause"] == "FORFEITED"
