@@ -36,10 +36,10 @@ sys.exit(main(["mcp", *sys.argv[2:]]))
 class HttpProcess:
     """`arramon-client mcp --http` on one port, over restarts."""
 
-    def __init__(self, server: str) -> None:
+    def __init__(self, server: str, *more: str) -> None:
         self.address = f"127.0.0.1:{free_port()}"
         self.url = f"http://{self.address}/mcp"
-        self._arguments = ["mcp", "--server", server, "--http", self.address]
+        self._arguments = ["mcp", "--server", server, "--http", self.address, *more]
         self.start()
 
     def start(self) -> None:

@@ -126,6 +126,16 @@ def test_web_pages_of_other_origins_are_refused(http: HttpProcess, headers: dict
     assert answer.status_code == status
 
 
+def test_a_proxy_and_a_web_page_can_be_allowed(world: World) -> None:
+    with serving(Servicer(world)) as address:
+        process = HttpProcess(address, "--allow-host", "proxy.example", "--allow-origin", "https://editor.example")
+        for host in ("proxy.example", "proxy.example:8443"):
+            headers = {**HEADERS, "Host": host, "Origin": "https://editor.example"}
+            assert httpx2.post(process.url, json=INITIALIZE, headers=headers).status_code == 200
+        assert httpx2.post(process.url, json=INITIALIZE, headers={**HEADERS, "Host": "other"}).status_code == 421
+        assert process.stop() == 143
+
+
 def test_huge_and_broken_requests_are_refused(http: HttpProcess) -> None:
     assert httpx2.post(http.url, content=b" " * 5_000_000, headers=HEADERS).status_code == 413
     assert httpx2.post(http.url, content=b"{", headers=HEADERS).status_code == 400

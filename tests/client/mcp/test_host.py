@@ -72,9 +72,8 @@ def test_a_later_process_knows_that_an_episode_of_a_run_that_is_over_has_ended(s
         lab = token_of(server.data, "lab")
         for split, episodes, cause in (("tiny", 1, "FORFEITED"), ("secret", 0, "UNKNOWN")):
             async with tools_on(server.address, token=lab) as client:
-                run = data_of(await client.call_tool("start", {**START, "split": split, "episodes": episodes}))["run"][
-                    "id"
-                ]
+                start = {**START, "split": split, "episodes": episodes}
+                run = data_of(await client.call_tool("start", start))["run"]["id"]
                 episode = data_of(await client.call_tool("look", {"run": run}))["episode"]["id"]
                 over = data_of(await client.call_tool("give_up", {"run": run, "episode": episode, "reason": "test"}))
                 assert over["episode"]["cause"] == "FORFEITED"

@@ -63,7 +63,8 @@ def _hints(*, read_only: bool = False, destructive: bool = False, idempotent: bo
 TOOLS = {
     "start": _ToolSpec(
         "Start a run",
-        "Create a run on a split in one language, and return its id. Calling it again creates another run.",
+        "Create a run on a split in one language, and return its id. Calling it again creates another run: if an "
+        "answer was lost, look for the run with `runs`.",
         arguments.StartArguments, views.PlayView, _hints(),
     ),
     "runs": _ToolSpec(
