@@ -1,0 +1,100 @@
+"""Messages of a call: system prompt, the window of earlier exchanges, and the question."""
+
+import hashlib
+import json
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Any
+
+from arramon_agents.vlm.episode_state import Exchange
+from arramon_agents.vlm.frames import Frame, encode
+from arramon_agents.vlm.prompt_texts import Prompts
+from arramon_agents.vlm.replies import Reply
+from arramon_agents.vlm.settings import Settings
+
+LONGEST_QUOTE = 2000
+"""Characters of an unusable reply that are quoted when the model is asked again."""
+
+
+@dataclass(frozen=True)
+class Conversation:
+    """Messages to send.
+
+    Attributes:
+        sent: as the endpoint gets them.
+        traced: as the trace keeps them, with frames by name and not embedded.
+        form: fields of the request besides the messages; see `replies.answer_form`.
+    """
+
+    sent: tuple[dict[str, Any], ...]
+    traced: tuple[dict[str, Any], ...]
+    form: dict[str, Any]
+
+    @property
+    def request(self) -> dict[str, Any]:
+        """Fields of the request."""
+        return {"messages": list(self.sent), **self.form}
+
+    @property
+    def digest(self) -> str:
+        """Hash of messages, frames and form, 16 hexadecimal digits."""
+        content = json.dumps([self.traced, self.form], sort_keys=True, ensure_ascii=False)
+        return hashlib.sha256(content.encode("utf-8", "replace")).hexdigest()[:16]
+
+    def again(self, reply: Reply, prompts: Prompts, cause: str, plan: int) -> "Conversation":
+        """Return the conversation that asks again after an unusable reply."""
+        reason = prompts.text(f"unusable.{cause}", **({"plan": plan} if cause == "fields" else {}))
+        said = reply.text or " ".join(arguments for _, arguments in reply.calls) or "-"
+        added = (
+            {"role": "assistant", "content": said[:LONGEST_QUOTE]},
+            {"role": "user", "content": prompts.text("unusable.again", reason=reason)},
+        )
+        return replace(self, sent=self.sent + added, traced=self.traced + added)
+
+
+class ConversationWriter:
+    """Writer of conversations by the settings.
+
+    Args:
+        settings: the agent's settings.
+    """
+
+    def __init__(self, settings: Settings) -> None:
+        self._settings = settings
+
+    def conversation(
+        self, system: str, exchanges: Iterable[Exchange], question: Exchange, form: dict[str, Any]
+    ) -> Conversation:
+        """Return the conversation of a system prompt, earlier exchanges, and a question."""
+        sent: list[dict[str, Any]] = [{"role": "system", "content": system}]
+        traced = list(sent)
+        for exchange in (*exchanges, question):
+            frame = self._frame(exchange)
+            sent.append(self._user(exchange.text, frame.part(self._settings.detail) if frame else None))
+            traced.append(self._user(exchange.text, frame.reference(self._settings.detail) if frame else None))
+            if exchange.reply is not None:
+                said = _answer(exchange.reply, self._settings.answers)
+                sent += said
+                traced += said
+        return Conversation(tuple(sent), tuple(traced), form)
+
+    def _frame(self, exchange: Exchange) -> Frame | None:
+        if exchange.frame is None and exchange.rgb is not None:
+            exchange.frame, exchange.rgb = encode(exchange.rgb, exchange.name, self._settings), None
+        return exchange.frame
+
+    def _user(self, text: str, image: dict[str, Any] | None) -> dict[str, Any]:
+        content: Any = text if image is None else [{"type": "text", "text": text}, image]
+        return {"role": "user", "content": content}
+
+
+def _answer(reply: Reply, answers: str) -> list[dict[str, Any]]:
+    """Return a usable reply as messages of the history."""
+    if answers != "tools":
+        return [{"role": "assistant", "content": reply.text}]
+    (name, arguments), call_id = reply.calls[0], reply.call_ids[0]
+    call = {"id": call_id, "type": "function", "function": {"name": name, "arguments": arguments}}
+    return [
+        {"role": "assistant", "content": None, "tool_calls": [call]},
+        {"role": "tool", "tool_call_id": call_id, "content": "ok"},
+    ]
