@@ -1,4 +1,4 @@
-"""Agent that asks a language model behind an OpenAI-compatible endpoint (extra `vlm`): its words and frames as messages.
+"""Agent that asks a language model behind an OpenAI-compatible endpoint (extra `vlm`).
 
 The package `openai` is imported when the agent is made, so that other agents work without it.
 """

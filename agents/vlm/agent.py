@@ -27,9 +27,9 @@ from arramon_agents.vlm.replies import (
 from arramon_agents.vlm.scene import describe
 from arramon_agents.vlm.settings import Settings, check_folder, read_key
 from arramon_agents.vlm.trace import SUFFIX, Trace
-from arramon_agents.vlm.usage import Usage, read_price
+from arramon_agents.vlm.usage import read_price
 from arramon_client.agent import Action, Answer, Episode, Observation
-from arramon_client.errors import StopRun
+from arramon_client.errors import AgentLoadError, StopRun
 
 ATTEMPTS = 2
 """How often the model is asked before a step: once, and once more after an unusable reply."""
@@ -65,6 +65,10 @@ class VlmAgent:
         self.name = f"vlm {settings.model}"
         self.sensors: Sequence[str] = ("rgb",) if settings.images else ("depth", "segmentation")
         if settings.prices is not None and self._price is None:
+            if settings.max_cost is not None:
+                raise AgentLoadError(
+                    f"agents.vlm: {settings.prices} has no prices of {settings.model!r}, so max_cost cannot be kept"
+                )
             _log.warning("agents.vlm: %s has no prices of %s: costs are unknown", settings.prices, settings.model)
 
     @property

@@ -3,7 +3,7 @@
 import asyncio
 import random
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from email.utils import parsedate_to_datetime
 from typing import Any
@@ -24,7 +24,8 @@ FIRST_PAUSE, LONGEST_PAUSE = 1.0, 60.0
 """Seconds before the second attempt of a call, doubled for each further one, and their limit."""
 
 LONGEST_WAIT = 600.0
-"""The longest wait that an endpoint may ask for, in seconds; the run stops if it asks for more."""
+"""The longest time that an endpoint may ask a call to wait, in seconds over all attempts; the run stops if it asks for
+more. Attempts after which it names a time are not counted otherwise."""
 
 SHOWN = 200
 """Characters of an endpoint's own message that are shown."""
@@ -102,7 +103,7 @@ class Endpoint:
             AgentError: if every attempt failed with a temporary cause.
         """
         async with self._slots:
-            failures: list[str] = []
+            failures: list[_FailedAttemptError] = []
             while True:
                 while (pause := self._resume_at - time.monotonic()) > 0:
                     await asyncio.sleep(pause * random.uniform(1.0, 1.2))  # noqa: S311 - spreads attempts, no secret
@@ -110,29 +111,36 @@ class Endpoint:
                 try:
                     reply, tokens, model = await self._attempt(request)
                 except _FailedAttemptError as failed:
-                    failures.append(failed.cause)
-                    await self._pause(failed, failures)
+                    failures.append(failed)
+                    await self._pause(failures)
                 else:
-                    return Completion(reply, tokens, time.monotonic() - began, tuple(failures), model)
+                    causes = tuple(failed.cause for failed in failures)
+                    return Completion(reply, tokens, time.monotonic() - began, causes, model)
 
-    async def _pause(self, failed: _FailedAttemptError, failures: list[str]) -> None:
+    async def _pause(self, failures: Sequence[_FailedAttemptError]) -> None:
         """Wait before the next attempt.
 
+        Args:
+            failures: the failed attempts, in order.
+
         Raises:
-            StopRun, AgentError: if there is none.
+            StopRun, AgentError: if there is no further attempt.
         """
+        failed, pauses = failures[-1], [each.pause for each in failures if each.pause is not None]
         if failed.final:
             raise StopRun(f"{failed.words}. Settle this, and resume the run") from None
-        if failed.pause is not None and failed.pause > LONGEST_WAIT:
-            raise StopRun(f"{failed.words}; it asks to wait {failed.pause:.0f} s. Resume the run then") from None
-        if len(failures) >= self._settings.attempts:
-            words = f"{failed.words}, after {len(failures)} attempts ({', '.join(failures)})"
-            raise (StopRun if failed.lasting else AgentError)(words) from None
+        if sum(pauses) > LONGEST_WAIT:
+            raise StopRun(f"{failed.words}; it asks to wait {sum(pauses):.0f} s. Resume the run then") from None
         if failed.pause is not None:  # It concerns all calls, not only this one.
             self._resume_at = max(self._resume_at, time.monotonic() + failed.pause)
-        else:
-            pause = min(FIRST_PAUSE * 2 ** (len(failures) - 1), LONGEST_PAUSE)
-            await asyncio.sleep(pause * random.uniform(0.75, 1.25))  # noqa: S311 - spreads attempts, no secret
+            return
+        count = len(failures) - len(pauses)
+        if count >= self._settings.attempts:
+            causes = ", ".join(each.cause for each in failures)
+            words = f"{failed.words}, after {len(failures)} attempts ({causes})"
+            raise (StopRun if failed.lasting else AgentError)(words) from None
+        pause = min(FIRST_PAUSE * 2 ** (count - 1), LONGEST_PAUSE)
+        await asyncio.sleep(pause * random.uniform(0.75, 1.25))  # noqa: S311 - spreads attempts, no secret
 
     async def _attempt(self, request: Mapping[str, Any]) -> tuple[Reply, Tokens | None, str]:
         settings, where = self._settings, f"the endpoint {self._settings.endpoint}"
@@ -179,7 +187,9 @@ class Endpoint:
         if status in (401, 403):
             words += f". The key in {self._settings.key_variable} is not valid, or has expired or no access"
         elif status == 404:
-            words += f". There is no model {self._settings.model!r}, or the endpoint's path is wrong (often it ends in /v1)"
+            words += (
+                f". There is no model {self._settings.model!r}, or the endpoint's path is wrong (often it ends in /v1)"
+            )
         elif status in (400, 422) and self._settings.answers in ("schema", "object", "tools"):
             words += ". If it does not support this form of answers, choose another: --agent-arg answers=plain"
         has_no_credit = status == 429 and code == "insufficient_quota"

@@ -6,15 +6,16 @@ from functools import cache
 from random import Random
 from typing import Any
 
-import arramon_lang as lang
 import numpy as np
 import numpy.typing as npt
+from scipy import ndimage
+
+import arramon_lang as lang
 from arramon_agents.vlm.prompt_texts import Prompts
 from arramon_client.agent import Label, Observation
 from arramon_client.world import COLLECTIBLES, FIELD_OF_VIEW, FURNITURE
 from arramon_lang.meaning import Thing
 from arramon_lang.writing.phrasing import Phraser
-from scipy import ndimage
 
 MOST_THINGS = 16
 """The nearest things that are named."""

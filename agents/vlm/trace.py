@@ -12,6 +12,7 @@ from arramon_client.errors import StopRun
 
 SUFFIX = ".vlm.jsonl"
 
+
 class Trace:
     """The open trace of a run; one process at a time may hold it.
 

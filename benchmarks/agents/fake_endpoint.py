@@ -20,8 +20,9 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from arramon_agents.vlm import sight
 from PIL import Image
+
+from arramon_agents.vlm import sight
 
 IMAGE_TOKENS = 85
 """Tokens of an image, the number of several models for `detail=low`."""
