@@ -7,7 +7,7 @@ from pathlib import Path
 
 from arramon.strict_json import NotJsonError, read_json
 from arramon_agents.requirements import require
-from arramon_agents.vlm import REQUIRED, estimate, make_agent
+from arramon_agents.vlm import REQUIRED, make_agent
 from arramon_agents.vlm.settings import Settings, read_settings
 from arramon_agents.vlm.usage import read_price
 from arramon_client.errors import AgentLoadError, ArramonClientError
@@ -45,6 +45,8 @@ def _estimate(options: argparse.Namespace) -> list[str]:
         ArramonClientError: if an argument is wrong.
     """
     require(REQUIRED, "agents.vlm", "vlm")
+    from arramon_agents.vlm import estimate
+
     if options.episodes < 1:
         raise AgentLoadError(f"--episodes is {options.episodes}; expected 1 or more")
     given = {name: parse_value(typed) for name, typed in parse_arguments(options.agent_arg).items()}
@@ -59,6 +61,8 @@ def _estimate(options: argparse.Namespace) -> list[str]:
 
 
 def _by_settings(options: argparse.Namespace, settings: Settings) -> list[str]:
+    from arramon_agents.vlm import estimate
+
     price = read_price(settings.prices, settings.model)
     size = settings.image_size or 224
     rates = estimate.rates_of(settings, price, options.lang, size)

@@ -187,9 +187,8 @@ class Endpoint:
         if status in (401, 403):
             words += f". The key in {self._settings.key_variable} is not valid, or has expired or no access"
         elif status == 404:
-            words += (
-                f". There is no model {self._settings.model!r}, or the endpoint's path is wrong (often it ends in /v1)"
-            )
+            model = self._settings.model
+            words += f". There is no model {model!r}, or the endpoint's path is wrong (often it ends in /v1)"
         elif status in (400, 422) and self._settings.answers in ("schema", "object", "tools"):
             words += ". If it does not support this form of answers, choose another: --agent-arg answers=plain"
         has_no_credit = status == 429 and code == "insufficient_quota"

@@ -150,7 +150,7 @@ def estimate_from_trace(records: Iterable[Mapping[str, Any]]) -> tuple[int, Esti
 
 def prompts_of(settings: Settings, language: str) -> Prompts:
     """Return the prompts of a language."""
-    return PromptFolder(settings.prompts, lambda notice: None).of(language)
+    return PromptFolder(settings.prompts, lambda _: None).of(language)
 
 
 def shown(name: str, estimate: Estimate, price: Price | None) -> str:

@@ -181,7 +181,7 @@ class Expert:
         self._most = most
         self._delay = delay
 
-    def __call__(self, request: Request, number: int) -> Response:
+    def __call__(self, request: Request, number: int) -> Response:  # noqa: ARG002 - a behaviour
         """Return the next actions."""
         if is_sight_check(request):
             return name_card(request)

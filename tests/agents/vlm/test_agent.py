@@ -14,7 +14,7 @@ from benchmarks.agents.fake_endpoint import FakeEndpoint, Request, Response, com
 from tests.agents.vlm import helpers
 from tests.agents.vlm.conftest import MakeAgent
 
-F, L, R, I = Action
+F, L, R, P = Action
 
 
 def questions(fake: FakeEndpoint) -> list[str]:
@@ -31,7 +31,7 @@ def play(agent: Any, *observations: Observation, run_id: str = "r") -> list[int]
 
 def test_a_plan_is_carried_out_without_further_calls(made: MakeAgent, fake: FakeEndpoint) -> None:
     fake.behaviour = helpers.in_turn(helpers.always("forward", "left", "forward"), helpers.always("interact"))
-    assert play(made(), *(helpers.seen(step) for step in range(4))) == [F, L, F, I]
+    assert play(made(), *(helpers.seen(step) for step in range(4))) == [F, L, F, P]
     assert questions(fake)[1].splitlines() == [
         "Done since your last answer: forward, left, forward.",
         "Step 3 of this phase; 147 steps are left.",
@@ -71,14 +71,14 @@ def test_a_turn_that_changes_nothing_in_view_is_not_blocked(made: MakeAgent, fak
 
 def test_an_interaction_without_effect_is_reported(made: MakeAgent, fake: FakeEndpoint) -> None:
     fake.behaviour = helpers.in_turn(helpers.always("interact", "forward"), helpers.always("right"))
-    assert play(made(), helpers.seen(0), helpers.seen(1)) == [I, R]
+    assert play(made(), helpers.seen(0), helpers.seen(1)) == [P, R]
     assert "The last interact had no effect" in questions(fake)[1]
 
 
 def test_the_next_phase_begins_without_plan_and_exchanges(made: MakeAgent, fake: FakeEndpoint) -> None:
     fake.behaviour = helpers.in_turn(helpers.always("interact", "forward"), helpers.always("left"))
     room = helpers.seen(1, phase="assembly", phase_step=0, instruction="Put it down.")
-    assert play(made(), helpers.seen(0), room) == [I, L]
+    assert play(made(), helpers.seen(0), room) == [P, L]
     system, question = fake.requests[1]["messages"]
     assert text_of(system).endswith("Turn 1 of 2, in the room. You carry the object. The instruction:\nPut it down.")
     assert text_of(question).startswith("Step 0 of this phase")
@@ -170,7 +170,7 @@ def test_replay_restores_the_history_without_calls(
     """With the trace nothing is asked again; with the notes alone only what no step was recorded for."""
     fake.behaviour = helpers.in_turn(*SCRIPT)
     live = asyncio.run(_live(made(), "r"))
-    assert [action for action, _ in live] == [F, L, F, R, R, I]
+    assert [action for action, _ in live] == [F, L, F, R, R, P]
     whole = list(fake.requests)
     trace = tmp_path / "r.vlm.jsonl"
     if source == "notes":
@@ -178,14 +178,12 @@ def test_replay_restores_the_history_without_calls(
         fake.behaviour = lambda request, _: SCRIPT[whole.index(request)](request, 0)
 
     async def resumed() -> list[int]:
-        agent, taken = made(), []
+        agent = made()
         async with helpers.playing(agent, "r"):
             for each, (action, note) in zip(SEEN[:kept], live[:kept], strict=True):
                 text = None if note is None else json.dumps(note, ensure_ascii=False)
                 agent.replay(replace(each, taken=action, taken_note=text), action)
-            for each in SEEN[kept:]:
-                taken.append(await helpers.action_of(agent, each))
-        return taken
+            return [await helpers.action_of(agent, each) for each in SEEN[kept:]]
 
     assert asyncio.run(resumed()) == [action for action, _ in live[kept:]]
     again = fake.requests[len(whole) :]

@@ -5,7 +5,7 @@ import pytest
 from arramon_agents.vlm.replies import Decision, Reply, UnusableReplyError, read_decision
 from arramon_client.agent import Action
 
-F, L, R, I = Action
+F, L, R, P = Action
 
 GOOD = '{"thought": "a mug", "actions": ["forward", "left"]}'
 
@@ -15,7 +15,7 @@ GOOD = '{"thought": "a mug", "actions": ["forward", "left"]}'
     [
         (GOOD, Decision("a mug", (F, L))),
         (f"\n {GOOD} \n", Decision("a mug", (F, L))),
-        ('{"actions": ["interact"]}', Decision("", (I,))),
+        ('{"actions": ["interact"]}', Decision("", (P,))),
         ('{"actions": ["right","right","right","right","forward"]}', Decision("", (R, R, R))),
     ],
 )

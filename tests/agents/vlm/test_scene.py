@@ -22,12 +22,18 @@ KINDS = (
 )
 
 
+FREE = "Free in front: 4.3 units at 20 degrees to the left, 20.0 units straight ahead, "
+    "21.3 units at 20 degrees to the right."
+
+
 def images() -> tuple[np.ndarray, np.ndarray]:
     """A road, with two mugs beside each other at different depths, and a bench to the left."""
     segmentation, depth = np.ones((SIZE, SIZE), np.uint16), np.full((SIZE, SIZE), 20.0, np.float32)
     for rows, columns, kind, metres in (
-        (slice(60, 70), slice(45, 50), 2, 2.0), (slice(60, 70), slice(50, 58), 2, 6.0), (slice(50, 70), slice(0, 20), 3, 4.0),
-    ):  # fmt: skip
+        (slice(60, 70), slice(45, 50), 2, 2.0),
+        (slice(60, 70), slice(50, 58), 2, 6.0),
+        (slice(50, 70), slice(0, 20), 3, 4.0),
+    ):
         segmentation[rows, columns], depth[rows, columns] = kind, metres
     segmentation[0, 0] = 4  # too small to be named
     return segmentation, depth
@@ -49,19 +55,19 @@ def test_without_depth_there_are_no_distances() -> None:
     ("given", "lines"),
     [
         (("depth", "segmentation"), [
-            "Free in front: 4.3 units at 20 degrees to the left, 20.0 units straight ahead, 21.3 units at 20 degrees to "
-            "the right.",
+            FREE,
             "What stands where, nearest first:",
             "- the striped red mug, 2.0 units away, straight ahead",
             "- the bench, 4.0 units away, 25 degrees to the left",
             "- the striped red mug, 6.0 units away, straight ahead",
         ]),
         (("segmentation",), [
-            "What stands where, nearest first:", "- the striped red mug, straight ahead", "- the bench, 25 degrees to the left",
+            "What stands where, nearest first:",
+            "- the striped red mug, straight ahead",
+            "- the bench, 25 degrees to the left",
         ]),
         (("depth",), [
-            "Free in front: 4.3 units at 20 degrees to the left, 20.0 units straight ahead, 21.3 units at 20 degrees to "
-            "the right.",
+            FREE,
         ]),
         ((), ["Nothing is known of what is in view."]),
     ],

@@ -44,7 +44,7 @@ def test_another_file_is_left_as_it_is(tmp_path: Path, content: bytes, message: 
 
 def test_two_processes_cannot_write_one_trace(tmp_path: Path) -> None:
     first = Trace(tmp_path / "r.vlm.jsonl")
-    with pytest.raises(StopRun, match="another process plays this run and writes .*--agent-arg trace=DIR"):
+    with pytest.raises(StopRun, match=r"another process plays this run and writes .*--agent-arg trace=DIR"):
         Trace(tmp_path / "r.vlm.jsonl")
     Trace(tmp_path / "other.vlm.jsonl").close()
     first.close()
@@ -85,7 +85,7 @@ def test_a_full_disk_uses_the_paid_answer_and_pays_no_further_one(
                 fill(patch, 100)
                 notes.append(await helpers.note_of(agent, helpers.seen(0)))
                 assert await agent.act(helpers.seen(1)) == 1
-                with pytest.raises(StopRun, match="No space left on device. No further call was made; make room"):
+                with pytest.raises(StopRun, match=r"No space left on device\. No further call was made; make room"):
                     await agent.act(helpers.seen(2))
                 assert len(fake.requests) == 1
             with pytest.raises(StopRun):  # It stays stopped until the run is resumed.

@@ -97,14 +97,13 @@ def test_unknown_tokens_make_the_totals_unknown() -> None:
     ],
 )
 def test_limits(limits: dict[str, Any], calls: int, message: str) -> None:
-    used, done = usage(Price(1.0, 1.0), **limits), 0
+    used = usage(Price(1.0, 1.0), **limits)
+    for _ in range(calls):
+        used.reserve()
+        used.release()
+        used.add(Tokens(100, 10), 1, 0.1)
     with pytest.raises(StopRun) as caught:
-        while True:
-            used.reserve()
-            used.release()
-            used.add(Tokens(100, 10), 1, 0.1)
-            done += 1
-    assert done == calls
+        used.reserve()
     assert message in str(caught.value)
 
 
@@ -120,9 +119,7 @@ def test_open_calls_count_as_large_as_the_largest() -> None:
 def test_limits_need_reported_tokens() -> None:
     used = usage(max_tokens=1000)
     used.add(None, 1, 0.1)
-    with pytest.raises(
-        StopRun, match="does not report the tokens of a call, so max_tokens cannot be kept: use max_calls"
-    ):
+    with pytest.raises(StopRun, match="tokens of a call, so max_tokens cannot be kept: use max_calls"):
         used.reserve()
 
 
