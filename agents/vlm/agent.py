@@ -97,7 +97,11 @@ class VlmAgent:
         self._caller.trace.write(
             {"kind": "start", "run": run.run_id, "language": run.language, **dict(self.recorded_arguments)}
         )
-        self._sight = await self._check_sight(self._prompts.of(run.language))
+        try:
+            self._sight = await self._check_sight(self._prompts.of(run.language))
+        except BaseException:  # Another process, or the next run of this one, may open the trace again.
+            await self.close()
+            raise
 
     async def close(self) -> None:
         """Close trace and connections."""

@@ -22,8 +22,10 @@ KINDS = (
 )
 
 
-FREE = "Free in front: 4.3 units at 20 degrees to the left, 20.0 units straight ahead, "
+FREE = (
+    "Free in front: 4.3 units at 20 degrees to the left, 20.0 units straight ahead, "
     "21.3 units at 20 degrees to the right."
+)
 
 
 def images() -> tuple[np.ndarray, np.ndarray]:
