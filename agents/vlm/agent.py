@@ -152,7 +152,7 @@ class VlmAgent:
                 state.plan.append(Action(action))
         state.take()
 
-    def report(self) -> Mapping[str, Any]:
+    def run_report(self) -> Mapping[str, Any]:
         """Return what the results file keeps of the run: usage, no-ops by cause, sight check and trace."""
         return self._report if self._caller is None else self._summary(self._caller)
 

@@ -244,15 +244,20 @@ def _reply_of(content: object) -> Reply | None:
         if not isinstance(call, dict) or not isinstance(function, dict):
             return None
         name, arguments, call_id = function.get("name"), function.get("arguments"), call.get("id")
-        calls.append((name if isinstance(name, str) else "", arguments if isinstance(arguments, str) else ""))
+        calls.append((_text(name), _text(arguments)))
         ids.append(call_id if isinstance(call_id, str) and call_id else f"call_{number}")
     return Reply(
-        text if isinstance(text, str) else "",
+        _text(text),
         tuple(calls),
         tuple(ids),
         finish if isinstance(finish, str) else "",
         isinstance(refusal, str) and bool(refusal),
     )
+
+
+def _text(content: object) -> str:
+    """Return a text that UTF-8 can hold; empty if the content is none. JSON may hold halves of characters."""
+    return content.encode("utf-8", "replace").decode() if isinstance(content, str) else ""
 
 
 def _pause_of(headers: Mapping[str, str]) -> float | None:

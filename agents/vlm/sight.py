@@ -12,7 +12,7 @@ from arramon_agents.vlm.prompt_texts import Prompts
 from arramon_agents.vlm.replies import Reply, UnusableReplyError, read_fields
 
 CARDS = 2
-"""Cards that are shown at most; the model must name one of them rightly. A guess is right once in 700 times."""
+"""Cards that are shown at most; the model must name one of them rightly. A guess by one who knows the lists is right once in 240 runs."""
 
 TOOL = "name"
 """Name of the schema, and of the tool with `answers=tools`."""

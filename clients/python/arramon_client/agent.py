@@ -138,6 +138,10 @@ class Agent(Protocol):
     shown on the leaderboard; and two more methods, `end` and `replay`, see `EndingAgent` and `ReplayingAgent`. To be
     resumable without `replay`, it must choose the same actions when it gets the same observations again: seed random
     numbers by `Episode.episode_id`. An agent that waits, for example for a model behind an API, is an `AsyncAgent`.
+
+    Two more things that any agent may have: an attribute `recorded_arguments`, a mapping from names to texts that the
+    run records as the agent's arguments in place of those typed; and a method `run_report()`, which returns a mapping
+    that the results file keeps under `agent_report`, such as calls and tokens.
     """
 
     def begin(self, episode: Episode) -> None:

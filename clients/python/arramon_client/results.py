@@ -12,7 +12,7 @@ from rich.table import Table
 
 from arramon.strict_json import NotJsonError, read_json
 from arramon.v1 import evaluation_pb2, types_pb2
-from arramon_client.errors import OutputError
+from arramon_client.errors import OutputError, UsageError
 from arramon_client.files import write_whole
 from arramon_client.printable import to_json
 from arramon_client.session import AgentFailure
@@ -81,14 +81,16 @@ def write_results(
     failures: Sequence[AgentFailure],
     folder: Path,
     actions: Mapping[str, Sequence[int]] = MappingProxyType({}),
+    agent_report: Mapping[str, Any] = MappingProxyType({}),
 ) -> Path:
-    """Write `<folder>/<run id>.json` atomically. Actions in an existing file of the run are kept.
+    """Write `<folder>/<run id>.json` atomically. Actions and the agent's report in an existing file of the run are kept.
 
     Args:
         report: the report of a complete run.
         failures: the agent's failures in this client.
         folder: the folder for results.
         actions: actions sent by this client, by episode id.
+        agent_report: what the agent reports of the run; empty to keep an earlier report.
 
     Returns:
         The path of the file.
@@ -98,21 +100,27 @@ def write_results(
     """
     path = folder / f"{check_run_id(report.run.run_id)}.json"
     sent = {episode_id: "".join(map(str, taken)) for episode_id, taken in actions.items()}
-    content = {**results(report, failures), "actions": {**_earlier_actions(path), **sent}}
+    own = agent_report or _earlier(path, "agent_report")
+    content = {**results(report, failures, own), "actions": {**_earlier(path, "actions"), **sent}}
     write_whole(path, to_json(content))
     return path
 
 
-def _earlier_actions(path: Path) -> dict[str, str]:
+def _earlier(path: Path, key: str) -> dict[str, Any]:
+    """Return an object in an existing results file; empty if there is none."""
     try:
         content = read_json(path.read_bytes())
     except (OSError, NotJsonError):
         return {}
-    actions = content.get("actions") if isinstance(content, dict) else None
-    return actions if isinstance(actions, dict) else {}
+    found = content.get(key) if isinstance(content, dict) else None
+    return found if isinstance(found, dict) else {}
 
 
-def results(report: evaluation_pb2.Report, failures: Sequence[AgentFailure]) -> dict[str, Any]:
+def results(
+    report: evaluation_pb2.Report,
+    failures: Sequence[AgentFailure],
+    agent_report: Mapping[str, Any] = MappingProxyType({}),
+) -> dict[str, Any]:
     """Return the content of the results file as plain data, without the actions."""
     run = MessageToDict(report.run, preserving_proto_field_name=True, always_print_fields_with_no_presence=True)
     run["steps"] = report.run.steps  # The protocol's own JSON writes 64-bit numbers as text.
@@ -131,6 +139,7 @@ def results(report: evaluation_pb2.Report, failures: Sequence[AgentFailure]) -> 
             {"episodes": list(failure.episode_ids), "message": failure.message, "details": failure.details}
             for failure in failures
         ],
+        **({"agent_report": dict(agent_report)} if agent_report else {}),
     }
 
 
@@ -145,6 +154,40 @@ def _episode(episode: evaluation_pb2.EpisodeScores) -> dict[str, Any]:
 
 def _numbers(score: evaluation_pb2.Score) -> dict[str, float]:
     return {"mean": score.mean, "low": score.low, "high": score.high}
+
+
+def reported_cost(path: Path, run_id: str) -> tuple[int | None, float | None]:
+    """Return tokens and price in US dollars of a run, as its agent reports them in a results file; None if unknown.
+
+    Args:
+        path: the results file.
+        run_id: the run that it must be of.
+
+    Raises:
+        UsageError: if it cannot be read, is no results file, or is of another run.
+    """
+    try:
+        content = read_json(path.read_bytes())
+    except OSError as error:
+        raise UsageError(f"--results {path} cannot be read: {error.strerror or error}") from error
+    except NotJsonError as error:
+        raise UsageError(f"--results {path} {error}") from error
+    if _inside(content, "run", "run_id") != run_id:
+        raise UsageError(f"--results {path} is not the results file of run {run_id}")
+    tokens = _inside(content, "agent_report", "measured", "tokens", "total")
+    price = _inside(content, "agent_report", "declared", "price_usd")
+    return (tokens if _is_amount(tokens) else None), (float(price) if _is_amount(price) else None)
+
+
+def _inside(content: Any, *keys: str) -> Any:
+    """Return what is under nested keys; None if there is nothing."""
+    for key in keys:
+        content = content.get(key) if isinstance(content, dict) else None
+    return content
+
+
+def _is_amount(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and value >= 0
 
 
 def score_cell(score: evaluation_pb2.Score | None) -> str:

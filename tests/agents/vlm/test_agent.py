@@ -115,14 +115,14 @@ def test_an_unusable_reply_is_asked_for_once_more(made: MakeAgent, fake: FakeEnd
         {"role": "user", "content": "This answer cannot be used: it is not one JSON object and nothing else. "
                                     "Answer again, exactly in the form asked for."},
     ]  # fmt: skip
-    assert agent.report()["noops"] == {}
+    assert agent.run_report()["noops"] == {}
 
 
 def test_two_unusable_replies_are_a_counted_harmless_action(made: MakeAgent, fake: FakeEndpoint) -> None:
     fake.behaviour = helpers.in_turn(prose, prose, helpers.always("left"))
     agent = made()
     assert play(agent, helpers.seen(0), helpers.seen(1)) == [R, L]
-    assert agent.report()["noops"] == {"json": 1}
+    assert agent.run_report()["noops"] == {"json": 1}
     assert questions(fake)[2].startswith("Your last answers could not be used, so you turned right.")
     assert len(fake.requests[2]["messages"]) == 2  # what cannot be used is not kept in the window
 
@@ -226,4 +226,4 @@ def test_words_in_place_of_frames(made: MakeAgent, fake: FakeEndpoint) -> None:
         "क्या कहाँ है, सबसे पास वाला पहले:",
         "- धारीदार लाल मग, 3.0 इकाई दूर, 17 अंश दाएँ",
     ]
-    assert agent.report()["sight"] == "none"
+    assert agent.run_report()["sight"] == "none"

@@ -52,7 +52,7 @@ def test_from_the_trace_of_some_episodes(
 ) -> None:
     agent = made(window=0, sight="mark")
     play(agent, *(helpers.seen(step) for step in range(5)))
-    calls, tokens = len(fake.requests) - 1, agent.report()["measured"]["tokens"]
+    calls, tokens = len(fake.requests) - 1, agent.run_report()["measured"]["tokens"]
     trace = tmp_path / "r.vlm.jsonl"
     text = said(capsys, "--episodes", "20", "--agent-arg", "model=m", "--trace", str(trace))
     assert "by the 1 episodes of" in text

@@ -44,7 +44,7 @@ def images() -> tuple[np.ndarray, np.ndarray]:
 def test_things_are_told_apart_by_depth_and_sorted_by_distance() -> None:
     things = find_things(*images(), KINDS)
     assert [(each.label.kind, each.distance) for each in things] == [("mug", 2.0), ("bench", 4.0), ("mug", 6.0)]
-    assert [round(each.bearing) for each in things] == [-2, -25, 3]
+    assert [round(each.bearing) for each in things] == [-1, -25, 3]
 
 
 def test_without_depth_there_are_no_distances() -> None:

@@ -37,7 +37,7 @@ def test_a_model_that_sees(answers: str, size: int, image_format: str, made: Mak
     assert content[1]["image_url"]["url"].startswith(f"data:image/{image_format};base64,")
     assert content[1]["image_url"]["detail"] == "low"
     assert image_of(request["messages"][-1]).shape == (size or 224, size or 224, 3)
-    assert agent.report()["sight"] == "passed"
+    assert agent.run_report()["sight"] == "passed"
 
 
 def test_a_blind_route_is_refused(made: MakeAgent, fake: FakeEndpoint) -> None:
@@ -64,7 +64,7 @@ def test_a_blind_route_is_marked(setting: str, result: str, requests: int, made:
             return str(note["sight"])
 
     assert asyncio.run(play()) == result
-    assert agent.report()["sight"] == result
+    assert agent.run_report()["sight"] == result
     assert agent.recorded_arguments["sight"] == setting
     assert len(fake.requests) == requests + 1
 

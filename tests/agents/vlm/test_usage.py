@@ -140,7 +140,7 @@ def test_a_run_stops_at_its_limit_and_goes_on_with_a_higher_one(
                     done += 1
             except StopRun:
                 pass
-        return done, dict(agent.report())
+        return done, dict(agent.run_report())
 
     assert asyncio.run(play(4))[0] == 4
     done, report = asyncio.run(play(6))

@@ -4,6 +4,7 @@ import argparse
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from google.protobuf.json_format import MessageToDict
 from rich import box
@@ -17,7 +18,7 @@ from arramon_client.commands.server_options import add_server, server_of
 from arramon_client.errors import ProtocolError, UsageError
 from arramon_client.notices import closing_line, correction_lines, host_lines
 from arramon_client.output import console, print_json
-from arramon_client.results import COLUMNS, score_cell
+from arramon_client.results import COLUMNS, reported_cost, score_cell
 from arramon_client.transport.connection import Server, call
 
 BOTH = "both"
@@ -120,6 +121,12 @@ def publish(argv: Sequence[str]) -> int:
         "--tokens", type=amount, metavar="N", help="tokens that language models read and wrote in all"
     )
     declared.add_argument("--price", type=amount, metavar="USD", help="price of the whole run in US dollars")
+    declared.add_argument(
+        "--results",
+        type=Path,
+        metavar="FILE",
+        help="the run's results file: tokens and price that the agent reports in it are declared, unless given above",
+    )
     parser.add_argument("--json", action="store_true", help="print what was published as JSON")
     return run(parser, argv, _publish)
 
@@ -253,11 +260,10 @@ def differences(found: pb.CompareResponse, metric: str) -> Table:
 
 
 def _publish(options: argparse.Namespace) -> None:
+    cost = _cost(options)
     with server_of(options) as server:
         stub = leaderboard_pb2_grpc.LeaderboardStub(server.channel)
-        request = pb.PublishRequest(
-            run_id=options.run, note=options.note, reproduces=options.reproduces, cost=_cost(options)
-        )
+        request = pb.PublishRequest(run_id=options.run, note=options.note, reproduces=options.reproduces, cost=cost)
         entry = call(stub.Publish, request, server.address)
     marks = _marks(entry.marks, entry.coverage if entry.HasField("coverage") else None)
     if options.json:
@@ -269,7 +275,15 @@ def _publish(options: argparse.Namespace) -> None:
 
 
 def _cost(options: argparse.Namespace) -> pb.Cost | None:
-    """Return the declared cost; None if no option declares any."""
+    """Return the declared cost; None if no option declares any.
+
+    Raises:
+        UsageError: if `--results` names a file that is not the run's.
+    """
+    if options.results is not None:
+        tokens, price = reported_cost(options.results, options.run)
+        options.tokens = tokens if options.tokens is None else options.tokens
+        options.price = price if options.price is None else options.price
     if options.parameters is None and options.tokens is None and options.price is None:
         return None
     whole = {name: getattr(options, name) for name in ("parameters", "tokens")}

@@ -14,11 +14,13 @@ from arramon.v1 import evaluation_pb2
 from arramon_client import dry_run, receipts, results, run_settings
 from arramon_client.agent import Agent
 from arramon_client.commands.base import ERROR, SUCCESS
-from arramon_client.errors import ArramonClientError, OutputError, ReceiptError, UsageError
+from arramon_client.errors import AgentError, ArramonClientError, OutputError, ReceiptError, UsageError
 from arramon_client.multi_stream import play_streams
 from arramon_client.output import console
 from arramon_client.play import Outcome, Settings
+from arramon_client.plugin import agent_calls
 from arramon_client.plugin.agent_files import agent_label
+from arramon_client.plugin.arguments import recorded_arguments
 from arramon_client.progress import progress_display
 from arramon_client.recording.recorder import Recording
 from arramon_client.settings import RETRIES
@@ -45,17 +47,19 @@ class FinishedRun:
         outcome: the part played by this client; None if the run had ended before.
         status: the exit status for this run.
         files: paths of its files by kind: "results", and "receipt" and "recording" if they exist.
+        agent_report: what the agent's method `run_report` returned; empty without one.
     """
 
     report: evaluation_pb2.Report
     outcome: Outcome | None
     status: int
     files: Mapping[str, str]
+    agent_report: Mapping[str, Any]
 
     def as_json(self) -> dict[str, Any]:
         """Return the run as plain data: the content of its results file without the actions, and its files."""
         failures = self.outcome.failures if self.outcome is not None else ()
-        return {**results.results(self.report, failures), "files": dict(self.files)}
+        return {**results.results(self.report, failures, self.agent_report), "files": dict(self.files)}
 
 
 @dataclass
@@ -110,7 +114,7 @@ class SingleRun:
             participant=options.participant,
             episode_ids=named,
             agent_arguments=[
-                evaluation_pb2.AgentArgument(name=name, value=typed) for name, typed in options.agent_arguments.items()
+                evaluation_pb2.AgentArgument(name=name, value=typed) for name, typed in self._arguments().items()
             ],
             code=_code(options),
         )
@@ -135,8 +139,9 @@ class SingleRun:
         if code is not None and code != run.code:
             raise UsageError(f"run {run.run_id} was started with other code than --code-url and the like name")
         kept_arguments = {argument.name: argument.value for argument in run.agent_arguments}
-        if options.agent_arguments != kept_arguments:
-            begun, requested = (_typed(each) or "no --agent-arg" for each in (kept_arguments, options.agent_arguments))
+        arguments = self._arguments()
+        if arguments != kept_arguments:
+            begun, requested = (_typed(each) or "no --agent-arg" for each in (kept_arguments, arguments))
             raise UsageError(f"run {run.run_id} was started with {begun}, not with {requested}")
 
     def finish(self, run: evaluation_pb2.Run) -> FinishedRun:
@@ -160,7 +165,8 @@ class SingleRun:
             receipt = self._receipt(run.run_id, retry)
         failures = outcome.failures if outcome is not None else ()
         sent = outcome.actions if outcome is not None else {}
-        files = {"results": str(results.write_results(report, failures, self.output, sent))}
+        agent_report = self._agent_report() if outcome is not None else {}
+        files = {"results": str(results.write_results(report, failures, self.output, sent, agent_report))}
         self._show(report, files)
         status = self._say_what_failed(report, outcome, recording)
         if recording is not None and recording.error is None:
@@ -168,7 +174,17 @@ class SingleRun:
         kept = self._keep(receipt, run.run_id, outcome) if receipt is not None else None
         if kept is not None:
             files["receipt"] = self._print("receipt", kept)
-        return FinishedRun(report, outcome, status, files)
+        return FinishedRun(report, outcome, status, files, agent_report)
+
+    def _arguments(self) -> dict[str, str]:
+        return recorded_arguments(self.agent, self.options.agent_arguments)
+
+    def _agent_report(self) -> Mapping[str, Any]:
+        try:
+            return agent_calls.run_report(self.agent)
+        except AgentError as error:  # The scores are still shown.
+            self.say(f"no report of the agent: {error}")
+            return {}
 
     def _settings(self) -> Settings:
         options, info = self.options, self.server.info

@@ -1,8 +1,10 @@
 """Checked calls of an agent's methods, which turn every failure into an AgentError for the agent's author."""
 
 import inspect
-from collections.abc import Sequence
+import json
+from collections.abc import Mapping, Sequence
 from operator import index
+from typing import Any
 
 import numpy as np
 
@@ -76,6 +78,27 @@ def end(agent: Agent, episode_id: str) -> None:
         end_episode(agent, episode_id)
     except (Exception, SystemExit) as error:
         raise AgentError(f"end() raised {named(error)}", own_frames(error)) from error
+
+
+def run_report(agent: object) -> dict[str, Any]:
+    """Return what the agent's `run_report` says of the run that it has played; empty if it has none.
+
+    Raises:
+        AgentError: if the agent raises any exception, or returns what JSON cannot hold.
+    """
+    method = getattr(agent, "run_report", None)
+    if method is None:
+        return {}
+    try:
+        content = method()
+    except (Exception, SystemExit) as error:
+        raise AgentError(f"run_report() raised {named(error)}", own_frames(error)) from error
+    try:
+        if isinstance(content, Mapping):
+            return dict(json.loads(json.dumps(dict(content), allow_nan=False)))
+    except (TypeError, ValueError):
+        pass
+    raise AgentError(f"run_report() returned {_shown(content)}; expected a mapping that JSON can hold")
 
 
 def fault_of_end(agent: object) -> str:

@@ -52,6 +52,27 @@ def parse_arguments(typed: Sequence[str]) -> dict[str, str]:
     return arguments
 
 
+def recorded_arguments(agent: object, typed: Mapping[str, str]) -> dict[str, str]:
+    """Return the arguments that a run records: the agent's attribute `recorded_arguments`, or else those typed.
+
+    Args:
+        agent: the agent.
+        typed: values by name, as typed.
+
+    Raises:
+        AgentLoadError: if the attribute is not a mapping of texts that a server accepts as arguments.
+    """
+    own = getattr(agent, "recorded_arguments", None)
+    if own is None:
+        return dict(typed)
+    if not isinstance(own, Mapping) or not all(isinstance(each, str) for item in own.items() for each in item):
+        raise AgentLoadError(f"the agent's recorded_arguments are {own!r}; expected a mapping from names to texts")
+    try:
+        return parse_arguments([f"{name}={value}" for name, value in own.items()])
+    except UsageError as error:
+        raise AgentLoadError(f"the agent's recorded_arguments cannot be recorded: {error}") from error
+
+
 def parse_value(typed: str) -> object:
     """Parse a value as JSON, or return the text itself if it is not JSON.
 
