@@ -1,11 +1,11 @@
 """Calls and tokens of an episode with `agents.vlm`, by length of plans and window, measured with a fake endpoint.
 
-    python -m benchmarks.agents.model_cost [--data DIR] [--split S] [--plans 1,4,8] [--windows 0,4] [--episodes N] [--lang en]
+    python -m benchmarks.agents.model_cost [--data DIR] [--split S] [--plans N,N] [--windows N,N] [--episodes N]
 
-The endpoint answers with the actions of the ground truth, so a model that looks around takes more. It counts a token for
-every 4 characters, and 85 for a frame (benchmarks/agents/fake_endpoint.py). Each row is a run of the real client with an
-embedded server. Prints the mean calls and tokens of an episode, and how much of what was read could be cached: system
-prompt and instruction stay the same during a phase.
+The endpoint answers with the actions of the ground truth, so a model that looks around takes more. It counts a token
+for every 4 characters, and 85 for a frame (benchmarks/agents/fake_endpoint.py). Each row is a run of the real client
+with an embedded server. Prints the mean calls and tokens of an episode, and how much of what was read could be cached:
+the system prompt with the instruction stays the same during a phase.
 """
 
 import argparse
@@ -37,14 +37,15 @@ def main() -> None:
     parser.add_argument("--episodes", type=whole, default=10, help="of each run (default: %(default)s)")
     parser.add_argument("--words", action="store_true", help="words in place of frames")
     given = parser.parse_args()
-    rows = []
     with data_or_sample(given.data) as data:
         splits = read_splits(data)
         split = splits[given.split] if given.split else largest_split(data)
         actions = actions_of(split, given.lang)
-        for plan in map(int, given.plans.split(",")):
-            for window in map(int, given.windows.split(",")):
-                rows.append(row_of(measure(data, split.name, actions, plan, window, given), plan, window))
+        rows = [
+            row_of(measure(data, split.name, actions, plan, window, given), plan, window)
+            for plan in map(int, given.plans.split(","))
+            for window in map(int, given.windows.split(","))
+        ]
     header = ("plan", "window", "episodes", "steps", "calls", "tokens read", "cached", "tokens written")
     print(markdown(header, rows))
 

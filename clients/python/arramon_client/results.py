@@ -83,7 +83,7 @@ def write_results(
     actions: Mapping[str, Sequence[int]] = MappingProxyType({}),
     agent_report: Mapping[str, Any] = MappingProxyType({}),
 ) -> Path:
-    """Write `<folder>/<run id>.json` atomically. Actions and the agent's report in an existing file of the run are kept.
+    """Write `<folder>/<run id>.json` atomically. Actions and the agent's report in an existing file are kept.
 
     Args:
         report: the report of a complete run.
