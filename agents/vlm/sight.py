@@ -12,8 +12,8 @@ from arramon_agents.vlm.prompt_texts import Prompts
 from arramon_agents.vlm.replies import Reply, UnusableReplyError, read_fields
 
 CARDS = 2
-"""Cards that are shown at most; the model must name one of them rightly. Even who knows the lists below guesses one of two
-once in 240 times."""
+"""Cards that are shown at most; the model must name one of them rightly. Guesses from the lists below succeed once in
+240 runs."""
 
 TOOL = "name"
 """Name of the schema, and of the tool with `answers=tools`."""
