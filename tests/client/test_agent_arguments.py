@@ -4,8 +4,8 @@ from typing import Any
 
 import pytest
 
-from arramon_client.errors import UsageError
-from arramon_client.plugin.arguments import parse_arguments, parse_value
+from arramon_client.errors import AgentLoadError, UsageError
+from arramon_client.plugin.arguments import parse_arguments, parse_value, recorded_arguments
 
 
 @pytest.mark.parametrize(("typed", "value"), [
@@ -40,6 +40,33 @@ def test_arguments_are_kept_as_typed() -> None:
 def test_invalid_arguments_are_refused(typed: list[str], said: str) -> None:
     with pytest.raises(UsageError) as caught:
         parse_arguments(typed)
+    assert said in str(caught.value)
+
+
+class Recording:
+    def __init__(self, arguments: object) -> None:
+        self.recorded_arguments = arguments
+
+
+def test_an_agent_may_record_other_arguments_than_those_typed() -> None:
+    assert recorded_arguments(object(), {"beam": "4"}) == {"beam": "4"}
+    assert recorded_arguments(Recording(None), {"beam": "4"}) == {"beam": "4"}
+    assert recorded_arguments(Recording({"prompts": "0a1b=="}), {"beam": "4"}) == {"prompts": "0a1b=="}
+    assert recorded_arguments(Recording({}), {"beam": "4"}) == {}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["beam=4"], "recorded_arguments are ['beam=4']; expected a mapping"),
+        ({"beam": 4}, "recorded_arguments are {'beam': 4}; expected a mapping"),
+        ({"be-am": "4"}, "recorded_arguments cannot be recorded: --agent-arg 'be-am=4' is not NAME=VALUE"),
+        ({"beam": "x" * 201}, "recorded_arguments cannot be recorded: --agent-arg beam has a name of 4"),
+    ],
+)
+def test_what_an_agent_cannot_record(arguments: object, said: str) -> None:
+    with pytest.raises(AgentLoadError) as caught:
+        recorded_arguments(Recording(arguments), {})
     assert said in str(caught.value)
 
 

@@ -2,9 +2,11 @@
 
 # ruff: noqa: N802 - the methods are named by the protocol
 
+import json
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import grpc
@@ -185,6 +187,17 @@ def test_amounts_are_numbers(address: str, capsys: pytest.CaptureFixture[str], t
 def test_declared_cost_is_sent(board: Board, address: str) -> None:
     assert main(["publish", "r1", "--server", address, "--parameters", "7e9", "--price", "0.5"]) == 0
     assert board.asked == [pb.PublishRequest(run_id="r1", cost=pb.Cost(parameters=7_000_000_000, price=0.5))]
+
+
+def test_the_cost_that_the_agent_reported_is_sent(board: Board, address: str, tmp_path: Path) -> None:
+    """What is given by hand takes precedence."""
+    results = tmp_path / "r1.json"
+    content = {"measured": {"tokens": {"total": 1234}}, "declared": {"price_usd": 0.25}}
+    results.write_text(json.dumps({"run": {"run_id": "r1"}, "agent_report": content}))
+    assert main(["publish", "r1", "--server", address, "--results", str(results)]) == 0
+    assert main(["publish", "r1", "--server", address, "--results", str(results), "--price", "0.5"]) == 0
+    assert [asked.cost for asked in board.asked] == [pb.Cost(tokens=1234, price=0.25), pb.Cost(tokens=1234, price=0.5)]
+    assert main(["publish", "r2", "--server", address, "--results", str(results)]) == 2
 
 
 def test_the_smallest_gap(board: Board, address: str, capsys: pytest.CaptureFixture[str]) -> None:

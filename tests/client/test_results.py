@@ -8,8 +8,9 @@ from rich.console import Console
 
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
-from arramon_client import AgentFailure, OutputError
-from arramon_client.results import check_output, score_table, write_results
+from arramon_client import AgentError, AgentFailure, OutputError, UsageError
+from arramon_client.plugin.agent_calls import run_report
+from arramon_client.results import check_output, reported_cost, score_table, write_results
 from tests.client.fake import METRICS, RUN
 
 
@@ -108,3 +109,61 @@ def test_unwritable_output_folder_is_reported(tmp_path: Path, folder: str) -> No
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="results cannot be written to"):
         check_output(tmp_path / folder)
+
+
+def reports(content: object) -> object:
+    """An agent that reports this, or raises it."""
+
+    class Agent:
+        def run_report(self) -> object:
+            if isinstance(content, Exception):
+                raise content
+            return content
+
+    return Agent()
+
+
+def test_the_agents_report_is_kept(report: pb.Report, tmp_path: Path) -> None:
+    """Also if the run was over before, so that the agent has nothing to say."""
+    path = write_results(report, (), tmp_path, {}, run_report(reports({"calls": 3})))
+    assert json.loads(path.read_text())["agent_report"] == {"calls": 3}
+    write_results(report, (), tmp_path, {}, run_report(object()))
+    assert json.loads(path.read_text())["agent_report"] == {"calls": 3}
+    path.unlink()
+    assert "agent_report" not in json.loads(write_results(report, (), tmp_path).read_text())
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (["calls"], "run_report() returned list ['calls']; expected a mapping that JSON can hold"),
+        ({"calls": {3}}, "run_report() returned dict"),
+        ({"calls": float("nan")}, "expected a mapping that JSON can hold"),
+        (KeyError("calls"), "run_report() raised KeyError: 'calls'"),
+    ],
+)
+def test_a_report_that_cannot_be_kept(content: object, said: str) -> None:
+    with pytest.raises(AgentError) as caught:
+        run_report(reports(content))
+    assert said in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("content", "cost"),
+    [
+        ({"measured": {"tokens": {"total": 5}}, "declared": {"price_usd": 0.5}}, (5, 0.5)),
+        ({"measured": {"tokens": {"total": None}}, "declared": {"price_usd": None}}, (None, None)),
+        ({"measured": {"tokens": {"total": "5"}}, "declared": {"price_usd": -1}}, (None, None)),
+        ({"measured": 3}, (None, None)),
+    ],
+)
+def test_the_reported_cost(report: pb.Report, tmp_path: Path, content: dict[str, object], cost: object) -> None:
+    path = write_results(report, (), tmp_path, {}, content)
+    assert reported_cost(path, RUN) == cost
+    with pytest.raises(UsageError, match="is not the results file of run other"):
+        reported_cost(path, "other")
+    path.write_text("{")
+    with pytest.raises(UsageError, match="is not JSON, or was truncated"):
+        reported_cost(path, RUN)
+    with pytest.raises(UsageError, match="cannot be read: No such file"):
+        reported_cost(tmp_path / "nowhere.json", RUN)
