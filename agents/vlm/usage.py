@@ -154,9 +154,9 @@ class Usage:
             )
         spent = self.prompt + self.completion
         if limits.max_tokens is not None and spent + open_calls * self._largest_tokens > limits.max_tokens:
-            raise self._stop(f"max_tokens={limits.max_tokens}", f"{spent} tokens")
+            raise self._stop(f"max_tokens={limits.max_tokens}", f"{spent} tokens in {self.calls} calls")
         if limits.max_cost is not None and self._cost + open_calls * self._largest_cost > limits.max_cost:
-            raise self._stop(f"max_cost={limits.max_cost:g}", f"${self._cost:.4f}")
+            raise self._stop(f"max_cost={limits.max_cost:g}", f"${self._cost:.4f} in {self.calls} calls")
         self._open += 1
 
     def release(self) -> None:
@@ -201,6 +201,8 @@ class Usage:
         return {"measured": measured, "declared": {"price_usd": None if cost is None else round(cost, 6)}}
 
     def _stop(self, limit: str, used: str) -> StopRun:
+        waiting = f" and waits for {self._open} more" if self._open else ""
         return StopRun(
-            f"the run has used {used}, and the next call could exceed {limit}: resume it with a higher limit to go on"
+            f"the run has used {used}{waiting}, and the next call could exceed {limit}: resume it with a higher limit to "
+            "go on"
         )

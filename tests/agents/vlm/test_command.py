@@ -80,7 +80,7 @@ def test_a_limit_stops_the_run_and_a_higher_one_resumes_it(server: Server, tmp_p
     process = runs.client(server.address, fake, output, "--agent-arg", "max_calls=10")
     run_id = clients.run_id(process)
     said = finished(process, 4)
-    assert "the run has used 10 calls, and the next call could exceed max_calls=10" in said
+    assert "the next call could exceed max_calls=10: resume it with a higher limit to go on" in said
     assert f"--resume {run_id}" in said
     assert len(fake.requests) == 10
     said = finished(runs.client(server.address, fake, output, "--resume", run_id, "--agent-arg", "max_calls=99"))

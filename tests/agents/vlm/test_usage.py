@@ -92,8 +92,8 @@ def test_unknown_tokens_make_the_totals_unknown() -> None:
     ("limits", "calls", "message"),
     [
         ({"max_calls": 3}, 3, "has used 3 calls, and the next call could exceed max_calls=3"),
-        ({"max_tokens": 350}, 3, "has used 330 tokens, and the next call could exceed max_tokens=350"),
-        ({"max_cost": 0.00025}, 2, "has used $0.0002, and the next call could exceed max_cost=0.00025"),
+        ({"max_tokens": 350}, 3, "has used 330 tokens in 3 calls, and the next call could exceed max_tokens=350"),
+        ({"max_cost": 0.00025}, 2, "has used $0.0002 in 2 calls, and the next call could exceed max_cost=0.00025"),
     ],
 )
 def test_limits(limits: dict[str, Any], calls: int, message: str) -> None:
