@@ -1,6 +1,7 @@
 """Imports and compiles all that a server and a client need, so that they can be forked from this process."""
 
 import gc
+from importlib import import_module
 from importlib.util import find_spec
 
 gc.disable()  # until everything is imported
@@ -18,7 +19,7 @@ arramon_server.cli.load(())  # the modules of every command
 if has_pybullet():
     import arramon_server.sim.bullet
 if find_spec("openai"):
-    import arramon_agents.vlm.agent
+    import_module("arramon_agents.vlm.agent")
 compile_kernels()
 # The forks do not look through what they share with this process, which would copy it, for what could be freed.
 gc.collect()

@@ -202,7 +202,5 @@ class Usage:
 
     def _stop(self, limit: str, used: str) -> StopRun:
         waiting = f" and waits for {self._open} more" if self._open else ""
-        return StopRun(
-            f"the run has used {used}{waiting}, and the next call could exceed {limit}: resume it with a higher limit to "
-            "go on"
-        )
+        advice = "resume it with a higher limit to go on"
+        return StopRun(f"the run has used {used}{waiting}, and the next call could exceed {limit}: {advice}")
