@@ -4,7 +4,7 @@ import logging
 import random
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import openai
 
@@ -30,6 +30,9 @@ from arramon_agents.vlm.trace import SUFFIX, Trace
 from arramon_agents.vlm.usage import read_price
 from arramon_client.agent import Action, Answer, Episode, Observation
 from arramon_client.errors import AgentLoadError, StopRun
+
+if TYPE_CHECKING:
+    from arramon_client.runs.info import RunInfo
 
 ATTEMPTS = 2
 """How often the model is asked before a step: once, and once more after an unusable reply."""
@@ -78,11 +81,11 @@ class VlmAgent:
         own = {} if settings.seed is not None else {"seed": "none"}
         return {**settings.recorded(), **own, "prompts": self._prompts.digest, "openai": openai.__version__}
 
-    async def open(self, run: Any) -> None:
+    async def open(self, run: "RunInfo") -> None:
         """Open the run's trace, and check that the model sees.
 
         Args:
-            run: has the attributes `run_id` and `language`.
+            run: the run.
 
         Raises:
             StopRun: if the trace cannot be opened, or the model does not see.
@@ -98,7 +101,8 @@ class VlmAgent:
             {"kind": "start", "run": run.run_id, "language": run.language, **dict(self.recorded_arguments)}
         )
         try:
-            self._sight = await self._check_sight(self._prompts.of(run.language))
+            shown = self._settings.images and "rgb" in run.sensors
+            self._sight = await self._check_sight(self._prompts.of(run.language)) if shown else "none"
         except BaseException:  # Another process, or the next run of this one, may open the trace again.
             await self.close()
             raise
@@ -227,14 +231,12 @@ class VlmAgent:
         return self._caller
 
     async def _check_sight(self, prompts: Prompts) -> str:
-        """Return "passed", "blind", "skipped" or "none" (no images are sent).
+        """Return "passed", "blind" or "skipped".
 
         Raises:
             StopRun: if the model does not see, and the setting is "check".
         """
         settings = self._settings
-        if not settings.images:
-            return "none"
         if settings.sight == "skip":
             return "skipped"
         form = answer_form(settings.answers, sight.TOOL, prompts.text("sight.question"), sight.schema())

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-pytest.importorskip("openai", reason="the extra `vlm` is not installed: scripts/setup dev")
+pytest.importorskip("openai", reason="the extra `vlm` is not installed: scripts/setup")
 
 from arramon_agents.vlm import endpoint as endpoint_module
 from arramon_agents.vlm import make_agent

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("openai", reason="the extra `vlm` is not installed: scripts/setup dev")
+pytest.importorskip("openai", reason="the extra `vlm` is not installed: scripts/setup")
 
 from benchmarks.agents import model_cost
 from tests import tiny
