@@ -62,7 +62,7 @@ class VlmAgent:
         self._writer = ConversationWriter(settings)
         self._caller: Caller | None = None
         self._states: dict[str, EpisodeState] = {}
-        self._noops: Counter[str] = Counter()
+        self._noops: dict[tuple[str, int], str] = {}
         self._sight = ""
         self._report: Mapping[str, Any] = {}
         self.name = f"vlm {settings.model}"
@@ -96,7 +96,7 @@ class VlmAgent:
         self._caller = Caller(self._settings, self._key, self._price, trace)
         for record in trace.records:
             if record.get("kind") == "noop":
-                self._noops[str(record.get("unusable"))] += 1
+                self._noops[str(record.get("episode")), int(record.get("step", 0))] = str(record.get("unusable"))
         self._caller.trace.write(
             {"kind": "start", "run": run.run_id, "language": run.language, **dict(self.recorded_arguments)}
         )
@@ -161,7 +161,7 @@ class VlmAgent:
         return self._report if self._caller is None else self._summary(self._caller)
 
     def _summary(self, caller: Caller) -> Mapping[str, Any]:
-        noops = dict(sorted(self._noops.items()))
+        noops = dict(sorted(Counter(self._noops.values()).items()))
         return {**caller.usage.as_json(), "noops": noops, "sight": self._sight, "trace": str(caller.trace.path)}
 
     def _question(self, state: EpisodeState, observation: Observation) -> Exchange:
@@ -221,7 +221,10 @@ class VlmAgent:
         return Reply(text), noted
 
     def _count_noop(self, observation: Observation, cause: str) -> None:
-        self._noops[cause] += 1
+        key = (observation.episode_id, observation.step)
+        if key in self._noops:  # It was counted before the client was killed.
+            return
+        self._noops[key] = cause
         record = {"kind": "noop", "episode": observation.episode_id, "step": observation.step, "unusable": cause}
         self._need_caller().trace.write(record)
 

@@ -1,9 +1,8 @@
 """Usage of an endpoint: tokens as the provider counts them, prices as the user states them, and limits of a run."""
 
 import tomllib
-from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -115,7 +114,6 @@ class Usage:
         tokens: tokens of the calls whose tokens the endpoint reported.
         unreported: number of answered calls whose tokens it did not report.
         seconds: duration of all calls together.
-        noops: number of actions taken in place of unusable replies, by cause.
     """
 
     settings: Settings
@@ -127,7 +125,6 @@ class Usage:
     cached: int | None = None
     unreported: int = 0
     seconds: float = 0.0
-    noops: Counter[str] = field(default_factory=Counter)
     _cost: float = 0.0
     _largest_tokens: int = 0
     _largest_cost: float = 0.0

@@ -127,6 +127,17 @@ def test_two_unusable_replies_are_a_counted_harmless_action(made: MakeAgent, fak
     assert len(fake.requests[2]["messages"]) == 2  # what cannot be used is not kept in the window
 
 
+def test_a_no_op_is_counted_once_though_the_client_was_killed_before_its_step_was_recorded(
+    made: MakeAgent, fake: FakeEndpoint
+) -> None:
+    fake.behaviour = helpers.in_turn(prose, prose, helpers.always("left"))
+    for _ in range(2):
+        agent = made()
+        assert play(agent, helpers.seen(0)) == [R]
+        assert agent.run_report()["noops"] == {"json": 1}
+    assert len(fake.requests) == 2
+
+
 def test_notes(made: MakeAgent, fake: FakeEndpoint, tmp_path: Path) -> None:
     """The first step of a plan has one; the longest words are cut to what a note may hold."""
     prices = tmp_path / "prices.toml"
