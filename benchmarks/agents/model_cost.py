@@ -21,7 +21,7 @@ from typing import Any
 from arramon_client.world import PHASES
 from arramon_server.episodes.splits import Split, read_splits
 from benchmarks.agents.fake_endpoint import Expert, FakeEndpoint
-from benchmarks.common import data_or_sample, largest_split, markdown, parser_of, whole
+from benchmarks.common import data_or_sample, largest_split, markdown_table, parser_of, positive_int
 
 KEY_VARIABLE = "FAKE_ENDPOINT_KEY"
 
@@ -34,7 +34,7 @@ def main() -> None:
     parser.add_argument("--lang", default="en")
     parser.add_argument("--plans", default="1,2,4,8", help="lengths of plans (default: %(default)s)")
     parser.add_argument("--windows", default="0,4,16", help="windows (default: %(default)s)")
-    parser.add_argument("--episodes", type=whole, default=10, help="of each run (default: %(default)s)")
+    parser.add_argument("--episodes", type=positive_int, default=10, help="of each run (default: %(default)s)")
     parser.add_argument("--words", action="store_true", help="words in place of frames")
     given = parser.parse_args()
     with data_or_sample(given.data) as data:
@@ -47,7 +47,7 @@ def main() -> None:
             for window in map(int, given.windows.split(","))
         ]
     header = ("plan", "window", "episodes", "steps", "calls", "tokens read", "cached", "tokens written")
-    print(markdown(header, rows))
+    print(markdown_table(header, rows))
 
 
 def actions_of(split: Split, language: str) -> dict[str, Sequence[int]]:
