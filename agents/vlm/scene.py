@@ -105,7 +105,7 @@ def name_of(label: Label, prompts: Prompts) -> str:
 class _Commonest(Random):
     """A source of choices that always takes the heaviest option, so that things have their common names."""
 
-    def choices(self, population: Any, weights: Any = None, **_: Any) -> list[Any]:  # type: ignore[override]
+    def choices(self, population: Any, weights: Any = None, **_: Any) -> list[Any]:
         """Return the option with the largest weight, the first of equals."""
         options, weights = list(population), list(weights if weights is not None else [1.0] * len(population))
         return [options[weights.index(max(weights))]]
@@ -140,7 +140,8 @@ def _parts(mask: npt.NDArray[np.bool_], depth: npt.NDArray[np.float32] | None) -
         mask = inner if inner.any() else mask
     parts, count = ndimage.label(mask)
     for number in range(1, count + 1):
-        yield np.nonzero(parts == number)
+        rows, columns = np.nonzero(parts == number)
+        yield rows, columns
 
 
 def _bearing(column: float, width: int) -> float:

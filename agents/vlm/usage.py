@@ -4,7 +4,7 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeGuard
 
 from arramon_agents.vlm.settings import Settings
 from arramon_client.errors import AgentLoadError, StopRun
@@ -48,7 +48,7 @@ def tokens_of(content: object) -> Tokens | None:
     return Tokens(prompt, completion, cached if _is_count(cached) else None)
 
 
-def _is_count(value: object) -> bool:
+def _is_count(value: object) -> TypeGuard[int]:
     return isinstance(value, int) and not isinstance(value, bool) and 0 <= value < 10**12
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from arramon_client.agent import Action, Answer, Label, Observation
+from arramon_client.agent import Action, Answer, Episode, Label, Observation
 from benchmarks.agents.fake_endpoint import FakeEndpoint, Request, Response, completion, plan, text_of
 from tests.agents.vlm import helpers
 from tests.agents.vlm.conftest import MakeAgent
@@ -54,7 +54,7 @@ def test_a_plan_longer_than_asked_for_is_cut(made: MakeAgent, fake: FakeEndpoint
 )
 def test_a_blocked_move_drops_the_rest(second: dict[str, Any], made: MakeAgent, fake: FakeEndpoint) -> None:
     fake.behaviour = helpers.in_turn(helpers.always("forward", "left", "left"), helpers.always("right"))
-    first = {"pose": (0.0, 0.0, 0.0)} if "pose" in second else {}
+    first: dict[str, Any] = {"pose": (0.0, 0.0, 0.0)} if "pose" in second else {}
     assert play(made(), helpers.seen(0, **first), helpers.seen(1, **second)) == [F, R]
     assert questions(fake)[1].splitlines()[:3] == [
         "Done since your last answer: forward.",
@@ -223,7 +223,7 @@ def test_words_in_place_of_frames(made: MakeAgent, fake: FakeEndpoint) -> None:
     segmentation, depth = np.zeros((224, 224), np.uint16), np.full((224, 224), 9.0, np.float32)
     segmentation[100:140, 150:190], depth[100:140, 150:190] = 1, 3.0
     labels = (Label("nothing"), Label("mug", "red", "striped"))
-    episode = helpers.Episode("e", "hi", "tiny", labels=labels)
+    episode = Episode("e", "hi", "tiny", labels=labels)
 
     async def played() -> None:
         async with helpers.playing(agent, episode=episode):

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from arramon_client.agent import Action
+from arramon_client.agent import Action, Episode
 from arramon_client.errors import AgentError, StopRun
 from benchmarks.agents.fake_endpoint import Behaviour, FakeEndpoint, Request, Response, completion, error, plan
 from tests.agents.vlm import helpers
@@ -174,7 +174,7 @@ def test_a_rate_limit_with_a_time_holds_all_calls(made: MakeAgent, fake: FakeEnd
     async def play() -> None:
         async with helpers.playing(made(concurrency=1)) as agent:
             agent.begin(helpers.EPISODE)
-            others = [helpers.Episode(str(number), "en", "tiny") for number in range(3)]
+            others = [Episode(str(number), "en", "tiny") for number in range(3)]
             for each in others:
                 agent.begin(each)
             seen = [helpers.seen(0, episode_id=each.episode_id) for each in others]
@@ -191,7 +191,7 @@ def test_at_most_so_many_calls_at_the_same_time(made: MakeAgent, fake: FakeEndpo
     async def play() -> None:
         async with helpers.playing(made(concurrency=3)) as agent:
             for number in range(9):
-                agent.begin(helpers.Episode(str(number), "en", "tiny"))
+                agent.begin(Episode(str(number), "en", "tiny"))
             await asyncio.gather(*(agent.act(helpers.seen(0, episode_id=str(number))) for number in range(9)))
 
     asyncio.run(play())

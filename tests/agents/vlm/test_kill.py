@@ -27,7 +27,7 @@ def test_no_answered_call_is_repeated(kills: int, tmp_path: Path) -> None:
     data, output = tmp_path / "data", tmp_path / "out"
     runs.write(data, episodes)
     server = Server(data, "127.0.0.1:0", log=tmp_path / "server.log")
-    in_flight = []
+    in_flight: list[int] = []
     with FakeEndpoint(runs.expert(episodes, delay=0.02)) as fake:
         process = runs.client(server.address, fake, output)
         run_id = clients.run_id(process)

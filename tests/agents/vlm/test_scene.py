@@ -1,5 +1,7 @@
 """What stands where, in words."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -76,7 +78,7 @@ def test_without_depth_there_are_no_distances() -> None:
 )  # fmt: skip
 def test_words_by_what_the_split_offers(given: tuple[str, ...], lines: list[str]) -> None:
     segmentation, depth = images()
-    all_images = {"segmentation": segmentation, "depth": depth}
+    all_images: dict[str, Any] = {"segmentation": segmentation, "depth": depth}
     observation = helpers.seen(0, **{name: all_images[name] for name in given})
     assert describe(observation, KINDS, ENGLISH).splitlines() == lines
 

@@ -8,6 +8,7 @@ import pytest
 
 from arramon_agents.vlm import sight
 from arramon_agents.vlm.replies import Reply
+from arramon_client.agent import Episode
 from arramon_client.errors import StopRun
 from benchmarks.agents.fake_endpoint import FakeEndpoint, Request, Response, completion, image_of
 from tests.agents.vlm import helpers
@@ -98,7 +99,7 @@ def test_a_card_is_asked_for_in_the_language_of_the_run(made: MakeAgent, fake: F
     agent = made(sight="check")
 
     async def play() -> None:
-        async with helpers.playing(agent, episode=helpers.Episode("e", "hi", "tiny")):
+        async with helpers.playing(agent, episode=Episode("e", "hi", "tiny")):
             pass
 
     asyncio.run(play())
