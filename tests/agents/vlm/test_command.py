@@ -74,6 +74,20 @@ def test_a_run_in_both_languages(server: Server, tmp_path: Path, fake: FakeEndpo
     assert key_in_files(tmp_path) == []
 
 
+def test_a_run_by_words_and_tools(server: Server, tmp_path: Path, fake: FakeEndpoint) -> None:
+    fake.behaviour = runs.expert(EPISODES)
+    given = ("--agent-arg", "images=false", "--agent-arg", "answers=tools")
+    finished(runs.client(server.address, fake, tmp_path / "out", *given, language="hi"))
+    content = clients.results(tmp_path / "out")
+    assert set(content["actions"].values()) == {"".join(map(str, tiny.ACTIONS))}
+    assert content["run"]["sensors"] == ["depth", "segmentation"]
+    assert content["agent_report"]["sight"] == "none"
+    questions = [json.dumps(request["messages"][-1], ensure_ascii=False) for request in fake.requests]
+    assert len(questions) == len(content["episodes"]) * runs.CALLS
+    assert not [each for each in questions if "image_url" in each]
+    assert "धारीदार लाल मग, 3.1 इकाई दूर, ठीक सामने" in questions[0]
+
+
 def test_a_limit_stops_the_run_and_a_higher_one_resumes_it(server: Server, tmp_path: Path, fake: FakeEndpoint) -> None:
     fake.behaviour = runs.expert(EPISODES)
     output = tmp_path / "out"
