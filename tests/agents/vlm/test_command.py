@@ -85,7 +85,7 @@ def test_a_run_by_words_and_tools(server: Server, tmp_path: Path, fake: FakeEndp
     questions = [json.dumps(request["messages"][-1], ensure_ascii=False) for request in fake.requests]
     assert len(questions) == len(content["episodes"]) * runs.CALLS
     assert not [each for each in questions if "image_url" in each]
-    assert "धारीदार लाल मग, 3.1 इकाई दूर, ठीक सामने" in questions[0]
+    assert "धारीदार लाल मग, 3.4 इकाई दूर, ठीक सामने" in questions[0]
 
 
 def test_a_limit_stops_the_run_and_a_higher_one_resumes_it(server: Server, tmp_path: Path, fake: FakeEndpoint) -> None:
