@@ -34,8 +34,8 @@ from arramon_client.errors import AgentLoadError, StopRun
 if TYPE_CHECKING:
     from arramon_client.runs.info import RunInfo
 
-ATTEMPTS = 2
-"""How often the model is asked before a step: once, and once more after an unusable reply."""
+PURPOSES = ("act", "again")
+"""Purposes of the calls before a step, in order: the question, and one more after an unusable reply."""
 
 NO_STEP = -1
 """Step of the calls of the sight check, in the trace."""
@@ -180,11 +180,11 @@ class VlmAgent:
     async def _ask(
         self, state: EpisodeState, observation: Observation, exchange: Exchange
     ) -> tuple[list[PaidReply], Decision | None, str]:
-        """Ask for a plan, at most ATTEMPTS times; return the replies, the decision, and why there is none."""
+        """Ask for a plan, again after an unusable reply; return the replies, the decision, and why there is none."""
         caller, settings, cause = self._need_caller(), self._settings, ""
         conversation = self._conversation(state, observation, exchange)
         replies: list[PaidReply] = []
-        for purpose in ("act", "again")[:ATTEMPTS]:
+        for purpose in PURPOSES:
             paid = await caller.ask(purpose, observation.episode_id, observation.step, conversation, self._read)
             replies.append(paid)
             try:
@@ -208,7 +208,7 @@ class VlmAgent:
                 continue
             if decision.plan[0] == action:
                 return paid.reply, decision
-        if replies and len(replies) >= ATTEMPTS:
+        if replies and len(replies) >= len(PURPOSES):
             return unusable, None
         noted = notes.read(observation.taken_note, self._settings.plan)
         if noted is None:
