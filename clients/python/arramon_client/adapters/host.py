@@ -65,6 +65,11 @@ class Host:
         options: Any = {**self._options, **self.server_options(), "split": self.split}
         return options | ({} if episode_id is None else {"episode_ids": (episode_id,)})  # type: ignore[no-any-return]
 
+    def with_choice(self, language: str, split: str) -> "Host":
+        """Return the same server with another choice; an embedded one is stopped by closing this host."""
+        options: Any = {**self._options, **self.server_options()}
+        return Host(language=language, split=split, agent=self.agent, **options)
+
     def close(self) -> None:
         """Close the connection, and stop an embedded server; a second call does nothing."""
         with self._lock:

@@ -15,12 +15,14 @@ ACTION_NAMES = tuple(action.name.lower() for action in Action)
 MAX_ACTIONS = 10
 """Largest number of actions in one act of a model."""
 
-RULES = f"""You move through a street, and later through a room, and follow instructions. An episode has two turns. In \
-each, a navigation phase comes first: follow the instruction through the street to an object, and pick it up with \
-"interact" when it is right ahead of you. Then, in the assembly phase, put it down in the room where the instruction \
-says, with "interact" when the cell is right ahead of you. Actions: "forward" (one step; in the room one cell, if you face along a row or column), "left" \
-and "right" (turns by 30 degrees), "interact". Each act has 1 to {MAX_ACTIONS} actions; it stops early if \
-something unexpected happens, for example if a wall is in the way."""
+RULES = f"""\
+You move through a street, and later through a room, and follow instructions. An episode has two turns, each with two
+phases. Navigation: follow the instruction through the street to an object, and pick it up with "interact" when it is
+right ahead of you. Assembly: put the object down in the room where the instruction says, with "interact" when the cell
+is right ahead of you. Actions: "forward" (one step; in the room one cell, if you face along a row or column), "left"
+and "right" (turns by 30 degrees), "interact". Each act has 1 to {MAX_ACTIONS} actions; it stops early if something
+unexpected happens, for example if a wall is in the way."""
+"""What a model is told before an episode."""
 
 
 def observation_text(seen: Observation, stop_reason: str = "") -> str:

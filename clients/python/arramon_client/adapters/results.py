@@ -45,6 +45,16 @@ def episode_result(
     }
 
 
+def run_result(report: Mapping[str, Any], receipt: Receipt) -> dict[str, Any]:
+    """Return the result of the last episode of a run that is over; on a hidden split its id is unknown, None."""
+    if not report["episodes"]:
+        return episode_result("", "", None, report, receipt) | {"episode_id": None}
+    episode = report["episodes"][-1]
+    first, second = episode["turns"].values()
+    total = {metric: (first[metric] + second[metric]) / 2 for metric in first}
+    return episode_result(episode["episode_id"], "", {**episode["turns"], "total": total}, report, receipt)
+
+
 def unfinished_result(info: RunInfo, episode_id: str, cause: str) -> dict[str, Any]:
     """Return the result of an ended episode of a run that is not over, and so has no scores yet."""
     return {"run_id": info.run_id, "episode_id": episode_id, "cause": cause, "scores": None}
