@@ -64,17 +64,26 @@ class ArramonEnvironment(Environment[ArramonAction, ArramonObservation, ArramonS
             self._host = self._chosen = self._host.with_choice(lang or self._host.language, split or self._host.split)
         host = self._host
         if host.is_hidden and (seed is not None or episode_id is not None):
-            raise UsageError(f"the hidden split {host.split!r} is played in its own order: expected no seed or episode_id")
+            raise UsageError(
+                f"the hidden split {host.split!r} is played in its own order: expected no seed or episode_id"
+            )
         if self._episode is not None and not self._episode.ended:
             self._episode.give_up("the environment was reset before the episode's end")
         if not host.is_hidden or self._run is None or self._run.info.is_over:
             self._leave_run()
             chosen = None if host.is_hidden else episode_id or self._choose(seed)
-            self._run = Run.create(language=host.language, agent=host.agent, **host.run_options(chosen) | {"parallel": 1})
+            self._run = Run.create(
+                language=host.language, agent=host.agent, **host.run_options(chosen) | {"parallel": 1}
+            )
         self._episode, self._result = next(self._run.episodes()), None
         return self._observation(self._episode.look())
 
-    def step(self, action: ArramonAction, timeout_s: float | None = None, **_: Any) -> ArramonObservation:
+    def step(
+        self,
+        action: ArramonAction,
+        timeout_s: float | None = None,  # noqa: ARG002 - OpenEnv's interface
+        **_: Any,
+    ) -> ArramonObservation:
         """Take the action's steps; a repeated call takes none, and returns what follows.
 
         Raises:
@@ -170,4 +179,3 @@ class ArramonEnvironment(Environment[ArramonAction, ArramonObservation, ArramonS
         run, self._run, self._episode, self._result = self._run, None, None, None
         if run is not None:
             run.close()
-

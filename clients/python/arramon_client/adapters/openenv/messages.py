@@ -11,7 +11,7 @@ from arramon_client.adapters.model_view import MAX_ACTIONS, RULES
 class ArramonAction(Action):
     """One or more actions, for the step that the latest observation names."""
 
-    step: int = Field(ge=0, description="`step` of the latest observation; a step is taken once, however often it is sent")
+    step: int = Field(ge=0, description="`step` of the latest observation; sent again, it is not taken again")
     actions: list[str] = Field(
         min_length=1, max_length=MAX_ACTIONS, description='each "forward", "left", "right" or "interact"'
     )
