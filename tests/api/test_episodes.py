@@ -36,13 +36,21 @@ def test_pages_list_the_episodes_in_playing_order(stub: EvaluationStub) -> None:
 @pytest.mark.parametrize(
     ("fields", "code", "message"),
     [
-        ({"split": "secret"}, "INVALID_ARGUMENT", "split 'secret' is hidden and can only be played whole; its episodes are not listed"),
+        (
+            {"split": "secret"},
+            "INVALID_ARGUMENT",
+            "split 'secret' is hidden and can only be played whole; its episodes are not listed",
+        ),
         ({"split": "none"}, "NOT_FOUND", "there is no split 'none'; this server has secret, tiny"),
         ({"language": "xx"}, "NOT_FOUND", "split 'tiny' has no episodes in 'xx'; it has en, hi"),
         ({"page_size": 10_001}, "INVALID_ARGUMENT", "page_size is 10001, expected 1 to 10000"),
-        ({"page_token": "x"}, "INVALID_ARGUMENT", "page_token is 'x', expected the next_page_token of the previous page"),
+        (
+            {"page_token": "x"},
+            "INVALID_ARGUMENT",
+            "page_token is 'x', expected the next_page_token of the previous page",
+        ),
     ],
-)  # fmt: skip
+)
 def test_what_is_not_listed(stub: EvaluationStub, fields: dict[str, str], code: str, message: str) -> None:
     request = pb.ListEpisodesRequest(**{"split": "tiny", "language": "en", **fields})  # type: ignore[arg-type]
     assert refused(lambda: stub.ListEpisodes(request, metadata=METADATA)) == (grpc.StatusCode[code], message)

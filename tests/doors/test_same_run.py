@@ -3,6 +3,7 @@
 import asyncio
 import json
 import random
+import re
 import subprocess
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -198,11 +199,15 @@ def receipt_of(server: Server, result: Result) -> Receipt:
 
 
 def without_ids(receipt: Receipt) -> dict[str, Any]:
-    """The content of a receipt, apart from ids and times, and the hashes that they are in."""
+    """The content of a receipt, apart from ids and times, the hashes that they are in, and what a door chooses.
+
+    A door chooses the agent's name and the sensors; the runs are the participant's first, second, ... attempt.
+    """
     content = json.loads(json.dumps(receipt.content))
-    for name in ("run_id", "agent", "created_at", "ended_at"):
+    for name in ("run_id", "agent", "created_at", "ended_at", "images"):
         del content["run"][name]
-    del content["digest"]
+    del content["digest"], content["attempts"]
+    content["score_signature"] = re.sub(r"sensors:[^|]*\|images:[^|]*", "", content["score_signature"])
     for episode in content["episodes"]:
         del episode["head"]
     return dict(content)

@@ -207,7 +207,8 @@ def requests(doors: Doors) -> dict[str, list[Any]]:
         "Compare": compared,
         "Export": exports,
         "ListEpochs": [lb.ListEpochsRequest()],
-        **{name: [] for name in ("ListEpisodes", "CreateRun", "CancelRun", "Play", "Withdraw", "GetActions", "CompareEpochs")},
+        "ListEpisodes": [],
+        **{name: [] for name in ("CreateRun", "CancelRun", "Play", "Withdraw", "GetActions", "CompareEpochs")},
     }
 
 
