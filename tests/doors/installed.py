@@ -1,6 +1,7 @@
 """Virtual environments with this project's client and one framework each, downloaded once in a test session."""
 
 import os
+import shutil
 import subprocess
 from importlib.metadata import distributions
 from pathlib import Path
@@ -33,7 +34,8 @@ def framework_python(factory: pytest.TempPathFactory, extra: str) -> Path:
 
 def _fill(folder: Path, extra: str) -> None:
     options = ["--quiet", "--no-deps", "--no-build-isolation", "--wheel-dir", str(folder)]
-    subprocess.run([*PIP, "wheel", *options, str(ROOT / "clients" / "python")], check=True, capture_output=True)
+    sources = shutil.copytree(ROOT / "clients" / "python", folder / "sources")  # As building leaves files there.
+    subprocess.run([*PIP, "wheel", *options, str(sources)], check=True, capture_output=True)
     environment = Environment(folder / "environment", sorted(folder.glob("*.whl")))
     said = environment.download(*_wanted(folder, FRAMEWORKS[extra], LEFT_OUT.get(extra, set())))
     if said.returncode == 0 and extra in LEFT_OUT:

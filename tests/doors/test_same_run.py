@@ -49,7 +49,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     assert server.stop() == 0
 
 
-@pytest.fixture(scope="module", params=[(name, language) for name in PLAYED for language in ("en", "hi")], ids="-".join)
+@pytest.fixture(scope="module", params=[("truth", "hi"), ("wandering", "en")], ids="-".join)
 def reference(request: pytest.FixtureRequest, server: Server) -> tuple[str, Actions, Result]:
     """What is played, and the result of `Run`, by single acts."""
     name, language = request.param
@@ -97,7 +97,7 @@ class Scripted:
 def by_play(address: str, language: str, actions: Actions) -> Result:
     with connect(address) as connected:
         run = create(connected.stub, language=language, episode_ids=[EPISODE])
-        play(connected.stub, run, Scripted(actions), Settings())
+        play(connected.stub, run, Scripted(actions), Settings(parallel=1))
     return ended(address, run.run_id)
 
 
@@ -204,7 +204,7 @@ def without_ids(receipt: Receipt) -> dict[str, Any]:
     A door chooses the agent's name and the sensors; the runs are the participant's first, second, ... attempt.
     """
     content = json.loads(json.dumps(receipt.content))
-    for name in ("run_id", "agent", "created_at", "ended_at", "images"):
+    for name in ("run_id", "agent", "created_at", "ended_at", "sensors", "images"):
         del content["run"][name]
     del content["digest"], content["attempts"]
     content["score_signature"] = re.sub(r"sensors:[^|]*\|images:[^|]*", "", content["score_signature"])
