@@ -1,24 +1,24 @@
 """The packages of the frameworks, imported with an error that names the extra to install."""
 
-from importlib import import_module
-from types import ModuleType
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 from arramon_client.errors import UsageError
 
 
-def require(module: str, extra: str) -> ModuleType:
-    """Return a module of an optional package.
+@contextmanager
+def extra(name: str) -> Iterator[None]:
+    """Import packages of an extra of this distribution.
 
     Args:
-        module: name of the module.
-        extra: extra of this distribution that installs it.
+        name: name of the extra.
 
     Raises:
-        UsageError: if the package is not installed.
+        UsageError: if a package that is imported in the context is not installed.
     """
     try:
-        return import_module(module)
+        yield
     except ModuleNotFoundError as error:
         raise UsageError(
-            f"{error.name} is not installed: install the extra {extra!r}, with pip install 'arramon-client[{extra}]'"
+            f"{error.name} is not installed: install the extra {name!r}, with pip install 'arramon-client[{name}]'"
         ) from error

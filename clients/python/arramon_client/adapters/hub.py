@@ -6,13 +6,15 @@ The task ids are those of `deploy/huggingface/eval.yaml`, the file that makes a 
 from pathlib import Path
 from typing import Any
 
-import yaml
-from huggingface_hub import EvalResultEntry, eval_result_entries_to_yaml
-
+from arramon_client.adapters.extras import extra
 from arramon_client.adapters.results import METRICS
 from arramon_client.errors import UsageError
 from arramon_client.files import write_whole
 from arramon_client.receipts import read_file
+
+with extra("hub"):
+    import yaml
+    from huggingface_hub import EvalResultEntry, eval_result_entries_to_yaml
 
 FOLDER = ".eval_results"
 """Folder of result files in a model's repository."""

@@ -5,21 +5,23 @@ A sample is an episode, played with the tools `look` and `act`; the score is the
 
 from typing import Any
 
-import anyio
-from inspect_ai import Task, task
-from inspect_ai.dataset import MemoryDataset, Sample
-from inspect_ai.model import ChatMessageSystem, ChatMessageUser, ContentImage, ContentText
-from inspect_ai.scorer import Metric, Score, Scorer, Target, mean, scorer, stderr
-from inspect_ai.solver import Generate, Solver, TaskState, solver
-from inspect_ai.tool import Tool, ToolError, tool
-
 from arramon_client.adapters.episode_runs import EpisodeRuns
+from arramon_client.adapters.extras import extra
 from arramon_client.adapters.host import Host
 from arramon_client.adapters.model_view import RULES, actions_of, observation_text, picture_url
 from arramon_client.adapters.results import METRICS, headline
 from arramon_client.agent import Observation
 from arramon_client.errors import StepAheadError, StepSpentError, UsageError
 from arramon_client.runs.async_run import AsyncRunEpisode
+
+with extra("inspect"):
+    import anyio
+    from inspect_ai import Task, task
+    from inspect_ai.dataset import MemoryDataset, Sample
+    from inspect_ai.model import ChatMessageSystem, ChatMessageUser, ContentImage, ContentText
+    from inspect_ai.scorer import Metric, Score, Scorer, Target, mean, scorer, stderr
+    from inspect_ai.solver import Generate, Solver, TaskState, solver
+    from inspect_ai.tool import Tool, ToolError, tool
 
 RESULT = "arramon"
 """Key of an episode's result in the sample's store."""

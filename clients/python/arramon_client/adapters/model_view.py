@@ -4,7 +4,7 @@ import base64
 import io
 from collections.abc import Sequence
 
-from arramon_client.adapters.extras import require
+from arramon_client.adapters.extras import extra
 from arramon_client.agent import Observation
 from arramon_client.errors import UsageError
 from arramon_client.world import Action
@@ -64,8 +64,10 @@ def picture(seen: Observation) -> bytes | None:
     """
     if seen.rgb is None:
         return None
+    with extra("pictures"):
+        from PIL import Image
     stream = io.BytesIO()
-    require("PIL.Image", "pictures").fromarray(seen.rgb).save(stream, "PNG")
+    Image.fromarray(seen.rgb).save(stream, "PNG")
     return stream.getvalue()
 
 

@@ -7,14 +7,16 @@ import json
 from collections.abc import Iterator
 from typing import Any
 
-import verifiers.v1 as vf
-
 from arramon_client.adapters.episode_runs import EpisodeRuns
+from arramon_client.adapters.extras import extra
 from arramon_client.adapters.host import Host
 from arramon_client.adapters.model_view import RULES, actions_of, observation_text, picture_url
 from arramon_client.adapters.results import headline
 from arramon_client.agent import Observation
 from arramon_client.errors import UsageError
+
+with extra("verifiers"):
+    import verifiers.v1 as vf
 
 TASKSET = "arramon-verifiers"
 """The id by which verifiers finds the task set."""

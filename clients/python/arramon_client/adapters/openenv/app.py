@@ -2,12 +2,14 @@
 
 import os
 
-from fastapi import FastAPI
-from openenv.core.env_server.http_server import create_app
-
+from arramon_client.adapters.extras import extra
 from arramon_client.adapters.host import Host
 from arramon_client.adapters.openenv.environment import ArramonEnvironment
 from arramon_client.adapters.openenv.messages import ArramonAction, ArramonObservation
+
+with extra("openenv"):
+    from fastapi import FastAPI
+    from openenv.core.env_server.http_server import create_app
 
 SESSIONS = 8
 """Default of the largest number of sessions at once."""

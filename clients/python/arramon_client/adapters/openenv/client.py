@@ -3,11 +3,13 @@
 import asyncio
 from typing import Any
 
-from openenv.core.client_types import StepResult
-from openenv.core.env_client import EnvClient
-from websockets.exceptions import ConnectionClosed
-
+from arramon_client.adapters.extras import extra
 from arramon_client.adapters.openenv.messages import ArramonAction, ArramonObservation, ArramonState
+
+with extra("openenv"):
+    from openenv.core.client_types import StepResult
+    from openenv.core.env_client import EnvClient
+    from websockets.exceptions import ConnectionClosed
 
 DELAYS = (0.1, 0.5, 1.0, 2.0, 4.0, 8.0, 15.0, 30.0)
 """Seconds between attempts to reconnect."""

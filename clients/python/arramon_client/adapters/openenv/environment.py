@@ -3,9 +3,7 @@
 from importlib.metadata import version
 from typing import Any
 
-from openenv.core.env_server.interfaces import Environment
-from openenv.core.env_server.types import EnvironmentMetadata
-
+from arramon_client.adapters.extras import extra
 from arramon_client.adapters.host import Host
 from arramon_client.adapters.model_view import actions_of, picture_url
 from arramon_client.adapters.openenv.messages import ArramonAction, ArramonObservation, ArramonState
@@ -13,6 +11,10 @@ from arramon_client.adapters.results import episode_result, headline, run_result
 from arramon_client.agent import Observation
 from arramon_client.errors import UsageError
 from arramon_client.runs.run import Run, RunEpisode
+
+with extra("openenv"):
+    from openenv.core.env_server.interfaces import Environment
+    from openenv.core.env_server.types import EnvironmentMetadata
 
 
 class ArramonEnvironment(Environment[ArramonAction, ArramonObservation, ArramonState]):

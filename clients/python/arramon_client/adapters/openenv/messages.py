@@ -2,10 +2,12 @@
 
 from typing import Any
 
-from openenv.core.env_server.types import Action, Observation, State
-from pydantic import Field
-
+from arramon_client.adapters.extras import extra
 from arramon_client.adapters.model_view import MAX_ACTIONS, RULES
+
+with extra("openenv"):
+    from openenv.core.env_server.types import Action, Observation, State
+    from pydantic import Field
 
 
 class ArramonAction(Action):
