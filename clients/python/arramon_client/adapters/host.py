@@ -3,6 +3,7 @@
 import threading
 from typing import Any, Unpack
 
+from arramon_client.errors import UsageError
 from arramon_client.run_settings import choose_split
 from arramon_client.runs.listing import listed_episodes
 from arramon_client.runs.opening import Connection
@@ -49,12 +50,16 @@ class Host:
         Raises:
             UsageError: if the split is hidden.
         """
+        if self.is_hidden:
+            raise UsageError(
+                f"split {self.split!r} is hidden and can only be played whole; its episodes are not listed"
+            )
         found = listed_episodes(self._connected().server, self.split, self.language)
         return {episode.episode_id: episode.section for episode in found}
 
     def server_options(self) -> ServerOptions:
         """Return the options with which runs reach the server."""
-        given: Any = {name: value for name, value in self._options.items() if name in SERVER_OPTIONS}
+        given: Any = self._server_given()
         if given.get("server") is None:
             given.pop("data", None)
             given["server"] = self._connected().server.address
@@ -62,12 +67,12 @@ class Host:
 
     def run_options(self, episode_id: str | None) -> CreateOptions:
         """Return the options of a run of one episode; None for all."""
-        options: Any = {**self._options, **self.server_options(), "split": self.split}
+        options: Any = {**self._run_options(), **self.server_options(), "split": self.split}
         return options | ({} if episode_id is None else {"episode_ids": (episode_id,)})  # type: ignore[no-any-return]
 
     def with_choice(self, language: str, split: str) -> "Host":
         """Return the same server with another choice; an embedded one is stopped by closing this host."""
-        options: Any = {**self._options, **self.server_options()}
+        options: Any = {**self._run_options(), **self.server_options()}
         return Host(language=language, split=split, agent=self.agent, **options)
 
     def close(self) -> None:
@@ -77,12 +82,18 @@ class Host:
         if connection is not None:
             connection.close()
 
+    def _server_given(self) -> ServerOptions:
+        given: Any = {name: value for name, value in self._options.items() if name in SERVER_OPTIONS}
+        return given  # type: ignore[no-any-return]
+
+    def _run_options(self) -> dict[str, Any]:
+        return {name: value for name, value in self._options.items() if name not in SERVER_OPTIONS}
+
     def _description(self) -> Any:
         return choose_split(self._connected().server.info, self.language, self._split)
 
     def _connected(self) -> Connection:
         with self._lock:
             if self._connection is None:
-                options: Any = {name: value for name, value in self._options.items() if name in SERVER_OPTIONS}
-                self._connection = Connection(options, needs_episodes=self._split is None)
+                self._connection = Connection(self._server_given(), needs_episodes=self._split is None)
             return self._connection

@@ -32,8 +32,7 @@ def listed_episodes(server: Server, split: str, language: str) -> Iterator[evalu
     """Yield a split's episodes in a language, in playing order.
 
     Raises:
-        UsageError: if the split is hidden, or the server does not have it in the language.
-        ArramonClientError: if the server refuses, or does not answer.
+        ArramonClientError: if the server refuses, as for a hidden split, or does not answer.
     """
     request = evaluation_pb2.ListEpisodesRequest(split=split, language=language)
     for _ in range(MAX_PAGES):
