@@ -3,6 +3,7 @@
 import threading
 from typing import Any, Unpack
 
+from arramon.v1 import evaluation_pb2
 from arramon_client.errors import UsageError
 from arramon_client.run_settings import choose_split
 from arramon_client.runs.listing import listed_episodes
@@ -17,15 +18,14 @@ class Host:
 
     Args:
         language: language of the instructions.
-        split: name of the split; None for the server's only one with the language.
         agent: name of the agent, shown on the leaderboard.
-        options: further options of runs, see `CreateOptions`; without `server` an embedded server is started when it
+        options: further options of runs, see `CreateOptions`: `split`, `sensors`, ...; without `server` an embedded server is started when it
             is needed, and shared by all runs.
     """
 
-    def __init__(self, *, language: str, split: str | None, agent: str, **options: Unpack[CreateOptions]) -> None:
+    def __init__(self, *, language: str, agent: str, **options: Unpack[CreateOptions]) -> None:
         self.language, self.agent = language, agent
-        self._split, self._options = split, options
+        self._options = options
         self._lock = threading.Lock()
         self._connection: Connection | None = None
 
@@ -73,7 +73,7 @@ class Host:
     def with_choice(self, language: str, split: str) -> "Host":
         """Return the same server with another choice; an embedded one is stopped by closing this host."""
         options: Any = {**self._run_options(), **self.server_options()}
-        return Host(language=language, split=split, agent=self.agent, **options)
+        return Host(language=language, agent=self.agent, **options | {"split": split})
 
     def close(self) -> None:
         """Close the connection, and stop an embedded server; a second call does nothing."""
@@ -89,11 +89,11 @@ class Host:
     def _run_options(self) -> dict[str, Any]:
         return {name: value for name, value in self._options.items() if name not in SERVER_OPTIONS}
 
-    def _description(self) -> Any:
-        return choose_split(self._connected().server.info, self.language, self._split)
+    def _description(self) -> evaluation_pb2.Split:
+        return choose_split(self._connected().server.info, self.language, self._options.get("split"))
 
     def _connected(self) -> Connection:
         with self._lock:
             if self._connection is None:
-                self._connection = Connection(self._server_given(), needs_episodes=self._split is None)
+                self._connection = Connection(self._server_given(), needs_episodes=not self._options.get("split"))
             return self._connection

@@ -53,7 +53,7 @@ class LeRobotEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         split: str = "val_seen",
         server: str | None = None,
         image_size: int = 224,
-        **options: object,
+        **options: Any,
     ) -> None:
         # On a host episodes are named, so that each has a run of its own, whose scores are known at its end.
         self._ids = [] if server is None else _episode_ids(lang, split, server)
@@ -62,7 +62,7 @@ class LeRobotEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         )
         self._number = 0
         self.action_space = spaces.Box(0.0, 1.0, (len(Action),), np.float32)
-        self.observation_space = spaces.Dict({
+        self.observation_space: spaces.Dict = spaces.Dict({
             "pixels": spaces.Box(0, 255, (image_size, image_size, 3), np.uint8),
             "agent_pos": spaces.Box(-np.inf, np.inf, (3,), np.float32),
         })  # fmt: skip

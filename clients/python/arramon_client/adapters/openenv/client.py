@@ -37,7 +37,7 @@ class ArramonEnv(EnvClient[ArramonAction, ArramonObservation, ArramonState]):
 
     async def _send_and_receive(self, message: dict[str, Any]) -> dict[str, Any]:
         try:
-            response = await super()._send_and_receive(message)
+            response: dict[str, Any] = await super()._send_and_receive(message)
         except (ConnectionClosed, OSError) as error:
             response = await self._resume(message, error)
         observation = response.get("data", {}).get("observation") or {}
@@ -52,9 +52,11 @@ class ArramonEnv(EnvClient[ArramonAction, ArramonObservation, ArramonState]):
             try:
                 if self._run_id and message["type"] != "reset":
                     await super()._send_and_receive({"type": "reset", "data": {"resume": self._run_id}})
-                return await super()._send_and_receive(message)
+                response: dict[str, Any] = await super()._send_and_receive(message)
             except (ConnectionClosed, OSError) as again:
                 error = again
+            else:
+                return response
         raise ConnectionError(f"the environment at {self._ws_url} is away: {error}") from error
 
     def _step_payload(self, action: ArramonAction) -> dict[str, Any]:
