@@ -18,8 +18,11 @@ from arramon_client import AsyncRun, Run, Settings, connect, play
 from arramon_client.adapters.lerobot import LeRobotEnv
 from arramon_client.agent import Episode, Observation
 from arramon_client.receipts import Receipt, read_receipt
+from arramon_client.world import Action
 from tests import tiny
 from tests.api.player import create
+from tests.client.mcp.conftest import tools_on
+from tests.client.mcp.players import data_of
 from tests.doors.installed import framework_python
 from tests.serving import Server
 
@@ -127,6 +130,29 @@ def by_lerobot(address: str, language: str, actions: Actions) -> Result:
     return {"run_id": info["run_id"], "cause": info["cause"], "scores": info["scores"]}
 
 
+def by_mcp(address: str, language: str, actions: Actions) -> Result:
+    async def main() -> str:
+        async with tools_on(address) as client:
+            options = {
+                "language": language,
+                "agent": "mcp",
+                "split": "tiny",
+                "episode_ids": [EPISODE],
+                "sensors": ["rgb"],
+            }
+            seen = data_of(await client.call_tool("start", options))
+            run: str = seen["run"]["id"]
+            seen = data_of(await client.call_tool("look", {"run": run}))
+            while not seen["episode"]["ended"]:
+                step = seen["episode"]["step"]
+                names = [Action(action).name for action in actions[step : step + PLAN]]
+                act = {"run": run, "episode": EPISODE, "step": step, "actions": names}
+                seen = data_of(await client.call_tool("act", act))
+            return run
+
+    return ended(address, asyncio.run(main()))
+
+
 def ended(address: str, run_id: str) -> Result:
     """The result of a run of one episode that is over."""
     with Run.resume(run_id, server=address) as run:
@@ -136,7 +162,7 @@ def ended(address: str, run_id: str) -> Result:
     return {"run_id": run_id, "cause": episode["cause"], "scores": {**episode["turns"], "total": total}}
 
 
-DOORS = (by_async_run, by_play, by_gymnasium, by_lerobot)
+DOORS = (by_async_run, by_play, by_gymnasium, by_lerobot, by_mcp)
 
 
 @pytest.mark.parametrize("door", DOORS, ids=lambda door: door.__name__)

@@ -19,8 +19,8 @@ class Host:
     Args:
         language: language of the instructions.
         agent: name of the agent, shown on the leaderboard.
-        options: further options of runs, see `CreateOptions`: `split`, `sensors`, ...; without `server` an embedded server is started when it
-            is needed, and shared by all runs.
+        options: further options of runs, such as `split` and `sensors`, see `CreateOptions`. Without `server` an
+            embedded server is started when it is needed, and shared by all runs.
     """
 
     def __init__(self, *, language: str, agent: str, **options: Unpack[CreateOptions]) -> None:

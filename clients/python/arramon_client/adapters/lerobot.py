@@ -21,7 +21,7 @@ from arramon_client.world import PHASES, TURNS, Action
 SUITE = "arramon"
 """Name of the only suite of `make_env`, which has one task, 0."""
 
-Observation = dict[str, npt.NDArray[Any]]
+Observation = dict[str, Any]
 
 
 class LeRobotEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
@@ -62,7 +62,7 @@ class LeRobotEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         )
         self._number = 0
         self.action_space = spaces.Box(0.0, 1.0, (len(Action),), np.float32)
-        self.observation_space: spaces.Dict = spaces.Dict({
+        self.observation_space = spaces.Dict({
             "pixels": spaces.Box(0, 255, (image_size, image_size, 3), np.uint8),
             "agent_pos": spaces.Box(-np.inf, np.inf, (3,), np.float32),
         })  # fmt: skip
