@@ -47,7 +47,7 @@ def _fill(folder: Path, extra: str) -> None:
 
 
 def _wanted(folder: Path, framework: str, left_out: set[str]) -> list[str]:
-    """Return the framework, or its requirements but those that are left out, and Pillow."""
+    """Return the framework, or its requirements but those that are left out, and what its users have besides."""
     if not left_out:
         return [framework, "pillow"]
     there = folder / "framework"
@@ -57,4 +57,4 @@ def _wanted(folder: Path, framework: str, left_out: set[str]) -> list[str]:
     found = next(each for each in distributions(path=[str(there)]) if each.metadata["Name"] == framework)
     required = [Requirement(line) for line in found.requires or ()]
     kept = [each for each in required if not each.marker and canonicalize_name(each.name) not in left_out]
-    return [*map(str, kept), "pillow"]
+    return [*map(str, kept), "pillow", "uv"]

@@ -33,12 +33,14 @@ def validate(openenv: Path, *arguments: str) -> dict[str, object]:
 
 
 def test_the_folder_is_valid_with_its_lock_file(openenv: Path, tmp_path: Path) -> None:
-    folder = tmp_path / "arramon"
-    shutil.copytree(ROOT / "deploy" / "openenv", folder)
-    (folder / "uv.lock").unlink(missing_ok=True)
+    folder = tmp_path / "deploy" / "openenv"
+    shutil.copytree(ROOT / "deploy" / "openenv", folder, ignore=shutil.ignore_patterns("uv.lock", ".venv"))
+    shutil.copytree(ROOT / "clients" / "python", tmp_path / "clients" / "python")
     report = validate(openenv, str(folder), "--json")
     assert report["issues"] == ["Missing uv.lock - run 'uv lock' to generate it"]
-    (folder / "uv.lock").touch()  # Only its presence is checked.
+    environment = {**os.environ, "UV_PYTHON": str(openenv), "UV_CACHE_DIR": str(tmp_path / "cache")}
+    command = [str(openenv.with_name("uv")), "lock", "--quiet"]
+    subprocess.run(command, cwd=folder, env=environment, check=True, capture_output=True, timeout=200)
     assert validate(openenv, str(folder), "--json")["issues"] == []
 
 
