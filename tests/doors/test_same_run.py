@@ -47,6 +47,7 @@ PLAYS = Path(__file__).parent / "plays"
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     data = tmp_path_factory.mktemp("data")
     tiny.write(data)
+    tiny.write(data, "secret", 2, hidden=True)
     server = Server(data, "127.0.0.1:0", "--steps", str(STEPS))
     yield server
     assert server.stop() == 0

@@ -19,16 +19,26 @@ def answer(messages, tools, choice, config):
     return output
 
 
-(log,) = evaluate(
-    "arramon_client/arramon",
-    task_args={"lang": LANGUAGE, "split": "tiny", "server": ADDRESS},
-    model=get_model("mockllm/model", custom_outputs=answer),
-    sample_id=EPISODE,
-    log_dir=str(Path(OUTPUT).parent / "logs"),
-    display="none",
-)
-assert log.status == "success", log.error
-(sample,) = log.samples
+def evaluated(language: str, split: str, **more):
+    """Return the samples of an evaluation."""
+    (log,) = evaluate(
+        "arramon_client/arramon",
+        task_args={"lang": language, "split": split, "server": ADDRESS},
+        model=get_model("mockllm/model", custom_outputs=answer),
+        log_dir=str(Path(OUTPUT).parent / "logs"),
+        display="none",
+        **more,
+    )
+    assert log.status == "success", log.error
+    return log.samples
+
+
+(sample,) = evaluated(LANGUAGE, "tiny", sample_id=EPISODE)
 score = sample.scores["episode_score"]
 assert sample.metadata == {"section": "1"}
 write({**score.metadata, "headline": score.value})
+
+# A hidden split of two episodes: the sample that ends the run has its scores.
+scores = [sample.scores["run_score"] for sample in evaluated("en", "secret")]
+assert sorted(isinstance(score.value, dict) for score in scores) == [False, True]
+assert len({score.metadata["run_id"] for score in scores}) == 1

@@ -38,6 +38,29 @@ async def main() -> None:
             state = await env.state()
             assert (state.episode_id, state.language, state.done) == (EPISODE, LANGUAGE, result.done)
         write({**result.observation.result, "reward": result.reward})
+        await play_hidden(env)
+
+
+async def play_hidden(env: ArramonEnv) -> None:
+    """Play a hidden split of two episodes: one run, in its order, with scores when the last has ended."""
+    refused = ""
+    try:
+        await env.reset(lang="en", split="secret", seed=1)
+    except RuntimeError as error:
+        refused = str(error)
+    assert "the hidden split 'secret' is played in its own order" in refused
+    results = []
+    for _ in range(2):
+        result = await env.reset(lang="en", split="secret")
+        while not result.done:
+            step = result.observation.step
+            result = await env.step(ArramonAction(step=step, actions=plan(step)))
+        assert result.reward is None
+        results.append(result.observation.result)
+    first, last = results
+    assert first["run_id"] == last["run_id"]
+    assert first["episode_id"] != last["episode_id"]
+    assert ("run_scores" in first, sorted(last["run_scores"])) == (False, ["total", "turn 1", "turn 2"])
 
 
 asyncio.run(main())
