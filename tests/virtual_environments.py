@@ -57,15 +57,17 @@ class Environment:
         """Removes distributions that `install` or `download` brought; not those that are links."""
         self._pip("uninstall", "--quiet", "--yes", *names)
 
-    def download(self, requirement: str) -> "subprocess.CompletedProcess[str]":
+    def download(self, *requirements: str) -> "subprocess.CompletedProcess[str]":
         """Installs what is in the index that pip is configured with, and returns what pip said.
+
+        Options of pip may be among the requirements.
 
         What is there already must stay as it is, as it may be a link into the tests' environment.
         """
         pins = self.folder / "pins.txt"
         pins.write_text("".join(f"{each.name}=={each.version}\n" for each in distributions(path=[str(self.site)])))
         options = ("--no-compile", "--upgrade-strategy", "only-if-needed", "--constraint", str(pins))
-        command = [*PIP, "--python", str(self.folder), "install", *options, requirement]
+        command = [*PIP, "--python", str(self.folder), "install", *options, *requirements]
         given = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "VIRTUAL_ENV"))}
         return subprocess.run(command, cwd=self.folder, env=given, capture_output=True, text=True, timeout=LIMIT)
 

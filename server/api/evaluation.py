@@ -36,6 +36,9 @@ from arramon_server.runs.storage.records import CodeReference, Run
 
 _Context = grpc.aio.ServicerContext[object, object]
 
+EPISODE_PAGE, MAX_EPISODE_PAGE = 1000, 10_000
+"""Default and largest number of episodes on a page."""
+
 OPEN_TIMEOUT_SECONDS = 20.0
 """Time within which a new stream must send its first message."""
 
@@ -86,6 +89,22 @@ class EvaluationService(EvaluationServicer):
             anonymous=anonymous_caller(self._config) is not None,
             host=host_message(self._config),
             note_bytes=self._config.note_bytes,
+        )
+
+    async def ListEpisodes(self, request: pb.ListEpisodesRequest, context: _Context) -> pb.ListEpisodesResponse:
+        size, start = request.page_size or EPISODE_PAGE, request.page_token or "0"
+        if not 1 <= size <= MAX_EPISODE_PAGE:
+            raise BadInput(f"page_size is {size}, expected 1 to {MAX_EPISODE_PAGE}")
+        if not (start.isascii() and start.isdigit() and len(start) < 10):
+            raise BadInput(f"page_token is {start[:20]!r}, expected the next_page_token of the previous page")
+        listed = self._runs.episodes(request.split, request.language)
+        end = int(start) + size
+        return pb.ListEpisodesResponse(
+            episodes=[
+                pb.ListedEpisode(episode_id=episode.episode_id, section=episode.section)
+                for episode in listed[int(start) : end]
+            ],
+            next_page_token=str(end) if end < len(listed) else "",
         )
 
     async def CreateRun(self, request: pb.CreateRunRequest, context: _Context) -> pb.Run:

@@ -8,6 +8,7 @@ from sqlalchemy.engine import Connection
 
 from arramon_server import __version__
 from arramon_server.closing_times import NEVER_CLOSES, ClosingTimes
+from arramon_server.episodes.episode import Episode
 from arramon_server.episodes.splits import Split
 from arramon_server.errors import BadInput, Conflict, Forbidden, NotFound, quoted
 from arramon_server.runs.accounts.accounts import ANONYMOUS_NAME, Accounts, check_name
@@ -76,6 +77,18 @@ class RunService:
         found = self._journal.addresses(LEASE)
         return found if len(found) > 1 else []
 
+    def episodes(self, split: str, language: str) -> list[Episode]:
+        """Return the episodes of a split in a language, in playing order.
+
+        Raises:
+            NotFound: if there is no such split or language.
+            BadInput: if the split is hidden.
+        """
+        chosen = self._split(split)
+        if chosen.hidden:
+            raise BadInput(f"split {split!r} is hidden and can only be played whole; its episodes are not listed")
+        return _playing_order(chosen, language)
+
     def create(
         self,
         caller: Caller,
@@ -113,11 +126,7 @@ class RunService:
         """
         chosen = self._split(split)
         self.closing.check_open(split, "no runs are created on it")
-        order = chosen.in_playing_order(language)
-        if not order:
-            raise NotFound(
-                f"split {split!r} has no episodes in {quoted(language)}; it has {', '.join(chosen.languages) or 'none'}"
-            )
+        order = _playing_order(chosen, language)
         if len(agent) > LONGEST_AGENT:
             raise BadInput(f"the agent's name has {len(agent)} characters; at most {LONGEST_AGENT} are allowed")
         if not agent.strip() or not is_visible(agent):
@@ -296,6 +305,19 @@ class RunService:
         if name not in self.splits:
             raise NotFound(f"there is no split {quoted(name)}; this server has {', '.join(self.splits)}")
         return self.splits[name]
+
+
+def _playing_order(split: Split, language: str) -> list[Episode]:
+    """Return a split's episodes in a language, in playing order.
+
+    Raises:
+        NotFound: if there are none.
+    """
+    order = split.in_playing_order(language)
+    if not order:
+        there = ", ".join(split.languages) or "none"
+        raise NotFound(f"split {split.name!r} has no episodes in {quoted(language)}; it has {there}")
+    return order
 
 
 def _chosen(

@@ -62,6 +62,11 @@ CASES = {
         (OK, ABSENT, OK, ABSENT),
     ),
     "Evaluation.Play": Case(plays, "running", (OK, ABSENT, NO, ABSENT)),
+    "Evaluation.ListEpisodes": Case(
+        lambda who, _: who.stub.ListEpisodes(pb.ListEpisodesRequest(split="tiny", language="en"), metadata=METADATA),
+        "running",
+        (OK,) * 4,
+    ),
     "Evaluation.GetReport": Case(
         lambda who, run: who.stub.GetReport(pb.GetReportRequest(run_id=run), metadata=METADATA),
         "over",

@@ -226,6 +226,9 @@ class Servicer(EvaluationServicer):
         context.abort(grpc.StatusCode.NOT_FOUND, "the fake server signs nothing")
         raise AssertionError
 
+    def ListEpisodes(self, request: pb.ListEpisodesRequest, context: Any) -> pb.ListEpisodesResponse:
+        return pb.ListEpisodesResponse()
+
     def CreateRun(self, request: pb.CreateRunRequest, context: Any) -> pb.Run:
         return self.world.create(request)
 

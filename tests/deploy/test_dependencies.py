@@ -26,6 +26,9 @@ PROJECTS = {
 PARTS = {"pydantic-core": "pydantic"}
 """Distributions that are documented as parts of others, which pin them."""
 
+OTHER_NAMES = {"openenv": "openenv-core"}
+"""Distributions of modules that are not installed here, where their names differ."""
+
 NOT_IMPORTED = {
     "arramon-agents": {
         "gymnasium": "training draws demonstrations by the environments of arramon_dataset",
@@ -51,7 +54,7 @@ def test_declared_dependencies_are_what_the_packages_import(name: str) -> None:
         for module in {each.partition(".")[0] for each in imports(path)}:
             if module not in sys.stdlib_module_names:
                 # What is not installed, as it has no build here, is taken to be distributed under its own name.
-                for provider in known.get(module, [module]):
+                for provider in known.get(module, [OTHER_NAMES.get(module, module)]):
                     distributed = canonicalize_name(provider)
                     imported[PARTS.get(distributed, distributed)] = str(path.relative_to(ROOT))
     imported.pop(name, None)

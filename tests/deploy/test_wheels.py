@@ -15,7 +15,11 @@ from tests.virtual_environments import Environment
 
 PACKAGES = {
     "arramon-agents": {"arramon_agents": "agents"},
-    "arramon-client": {"arramon": "proto/arramon", "arramon_client": "clients/python/arramon_client"},
+    "arramon-client": {
+        "arramon": "proto/arramon",
+        "arramon_client": "clients/python/arramon_client",
+        "arramon_verifiers": "clients/python/arramon_verifiers",
+    },
     "arramon-lang": {"arramon_lang": "lang"},
     "arramon-server": {"arramon_dataset": "dataset", "arramon_server": "server"},
 }

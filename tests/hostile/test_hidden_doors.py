@@ -207,6 +207,7 @@ def requests(doors: Doors) -> dict[str, list[Any]]:
         "Compare": compared,
         "Export": exports,
         "ListEpochs": [lb.ListEpochsRequest()],
+        "ListEpisodes": [],
         **{name: [] for name in ("CreateRun", "CancelRun", "Play", "Withdraw", "GetActions", "CompareEpochs")},
     }
 

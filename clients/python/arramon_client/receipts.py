@@ -1,7 +1,7 @@
 """Receipt files: writing, reading and verification, against the host's key and the actions sent."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -73,11 +73,15 @@ class Receipt:
         public_key: 32 bytes; trust it only if it is the host's key.
         content: the signed content as plain data, described in `docs/receipts.md`.
         digest: SHA-256 of the signed content, 32 bytes.
+        payload: the signed content as text.
+        signature: the signature of the payload, 64 bytes.
     """
 
     public_key: bytes
     content: Mapping[str, Any]
     digest: bytes = b""
+    payload: str = field(default="", repr=False)
+    signature: bytes = field(default=b"", repr=False)
 
     @property
     def run(self) -> Mapping[str, Any]:
@@ -90,6 +94,10 @@ class Receipt:
         """The run's episodes, in playing order."""
         episodes: Sequence[Mapping[str, Any]] = self.content["episodes"]
         return episodes
+
+    def file_content(self) -> dict[str, Any]:
+        """Return the content of the receipt's file, which `arramon-client verify` checks when it is written as JSON."""
+        return _file_content(self.payload, self.signature, self.public_key)
 
 
 def write_receipt(receipt: evaluation_pb2.Receipt, run_id: str, folder: Path) -> Path:
@@ -107,16 +115,19 @@ def write_receipt(receipt: evaluation_pb2.Receipt, run_id: str, folder: Path) ->
         payload = receipt.payload.decode()
     except UnicodeDecodeError as error:
         raise ReceiptError(f"the receipt of run {run_id} is not text: {error}") from error
-    content = {
+    path = folder / f"{run_id}{SUFFIX}"
+    write_whole(path, to_json(_file_content(payload, receipt.signature, receipt.public_key)))
+    return path
+
+
+def _file_content(payload: str, signature: bytes, public_key: bytes) -> dict[str, Any]:
+    return {
         "format": FILE_FORMAT,
         "version": FILE_VERSION,
         "payload": payload,
-        "signature": receipt.signature.hex(),
-        "public_key": receipt.public_key.hex(),
+        "signature": signature.hex(),
+        "public_key": public_key.hex(),
     }
-    path = folder / f"{run_id}{SUFFIX}"
-    write_whole(path, to_json(content))
-    return path
 
 
 def read_file(path: Path, kind: str) -> Any:
@@ -271,7 +282,7 @@ def _checked(path: Path | str, payload: str, signature: bytes, key: bytes) -> Re
     further = {name: shape for name, shape in OPTIONAL_FIELDS.items() if name in content}
     if not (_fits({**REQUIRED_FIELDS, **further}, content) and _fits(VERSION_FIELDS[content["version"]], content)):
         raise ReceiptError(f"{path} is signed, but its content does not have the fields of a receipt")
-    receipt = Receipt(key, content, digest_of(payload))
+    receipt = Receipt(key, content, digest_of(payload), payload, signature)
     heads = [(episode["episode_id"], _bytes(path, episode, "head", 32)) for episode in receipt.episodes]
     if run_digest(receipt.run["run_id"], heads).hex() != content["digest"]:
         raise ReceiptError(f"{path} is inconsistent: its digest does not match its episodes")

@@ -39,6 +39,11 @@ class EvaluationStub:
                 request_serializer=arramon_dot_v1_dot_evaluation__pb2.GetServerInfoRequest.SerializeToString,
                 response_deserializer=arramon_dot_v1_dot_evaluation__pb2.ServerInfo.FromString,
                 _registered_method=True)
+        self.ListEpisodes = channel.unary_unary(
+                '/arramon.v1.Evaluation/ListEpisodes',
+                request_serializer=arramon_dot_v1_dot_evaluation__pb2.ListEpisodesRequest.SerializeToString,
+                response_deserializer=arramon_dot_v1_dot_evaluation__pb2.ListEpisodesResponse.FromString,
+                _registered_method=True)
         self.CreateRun = channel.unary_unary(
                 '/arramon.v1.Evaluation/CreateRun',
                 request_serializer=arramon_dot_v1_dot_evaluation__pb2.CreateRunRequest.SerializeToString,
@@ -96,6 +101,13 @@ class EvaluationServicer:
 
     def GetServerInfo(self, request, context):
         """Returns the server's version, splits, encodings and limits. Call it first.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
+    def ListEpisodes(self, request, context):
+        """Returns the episodes of a split that is not hidden, in pages, for a client that plays them one by one.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
@@ -187,6 +199,11 @@ def add_EvaluationServicer_to_server(servicer, server):
                     request_deserializer=arramon_dot_v1_dot_evaluation__pb2.GetServerInfoRequest.FromString,
                     response_serializer=arramon_dot_v1_dot_evaluation__pb2.ServerInfo.SerializeToString,
             ),
+            'ListEpisodes': grpc.unary_unary_rpc_method_handler(
+                    servicer.ListEpisodes,
+                    request_deserializer=arramon_dot_v1_dot_evaluation__pb2.ListEpisodesRequest.FromString,
+                    response_serializer=arramon_dot_v1_dot_evaluation__pb2.ListEpisodesResponse.SerializeToString,
+            ),
             'CreateRun': grpc.unary_unary_rpc_method_handler(
                     servicer.CreateRun,
                     request_deserializer=arramon_dot_v1_dot_evaluation__pb2.CreateRunRequest.FromString,
@@ -265,6 +282,33 @@ class Evaluation:
             '/arramon.v1.Evaluation/GetServerInfo',
             arramon_dot_v1_dot_evaluation__pb2.GetServerInfoRequest.SerializeToString,
             arramon_dot_v1_dot_evaluation__pb2.ServerInfo.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def ListEpisodes(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_unary(
+            request,
+            target,
+            '/arramon.v1.Evaluation/ListEpisodes',
+            arramon_dot_v1_dot_evaluation__pb2.ListEpisodesRequest.SerializeToString,
+            arramon_dot_v1_dot_evaluation__pb2.ListEpisodesResponse.FromString,
             options,
             channel_credentials,
             insecure,

@@ -33,6 +33,8 @@ class EvaluationStub:
     def __new__(cls, channel: _aio.Channel) -> EvaluationAsyncStub: ...
     GetServerInfo: _grpc.UnaryUnaryMultiCallable[_evaluation_pb2.GetServerInfoRequest, _evaluation_pb2.ServerInfo]
     """Returns the server's version, splits, encodings and limits. Call it first."""
+    ListEpisodes: _grpc.UnaryUnaryMultiCallable[_evaluation_pb2.ListEpisodesRequest, _evaluation_pb2.ListEpisodesResponse]
+    """Returns the episodes of a split that is not hidden, in pages, for a client that plays them one by one."""
     CreateRun: _grpc.UnaryUnaryMultiCallable[_evaluation_pb2.CreateRunRequest, _evaluation_pb2.Run]
     """Creates a run: one agent playing the episodes of one split in one language."""
     GetRun: _grpc.UnaryUnaryMultiCallable[_evaluation_pb2.GetRunRequest, _evaluation_pb2.Run]
@@ -71,6 +73,8 @@ class EvaluationAsyncStub(EvaluationStub):
     def __init__(self, channel: _aio.Channel) -> None: ...
     GetServerInfo: _aio.UnaryUnaryMultiCallable[_evaluation_pb2.GetServerInfoRequest, _evaluation_pb2.ServerInfo]  # type: ignore[assignment]
     """Returns the server's version, splits, encodings and limits. Call it first."""
+    ListEpisodes: _aio.UnaryUnaryMultiCallable[_evaluation_pb2.ListEpisodesRequest, _evaluation_pb2.ListEpisodesResponse]  # type: ignore[assignment]
+    """Returns the episodes of a split that is not hidden, in pages, for a client that plays them one by one."""
     CreateRun: _aio.UnaryUnaryMultiCallable[_evaluation_pb2.CreateRunRequest, _evaluation_pb2.Run]  # type: ignore[assignment]
     """Creates a run: one agent playing the episodes of one split in one language."""
     GetRun: _aio.UnaryUnaryMultiCallable[_evaluation_pb2.GetRunRequest, _evaluation_pb2.Run]  # type: ignore[assignment]
@@ -112,6 +116,14 @@ class EvaluationServicer(metaclass=_abc_1.ABCMeta):
         context: _ServicerContext,
     ) -> _typing.Union[_evaluation_pb2.ServerInfo, _abc.Awaitable[_evaluation_pb2.ServerInfo]]:
         """Returns the server's version, splits, encodings and limits. Call it first."""
+
+    @_abc_1.abstractmethod
+    def ListEpisodes(
+        self,
+        request: _evaluation_pb2.ListEpisodesRequest,
+        context: _ServicerContext,
+    ) -> _typing.Union[_evaluation_pb2.ListEpisodesResponse, _abc.Awaitable[_evaluation_pb2.ListEpisodesResponse]]:
+        """Returns the episodes of a split that is not hidden, in pages, for a client that plays them one by one."""
 
     @_abc_1.abstractmethod
     def CreateRun(

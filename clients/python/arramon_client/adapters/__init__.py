@@ -1,0 +1,1 @@
+"""Adapters to evaluation and training frameworks; each is imported by itself, and needs an extra of its own."""

@@ -1,0 +1,5 @@
+"""Entry point of LeRobot's EnvHub, for a repository on the Hugging Face Hub; see docs/doors.md."""
+
+from arramon_client.adapters.lerobot import make_env
+
+__all__ = ["make_env"]
