@@ -17,7 +17,6 @@ from arramon_client.transport.connection import METADATA
 MAX_QUEUED = 16
 """Capacity of the queue of responses; reading pauses when it is full, so that a long history does not fill memory."""
 
-
 ACTS_IN_MESSAGE = 256
 """Maximum number of acts in one message; with the longest notes they take half of the 1 MiB that servers accept by
 default."""
@@ -43,10 +42,10 @@ class PlayStream:
         *,
         reads_ahead: bool | None = None,
     ) -> None:
-        self._outgoing: queue.SimpleQueue[evaluation_pb2.PlayRequest | None] = queue.SimpleQueue()
+        self._outgoing = _Requests()
         self._incoming: queue.Queue[evaluation_pb2.PlayResponse | grpc.RpcError | None] = queue.Queue(MAX_QUEUED)
         self._outgoing.put(evaluation_pb2.PlayRequest(open=opening))
-        self._call = stub.Play(iter(self._outgoing.get, None), metadata=METADATA)
+        self._call = stub.Play(self._outgoing, metadata=METADATA)
         self._reader: threading.Thread | None = None
         if opening.max_episodes > 1 if reads_ahead is None else reads_ahead:
             self._reader = threading.Thread(target=self._read, name="arramon-play", daemon=True)
@@ -121,3 +120,37 @@ class PlayStream:
         except grpc.RpcError as error:
             end = error
         self._incoming.put(end)
+
+
+class _Requests:
+    """Iterator over requests that other threads add, for gRPC; acts that wait at the same time share a message.
+
+    A message costs more than an act, and episodes that are played at their own pace send one act at a time.
+    """
+
+    def __init__(self) -> None:
+        self._queue: queue.SimpleQueue[evaluation_pb2.PlayRequest | None] = queue.SimpleQueue()
+        self._next: list[evaluation_pb2.PlayRequest | None] = []  # A request that did not fit into the message before.
+
+    def put(self, request: evaluation_pb2.PlayRequest | None) -> None:
+        """Add a request; None for the end."""
+        self._queue.put(request)
+
+    def __iter__(self) -> "_Requests":
+        return self
+
+    def __next__(self) -> evaluation_pb2.PlayRequest:
+        request = self._next.pop() if self._next else self._queue.get()
+        if request is None:
+            raise StopIteration
+        acts = request.actions.acts
+        while acts:
+            try:
+                following = self._queue.get(block=False)
+            except queue.Empty:
+                break
+            if following is None or len(acts) + len(following.actions.acts) > ACTS_IN_MESSAGE:
+                self._next.append(following)
+                break
+            acts.extend(following.actions.acts)
+        return request
