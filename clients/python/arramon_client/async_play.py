@@ -153,6 +153,11 @@ class _AsyncPlayer:
                     self._progress(self._state())
         except EpisodeLostError:
             pass
+        except asyncio.CancelledError:
+            if not episode.cause and not episode.lost:  # By the agent: its episode would stand still.
+                reason = f"run stopped: the task of episode {episode.episode_id} was cancelled"
+                self._stop_run(AgentStoppedError(reason))
+            raise
         finally:
             if self._recording is not None and episode.cause_code is not None:
                 self._recording.end(episode.episode_id, episode.cause_code)
@@ -190,20 +195,21 @@ class _AsyncPlayer:
 
     async def _ask(self, episode: LiveEpisode, seen: Observation) -> Answer | None:
         """Return the agent's answer, asking again after a failure; None if the episode is over for it."""
-        for attempt in range(self._settings.retries + 1):
+        is_replayed = seen.taken is not None and self._can_replay
+        retries = 0 if is_replayed else self._settings.retries  # A repeated `replay` would count a step twice.
+        for attempt in range(retries + 1):
             if attempt and self._stopping.is_set():
                 return None
             try:
-                if seen.taken is not None and self._can_replay:
-                    await async_calls.call_optional(self._agent, "replay", seen, seen.taken)
-                    return Answer(seen.taken)
+                if is_replayed:
+                    return await async_calls.replay(self._agent, seen)
                 return await async_calls.act(self._agent, seen)
             except StopRun as stop:
                 self._stop_run(stop)
                 return None
             except AgentError as error:
                 failure = error
-                if attempt < self._settings.retries:
+                if attempt < retries:
                     if not attempt:
                         where = f"step {seen.step} of episode {seen.episode_id}"
                         self._notify(f"the agent failed at {where}, and is asked again: {error}")

@@ -21,7 +21,7 @@ def note_text(note: Note | None) -> str:
     elif isinstance(note, Mapping):
         try:
             text = json.dumps(dict(note), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
-        except (TypeError, ValueError) as error:
+        except (TypeError, ValueError, RecursionError) as error:
             raise UsageError(f"the note cannot be written as JSON: {error}") from error
     else:
         raise UsageError(f"the note is of type {type(note).__name__}, expected text or a mapping")

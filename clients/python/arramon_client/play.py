@@ -51,14 +51,14 @@ def play(
         failure_counter: counter of the agent's failures, shared with the run's other streams.
 
     Raises:
-        AgentError: if the agent has an `end` that cannot be called as `end(episode_id)`; nothing is played.
+        AgentError: if the agent has an `end` or a `replay` that cannot be called; nothing is played.
         StopRun: if the agent raises it; the run can be resumed.
         AgentStoppedError: if the agent fails early or often enough to stop the run; the run can be resumed.
         ServerUnreachableError: if the server is away for longer than `settings.patience`; the run can be resumed.
         RefusedError, VersionMismatchError, MessageTooLargeError: if the server refuses the stream.
         ProtocolError: if client or server violates the protocol.
     """
-    fault = agent_calls.fault_of_end(agent)
+    fault = agent_calls.fault_of_optional_methods(agent)
     if fault:
         raise AgentError(f"the agent cannot play: {fault}")
     if is_async(agent):

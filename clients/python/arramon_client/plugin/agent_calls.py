@@ -16,6 +16,9 @@ from arramon_client.plugin.tracebacks import own_frames
 
 ACTIONS = "0 (forward), 1 (left), 2 (right) or 3 (interact)"
 
+OPTIONAL = {"end": ("episode_id",), "replay": ("observation", "action")}
+"""Parameters of the optional methods that are called while episodes are played."""
+
 
 def begin(agent: Agent, episode: Episode) -> None:
     """Call the agent's `begin`.
@@ -101,27 +104,38 @@ def run_report(agent: object) -> dict[str, Any]:
     raise AgentError(f"run_report() returned {_shown(content)}; expected a mapping that JSON can hold")
 
 
-def fault_of_end(agent: object) -> str:
-    """Return why an agent's `end` cannot be called as `end(episode_id)`; empty if it can, or if there is none."""
-    method, kind = getattr(agent, "end", None), type(agent).__name__
-    if method is None:
+def fault_of_optional_methods(agent: object) -> str:
+    """Return why an agent's `end` or `replay` cannot be called; empty if it can, or if there is none."""
+    return next(filter(None, (_fault_of_method(agent, name, parameters) for name, parameters in OPTIONAL.items())), "")
+
+
+def _fault_of_method(agent: object, name: str, parameters: Sequence[str]) -> str:
+    method, kind, call = getattr(agent, name, None), type(agent).__name__, f"{name}({', '.join(parameters)})"
+    if method is None or (name == "replay" and not callable(method)):  # It may be a replay buffer, see `can_replay`.
         return ""
     if not callable(method):
-        return f"{kind}.end is {_shown(method)}; expected a method end(episode_id), or none"
+        return f"{kind}.{name} is {_shown(method)}; expected a method {call}, or none"
     if inspect.iscoroutinefunction(method) and not inspect.iscoroutinefunction(getattr(agent, "act", None)):
-        return f"{kind}.end is a coroutine function (async def); expected an ordinary method end(episode_id), or none"
+        return f"{kind}.{name} is a coroutine function (async def); expected an ordinary method {call}, or none"
     try:
         signature = inspect.signature(method)
     except (ValueError, TypeError):  # Some callables that are not written in Python have no signature.
         return ""
     try:
-        signature.bind("episode_id")
+        signature.bind(*parameters)
     except TypeError:
-        return f"{kind} has end{signature}; expected a method that can be called as end(episode_id), or none"
+        return f"{kind} has {name}{signature}; expected a method that can be called as {call}, or none"
     return ""
 
 
 def _answers(answer: object, observations: Sequence[Observation]) -> list[Answer]:
+    if inspect.iscoroutine(answer) or inspect.isasyncgen(answer):
+        if inspect.iscoroutine(answer):
+            answer.close()
+        raise AgentError(
+            f"act() returned {type(answer).__name__.replace('_', ' ')}, expected actions; an agent that waits has a "
+            "method `async def act(self, observation)` that returns one"
+        )
     expected = f"act() must return a sequence with one action for each of the {len(observations)} observations"
     if isinstance(answer, str | bytes | dict | set):
         raise AgentError(f"{expected}; it returned {_shown(answer)}")

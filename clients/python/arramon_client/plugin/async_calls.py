@@ -1,7 +1,7 @@
 """Checked calls of the methods of an agent that waits, which turn every failure into an AgentError."""
 
+import asyncio
 import inspect
-from collections.abc import Callable
 from typing import Any, TypeGuard
 
 from arramon_client.agent import Answer, AsyncAgent, Episode, Observation
@@ -25,7 +25,7 @@ async def begin(agent: AsyncAgent, episode: Episode) -> None:
     Raises:
         AgentRaisedError: if the agent raises any other exception than StopRun.
     """
-    await _call(agent.begin, "begin", episode)
+    await _call(agent, "begin", episode)
 
 
 async def act(agent: AsyncAgent, observation: Observation) -> Answer:
@@ -35,25 +35,41 @@ async def act(agent: AsyncAgent, observation: Observation) -> Answer:
         AgentRaisedError: if the agent raises any other exception than StopRun.
         AgentError: if it does not return a valid action, for example None.
     """
-    return checked_answer(await _call(agent.act, "act", observation), observation)
+    return checked_answer(await _call(agent, "act", observation), observation)
 
 
-async def call_optional(agent: object, method: str, *arguments: object) -> None:
-    """Call a method that an agent need not have: `open`, `replay`, `end` or `close`; another attribute is ignored.
+async def replay(agent: AsyncAgent, observation: Observation) -> Answer:
+    """Call the agent's `replay` with a recorded observation, and return its recorded action.
 
     Raises:
         AgentRaisedError: if the agent raises any other exception than StopRun.
     """
-    function = getattr(agent, method, None)
-    if callable(function):
-        await _call(function, method, *arguments)
+    assert observation.taken is not None
+    await _call(agent, "replay", observation, observation.taken)
+    return Answer(observation.taken)
 
 
-async def _call(function: Callable[..., Any], name: str, *arguments: object) -> Any:
+async def call_optional(agent: object, method: str, *arguments: object) -> None:
+    """Call a method that an agent need not have: `open`, `end` or `close`; another attribute is ignored.
+
+    Raises:
+        AgentRaisedError: if the agent raises any other exception than StopRun.
+    """
+    if callable(getattr(agent, method, None)):
+        await _call(agent, method, *arguments)
+
+
+async def _call(agent: object, method: str, *arguments: object) -> Any:
     try:
-        result = function(*arguments)
+        result = getattr(agent, method)(*arguments)
         return await result if inspect.isawaitable(result) else result
     except StopRun:
         raise
+    except asyncio.CancelledError as error:
+        task = asyncio.current_task()
+        if task is not None and task.cancelling():  # The client cancels this call.
+            raise
+        # Something that the agent awaits was cancelled: without this, the episode would silently stand still.
+        raise AgentRaisedError(f"{method}() raised {named(error)}", own_frames(error)) from error
     except (Exception, SystemExit) as error:
-        raise AgentRaisedError(f"{name}() raised {named(error)}", own_frames(error)) from error
+        raise AgentRaisedError(f"{method}() raised {named(error)}", own_frames(error)) from error

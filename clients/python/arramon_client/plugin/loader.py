@@ -164,6 +164,6 @@ def _check_is_agent(made: object, spec: str) -> None:
             f"agent {spec}: {type(made).__name__} has no method {' and no method '.join(missing)}; "
             "see arramon_client.agent for an agent's methods"
         )
-    fault = agent_calls.fault_of_end(made)
+    fault = agent_calls.fault_of_optional_methods(made)
     if fault:
         raise AgentLoadError(f"agent {spec}: {fault}; see arramon_client.agent for an agent's methods")
