@@ -69,7 +69,7 @@ async def play_over(
     players = live.players
     return Outcome(
         run=live.run,
-        steps=sum(each.steps for each in players),
+        steps=live.steps,
         failures=tuple(player.failures),
         problems=tuple(problem for each in players for problem in each.problems),
         reconnections=live.reconnections,
@@ -265,4 +265,4 @@ class _AsyncPlayer:
 
     def _state(self) -> Progress:
         live = self._live
-        return Progress(live.run.episodes, live.episodes_ended, sum(player.steps for player in live.players))
+        return Progress(live.run.episodes, live.episodes_ended, live.steps)

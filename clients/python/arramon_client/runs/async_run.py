@@ -72,7 +72,7 @@ class AsyncRun:
 
     async def episodes(self) -> "AsyncIterator[AsyncRunEpisode]":
         """Yield the run's episodes as the server offers them, until the run is over; see `Run.episodes`."""
-        while (episode := await wait_async(self._opened.live.next_episode())) is not None:
+        while (episode := await wait_async(self._opened.next_episode())) is not None:
             yield AsyncRunEpisode(self._opened, episode)
 
     async def wait(self) -> RunInfo:

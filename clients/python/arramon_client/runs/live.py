@@ -91,6 +91,17 @@ class LiveRun:
             return max((lane.player.episodes_ended for lane in self._lanes), default=self._run.episodes_ended)
 
     @property
+    def steps(self) -> int:
+        """Number of actions taken by this client, not counting replayed history."""
+        return sum(lane.player.steps for lane in self._lanes)
+
+    @property
+    def open_ids(self) -> Sequence[str]:
+        """Ids of the open episodes that were handed out."""
+        with self.lock:
+            return [each for each, episode in self._open.items() if episode not in self._new]
+
+    @property
     def reconnections(self) -> int:
         """Number of times that a stream was reopened."""
         return sum(lane.streams.reconnections for lane in self._lanes)

@@ -1,8 +1,9 @@
 """An episode that is being played: what was seen last, and the acts that follow, each step taken once."""
 
 import operator
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import replace
+from itertools import islice
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -141,6 +142,8 @@ class LiveEpisode:
 
     def give_up(self, reason: str) -> Operation[None]:
         """Give up the episode, and wait until it has ended."""
+        if not isinstance(reason, str):
+            raise UsageError(f"the reason is {reason!r}, expected text")
         with self._run.lock:
             if not self.cause:
                 self._check()
@@ -275,14 +278,14 @@ def _checked_plan(actions: int | Sequence[int]) -> tuple[int, ...]:
         UsageError: if it is neither an action nor a sequence of 1 to MAX_PLAN of them.
     """
     expected = f"expected an action from 0 to {len(Action) - 1}, or a sequence of 1 to {MAX_PLAN} actions"
-    if isinstance(actions, str | bytes | bool):
+    if isinstance(actions, str | bytes | bool | Mapping | Set):  # A set has no order.
         raise UsageError(f"the act is {actions!r}, {expected}")
     try:
-        items = list(actions)  # type: ignore[arg-type]
+        items = list(islice(actions, MAX_PLAN + 1))  # type: ignore[arg-type]
     except TypeError:
         items = [actions]  # type: ignore[list-item]
     if not 1 <= len(items) <= MAX_PLAN:
-        raise UsageError(f"the act has {len(items)} actions, {expected}")
+        raise UsageError(f"the act has {f'more than {MAX_PLAN}' if items else 'no'} actions, {expected}")
     return tuple(_checked_action(item, expected) for item in items)
 
 

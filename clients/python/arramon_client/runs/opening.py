@@ -1,85 +1,33 @@
-"""Creating and resuming runs: the connection, the request, and the start of the stream."""
+"""Creating and resuming runs: the request, the start of the stream, and what is read from the server."""
 
-import logging
+import json
+import threading
+import weakref
 from collections.abc import Callable
-from contextlib import ExitStack
-from pathlib import Path
 from typing import TypeVar
 
 from arramon.v1 import evaluation_pb2
 from arramon_client import receipts, run_settings
-from arramon_client.errors import UsageError
-from arramon_client.local.embedded_play import embedded_for_play
+from arramon_client.errors import RunClosedError, UsageError
 from arramon_client.receipts import Receipt
+from arramon_client.runs.connection import Connection
 from arramon_client.runs.info import RunInfo, info_of
 from arramon_client.runs.listing import listed_runs
 from arramon_client.runs.live import LiveRun
+from arramon_client.runs.live_episode import LiveEpisode
+from arramon_client.runs.option_checks import check_options, check_run_id, check_text
 from arramon_client.runs.options import CreateOptions, PlayOptions, ServerOptions
+from arramon_client.runs.waiting import Operation
 from arramon_client.settings import Settings
-from arramon_client.transport.access import Access, make_access
-from arramon_client.transport.connection import Server, call, connect, raise_unreachable
-from arramon_client.transport.incoming import RUN_ID, check_same_run
+from arramon_client.transport.connection import Server, call
+from arramon_client.transport.incoming import check_same_run
 from arramon_client.transport.retry import PATIENCE, Retry, call_until_answered
 from arramon_client.world import DEFAULT_SENSORS
 
 Answer = TypeVar("Answer")
 
-_log = logging.getLogger("arramon_client.runs")
-
-CODE = ("url", "commit", "image")
-"""Keys of the option `code`."""
-
-
-class Connection:
-    """A connected server, remote or embedded.
-
-    Args:
-        options: the server.
-        needs_episodes: whether an embedded server without episodes must generate some.
-        resumes: the run that is resumed, whose server may be restarting; empty for a new one.
-        patience: seconds to wait for that server.
-
-    Raises:
-        ArramonClientError: if the server cannot be reached or started, or refuses.
-
-    Attributes:
-        server: the server.
-        revive: restarts an embedded server that has died.
-        notify: called with messages for the participant.
-    """
-
-    def __init__(
-        self, options: ServerOptions, *, needs_episodes: bool = False, resumes: str = "", patience: float = PATIENCE
-    ) -> None:
-        self.notify = options.get("notify") or _log.warning
-        self.revive: Callable[[], None] = lambda: None
-        self._stack = ExitStack()
-        try:
-            address, access, unreachable = options.get("server"), Access(), raise_unreachable
-            data, tls_ca = options.get("data"), options.get("tls_ca")
-            if address is None:
-                embedded = self._stack.enter_context(
-                    embedded_for_play(
-                        None if data is None else Path(data), self.notify, needs_episodes=needs_episodes, quiet=True
-                    )
-                )
-                address, self.revive = embedded.address, embedded.revive
-            else:
-                if data is not None:
-                    raise UsageError("data applies to the embedded server, and cannot be used together with server")
-                access = make_access(
-                    options.get("token"), tls=options.get("tls"), tls_ca=None if tls_ca is None else Path(tls_ca)
-                )
-                if resumes:
-                    unreachable = Retry(resumes, patience, self.notify).wait_for
-            self.server: Server = self._stack.enter_context(connect(address, access, unreachable=unreachable))
-        except BaseException:
-            self._stack.close()
-            raise
-
-    def close(self) -> None:
-        """Close the connection, and stop an embedded server; a second call does nothing."""
-        self._stack.close()
+STALL_SECONDS = 10.0
+"""Time without a step after which a wait for the next episode is reported."""
 
 
 class OpenedRun:
@@ -99,16 +47,39 @@ class OpenedRun:
         was_over = run.state != evaluation_pb2.RUN_STATE_RUNNING
         self.live = LiveRun(run, replays=replays, notify=connection.notify, was_over=was_over)
         self._patience = settings.patience
+        self._has_reported_stall = False
         if not was_over:
             self.live.start(connection.server.stub, settings, connection.server.address, connection.revive)
+        # Also when the run is forgotten, or at the end of the program: the stream first, as it would reconnect.
+        self._close = weakref.finalize(self, _close_all, self.live, connection)
 
     def run(self) -> evaluation_pb2.Run:
         """Return the run as it is on the server now."""
         stub = self.connection.server.stub
         return self._read(stub.GetRun, evaluation_pb2.GetRunRequest(run_id=self.run_id))
 
+    def next_episode(self) -> Operation[LiveEpisode | None]:
+        """Return the next episode; None when the run is over. A wait in which nothing is played is reported once."""
+        timer = threading.Timer(STALL_SECONDS, self._report_stall, (self.live.steps,))
+        timer.daemon = True
+        timer.start()
+        try:
+            return (yield from self.live.next_episode())
+        finally:
+            timer.cancel()
+
+    def _report_stall(self, steps: int) -> None:
+        ids = self.live.open_ids
+        if ids and self.live.steps == steps and not self._has_reported_stall:
+            self._has_reported_stall = True
+            self.connection.notify(
+                f"the next episode is awaited, but no step was taken for {STALL_SECONDS:.0f} s: play or give up the "
+                f"open episodes first ({', '.join(ids)}), or open more at once (parallel)"
+            )
+
     def cancel(self) -> evaluation_pb2.Run:
         """Cancel the run, and return it."""
+        self._check_open()
         request = evaluation_pb2.CancelRunRequest(run_id=self.run_id)
         return call(self.connection.server.stub.CancelRun, request, self.connection.server.address)
 
@@ -118,6 +89,7 @@ class OpenedRun:
         Raises:
             UsageError: if the run is not over.
         """
+        self._check_open()
         self._check_over("scores")
         stub = self.connection.server.stub
         return self._read(stub.GetReport, evaluation_pb2.GetReportRequest(run_id=self.run_id))
@@ -129,6 +101,7 @@ class OpenedRun:
             UsageError: if the run is not over.
             ReceiptError: if it was altered, or signed with another key than the server's.
         """
+        self._check_open()
         self._check_over("a receipt")
         server = self.connection.server
         message = self._read(server.stub.GetReceipt, evaluation_pb2.GetReceiptRequest(run_id=self.run_id))
@@ -138,8 +111,11 @@ class OpenedRun:
 
     def close(self) -> None:
         """Close the streams and the connection; the run stays as it is on the server."""
-        self.live.close()
-        self.connection.close()
+        self._close()
+
+    def _check_open(self) -> None:
+        if not self._close.alive:
+            raise RunClosedError(f"run {self.run_id} is closed in this program; it can be resumed")
 
     def _check_over(self, wanted: str) -> None:
         if not self.live.is_over:
@@ -161,6 +137,11 @@ class OpenedRun:
         return answer
 
 
+def _close_all(live: LiveRun, connection: Connection) -> None:
+    live.close()
+    connection.close()
+
+
 def create(language: str, agent: str, options: CreateOptions, parallel: int) -> OpenedRun:
     """Create a run, and start to play it.
 
@@ -174,7 +155,9 @@ def create(language: str, agent: str, options: CreateOptions, parallel: int) -> 
         UsageError: if an option is wrong, or the server does not have what it names.
         ArramonClientError: if the server cannot be reached or started, or refuses.
     """
-    _check_names(options, CreateOptions)
+    check_options(options, CreateOptions)
+    check_text("language", language)
+    check_text("agent", agent)
     connection = Connection(options, needs_episodes=not options.get("split"))
     try:
         server = connection.server
@@ -199,9 +182,8 @@ def resume(run_id: str, options: PlayOptions, parallel: int, *, history: bool) -
     Raises:
         ArramonClientError: as for `create`; also if there is no such run.
     """
-    _check_names(options, PlayOptions)
-    if not RUN_ID.fullmatch(run_id):
-        raise UsageError(f"{run_id!r} is not the id of a run, expected 32 hexadecimal digits")
+    check_options(options, PlayOptions)
+    check_run_id(run_id)
     patience = options.get("patience", PATIENCE)
     connection = Connection(options, resumes=run_id, patience=patience)
     try:
@@ -220,8 +202,6 @@ def resume(run_id: str, options: PlayOptions, parallel: int, *, history: bool) -
 def _request(server: Server, language: str, agent: str, options: CreateOptions) -> evaluation_pb2.CreateRunRequest:
     split = run_settings.choose_split(server.info, language, options.get("split"))
     code = options.get("code")
-    if code is not None and not set(code) <= set(CODE):
-        raise UsageError(f"code has the keys {', '.join(code)}, expected some of {', '.join(CODE)}")
     return evaluation_pb2.CreateRunRequest(
         agent=agent,
         split=split.name,
@@ -231,39 +211,37 @@ def _request(server: Server, language: str, agent: str, options: CreateOptions) 
         episode_ids=options.get("episode_ids", ()),
         participant=options.get("participant", ""),
         agent_arguments=[
-            evaluation_pb2.AgentArgument(name=name, value=str(value))
+            # As typed for `--agent-arg`: True is `true`, None is `null`.
+            evaluation_pb2.AgentArgument(name=name, value=value if isinstance(value, str) else _json(name, value))
             for name, value in options.get("agent_arguments", {}).items()
         ],
         code=None if not code else evaluation_pb2.Code(**code),
     )
 
 
+def _json(name: str, value: object) -> str:
+    try:
+        return json.dumps(value, ensure_ascii=False)
+    except (TypeError, ValueError, RecursionError) as error:
+        raise UsageError(f"the agent's argument {name} is neither text nor a JSON value: {error}") from error
+
+
 def _settings(server: Server, options: PlayOptions, parallel: int, *, resumes: bool) -> Settings:
-    encoding = options.get("encoding")
-    if encoding is not None and encoding not in run_settings.ENCODINGS:
-        raise UsageError(f"encoding is {encoding!r}, expected one of {', '.join(run_settings.ENCODINGS)}")
-    chosen = run_settings.choose_encoding(server.info, encoding, server.address)
+    chosen = run_settings.choose_encoding(server.info, options.get("encoding"), server.address)
     parallel = min(parallel, server.info.max_episodes_per_stream or parallel)
     return Settings(
         parallel=run_settings.choose_parallel(server.info, options.get("parallel") or parallel),
         encoding=chosen,
         jpeg_quality=run_settings.choose_jpeg_quality(chosen, options.get("jpeg_quality")),
-        image_size=run_settings.choose_image_size(server.info, options.get("image_size") or None),
+        image_size=run_settings.choose_image_size(server.info, options.get("image_size")),
         resume=resumes,
         patience=options.get("patience", PATIENCE),
     )
 
 
-def _check_names(options: ServerOptions, expected: type) -> None:
-    unknown = sorted(options.keys() - expected.__optional_keys__)  # type: ignore[attr-defined]  # of a TypedDict
-    if unknown:
-        known = ", ".join(sorted(expected.__optional_keys__))  # type: ignore[attr-defined]
-        raise UsageError(f"unknown option {', '.join(unknown)}; expected some of {known}")
-
-
 def list_runs(options: ServerOptions) -> list[RunInfo]:
     """Return the runs that the caller may see, latest first; errors as for `create`."""
-    _check_names(options, ServerOptions)
+    check_options(options, ServerOptions)
     connection = Connection(options)
     try:
         return [info_of(run) for run in listed_runs(connection.server)]

@@ -32,7 +32,7 @@ class Run:
                 while not episode.ended:
                     seen = episode.look()
                     episode.act(seen.step, choose_action(seen))
-        print(run.report()["table"])
+            print(run.report()["table"])
 
     A thread owns the stream, and reconnects when it breaks; an embedded server that has died is restarted. All methods
     may be called from any thread, so that several episodes can be played at once, each at its own pace. After an error
@@ -105,7 +105,7 @@ class Run:
         Raises:
             ArramonClientError: if the connection is lost for too long, or the run is closed.
         """
-        while (episode := wait_for(self._opened.live.next_episode())) is not None:
+        while (episode := wait_for(self._opened.next_episode())) is not None:
             yield RunEpisode(self._opened, episode)
 
     def wait(self) -> RunInfo:
