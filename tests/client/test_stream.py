@@ -38,3 +38,17 @@ def test_a_batch_with_the_longest_notes_is_sent_in_messages_that_a_server_accept
     assert [len(message.actions.acts) for message in messages] == [ACTS_IN_MESSAGE, ACTS_IN_MESSAGE, 1]
     assert [act for message in messages for act in message.actions.acts] == acts
     assert max(message.ByteSize() for message in messages) < DEFAULT_LIMIT
+
+
+def test_acts_that_wait_at_the_same_time_share_a_message() -> None:
+    stub = SilentStub()
+    stream = PlayStream(stub, evaluation_pb2.Open(max_episodes=1))  # type: ignore[arg-type]
+    acts = [evaluation_pb2.Act(episode_id="e0", step=step) for step in range(ACTS_IN_MESSAGE + 2)]
+    for act in acts:
+        stream.send([act])
+    stream._outgoing.put(None)
+    stream.close()
+    opening, *messages = stub.requests
+    assert opening.HasField("open")
+    assert [len(message.actions.acts) for message in messages] == [ACTS_IN_MESSAGE, 2]
+    assert [act for message in messages for act in message.actions.acts] == acts
