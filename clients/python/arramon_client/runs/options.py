@@ -55,7 +55,7 @@ class CreateOptions(PlayOptions, total=False):
         episodes: number of episodes, from the start of the split's fixed order; 0 (default) for all.
         episode_ids: play only these episodes, in this order; open splits only.
         participant: name of a participant without a token.
-        agent_arguments: arguments of the agent, by name: text, or a value that is written as JSON, as for `--agent-arg`;
+        agent_arguments: arguments of the agent, by name: text, or a value to write as JSON, as in `--agent-arg`;
             published with the run.
         code: where the agent's code can be found: any of "url", "commit" and "image"; published with the run.
     """
