@@ -6,8 +6,8 @@ from typing import Any, Unpack
 from arramon.v1 import evaluation_pb2
 from arramon_client.errors import UsageError
 from arramon_client.run_settings import choose_split
+from arramon_client.runs.connection import Connection
 from arramon_client.runs.listing import listed_episodes
-from arramon_client.runs.opening import Connection
 from arramon_client.runs.options import CreateOptions, ServerOptions
 
 SERVER_OPTIONS = frozenset(ServerOptions.__annotations__)
