@@ -102,6 +102,7 @@ class Pages:
             "/epochs.json": self._epochs_file,
             "/standings.{form:csv|json}": self._download,
             "/static/{name}": self._static,
+            "/static/{folder}/{name}": self._static,
             "/{rest:.*}": self._not_found,
         }
         return [web.get(path, self._with_error_pages(handler)) for path, handler in handlers.items()]
@@ -241,7 +242,8 @@ class Pages:
         return await self._run_in(self._path_thread, make)
 
     async def _static(self, request: web.Request) -> web.Response:
-        found = self._renderer.files.get(request.match_info["name"])
+        parts = (request.match_info.get("folder"), request.match_info["name"])
+        found = self._renderer.files.get("/".join(filter(None, parts)))
         if found is None:
             raise NotFound("there is no such file")
         return respond(request, *found, cache=FOR_EVER)
