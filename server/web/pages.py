@@ -24,6 +24,7 @@ from arramon_server.web.epochs_page import EpochsPage
 from arramon_server.web.host import UNNAMED, Host
 from arramon_server.web.http_responses import FOR_EVER, redirect, respond
 from arramon_server.web.page_texts import PageTexts, all_texts, preferred_language
+from arramon_server.web.play.play_page import SOCKET, PlayPage
 from arramon_server.web.rendering import Renderer
 from arramon_server.web.run_page import RunPage
 from arramon_server.web.standings_page import StandingsPage
@@ -58,6 +59,7 @@ class Pages:
         splits: the splits served, by name.
         epochs: the epochs of hidden splits.
         host: the host of the leaderboard.
+        play: makes the page on which people play; None if the host offers none.
     """
 
     def __init__(
@@ -68,11 +70,14 @@ class Pages:
         splits: Mapping[str, Split],
         epochs: EpochBoard,
         host: Host = UNNAMED,
+        *,
+        play: Callable[[Renderer], PlayPage] | None = None,
     ) -> None:
         self._board = board
         self._epochs = epochs
         self._receipts = receipts
-        self._renderer = Renderer(host)
+        self._renderer = Renderer(host, offers_play=play is not None)
+        self._play = play(self._renderer) if play is not None else None
         self._standings = StandingsPage(board, splits, epochs)
         self._epochs_page = EpochsPage(board, epochs)
         self._comparisons = ComparisonPage(board)
@@ -105,13 +110,19 @@ class Pages:
             "/static/{folder}/{name}": self._static,
             "/{rest:.*}": self._not_found,
         }
-        return [web.get(path, self._with_error_pages(handler)) for path, handler in handlers.items()]
+        routes = [web.get(path, self._with_error_pages(handler)) for path, handler in handlers.items()]
+        if self._play is None:
+            return routes
+        play = web.get(f"/{_LANGUAGE}/play", self._with_error_pages(self._play_page))
+        return [play, web.get(SOCKET, self._play.serve_socket), *routes]
 
     def close(self) -> None:
         """Stop accepting work, and end the threads."""
         self._page_thread.shutdown(wait=False, cancel_futures=True)
         self._path_thread.shutdown(wait=True, cancel_futures=True)
         self._replays.close()
+        if self._play is not None:
+            self._play.close()
 
     def _with_error_pages(self, handler: Handler) -> Handler:
         """Return a handler that turns the server's errors into error pages."""
@@ -212,6 +223,15 @@ class Pages:
             }
             name = f"{run_id}.receipt.json" if number == "0" else f"{run_id}.{number}.receipt.json"
             return _json(request, content, name)
+
+        return await self._run_in(self._page_thread, make)
+
+    async def _play_page(self, request: web.Request) -> web.Response:
+        texts, play = _texts(request), self._play
+        assert play is not None
+
+        def make() -> web.Response:
+            return self._page(request, "play.html", texts, play.context(texts))
 
         return await self._run_in(self._page_thread, make)
 

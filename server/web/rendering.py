@@ -35,13 +35,14 @@ class Renderer:
 
     Args:
         host: the host of the leaderboard, for the footer of every page.
+        offers_play: whether the pages link to the one on which people play.
 
     Attributes:
         files: name with digest, such as `style.0a1b2c3d4e.css`, or `play.0a1b2c3d4e/main.js` for a file in a folder,
             whose files keep their names, so that modules can import each other -> content and content type.
     """
 
-    def __init__(self, host: Host = UNNAMED) -> None:
+    def __init__(self, host: Host = UNNAMED, *, offers_play: bool = False) -> None:
         self.files: dict[str, tuple[bytes, str]] = {}
         named: dict[str, str] = {}
         for path in _static_files(_HERE / "static"):
@@ -72,6 +73,7 @@ class Renderer:
             "languages": list(all_texts().values()),
             "version": __version__,
             "host": host,
+            "offers_play": offers_play,
             "link_of": link_of,
             "breakable": breakable,
             "per_cent": lambda share: f"{100 * share:.1f}".removesuffix(".0"),

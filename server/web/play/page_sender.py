@@ -50,6 +50,9 @@ class PageSender:
         threads: in which frames are compressed.
         actions_of: returns the actions of an open episode so far; empty for any other.
         name_of: returns an object's name in the run's language.
+
+    Attributes:
+        has_run_end: whether the end of the run was queued.
     """
 
     def __init__(
@@ -72,6 +75,7 @@ class PageSender:
         self._backlog = 0
         self._states: dict[str, State] = {}
         self._outcomes: dict[str, str] = {}
+        self.has_run_end = False
 
     @property
     def compresses(self) -> bool:
@@ -156,6 +160,7 @@ class PageSender:
             case ActionProblem(code, text, episode_id, step):
                 return {"type": "problem", "code": code, "message": text, "episode": episode_id, "step": step}
             case RunEnded(run, progress):
+                self.has_run_end = True
                 return {"type": "run_ended", "run": run.run_id, "state": run.state, "ended": progress.ended}
 
     def _state(self, event: Observed) -> dict[str, Any]:

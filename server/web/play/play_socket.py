@@ -10,7 +10,7 @@ from contextlib import suppress
 from aiohttp import WSCloseCode, WSMessage, WSMsgType, web
 
 from arramon_client.world import Action
-from arramon_server.errors import ArraMonError, BadInput, Unavailable
+from arramon_server.errors import ArraMonError, BadInput, Conflict, Unavailable
 from arramon_server.image_threads import ImageThreads
 from arramon_server.runs.accounts.callers import Caller
 from arramon_server.runs.play.engine import Engine
@@ -29,6 +29,9 @@ HELLO_SECONDS = 20.0
 
 SEND_SECONDS = 30.0
 """Time within which a browser must take a message; a connection that is not read for so long is closed."""
+
+SCORES_SECONDS = 600.0
+"""Time for which the page of an ended run may ask for scores."""
 
 REFUSED_MESSAGES = 50
 """Number of malformed messages after which a connection is closed."""
@@ -97,13 +100,21 @@ class PlaySocket:
         caller = await self._access.authenticate(self._request, hello.token)
         run = await asyncio.to_thread(self._runs.find_or_create, caller, hello.run)
         stream, sender = self._stream(run, hello)
-        async with self._access.count_stream(caller, run, stream.player):
-            reader = asyncio.create_task(self._read(stream, sender, caller))
-            try:
-                self._engine.join(stream)
-                await self._write(sender, hello.token)
-            finally:
-                self._engine.leave(stream)
+        reader = None
+        try:
+            async with self._access.count_stream(caller, run, stream.player):
+                reader = asyncio.create_task(self._read(stream, sender, caller))
+                try:
+                    self._engine.join(stream)
+                    await self._write(sender, hello.token)
+                finally:
+                    self._engine.leave(stream)
+            if sender.has_run_end and not reader.done():
+                with suppress(TimeoutError):
+                    async with asyncio.timeout(SCORES_SECONDS):
+                        await self._write(sender, hello.token)
+        finally:
+            if reader is not None:
                 reader.cancel()
 
     def _stream(self, run: Run, hello: Hello) -> tuple[Stream, PageSender]:
@@ -181,6 +192,8 @@ class PlaySocket:
         """
         try:
             match read_request(text):
+                case Key() | GiveUp() if sender.has_run_end:
+                    raise Conflict(f"run {stream.run.run_id!r} has ended; it takes no more actions")
                 case Key(episode, step, action):
                     self._engine.receive(stream, [Act(episode, step, action=action)])
                 case GiveUp(episode):
