@@ -77,7 +77,9 @@ class PlayPage:
                 "socket": SOCKET,
                 "language": t.language,
                 "sizes": [self._sizes[0], self._sizes[-1]],
-                "texts": {key.removeprefix("play_js."): text for key, text in t.words.items() if key.startswith("play_js.")},
+                "texts": {
+                    key.removeprefix("play_js."): text for key, text in t.words.items() if key.startswith("play_js.")
+                },
             },
         }
 

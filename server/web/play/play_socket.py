@@ -205,7 +205,9 @@ class PlaySocket:
             self._refused += 1
             if self._refused >= REFUSED_MESSAGES:
                 raise BadInput(f"{REFUSED_MESSAGES} messages were refused, the last one because {error}") from error
-            sender.put({"type": "problem", "code": type(error).__name__, "message": str(error), "episode": "", "step": 0})
+            sender.put(
+                {"type": "problem", "code": type(error).__name__, "message": str(error), "episode": "", "step": 0}
+            )
 
 
 class _Gone(Exception):
