@@ -147,7 +147,7 @@ def create_parts(config: Config, splits: Mapping[str, Split], database: Database
 
         def play_page(renderer: Renderer) -> PlayPage:
             access = browser_access(authentication, stream_limits, config)
-            return PlayPage(config, access, runs, journal, engine, threads, renderer)
+            return PlayPage(config, access, runs, journal, publisher, engine, threads, renderer)
 
         play = play_page if config.play_page else None
         pages = Pages(board, journal, receipts, splits, epochs, Host.of(config), play=play)

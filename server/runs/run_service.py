@@ -137,7 +137,9 @@ class RunService:
         if not agent.strip() or not is_visible(agent):
             raise BadInput(f"the agent's name is {agent!r}, expected one line of visible text")
         if not by_person and agent.strip().casefold() == HUMAN:
-            raise BadInput(f"the agent's name is {agent!r}, which only runs have that people play on the server's pages")
+            raise BadInput(
+                f"the agent's name is {agent!r}, which only runs have that people play on the server's pages"
+            )
         played = _chosen(chosen, language, [episode.episode_id for episode in order], episodes, episode_ids)
         self._check_participant(caller, participant)
         run = Run(

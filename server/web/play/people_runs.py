@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 
+from arramon_server.board.publisher import Publisher
 from arramon_server.episodes.splits import Split
 from arramon_server.errors import BadInput, NotFound
 from arramon_server.runs.accounts.callers import Caller
@@ -25,11 +26,13 @@ class PeopleRuns:
     Args:
         runs: creates and finds runs.
         journal: source of the episodes that a person has played before.
+        publisher: publishes runs.
         aids: aids that the host gives in new runs.
     """
 
-    def __init__(self, runs: RunService, journal: Journal, aids: Aids) -> None:
+    def __init__(self, runs: RunService, journal: Journal, publisher: Publisher, aids: Aids) -> None:
         self._runs = runs
+        self._publisher = publisher
         self._journal = journal
         self._aids = aids
 
@@ -41,6 +44,14 @@ class PeopleRuns:
     def is_hidden(self, run: Run) -> bool:
         """Return whether the split of a run is hidden."""
         return self._runs.splits[run.split].hidden
+
+    def publish(self, caller: Caller, run: Run) -> None:
+        """Put an ended run on the leaderboard.
+
+        Raises:
+            ArraMonError: as `Publisher.publish`.
+        """
+        self._publisher.publish(caller, run.run_id, "")
 
     def find_or_create(self, caller: Caller, run: str | NewRun) -> Run:
         """Return the run of an id, or a new one.
@@ -75,7 +86,7 @@ class PeopleRuns:
         """Return the first episodes that a person has not played yet, in playing order, and then the others.
 
         Raises:
-            BadInput: if no episode is requested.
+            BadInput: if no episode is requested, or more than there are.
         """
         if not new.episodes:
             raise BadInput(f"episodes is 0, expected 1 to {MAX_EPISODES}")
@@ -83,6 +94,8 @@ class PeopleRuns:
         for run_id in self._earlier_runs(caller, split, new):
             before.update(self._journal.episode_ids(run_id))
         order = [episode.episode_id for episode in split.in_playing_order(new.language)]
+        if new.episodes > len(order):
+            raise BadInput(f"{new.episodes} episodes were requested; split {split.name!r} has {len(order)}")
         return sorted(order, key=before.__contains__)[: new.episodes]
 
     def _earlier_runs(self, caller: Caller, split: Split, new: NewRun) -> list[str]:

@@ -5,6 +5,7 @@ from typing import Any
 
 from aiohttp import web
 
+from arramon_server.board.publisher import Publisher
 from arramon_server.configuration.config import Config
 from arramon_server.episodes.splits import Split
 from arramon_server.errors import Forbidden
@@ -37,6 +38,7 @@ class PlayPage:
         access: authenticates people, and limits streams.
         runs: creates and finds runs.
         journal: storage of the runs.
+        publisher: publishes runs.
         engine: plays them.
         threads: in which frames are compressed.
         renderer: renders the parts of the page that show scores.
@@ -48,13 +50,14 @@ class PlayPage:
         access: BrowserAccess,
         runs: RunService,
         journal: Journal,
+        publisher: Publisher,
         engine: Engine,
         threads: ImageThreads,
         renderer: Renderer,
     ) -> None:
         self._access = access
         self._aids = Aids.of_config(config)
-        self._runs = PeopleRuns(runs, journal, self._aids)
+        self._runs = PeopleRuns(runs, journal, publisher, self._aids)
         self._scores = PlayedScores(runs, journal, runs.splits, renderer)
         self._engine = engine
         self._threads = threads

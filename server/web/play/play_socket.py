@@ -22,7 +22,7 @@ from arramon_server.web.play.browser_access import BrowserAccess
 from arramon_server.web.play.page_sender import JPEG_QUALITY, Message, PageSender
 from arramon_server.web.play.people_runs import PeopleRuns
 from arramon_server.web.play.played_scores import PlayedScores
-from arramon_server.web.play.requests import AskScores, GiveUp, Hello, Key, read_hello, read_request
+from arramon_server.web.play.requests import AskScores, GiveUp, Hello, Key, Publish, read_hello, read_request
 
 HELLO_SECONDS = 20.0
 """Time within which a new connection must send its first message."""
@@ -201,6 +201,9 @@ class PlaySocket:
                 case AskScores(episode):
                     html = await self._scores.html(caller, stream.run, episode, texts_of(stream.run.language))
                     sender.put({"type": "scores", "episode": episode, "html": html})
+                case Publish():
+                    await asyncio.to_thread(self._runs.publish, caller, stream.run)
+                    sender.put({"type": "published", "run": stream.run.run_id})
         except ArraMonError as error:
             self._refused += 1
             if self._refused >= REFUSED_MESSAGES:

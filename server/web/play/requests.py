@@ -83,6 +83,11 @@ class AskScores:
     episode: str
 
 
+@dataclass(frozen=True, slots=True)
+class Publish:
+    """The person puts the ended run on the leaderboard."""
+
+
 def read_hello(text: str) -> Hello:
     """Parse the first message of a page.
 
@@ -103,7 +108,7 @@ def read_hello(text: str) -> Hello:
     return Hello(player, _text(fields, "token", 500, ""), _whole(fields, "size", 4096), run or _new_run(fields))
 
 
-def read_request(text: str) -> Key | GiveUp | AskScores:
+def read_request(text: str) -> Key | GiveUp | AskScores | Publish:
     """Parse a further message of a page.
 
     Raises:
@@ -117,8 +122,12 @@ def read_request(text: str) -> Key | GiveUp | AskScores:
             return GiveUp(_text(fields, "episode", 200))
         case "scores":
             return AskScores(_text(fields, "episode", 200, ""))
+        case "publish":
+            return Publish()
         case other:
-            raise BadInput(f"a message is of type {quoted(str(other))}, expected 'key', 'give_up' or 'scores'")
+            raise BadInput(
+                f"a message is of type {quoted(str(other))}, expected 'key', 'give_up', 'scores' or 'publish'"
+            )
 
 
 def _new_run(fields: dict[str, Any]) -> NewRun:

@@ -12,7 +12,7 @@ import aiohttp
 from tests import tiny
 from tests.serving import Server
 
-PLAYER, OTHER_PLAYER = "a" * 16, "b" * 16
+PLAYER = "a" * 16
 
 
 class PageServer(Server):
@@ -96,6 +96,8 @@ class PageClient:
 @asynccontextmanager
 async def page(site: str, *, origin: str | None = None) -> AsyncIterator[PageClient]:
     headers = {"Origin": site if origin is None else origin}
-    async with aiohttp.ClientSession() as session:
-        async with session.ws_connect(f"{site}/play/socket", headers=headers) as connection:
-            yield PageClient(connection)
+    async with (
+        aiohttp.ClientSession() as session,
+        session.ws_connect(f"{site}/play/socket", headers=headers) as connection,
+    ):
+        yield PageClient(connection)

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from arramon_server.errors import BadInput
-from arramon_server.web.play.requests import AskScores, GiveUp, Hello, Key, NewRun, read_hello, read_request
+from arramon_server.web.play.requests import AskScores, GiveUp, Hello, Key, NewRun, Publish, read_hello, read_request
 
 PLAYER, RUN = "0f" * 8, "2e" * 16
 HELLO = {"type": "hello", "player": PLAYER, "size": 224}
@@ -24,6 +24,7 @@ def test_first_messages() -> None:
         ({"type": "key", "episode": "1", "step": 3, "action": 0}, Key("1", 3, 0)),
         ({"type": "give_up", "episode": "1"}, GiveUp("1")),
         ({"type": "scores"}, AskScores("")),
+        ({"type": "publish"}, Publish()),
         ({"type": "scores", "episode": "1"}, AskScores("1")),
     ],
 )
@@ -36,8 +37,8 @@ def test_further_messages(text: dict[str, object], expected: object) -> None:
     [
         ("", "a message is not JSON, or was truncated; expected a JSON object"),
         ("[1]", "a message is no JSON object"),
-        ('{"type": "fly"}', "a message is of type 'fly', expected 'key', 'give_up' or 'scores'"),
-        ('{"type": ["key"]}', "a message is of type \"['key']\", expected 'key', 'give_up' or 'scores'"),
+        ('{"type": "fly"}', "a message is of type 'fly', expected 'key', 'give_up', 'scores' or 'publish'"),
+        ('{"type": ["key"]}', "a message is of type \"['key']\", expected 'key', 'give_up', 'scores' or 'publish'"),
         ('{"type": "key", "step": 1, "action": 0}', "episode is missing, expected a text"),
         ('{"type": "key", "episode": 5, "step": 1, "action": 0}', "episode is no text, expected a text"),
         ('{"type": "key", "episode": "5", "action": 0}', "step is missing, expected a whole number from 0 to 1000000"),

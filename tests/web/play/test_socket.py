@@ -18,7 +18,7 @@ from tests import tiny
 from tests.api.people import token_of
 from tests.api.player import Player, create
 from tests.serving import METADATA
-from tests.web.play.page_client import OTHER_PLAYER, PageClient, PageServer, page
+from tests.web.play.page_client import PageClient, PageServer, page
 
 F, L, R, P = tiny.F, tiny.L, tiny.R, tiny.P
 
@@ -58,7 +58,9 @@ def test_an_episode_from_the_first_key_to_the_scores(server: PageServer) -> None
         assert "<svg" in scores["html"]
         assert "1.000" in scores["html"]
         await client.say(type="scores")
-        assert "agent:human" in (await client.until("scores"))["html"].replace(" ", "")
+        assert "args:compass=on+frame_strip=off+landing_diagram=on" in (await client.until("scores"))["html"]
+        await client.say(type="publish")
+        assert (await client.until("published"))["run"] == opened["run"]
         await client.key(states[-1], F)
         problem = await client.message()
         assert (problem["code"], problem["type"]) == ("Conflict", "problem")

@@ -32,7 +32,7 @@ const game = new Game((message) => connection.send(message), {
     if (!current.is_hidden) connection.send({ type: "scores", episode: ended.episode });
   },
   problem: (problem) => {
-    if (problem.code !== "Conflict") view.status(view.say("problem", { message: problem.message }));
+    view.status(view.say("problem", { message: problem.message }));
   },
 });
 
@@ -62,11 +62,16 @@ function take(message) {
       break;
     case "started": view.clearStrip(); break;
     case "scores": view.scores(message.html); break;
+    case "published":
+      element("publish").hidden = true;
+      view.published(`/${language}/runs/${message.run}`);
+      break;
     case "run_ended":
       game.reset();
       memory.end(language);
       showGame(false);
       view.status(view.say("run_ended", { ended: message.ended }));
+      element("publish").hidden = message.state !== "COMPLETE";
       if (current === null || current.is_hidden || current.episodes > 1) connection.send({ type: "scores", episode: "" });
       break;
     default: game.take(message);
@@ -87,7 +92,7 @@ function refused(closed, isFinal) {
 function showGame(plays) {
   element("game").hidden = !plays;
   element("begin").hidden = plays;
-  element("again").hidden = true;
+  element("again").hidden = element("publish").hidden = true;
   document.body.classList.toggle("playing", plays);
   if (plays) element("frame").focus({ preventScroll: true });
 }
@@ -102,6 +107,7 @@ function connect() {
 listen(() => game.isPlaying, (action, repeated) => game.press(action, repeated));
 
 element("again").querySelector("button").addEventListener("click", () => { element("again").hidden = true; connect(); });
+element("publish").querySelector("button").addEventListener("click", () => connection.send({ type: "publish" }));
 element("give-up").addEventListener("click", () => {
   if (game.state && confirm(texts.give_up_really)) connection.send({ type: "give_up", episode: game.state.episode });
 });
@@ -136,4 +142,5 @@ if (form) {
   form.elements.size.value = String(size);
 }
 prepareForm();
+element("how")?.toggleAttribute("open", memory.earlier.length === 0);
 if (memory.run(language)) { element("begin").hidden = true; connect(); } else showGame(false);

@@ -134,6 +134,12 @@ export class View {
     figure.querySelector("svg").setAttribute("aria-label", words);
   }
 
+  published(address) {
+    const link = Object.assign(document.createElement("a"), { href: address, textContent: this.texts.published_link });
+    element("status").replaceChildren(this.texts.published, " ", link);
+    element("status").hidden = false;
+  }
+
   scores(html) {
     const page = new DOMParser().parseFromString(html, "text/html"); // runs no scripts
     element("scores").replaceChildren(...page.body.childNodes);
