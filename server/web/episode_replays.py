@@ -47,7 +47,7 @@ class PlayedEpisode:
 
 
 class EpisodeReplays:
-    """Replays and draws the episodes of published runs. Thread-safe, except that only one thread may call `played` and `draw`.
+    """Replays and draws the episodes of published runs. Thread-safe, except for `played` and `draw`.
 
     Args:
         splits: the splits served, by name.

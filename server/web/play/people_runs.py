@@ -94,7 +94,7 @@ class PeopleRuns:
         for run_id in self._earlier_runs(caller, split, new):
             before.update(self._journal.episode_ids(run_id))
         order = [episode.episode_id for episode in split.in_playing_order(new.language)]
-        if new.episodes > len(order):
+        if order and new.episodes > len(order):
             raise BadInput(f"{new.episodes} episodes were requested; split {split.name!r} has {len(order)}")
         return sorted(order, key=before.__contains__)[: new.episodes]
 
