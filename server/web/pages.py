@@ -12,6 +12,7 @@ from aiohttp import web
 from arramon_server.board.board import Board
 from arramon_server.board.epoch_board import EpochBoard, epoch_list_file
 from arramon_server.board.exports import as_csv, as_json
+from arramon_server.board.people import PeopleBoard
 from arramon_server.episodes.splits import Split
 from arramon_server.errors import Conflict, NotFound, Unavailable
 from arramon_server.runs.accounts.callers import READER
@@ -24,6 +25,7 @@ from arramon_server.web.epochs_page import EpochsPage
 from arramon_server.web.host import UNNAMED, Host
 from arramon_server.web.http_responses import FOR_EVER, redirect, respond
 from arramon_server.web.page_texts import PageTexts, all_texts, preferred_language
+from arramon_server.web.play.people_page import PeoplePage
 from arramon_server.web.play.play_page import SOCKET, PlayPage
 from arramon_server.web.rendering import Renderer
 from arramon_server.web.run_page import RunPage
@@ -81,6 +83,7 @@ class Pages:
         self._standings = StandingsPage(board, splits, epochs)
         self._epochs_page = EpochsPage(board, epochs)
         self._comparisons = ComparisonPage(board)
+        self._people = PeoplePage(board, PeopleBoard(board, journal, splits))
         self._replays = EpisodeReplays(splits, journal)
         self._runs = RunPage(board, splits, self._replays, epochs)
         self._episodes = EpisodesPage(board, self._replays)
@@ -114,7 +117,8 @@ class Pages:
         if self._play is None:
             return routes
         play = web.get(f"/{_LANGUAGE}/play", self._with_error_pages(self._play_page))
-        return [play, web.get(SOCKET, self._play.serve_socket), *routes]
+        people = web.get(f"/{_LANGUAGE}/people", self._with_error_pages(self._people_page))
+        return [play, people, web.get(SOCKET, self._play.serve_socket), *routes]
 
     def close(self) -> None:
         """Stop accepting work, and end the threads."""
@@ -234,6 +238,13 @@ class Pages:
             return self._page(request, "play.html", texts, play.context(texts))
 
         return await self._run_in(self._page_thread, make)
+
+    async def _people_page(self, request: web.Request) -> web.Response:
+        def make() -> web.Response:
+            texts = _texts(request)
+            return self._page(request, "people.html", texts, self._people.context(texts, request.query))
+
+        return await self._run_in(self._path_thread, make)
 
     async def _list_epochs(self, request: web.Request) -> web.Response:
         def make() -> web.Response:
