@@ -11,6 +11,7 @@ from arramon_server.runs.run_service import HUMAN, RunService
 from arramon_server.runs.storage.journal import Journal
 from arramon_server.runs.storage.records import Run
 from arramon_server.web.play.aids import Aids
+from arramon_server.web.play.practice_split import PRACTICE
 from arramon_server.web.play.requests import MAX_EPISODES, NewRun
 
 SENSORS = ("rgb",)
@@ -68,7 +69,11 @@ class PeopleRuns:
 
     def _create(self, caller: Caller, new: NewRun) -> Run:
         split = self._runs.splits.get(new.split)
-        chosen = () if split is None or split.hidden else self._unplayed(caller, split, new)
+        chosen: Sequence[str] = ()
+        if split is not None and split.name == PRACTICE:
+            chosen = list(split.episodes)  # in the order of the lessons
+        elif split is not None and not split.hidden:
+            chosen = self._unplayed(caller, split, new)
         return self._runs.create(
             caller,
             participant="" if caller.account else new.participant,

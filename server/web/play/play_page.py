@@ -18,6 +18,7 @@ from arramon_server.web.page_texts import PageTexts
 from arramon_server.web.play.aids import Aids
 from arramon_server.web.play.browser_access import BrowserAccess, check_origin
 from arramon_server.web.play.people_runs import PeopleRuns
+from arramon_server.web.play.play_ground import PlayGround, Practice
 from arramon_server.web.play.play_socket import PlaySocket
 from arramon_server.web.play.played_scores import PlayedScores
 from arramon_server.web.play.requests import MAX_EPISODES, MAX_REQUEST_BYTES
@@ -56,10 +57,12 @@ class PlayPage:
         renderer: Renderer,
     ) -> None:
         self._access = access
-        self._aids = Aids.of_config(config)
-        self._runs = PeopleRuns(runs, journal, publisher, self._aids)
-        self._scores = PlayedScores(runs, journal, runs.splits, renderer)
-        self._engine = engine
+        self._ground = PlayGround(
+            PeopleRuns(runs, journal, publisher, Aids.of_config(config)),
+            PlayedScores(runs, journal, runs.splits, renderer),
+            engine,
+        )
+        self._practice = Practice(config.camera, threads, renderer)
         self._threads = threads
         self._sizes = config.play_image_sizes
         self._keepalive_seconds = config.keepalive_seconds
@@ -67,8 +70,9 @@ class PlayPage:
         self._open = 0
 
     def close(self) -> None:
-        """End the thread that draws scores."""
-        self._scores.close()
+        """End the tutorial, and the thread that draws scores."""
+        self._ground.scores.close()
+        self._practice.close()
 
     def context(self, t: PageTexts) -> dict[str, Any]:
         """Return the template variables of the page in a language."""
@@ -88,7 +92,9 @@ class PlayPage:
 
     def _playable(self, language: str) -> list[Split]:
         """Return the splits with instructions in a language, those for training last."""
-        found = [split for split in self._runs.splits.values() if language in split.languages and not split.training]
+        found = [
+            split for split in self._ground.runs.splits.values() if language in split.languages and not split.training
+        ]
         return sorted(found, key=lambda split: (split.hidden, split.name))
 
     async def serve_socket(self, request: web.Request) -> web.StreamResponse:
@@ -108,9 +114,7 @@ class PlayPage:
         try:
             await socket.prepare(request)
             sizes = (self._sizes[0], self._sizes[-1])
-            await PlaySocket(
-                socket, request, self._access, self._runs, self._scores, self._engine, self._threads, sizes
-            ).serve()
+            await PlaySocket(socket, request, self._access, self._ground, self._practice, self._threads, sizes).serve()
         finally:
             self._open -= 1
         return socket

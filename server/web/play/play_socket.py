@@ -5,23 +5,21 @@ import json
 import logging
 import time
 from collections.abc import Sequence
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 
 from aiohttp import WSCloseCode, WSMessage, WSMsgType, web
 
 from arramon_client.world import Action
 from arramon_server.errors import ArraMonError, BadInput, Conflict, Unavailable
 from arramon_server.image_threads import ImageThreads
-from arramon_server.runs.accounts.callers import Caller
-from arramon_server.runs.play.engine import Engine
+from arramon_server.runs.accounts.callers import UNAUTHENTICATED, Caller
 from arramon_server.runs.play.stream import Act, Stream
 from arramon_server.runs.storage.records import Run
 from arramon_server.web.named_things import object_name
 from arramon_server.web.page_texts import DEFAULT_LANGUAGE, PageTexts, all_texts
 from arramon_server.web.play.browser_access import BrowserAccess
 from arramon_server.web.play.page_sender import JPEG_QUALITY, Message, PageSender
-from arramon_server.web.play.people_runs import PeopleRuns
-from arramon_server.web.play.played_scores import PlayedScores
+from arramon_server.web.play.play_ground import PlayGround, Practice
 from arramon_server.web.play.requests import AskScores, GiveUp, Hello, Key, Publish, read_hello, read_request
 
 HELLO_SECONDS = 20.0
@@ -49,9 +47,8 @@ class PlaySocket:
         socket: the prepared WebSocket.
         request: the request that opened it.
         access: authenticates the person, and limits streams.
-        runs: creates and finds the runs of people.
-        scores: draws the scores of what was played.
-        engine: plays the run.
+        ground: what is played on.
+        practice: the tutorial, for pages that ask for it.
         threads: in which frames are compressed.
         sizes: image side lengths that a page may request.
     """
@@ -61,18 +58,16 @@ class PlaySocket:
         socket: web.WebSocketResponse,
         request: web.BaseRequest,
         access: BrowserAccess,
-        runs: PeopleRuns,
-        scores: PlayedScores,
-        engine: Engine,
+        ground: PlayGround,
+        practice: Practice,
         threads: ImageThreads,
         sizes: Sequence[int],
     ) -> None:
         self._socket = socket
         self._request = request
         self._access = access
-        self._runs = runs
-        self._scores = scores
-        self._engine = engine
+        self._ground = ground
+        self._practice = practice
         self._threads = threads
         self._sizes = sizes
         self._refused = 0
@@ -98,17 +93,20 @@ class PlaySocket:
         if hello.size not in self._sizes:
             raise BadInput(f"size is {hello.size}, expected one of {', '.join(map(str, self._sizes))}")
         caller = await self._access.authenticate(self._request, hello.token)
-        run = await asyncio.to_thread(self._runs.find_or_create, caller, hello.run)
+        if hello.practice:  # Its journal has no accounts, and its runs count nowhere.
+            self._ground, caller = await self._practice.ground(), UNAUTHENTICATED
+        run = await asyncio.to_thread(self._ground.runs.find_or_create, caller, hello.run)
         stream, sender = self._stream(run, hello)
         reader = None
         try:
-            async with self._access.count_stream(caller, run, stream.player):
+            counted = nullcontext() if hello.practice else self._access.count_stream(caller, run, stream.player)
+            async with counted:
                 reader = asyncio.create_task(self._read(stream, sender, caller))
                 try:
-                    self._engine.join(stream)
+                    self._ground.engine.join(stream)
                     await self._write(sender, hello.token)
                 finally:
-                    self._engine.leave(stream)
+                    self._ground.engine.leave(stream)
             if sender.has_run_end and not reader.done():
                 with suppress(TimeoutError):
                     async with asyncio.timeout(SCORES_SECONDS):
@@ -126,7 +124,7 @@ class PlaySocket:
         sender = PageSender(
             run,
             self._threads,
-            is_hidden=self._runs.is_hidden(run),
+            is_hidden=self._ground.runs.is_hidden(run),
             image_size=hello.size,
             actions_of=actions_of,
             name_of=lambda type_: object_name(texts, type_),
@@ -158,7 +156,7 @@ class PlaySocket:
             async with asyncio.timeout(SEND_SECONDS):
                 await self._send(message)
             sender.note_sent(message)
-            self._engine.wake()
+            self._ground.engine.wake()
 
     async def _send(self, message: Message) -> None:
         if isinstance(message, bytes):
@@ -195,14 +193,16 @@ class PlaySocket:
                 case Key() | GiveUp() if sender.has_run_end:
                     raise Conflict(f"run {stream.run.run_id!r} has ended; it takes no more actions")
                 case Key(episode, step, action):
-                    self._engine.receive(stream, [Act(episode, step, action=action)])
+                    self._ground.engine.receive(stream, [Act(episode, step, action=action)])
                 case GiveUp(episode):
-                    self._engine.receive(stream, [Act(episode, 0, forfeit="given up on the page")])
+                    self._ground.engine.receive(stream, [Act(episode, 0, forfeit="given up on the page")])
                 case AskScores(episode):
-                    html = await self._scores.html(caller, stream.run, episode, texts_of(stream.run.language))
-                    sender.put({"type": "scores", "episode": episode, "html": html})
+                    html, placed = await self._ground.scores.html(
+                        caller, stream.run, episode, texts_of(stream.run.language)
+                    )
+                    sender.put({"type": "scores", "episode": episode, "html": html, "placed": placed})
                 case Publish():
-                    await asyncio.to_thread(self._runs.publish, caller, stream.run)
+                    await asyncio.to_thread(self._ground.runs.publish, caller, stream.run)
                     sender.put({"type": "published", "run": stream.run.run_id})
         except ArraMonError as error:
             self._refused += 1

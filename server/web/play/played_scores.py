@@ -3,6 +3,7 @@
 import asyncio
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
+from typing import TypeAlias
 
 from arramon_server.episodes.splits import Split
 from arramon_server.errors import Conflict, NotFound, Unavailable, quoted
@@ -12,7 +13,7 @@ from arramon_server.runs.storage.journal import Journal
 from arramon_server.runs.storage.records import Run
 from arramon_server.scoring.aggregate import ROWS
 from arramon_server.web.episode_replays import EpisodeReplays
-from arramon_server.web.episodes_page import failure_of, map_labels, pile_name
+from arramon_server.web.episodes_page import NOTHING, failure_of, map_labels, pile_name
 from arramon_server.web.named_things import object_name
 from arramon_server.web.page_texts import PageTexts
 from arramon_server.web.rendering import Renderer
@@ -21,6 +22,10 @@ from arramon_server.web.standings_query import METRICS
 
 MAX_WAITING = 32
 """Maximum number of requests that wait for the thread; further ones are refused."""
+
+
+Shown: TypeAlias = tuple[str, list[bool]]
+"""HTML, and for each turn of an episode whether the object was placed right."""
 
 
 class PlayedScores:
@@ -47,8 +52,10 @@ class PlayedScores:
         self._thread.shutdown(wait=True, cancel_futures=True)
         self._replays.close()
 
-    async def html(self, caller: Caller, run: Run, episode_id: str, t: PageTexts) -> str:
+    async def html(self, caller: Caller, run: Run, episode_id: str, t: PageTexts) -> Shown:
         """Return the scores of an episode that has ended, or of the ended run if `episode_id` is empty, as HTML.
+
+        Also return for each turn of an episode whether the object was placed right; empty for a run.
 
         Raises:
             NotFound: if the run has no such episode that has ended.
@@ -64,7 +71,7 @@ class PlayedScores:
         finally:
             self._waiting -= 1
 
-    def _episode(self, caller: Caller, run: Run, episode_id: str, t: PageTexts) -> str:  # noqa: ARG002, as `_totals`
+    def _episode(self, caller: Caller, run: Run, episode_id: str, t: PageTexts) -> Shown:  # noqa: ARG002, as `_totals`
         split = self._splits.get(run.split)
         if split is None or split.hidden or split.data_hash != run.data_hash:
             raise Conflict(f"the split {run.split!r} shows no scores of single episodes")
@@ -83,10 +90,11 @@ class PlayedScores:
             "object_name": lambda type_: object_name(t, type_),
             "pile_name": lambda pile: pile_name(t, pile),
         }
-        return self._renderer.page("play_episode.html", t, "", context).decode()
+        placed = [failure_of(turn) == NOTHING for turn in ending.scores]
+        return self._renderer.page("play_episode.html", t, "", context).decode(), placed
 
-    def _totals(self, caller: Caller, run: Run, episode_id: str, t: PageTexts) -> str:  # noqa: ARG002, as `_episode`
+    def _totals(self, caller: Caller, run: Run, episode_id: str, t: PageTexts) -> Shown:  # noqa: ARG002, as `_episode`
         report = self._runs.report(caller, run.run_id)
         rows = [(t(f"turns.{name.removeprefix('turn ')}"), report.table.rows[name]) for name in ROWS]
         context = {"report": report, "rows": rows, "metrics": METRICS, "columns": columns(t)}
-        return self._renderer.page("play_totals.html", t, "", context).decode()
+        return self._renderer.page("play_totals.html", t, "", context).decode(), []

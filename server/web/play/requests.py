@@ -52,12 +52,14 @@ class Hello:
         token: token of the person's account; empty for none.
         size: side length of the images, in pixels.
         run: id of the run to continue, or a run to create.
+        practice: whether the run is one of the tutorial.
     """
 
     player: str
     token: str
     size: int
     run: str | NewRun
+    practice: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +107,11 @@ def read_hello(text: str) -> Hello:
         raise BadInput("the first message has `run` and `new`, or neither; expected one of them")
     if run and not _RUN.fullmatch(run):
         raise BadInput(f"run is {run!r}, expected 32 hexadecimal digits")
-    return Hello(player, _text(fields, "token", 500, ""), _whole(fields, "size", 4096), run or _new_run(fields))
+    practice = fields.get("practice", False)
+    if not isinstance(practice, bool):
+        raise BadInput("practice is neither true nor false")
+    token, size = _text(fields, "token", 500, ""), _whole(fields, "size", 4096)
+    return Hello(player, token, size, run or _new_run(fields), practice)
 
 
 def read_request(text: str) -> Key | GiveUp | AskScores | Publish:

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, expect
 
+from arramon_server.web.play.practice_split import practice_split
 from tests import tiny
 from tests.web.play.page_client import PageServer
 from tests.web.test_browser import CONTRASTS, PHONE
@@ -80,6 +81,19 @@ def test_a_whole_episode_by_keys(
         page.click("#publish button")
         page.click("#status a")
         expect(page.locator("main")).to_contain_text("human")
+
+
+def test_the_tutorial_ends_with_the_placement_test(browser: Browser, server: PageServer) -> None:
+    with window(browser, server) as page:
+        page.goto(f"{server.site}/en/play")
+        page.click("#practice button")
+        for episode in practice_split().episodes.values():
+            actions = [action for turn in episode.turns for action in (*turn.actions, *turn.room_actions)]
+            expect(page.locator("html")).to_have_attribute("data-drawn", f"{episode.episode_id} 0", timeout=60_000)
+            press(page, tuple(actions[:-1]))
+            page.keyboard.press("Space")
+        expect(page.locator("#status")).to_contain_text("Placement test passed")
+        expect(page.locator("#start")).to_be_visible()
 
 
 def test_every_outcome_is_said(browser: Browser, server: PageServer) -> None:

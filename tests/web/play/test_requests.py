@@ -73,6 +73,7 @@ def test_malformed_messages_are_refused(text: str, problem: str) -> None:
         ({"new": {**NEW, "earlier": ["x"]}}, "earlier has something that is no id of a run"),
         ({"new": {**NEW, "earlier": [RUN] * 101}}, "earlier is no list of at most 100 ids of runs"),
         ({"new": {**NEW, "episodes": 101}}, "episodes is '101', expected a whole number from 0 to 100"),
+        ({"run": RUN, "practice": 1}, "practice is neither true nor false"),
         ({"size": "224", "run": RUN}, "size is '224', expected a whole number"),
     ],
 )

@@ -15,6 +15,8 @@ const slow = navigator.connection?.saveData || /2g|3g/.test(navigator.connection
 
 let size = slow ? settings.sizes[1] : settings.sizes[0];
 let wanted = null;  // a new run to create; null to continue the one that is kept
+let practice = null; // null outside the tutorial; in it the id of its run, empty before it is opened
+let lastPractised = ""; // the last episode of the tutorial, whose scores are the placement test
 let current = null; // the run, as the server opened it
 
 const game = new Game((message) => connection.send(message), {
@@ -26,6 +28,7 @@ const game = new Game((message) => connection.send(message), {
   phaseEnded: (phase) => { if (phase.forced) view.status(texts.step_limit); else view.status(""); },
   ended: (ended) => {
     current.ended = ended.ended;
+    lastPractised = practice !== null ? ended.episode : "";
     view.progress(current.ended, current.episodes);
     view.status(view.say("ended", { cause: texts[`cause_${ended.cause}`] ?? ended.cause }));
     view.clearStrip();
@@ -45,6 +48,10 @@ const connection = new Connection(settings.socket, hello, {
 
 function hello() {
   const first = { type: "hello", player: memory.player, token: memory.token, size };
+  if (practice !== null) {
+    const lessons = { new: { split: "practice", language, episodes: 0 } };
+    return { ...first, practice: true, ...(practice ? { run: practice } : lessons) };
+  }
   const kept = memory.run(language);
   if (kept && !wanted) return { ...first, run: kept };
   return { ...first, new: { ...wanted, language, participant: memory.name, earlier: memory.earlier } };
@@ -55,19 +62,32 @@ function take(message) {
     case "opened":
       wanted = null;
       current = message;
-      memory.begin(language, message.run);
+      if (practice === null) memory.begin(language, message.run);
+      else practice = message.run;
       view.opened(message);
       view.status("");
       showGame(true);
       break;
     case "started": view.clearStrip(); break;
-    case "scores": view.scores(message.html); break;
+    case "scores":
+      view.scores(message.html);
+      if (practice === null && lastPractised && message.episode === lastPractised) {
+        view.status(message.placed.every(Boolean) ? texts.practice_passed : texts.practice_failed);
+      }
+      break;
     case "published":
       element("publish").hidden = true;
       view.published(`/${language}/runs/${message.run}`);
       break;
     case "run_ended":
       game.reset();
+      if (practice !== null) {
+        practice = null;
+        memory.notePractice();
+        showGame(false);
+        view.status(texts.practice_ended);
+        break;
+      }
       memory.end(language);
       showGame(false);
       view.status(view.say("run_ended", { ended: message.ended }));
@@ -85,13 +105,16 @@ function refused(closed, isFinal) {
   if (!isFinal) return;
   const movedOn = closed.code === "Replaced" || closed.code === "TakenOver";
   element("again").hidden = !movedOn;
-  if (closed.code === "NotFound" && !wanted) memory.end(language);
+  if (practice !== null && closed.code === "NotFound") { practice = ""; connect(); return; } // it was kept in memory only
+  if (practice !== null && !movedOn) practice = null;
+  else if (closed.code === "NotFound" && !wanted) memory.end(language);
   if (!movedOn) showGame(false);
 }
 
 function showGame(plays) {
   element("game").hidden = !plays;
   element("begin").hidden = plays;
+  element("practice").firstElementChild.hidden = memory.hasPractised || memory.earlier.length > 0;
   element("again").hidden = element("publish").hidden = true;
   document.body.classList.toggle("playing", plays);
   if (plays) element("frame").focus({ preventScroll: true });
@@ -106,6 +129,11 @@ function connect() {
 
 listen(() => game.isPlaying, (action, repeated) => game.press(action, repeated));
 
+element("practice").querySelector("button").addEventListener("click", () => {
+  practice = "";
+  element("scores").replaceChildren();
+  connect();
+});
 element("again").querySelector("button").addEventListener("click", () => { element("again").hidden = true; connect(); });
 element("publish").querySelector("button").addEventListener("click", () => connection.send({ type: "publish" }));
 element("give-up").addEventListener("click", () => {
@@ -121,6 +149,7 @@ form?.addEventListener("submit", (event) => {
   size = Number(form.elements.size.value);
   wanted = { split: split.value, episodes: hidden ? 0 : Number(episodes.value) };
   element("scores").replaceChildren();
+  practice = null;
   connect();
 });
 form?.elements.split.addEventListener("change", prepareForm);

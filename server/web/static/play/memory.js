@@ -20,6 +20,10 @@ export class Memory {
   get name() { return String(this.kept.name ?? ""); }
   get earlier() { return this.kept.runs.slice(-MOST_RUNS); }
 
+  get hasPractised() { return Boolean(this.kept.practised); }
+
+  notePractice() { this.kept.practised = true; this.save(); }
+
   keepPerson(token, name) { Object.assign(this.kept, { token, name }); this.save(); }
 
   // The run in play in a language.

@@ -28,6 +28,7 @@ export class View {
 
   opened(run) {
     this.aids = run.aids;
+    this.isPractice = run.split === "practice";
     this.canvas.width = this.canvas.height = run.size;
     element("strip").hidden = !run.aids.frame_strip;
     for (const one of document.querySelectorAll(".compass")) one.hidden = !run.aids.compass;
@@ -36,7 +37,7 @@ export class View {
   }
 
   progress(ended, episodes) {
-    element("progress").textContent = this.say("progress", { number: Math.min(ended + 1, episodes), all: episodes });
+    element("progress").textContent = this.say(this.isPractice ? "practice_progress" : "progress", { number: Math.min(ended + 1, episodes), all: episodes });
   }
 
   state(state, { isNew, before, action }) {
