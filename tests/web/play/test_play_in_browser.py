@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, expect
 
+from arramon_client.world import Action
 from arramon_server.web.play.practice_split import practice_split
 from tests import tiny
 from tests.web.play.page_client import PageServer
@@ -48,10 +49,10 @@ def drawn(page: Page, step: int) -> None:
     expect(page.locator("html")).to_have_attribute("data-drawn", re.compile(rf" {step}$"), timeout=60_000)
 
 
-def press(page: Page, actions: tuple[int, ...], first: int = 0, keys: dict[tiny.Action, str] = KEYS) -> None:
+def press(page: Page, actions: tuple[int, ...], first: int = 0, keys: dict[Action, str] = KEYS) -> None:
     """Presses a key for each action, and waits for its frame."""
     for step, action in enumerate(actions, start=first):
-        page.keyboard.press(keys[tiny.Action(action)])
+        page.keyboard.press(keys[Action(action)])
         drawn(page, step + 1)
 
 
@@ -63,7 +64,7 @@ def press(page: Page, actions: tuple[int, ...], first: int = 0, keys: dict[tiny.
     ],
 )
 def test_a_whole_episode_by_keys(
-    browser: Browser, server: PageServer, language: str, instruction: str, picked_up: str, keys: dict[tiny.Action, str]
+    browser: Browser, server: PageServer, language: str, instruction: str, picked_up: str, keys: dict[Action, str]
 ) -> None:
     with window(browser, server) as page:
         start(page, server, language)

@@ -181,7 +181,8 @@ def test_a_person_gets_new_episodes_first(server: PageServer) -> None:
             run = (await client.until("opened"))["run"]
             return run, (await client.until("state"))["episode"]
 
-    runs, seen = [], []
+    runs: list[str] = []
+    seen: list[str] = []
     for _ in range(3):
         run, episode_id = asyncio.run(episode([*runs, "f" * 32]))
         runs.append(run)
@@ -234,7 +235,7 @@ def test_agents_cannot_call_themselves_human(server: PageServer, agent: str) -> 
     with grpc.insecure_channel(server.address) as channel, pytest.raises(grpc.RpcError) as refused:
         create(EvaluationStub(channel), agent=agent)
     assert refused.value.code() is grpc.StatusCode.INVALID_ARGUMENT
-    assert "which only runs have that people play on the server's pages" in refused.value.details()
+    assert "which only runs have that people play on the server's pages" in str(refused.value.details())
 
 
 @pytest.mark.parametrize("origin", ["", "https://example.org", "http://127.0.0.1:1"])
@@ -329,7 +330,11 @@ def test_a_persons_run_played_again_over_grpc_is_the_same_play(server: PageServe
         opened, *messages = await client.play(actions)
         return opened["run"], [message["episode"] for message in messages if message["type"] == "started"]
 
-    run_id, episodes = with_page(server.site, play)  # type: ignore[misc]
+    async def run() -> tuple[str, list[str]]:
+        async with page(server.site) as client:
+            return await play(client)
+
+    run_id, episodes = asyncio.run(run())
     with grpc.insecure_channel(server.address) as channel:
         stub = EvaluationStub(channel)
         again = create(stub, agent="replay", episode_ids=episodes, sensors=["rgb"])
