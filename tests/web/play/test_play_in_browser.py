@@ -82,6 +82,9 @@ def test_a_whole_episode_by_keys(
         page.click("#publish button")
         page.click("#status a")
         expect(page.locator("main")).to_contain_text("human")
+        page.goto(f"{server.site}/{language}/people?split=tiny&language={language}")
+        expect(page.locator("tbody tr").first).to_contain_text("1.000")
+        expect(page.locator("tbody tr").first).to_contain_text("landing_diagram=on")
 
 
 def test_the_tutorial_ends_with_the_placement_test(browser: Browser, server: PageServer) -> None:

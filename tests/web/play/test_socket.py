@@ -17,6 +17,7 @@ from arramon_server.runs.storage.journal import Journal
 from tests import tiny
 from tests.api.people import token_of
 from tests.api.player import Player, create
+from tests.relay import Relay
 from tests.serving import METADATA
 from tests.web.play.page_client import PageClient, PageServer, page
 
@@ -368,4 +369,55 @@ def test_people_need_a_token_where_agents_do(tmp_path: Path) -> None:
     assert (refused["type"], refused["code"]) == ("closed", "Unauthenticated")
     opened = asyncio.run(play(token))
     assert (opened["type"], opened["participant"]) == ("opened", "ann")
+    assert server.stop() == 0
+
+
+def test_a_slow_reader_loses_nothing(server: PageServer) -> None:
+    """Several megabytes of answers, which the page reads only later; meanwhile others play."""
+
+    async def play() -> None:
+        async with page(server.site) as slow, page(server.site) as other:
+            await slow.hello(size=448)
+            state = await slow.until("state")
+            for _ in range(300):
+                await slow.key(state, F)
+            await other.hello(player="b" * 16)
+            for step, action in enumerate(tiny.ACTIONS[:4]):
+                seen = await other.until("state")
+                assert seen["step"] == step
+                await other.key(seen, action)
+            answers = [await slow.until("state") for _ in range(300)]
+            assert {answer["step"] for answer in answers} == {1}
+            await slow.key(answers[-1], F)
+            assert (await slow.until("state"))["step"] == 2
+
+    asyncio.run(play())
+
+
+def test_a_half_open_connection_is_given_up(tmp_path: Path) -> None:
+    """Nothing comes through any more, in either direction: the server finds out by itself, the page comes back."""
+    server = PageServer(tmp_path, "--keepalive-seconds", "1", "--streams-at-once", "1", "--anonymous")
+
+    async def play(relay: Relay) -> None:
+        async with page(f"http://{relay.address}") as frozen:
+            await frozen.hello()
+            run = (await frozen.until("opened"))["run"]
+            await frozen.key(await frozen.until("state"), R)
+            await frozen.until("state")
+            relay.freeze()
+            for _ in range(100):
+                async with page(server.site) as again:
+                    await again.hello(run, player="c" * 16)
+                    first = await again.message()
+                    if first["type"] == "opened":
+                        assert (await again.until("state"))["step"] == 1
+                        break
+                    assert first["code"] == "OverQuota"
+                await asyncio.sleep(0.2)
+            else:
+                raise AssertionError("the server still counts the connection")
+            relay.thaw()
+
+    with Relay(server.site.removeprefix("http://")) as relay:
+        asyncio.run(play(relay))
     assert server.stop() == 0

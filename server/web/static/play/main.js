@@ -114,7 +114,10 @@ function refused(closed, isFinal) {
 function showGame(plays) {
   element("game").hidden = !plays;
   element("begin").hidden = plays;
-  element("practice").firstElementChild.hidden = memory.hasPractised || memory.earlier.length > 0;
+  const isKnown = memory.hasPractised || memory.earlier.length > 0;
+  element("practice").firstElementChild.hidden = isKnown;
+  element("practice").classList.toggle("notice", !isKnown);
+  element("practice").querySelector("button").classList.toggle("quiet", isKnown);
   element("again").hidden = element("publish").hidden = true;
   document.body.classList.toggle("playing", plays);
   if (plays) element("frame").focus({ preventScroll: true });
