@@ -99,6 +99,10 @@ class PageSender:
     def send(self, events: Sequence[Event]) -> None:
         """Queue a message for each event, and one more for each frame."""
         for event in events:
+            if isinstance(event, Observed) and event.taken is not None:
+                # History, which an agent needs that takes over from another player; a person needs only the present.
+                self._states[event.episode.episode_id] = event.state
+                continue
             self.put(self._message(event))
             if isinstance(event, Observed) and event.frame is not None:
                 (jpeg,) = (event.encoding or partial(_jpeg, event.frame))()

@@ -410,7 +410,8 @@ def test_a_half_open_connection_is_given_up(tmp_path: Path) -> None:
                     await again.hello(run, player="c" * 16)
                     first = await again.message()
                     if first["type"] == "opened":
-                        assert (await again.until("state"))["step"] == 1
+                        state = await again.until("state")
+                        assert (state["step"], state["outcome"]) == (1, "turned")
                         break
                     assert first["code"] == "OverQuota"
                 await asyncio.sleep(0.2)
