@@ -2,6 +2,7 @@
 
 import json
 import socket
+import ssl
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from pathlib import Path
@@ -94,10 +95,12 @@ class PageClient:
 
 
 @asynccontextmanager
-async def page(site: str, *, origin: str | None = None) -> AsyncIterator[PageClient]:
+async def page(
+    site: str, *, origin: str | None = None, encryption: ssl.SSLContext | bool = True
+) -> AsyncIterator[PageClient]:
     headers = {"Origin": site if origin is None else origin}
     async with (
         aiohttp.ClientSession() as session,
-        session.ws_connect(f"{site}/play/socket", headers=headers) as connection,
+        session.ws_connect(f"{site}/play/socket", headers=headers, ssl=encryption) as connection,
     ):
         yield PageClient(connection)

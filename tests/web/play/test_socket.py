@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import ssl
 from collections.abc import Awaitable, Callable
 from contextlib import closing
 from pathlib import Path
@@ -17,6 +18,7 @@ from arramon_server.runs.storage.journal import Journal
 from tests import tiny
 from tests.api.people import token_of
 from tests.api.player import Player, create
+from tests.proxy import Proxies
 from tests.relay import Relay
 from tests.serving import METADATA
 from tests.web.play.page_client import PageClient, PageServer, page
@@ -421,4 +423,26 @@ def test_a_half_open_connection_is_given_up(tmp_path: Path) -> None:
 
     with Relay(server.site.removeprefix("http://")) as relay:
         asyncio.run(play(relay))
+    assert server.stop() == 0
+
+
+def test_play_through_nginx_needs_a_token(tmp_path: Path, proxies: Proxies) -> None:
+    server = PageServer(tmp_path, "--trust-proxy")
+    token = token_of(tmp_path, "ann")
+    proxy = proxies.start([server.address], server.site.removeprefix("http://"))
+    encryption = ssl.create_default_context(cafile=str(proxy.authority))
+
+    async def play(token: str, origin: str | None = None) -> dict[str, object]:
+        async with page(f"https://{proxy.address}", origin=origin, encryption=encryption) as client:
+            await client.hello(token=token)
+            first = await client.message()
+            if first["type"] == "opened":
+                await client.key(await client.until("state"), F)
+                assert (await client.until("state"))["step"] == 1
+            return first
+
+    assert asyncio.run(play(""))["code"] == "Unauthenticated"
+    assert asyncio.run(play(token))["participant"] == "ann"
+    with pytest.raises(aiohttp.WSServerHandshakeError):
+        asyncio.run(play(token, "https://example.org"))
     assert server.stop() == 0

@@ -1,6 +1,7 @@
 // One WebSocket at a time. It is opened again when it breaks or falls silent, with growing delays, until the server refuses.
 const FIRST_DELAY = 300, LONGEST_DELAY = 5000;
-const ANSWER_TIMEOUT = 10000; // of a half-open connection: the server pings, but a page cannot see that
+// Of a half-open connection: the server pings, but a page cannot see that. A first answer may have to wait for a scene.
+const ANSWER_TIMEOUT = 10000, OPENING_TIMEOUT = 30000;
 
 // The server refuses for good: only the person can do something about it.
 const FINAL = new Set(["Replaced", "TakenOver", "NotFound", "Forbidden", "Unauthenticated", "OverQuota", "BadInput", "Conflict"]);
@@ -22,7 +23,7 @@ export class Connection {
     const socket = new WebSocket(new URL(this.address, location.href.replace(/^http/, "ws")));
     socket.binaryType = "arraybuffer";
     this.socket = socket;
-    this.expectAnswer();
+    this.expectAnswer(OPENING_TIMEOUT);
     socket.onopen = () => socket.send(JSON.stringify(this.hello()));
     socket.onmessage = (event) => { if (socket === this.socket) this.take(event.data); };
     socket.onclose = () => { if (socket === this.socket) this.lose(); };
@@ -53,9 +54,9 @@ export class Connection {
     return true;
   }
 
-  expectAnswer() {
+  expectAnswer(milliseconds = ANSWER_TIMEOUT) {
     clearTimeout(this.waiting);
-    this.waiting = setTimeout(() => { this.socket?.close(); this.lose(); }, ANSWER_TIMEOUT);
+    this.waiting = setTimeout(() => { this.socket?.close(); this.lose(); }, milliseconds);
   }
 
   answered() { clearTimeout(this.waiting); }

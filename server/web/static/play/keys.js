@@ -18,6 +18,10 @@ export function listen(isPlaying, act) {
     act(action, event.repeat);
   });
   for (const button of document.querySelectorAll("[data-action]")) {
-    button.addEventListener("click", () => { if (isPlaying()) act(Number(button.dataset.action), false); });
+    button.addEventListener("click", (event) => {
+      if (isPlaying()) act(Number(button.dataset.action), false);
+      // After a mouse or a finger the keys are the game's again, so that the space bar does not repeat the button.
+      if (event.detail > 0) document.getElementById("frame").focus({ preventScroll: true });
+    });
   }
 }
