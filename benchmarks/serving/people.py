@@ -140,7 +140,7 @@ async def _crowd(url: str, options: Namespace, split: str, language: str, pipe: 
             raise error
     p50, p99 = percentiles(sorted(tally.waits))
     size = sum(tally.sizes) / len(tally.sizes) / 1000
-    pipe.send(Crowd(p50, p99, tally.keys, tally.lost, len(tally.waits) / elapsed, size))
+    pipe.send(asdict(Crowd(p50, p99, tally.keys, tally.lost, len(tally.waits) / elapsed, size)))
 
 
 def run_crowd(url: str, options: Namespace, split: str, language: str, pipe: Connection) -> None:
@@ -184,7 +184,7 @@ def main() -> None:
             here.send("measure")
             beside = _agents_rate(agents, options.seconds)
             here.send("stop")
-            crowd: Crowd = here.recv()
+            crowd = Crowd(**here.recv())
             process.join()
             after = _agents_rate(agents, options.seconds)
     alone = (before + after) / 2
