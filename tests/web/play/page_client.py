@@ -1,5 +1,6 @@
 """A play page without a browser: a WebSocket that says what a page says, and a server with pages."""
 
+import asyncio
 import json
 import socket
 import ssl
@@ -99,8 +100,13 @@ async def page(
     site: str, *, origin: str | None = None, encryption: ssl.SSLContext | bool = True
 ) -> AsyncIterator[PageClient]:
     headers = {"Origin": site if origin is None else origin}
-    async with (
-        aiohttp.ClientSession() as session,
-        session.ws_connect(f"{site}/play/socket", headers=headers, ssl=encryption) as connection,
-    ):
-        yield PageClient(connection)
+    connector = aiohttp.TCPConnector(ssl=encryption)
+    try:
+        async with (
+            aiohttp.ClientSession(connector=connector, connector_owner=False) as session,
+            session.ws_connect(f"{site}/play/socket", headers=headers) as connection,
+        ):
+            yield PageClient(connection)
+    finally:  # Otherwise the end of an encrypted connection is left to an event loop that ends first.
+        await connector.close(abort_ssl=True)
+        await asyncio.sleep(0)
