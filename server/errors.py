@@ -5,6 +5,7 @@ ArraMonError
 │   └── BadFile      a file is wrong; names file, line and field
 ├── NotFound         no such run, split, language or episode
 ├── Conflict         the request is not possible in the present state
+│   ├── Replaced     a newer stream of the same player has taken the stream's place
 │   └── TakenOver    another server process was faster; the request can be repeated
 ├── Unauthenticated  the token is missing or invalid
 ├── Forbidden        not allowed for this role or over this connection
@@ -56,6 +57,10 @@ class NotFound(ArraMonError):
 
 class Conflict(ArraMonError):
     """The request is not possible in the present state, such as the scores of a run that is still being played."""
+
+
+class Replaced(Conflict):
+    """A newer stream of the same player plays the run now."""
 
 
 class TakenOver(Conflict):

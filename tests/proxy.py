@@ -52,7 +52,7 @@ class Proxy:
         authority: PEM file with the certificate to trust.
     """
 
-    def __init__(self, binary: Path, folder: Path, servers: Sequence[str]) -> None:
+    def __init__(self, binary: Path, folder: Path, servers: Sequence[str], pages: str = "127.0.0.1:50580") -> None:
         self._binary, self._folder = binary, folder
         self.address = f"localhost:{free_port()}"
         self.authority = folder / "ca.pem"
@@ -64,6 +64,7 @@ class Proxy:
             (r"listen 443 ", f"listen {self.address.replace('localhost', '127.0.0.1')} "),
             (r"\S+/certificate\.pem", str(certificate)),
             (r"\S+/key\.pem", str(key)),
+            (r"server 127\.0\.0\.1:50580 ", f"server {pages} "),
             (r"server (127\.0\.0\.1:50551)( .*;)\n", "".join(rf"server {server}\2\n" for server in servers)),
         ):
             text, number = re.subn(pattern, replacement, text)
@@ -113,11 +114,11 @@ class Proxies:
         self._made: list[Proxy] = []
         self._folders: list[Path] = []
 
-    def start(self, servers: Sequence[str]) -> Proxy:
-        """A proxy before servers at these addresses."""
+    def start(self, servers: Sequence[str], pages: str = "127.0.0.1:50580") -> Proxy:
+        """A proxy before servers at these addresses, and before the pages at another one."""
         binary = program("nginx", "nginx", "/usr/sbin")
         self._folders.append(Path(tempfile.mkdtemp(prefix="arramon-nginx-")))
-        self._made.append(Proxy(binary, self._folders[-1], servers))
+        self._made.append(Proxy(binary, self._folders[-1], servers, pages))
         return self._made[-1]
 
     def stop(self) -> None:

@@ -31,6 +31,7 @@ class ServerSetting:
         postgres: whether the journal is in PostgreSQL; otherwise in a file of SQLite.
         steps: step limit of a phase; None for the server's own.
         program: interpreter arguments that start the server.
+        more: further arguments of `serve`.
     """
 
     name: str
@@ -44,6 +45,7 @@ class ServerSetting:
     postgres: bool = False
     steps: int | None = None
     program: tuple[str, ...] = ("-m", "arramon_server")
+    more: tuple[str, ...] = ()
 
 
 class MeasuredServer:
@@ -58,6 +60,7 @@ class MeasuredServer:
 
     Attributes:
         address: address on which it listens.
+        pages: URL of its pages; empty if it serves none.
         ready: seconds from its start until it listened.
     """
 
@@ -74,6 +77,8 @@ class MeasuredServer:
         self._command += ["--journal", journal or f"sqlite:///{folder}/journal.db", "--workers", str(setting.workers)]
         self._command += ["--fsync" if setting.fsync else "--no-fsync"]
         self._command += ["--steps", str(setting.steps)] if setting.steps else []
+        self._command += setting.more
+        self.pages = ""
         self._environment = {**os.environ, **(environment or {})}
         self.start()
 
@@ -87,6 +92,8 @@ class MeasuredServer:
         self._process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=self._environment)
         assert self._process.stdout is not None
         for line in self._process.stdout:
+            if line.startswith("pages at "):
+                self.pages = line.split()[-1]
             if line.startswith("listening on "):
                 self.address, self.ready = line.split()[-1], time.perf_counter() - started
                 return

@@ -102,13 +102,23 @@ class Authentication(grpc.aio.ServerInterceptor):
             StorageError: if the database cannot be reached.
         """
         try:
-            caller = await self._find(origin)
-            if caller is None and method not in PUBLIC_METHODS:
-                raise Unauthenticated("authentication required: no token was sent; ask the server's host for one")
-            _caller.set(caller or READER)
+            public = method in PUBLIC_METHODS
+            _caller.set((await self._find(origin) or READER) if public else await self.playing_caller(origin))
         except StorageError:
             if not known:
                 raise
+
+    async def playing_caller(self, origin: CallOrigin) -> Caller:
+        """Return the caller of a call that is not public.
+
+        Raises:
+            Unauthenticated, Forbidden: if the caller may not play.
+            StorageError: if the database cannot be reached.
+        """
+        caller = await self._find(origin)
+        if caller is None:
+            raise Unauthenticated("authentication required: no token was sent; ask the server's host for one")
+        return caller
 
     async def _find(self, origin: CallOrigin) -> Caller | None:
         """Return the caller; None if the call needs a token and has none.

@@ -53,6 +53,7 @@ class EvaluationService(EvaluationServicer):
         receipts: issues receipts of ended runs.
         config: the server's settings.
         threads: threads that compress images.
+        stream_limits: counts the open streams.
     """
 
     def __init__(
@@ -63,13 +64,14 @@ class EvaluationService(EvaluationServicer):
         receipts: Receipts,
         config: Config,
         threads: ImageThreads,
+        stream_limits: StreamLimits,
     ) -> None:
         self._runs = runs
         self._notes = notes
         self._engine = engine
         self._receipts = receipts
         self._config = config
-        self._stream_limits = StreamLimits(runs.quotas, engine.worker)
+        self._stream_limits = stream_limits
         self._threads = threads
 
     async def GetServerInfo(self, request: pb.GetServerInfoRequest, context: _Context) -> pb.ServerInfo:

@@ -159,6 +159,19 @@ class Config:
         None, "PEM file with the Ed25519 key that signs receipts; not set: one in the data folder, made on first use"
     )
     web: str = setting("", "address of the pages and probes; empty for none", form=TCP_FORM, check=is_tcp_address)
+    play_page: bool = setting(True, "whether people may play on the pages, with or without a token as `anonymous` says")
+    play_image_sizes: tuple[int, ...] = setting(
+        (448, 224),
+        "image side lengths for people who play on the pages: the first, and the last over a slow connection",
+        unit="pixels",
+        least=64,
+        most=1024,
+    )
+    play_landing_diagram: bool = setting(
+        False, "whether people see a diagram of the room with the cell in which they would place the object"
+    )
+    play_frame_strip: bool = setting(False, "whether people see their last frames beside the current one")
+    play_compass: bool = setting(False, "whether people see their heading relative to the start of the phase")
     metrics: str = setting(
         "",
         "address of the metrics, which may equal `web`; empty: the same as `web` if that is a loopback address, "

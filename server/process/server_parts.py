@@ -19,6 +19,7 @@ from arramon_server.api.error_guard import ErrorGuard
 from arramon_server.api.evaluation import EvaluationService
 from arramon_server.api.leaderboard import LeaderboardService
 from arramon_server.api.response_writer import ResponseWriter
+from arramon_server.api.stream_limits import StreamLimits
 from arramon_server.api.version_check import VersionCheck
 from arramon_server.board.board import Board
 from arramon_server.board.entries import Entries
@@ -83,7 +84,8 @@ def create_parts(config: Config, splits: Mapping[str, Split], database: Database
     """
     metrics = PrometheusMetrics(config.camera, lambda: runs_by_state(database))
     journal, accounts = MeteredJournal(database, metrics), Accounts(database)
-    server = _server(config, accounts, metrics)
+    authentication = Authentication(accounts, config)
+    server = _server(config, authentication, metrics)
     address = _bind(server, config.listen, grpc_credentials(config))
     # gRPC allows renewable credentials for one address only, so each address has credentials of its own.
     own_address = _bind(server, config.own_address, grpc_credentials(config)) if config.own_address else address
@@ -105,7 +107,10 @@ def create_parts(config: Config, splits: Mapping[str, Split], database: Database
     KnownKeys(database).check(key.public)
     receipts = Receipts(database, splits, key, closing)
     notes = RunNotes(splits, journal, closing)
-    add_EvaluationServicer_to_server(EvaluationService(runs, notes, engine, receipts, config, threads), server)
+    stream_limits = StreamLimits(quotas, engine.worker)
+    add_EvaluationServicer_to_server(
+        EvaluationService(runs, notes, engine, receipts, config, threads, stream_limits), server
+    )
     entries = Entries(database)
     local = config.is_for_own_machine
     limits = config.limits
@@ -133,24 +138,32 @@ def create_parts(config: Config, splits: Mapping[str, Split], database: Database
         if not config.http:
             return nullcontext({})
         # Imported only here, as loading takes half a second, which an embedded server without pages should not spend.
+        from arramon_server.process.browser_admission import browser_access
         from arramon_server.process.http_server import HttpServer
         from arramon_server.web.host import Host
         from arramon_server.web.pages import Pages
+        from arramon_server.web.play.play_page import PlayPage
+        from arramon_server.web.rendering import Renderer
 
-        pages = Pages(board, journal, receipts, splits, epochs, Host.of(config))
+        def play_page(renderer: Renderer) -> PlayPage:
+            access = browser_access(authentication, stream_limits, config)
+            return PlayPage(config, access, runs, journal, publisher, engine, threads, renderer)
+
+        play = play_page if config.play_page else None
+        pages = Pages(board, journal, receipts, splits, epochs, Host.of(config), play=play)
         return HttpServer(config, lambda: readiness.problem, metrics.text, pages).open()
 
     return ServerParts(server, address, engine, readiness, open_site())
 
 
-def _server(config: Config, accounts: Accounts, metrics: PrometheusMetrics) -> grpc.aio.Server:
+def _server(config: Config, authentication: Authentication, metrics: PrometheusMetrics) -> grpc.aio.Server:
     return grpc.aio.server(
         interceptors=[
             ResponseWriter(),
             AccessLog(metrics.count_call),
             ErrorGuard(),
             VersionCheck(),
-            Authentication(accounts, config),
+            authentication,
             CallLimits(config.max_calls),
         ],
         maximum_concurrent_rpcs=config.max_calls,

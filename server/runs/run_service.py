@@ -33,6 +33,9 @@ MAX_PAGE = 1000
 LONGEST_AGENT = 200
 """Maximum characters in an agent's name."""
 
+HUMAN = "human"
+"""Agent name of runs that people play on the pages. Runs created in any other way cannot have it."""
+
 LONGEST_ID = 100
 """Maximum characters of an episode's id in an error message."""
 
@@ -102,6 +105,7 @@ class RunService:
         episode_ids: Sequence[str] = (),
         agent_arguments: Sequence[tuple[str, str]] = (),
         code: CodeReference = NO_CODE,
+        by_person: bool = False,
     ) -> Run:
         """Create a run.
 
@@ -116,6 +120,7 @@ class RunService:
             episode_ids: ids of the episodes to play, in this order, instead of a number; not on a hidden split.
             agent_arguments: names and values of the arguments that the agent was created with.
             code: where the agent's code can be found, if the participant names it.
+            by_person: whether a person plays it on the pages, as the agent HUMAN.
 
         Raises:
             NotFound: if there is no such split, language or episode.
@@ -131,6 +136,10 @@ class RunService:
             raise BadInput(f"the agent's name has {len(agent)} characters; at most {LONGEST_AGENT} are allowed")
         if not agent.strip() or not is_visible(agent):
             raise BadInput(f"the agent's name is {agent!r}, expected one line of visible text")
+        if not by_person and agent.strip().casefold() == HUMAN:
+            raise BadInput(
+                f"the agent's name is {agent!r}, which only runs have that people play on the server's pages"
+            )
         played = _chosen(chosen, language, [episode.episode_id for episode in order], episodes, episode_ids)
         self._check_participant(caller, participant)
         run = Run(

@@ -47,7 +47,7 @@ class PlayedEpisode:
 
 
 class EpisodeReplays:
-    """Replays and draws the episodes of published runs. Thread-safe, except that only one thread may call `played`.
+    """Replays and draws the episodes of published runs. Thread-safe, except for `played` and `draw`.
 
     Args:
         splits: the splits served, by name.
@@ -101,12 +101,17 @@ class EpisodeReplays:
         ending = {one.episode_id: one for one in self.endings(entry)}.get(episode_id) if split else None
         if split is None or ending is None:
             raise NotFound(f"run {entry.run.run_id!r} has no episode {quoted(episode_id)} to show")
+        return self.draw(entry.run, ending)
+
+    def draw(self, run: Run, ending: EpisodeEnding) -> PlayedEpisode:
+        """Return an ended episode of a run, whose split must be served and not hidden. Only one thread may call it."""
+        split, episode_id = self._splits[run.split], ending.episode_id
         episode = split.episodes[episode_id]
         section, provenance = split.sections[episode.section], split.provenance.get(episode.section)
         origins = () if provenance is None else provenance.origins(section, episode)
         furnished_section = furnished(section, episode.furniture)
         ground = section_map.draw_section(furnished_section, origins)
-        tracks, room_maps = self._cached_tracks(entry.run, episode_id, ending.cause if ending.has_played else "")
+        tracks, room_maps = self._cached_tracks(run, episode_id, ending.cause if ending.has_played else "")
         return PlayedEpisode(episode, ending, ground, tracks, room_maps, furnished_section)
 
     def _read_endings(self, version: ScoresVersion) -> list[EpisodeEnding]:

@@ -160,6 +160,7 @@ class EpisodesPage:
         return {
             "entry": entry,
             "played": played,
+            "spoken": entry.run.language,
             "metrics": METRICS,
             "columns": columns(t),
             "list": f"/{t.language}/runs/{run_id}/episodes{chosen.link()}",
@@ -168,9 +169,9 @@ class EpisodesPage:
             "next": _address(t, entry, ids[at + 1], chosen) if at + 1 < len(ids) else "",
             "failures": _failures(played.ending),
             "void": episode_id in voided_by(self._board.corrections(entry.run.split)),
-            "labels": [_labels(t, entry, played, turn) for turn in range(2)],
+            "labels": [map_labels(t, entry.run.language, played, turn) for turn in range(2)],
             "object_name": lambda type_: object_name(t, type_),
-            "pile_name": lambda pile: _pile_name(t, pile),
+            "pile_name": lambda pile: pile_name(t, pile),
         }
 
     def _endings(self, run_id: str) -> tuple[Entry, list[EpisodeEnding]]:
@@ -189,20 +190,28 @@ def _address(t: PageTexts, entry: Entry, episode_id: str, chosen: EpisodeFilter)
     return f"/{t.language}/runs/{entry.run.run_id}/episodes/{quote(episode_id, safe='')}{chosen.link()}"
 
 
-def _labels(t: PageTexts, entry: Entry, played: PlayedEpisode, number: int) -> tuple[MapLabel, ...]:
-    """Return the labels on the map of a turn: the target, and things near the path that the instruction mentions."""
+def map_labels(t: PageTexts, language: str, played: PlayedEpisode, number: int) -> tuple[MapLabel, ...]:
+    """Return the labels on the map of a turn: the target, and things near the path that the instruction mentions.
+
+    Args:
+        t: texts of the page's language.
+        language: language of the instructions.
+        played: the episode.
+        number: index of the turn.
+    """
     turn = played.episode.turns[number]
     target = turn.target
     named = [(object_name(t, target.type), (target.position.x, target.position.z))]
-    instruction_words = all_texts().get(entry.run.language)
+    instruction_words = all_texts().get(language)
     if instruction_words is not None:
-        text = played.episode.instructions[entry.run.language][number].navigation
+        text = played.episode.instructions[language][number].navigation
         found = named_things(t, instruction_words, played.section, text, turn.path)
         named += [(thing.name, thing.position) for thing in found]
     return labels(played.section, named)
 
 
-def _pile_name(t: PageTexts, pile: ObjectStack) -> str:
+def pile_name(t: PageTexts, pile: ObjectStack) -> str:
+    """Return the names of the objects on a cell, from below."""
     return " + ".join(object_name(t, type_) for type_ in pile.types)
 
 

@@ -7,7 +7,7 @@ from aiohttp import web
 
 HEADERS = {
     "Content-Security-Policy": (
-        "default-src 'none'; style-src 'self'; script-src 'self'; img-src 'self'; connect-src 'self'; "
+        "default-src 'none'; style-src 'self'; script-src 'self'; img-src 'self'; font-src 'self'; connect-src 'self'; "
         "form-action 'self'; base-uri 'none'; frame-ancestors 'none'"
     ),
     "Server": "ArraMon",
@@ -50,6 +50,8 @@ def respond(
         headers["Content-Disposition"] = f'attachment; filename="{name}"'
     if status == 200 and tag in (part.strip() for part in request.headers.get("If-None-Match", "").split(",")):
         return web.Response(status=304, headers=headers)
+    if kind.startswith("font/"):  # compressed already, and no text
+        return web.Response(status=status, body=body, headers=headers, content_type=kind)
     if len(body) > _SMALL and _takes_gzip(request.headers.get("Accept-Encoding", "")):
         headers["Content-Encoding"] = "gzip"
         body = gzip.compress(body, 6, mtime=0)

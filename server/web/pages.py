@@ -12,6 +12,7 @@ from aiohttp import web
 from arramon_server.board.board import Board
 from arramon_server.board.epoch_board import EpochBoard, epoch_list_file
 from arramon_server.board.exports import as_csv, as_json
+from arramon_server.board.people import PeopleBoard
 from arramon_server.episodes.splits import Split
 from arramon_server.errors import Conflict, NotFound, Unavailable
 from arramon_server.runs.accounts.callers import READER
@@ -24,6 +25,8 @@ from arramon_server.web.epochs_page import EpochsPage
 from arramon_server.web.host import UNNAMED, Host
 from arramon_server.web.http_responses import FOR_EVER, redirect, respond
 from arramon_server.web.page_texts import PageTexts, all_texts, preferred_language
+from arramon_server.web.play.people_page import PeoplePage
+from arramon_server.web.play.play_page import SOCKET, PlayPage
 from arramon_server.web.rendering import Renderer
 from arramon_server.web.run_page import RunPage
 from arramon_server.web.standings_page import StandingsPage
@@ -58,6 +61,7 @@ class Pages:
         splits: the splits served, by name.
         epochs: the epochs of hidden splits.
         host: the host of the leaderboard.
+        play: makes the page on which people play; None if the host offers none.
     """
 
     def __init__(
@@ -68,14 +72,18 @@ class Pages:
         splits: Mapping[str, Split],
         epochs: EpochBoard,
         host: Host = UNNAMED,
+        *,
+        play: Callable[[Renderer], PlayPage] | None = None,
     ) -> None:
         self._board = board
         self._epochs = epochs
         self._receipts = receipts
-        self._renderer = Renderer(host)
+        self._renderer = Renderer(host, offers_play=play is not None)
+        self._play = play(self._renderer) if play is not None else None
         self._standings = StandingsPage(board, splits, epochs)
         self._epochs_page = EpochsPage(board, epochs)
         self._comparisons = ComparisonPage(board)
+        self._people = PeoplePage(board, PeopleBoard(board, journal, splits))
         self._replays = EpisodeReplays(splits, journal)
         self._runs = RunPage(board, splits, self._replays, epochs)
         self._episodes = EpisodesPage(board, self._replays)
@@ -102,15 +110,23 @@ class Pages:
             "/epochs.json": self._epochs_file,
             "/standings.{form:csv|json}": self._download,
             "/static/{name}": self._static,
+            "/static/{folder}/{name}": self._static,
             "/{rest:.*}": self._not_found,
         }
-        return [web.get(path, self._with_error_pages(handler)) for path, handler in handlers.items()]
+        routes = [web.get(path, self._with_error_pages(handler)) for path, handler in handlers.items()]
+        if self._play is None:
+            return routes
+        play = web.get(f"/{_LANGUAGE}/play", self._with_error_pages(self._play_page))
+        people = web.get(f"/{_LANGUAGE}/people", self._with_error_pages(self._people_page))
+        return [play, people, web.get(SOCKET, self._play.serve_socket), *routes]
 
     def close(self) -> None:
         """Stop accepting work, and end the threads."""
         self._page_thread.shutdown(wait=False, cancel_futures=True)
         self._path_thread.shutdown(wait=True, cancel_futures=True)
         self._replays.close()
+        if self._play is not None:
+            self._play.close()
 
     def _with_error_pages(self, handler: Handler) -> Handler:
         """Return a handler that turns the server's errors into error pages."""
@@ -214,6 +230,22 @@ class Pages:
 
         return await self._run_in(self._page_thread, make)
 
+    async def _play_page(self, request: web.Request) -> web.Response:
+        texts, play = _texts(request), self._play
+        assert play is not None
+
+        def make() -> web.Response:
+            return self._page(request, "play.html", texts, play.context(texts))
+
+        return await self._run_in(self._page_thread, make)
+
+    async def _people_page(self, request: web.Request) -> web.Response:
+        def make() -> web.Response:
+            texts = _texts(request)
+            return self._page(request, "people.html", texts, self._people.context(texts, request.query))
+
+        return await self._run_in(self._path_thread, make)
+
     async def _list_epochs(self, request: web.Request) -> web.Response:
         def make() -> web.Response:
             texts = _texts(request)
@@ -241,7 +273,8 @@ class Pages:
         return await self._run_in(self._path_thread, make)
 
     async def _static(self, request: web.Request) -> web.Response:
-        found = self._renderer.files.get(request.match_info["name"])
+        parts = (request.match_info.get("folder"), request.match_info["name"])
+        found = self._renderer.files.get("/".join(filter(None, parts)))
         if found is None:
             raise NotFound("there is no such file")
         return respond(request, *found, cache=FOR_EVER)

@@ -18,8 +18,11 @@ _WORDS = re.compile(r"[^_.:@]*[_.:@]*")
 
 _HERE = Path(__file__).parent
 
-TYPES = {".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
-"""Content types of static files, by suffix."""
+TYPES = {".woff2": "font/woff2", ".svg": "image/svg+xml", ".css": "text/css", ".js": "text/javascript"}
+"""Content types of static files, by suffix. Style sheets come after what they refer to."""
+
+_URL = re.compile(r'url\("([^"]+)"\)')
+"""A reference in a style sheet to another static file, by its name in the folder `static`."""
 
 
 def breakable(name: str) -> markupsafe.Markup:
@@ -32,20 +35,31 @@ class Renderer:
 
     Args:
         host: the host of the leaderboard, for the footer of every page.
+        offers_play: whether the pages link to the one on which people play.
 
     Attributes:
-        files: name with digest, such as `style.0a1b2c3d4e.css` -> content and content type.
+        files: name with digest, such as `style.0a1b2c3d4e.css`, or `play.0a1b2c3d4e/main.js` for a file in a folder,
+            whose files keep their names, so that modules can import each other -> content and content type.
     """
 
-    def __init__(self, host: Host = UNNAMED) -> None:
+    def __init__(self, host: Host = UNNAMED, *, offers_play: bool = False) -> None:
         self.files: dict[str, tuple[bytes, str]] = {}
-        named = {}
-        for path in sorted((_HERE / "static").iterdir()):
-            if path.suffix in TYPES:
-                content = path.read_bytes()
-                name = f"{path.stem}.{hashlib.sha256(content).hexdigest()[:10]}{path.suffix}"
+        named: dict[str, str] = {}
+        for path in _static_files(_HERE / "static"):
+            content = _with_digests(path.read_bytes(), named) if path.suffix == ".css" else path.read_bytes()
+            name = f"{path.stem}.{_digest(content)}{path.suffix}"
+            self.files[name] = (content, TYPES[path.suffix])
+            named[path.name] = f"/static/{name}"
+        for folder in sorted(path for path in (_HERE / "static").iterdir() if path.is_dir()):
+            contents = {
+                path: _with_digests(path.read_bytes(), named) if path.suffix == ".css" else path.read_bytes()
+                for path in _static_files(folder)
+            }
+            digest = _digest(b"".join(path.name.encode() + content for path, content in contents.items()))
+            for path, content in contents.items():
+                name = f"{folder.name}.{digest}/{path.name}"
                 self.files[name] = (content, TYPES[path.suffix])
-                named[path.name] = f"/static/{name}"
+                named[f"{folder.name}/{path.name}"] = f"/static/{name}"
         self._environment = jinja2.Environment(
             loader=jinja2.FileSystemLoader(_HERE / "templates"),
             autoescape=True,
@@ -59,6 +73,7 @@ class Renderer:
             "languages": list(all_texts().values()),
             "version": __version__,
             "host": host,
+            "offers_play": offers_play,
             "link_of": link_of,
             "breakable": breakable,
             "per_cent": lambda share: f"{100 * share:.1f}".removesuffix(".0"),
@@ -74,3 +89,19 @@ class Renderer:
             context: variables of the template.
         """
         return self._environment.get_template(template).render(t=texts, here=here, **context).encode()
+
+
+def _static_files(folder: Path) -> list[Path]:
+    """Return the static files of a folder, those that style sheets may refer to first."""
+    kinds = list(TYPES)
+    found = [path for path in folder.iterdir() if path.suffix in TYPES]
+    return sorted(found, key=lambda path: (kinds.index(path.suffix), path.name))
+
+
+def _digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()[:10]
+
+
+def _with_digests(style: bytes, named: Mapping[str, str]) -> bytes:
+    """Return a style sheet in which every `url("NAME")` is the address of the static file of that name."""
+    return _URL.sub(lambda found: f'url("{named[found[1]]}")', style.decode()).encode()

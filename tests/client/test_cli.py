@@ -440,7 +440,7 @@ def test_the_module_runs_as_a_program_and_handles_a_real_interrupt(world: World,
 @pytest.mark.parametrize(("argv", "said"), [
     (["leaderbord"], "arramon-client: unknown command 'leaderbord'; did you mean 'leaderboard'?\n"),
     (["veryfy", "x.json"], "arramon-client: unknown command 'veryfy'; did you mean 'verify'?\n"),
-    (["play"], "arramon-client: unknown command 'play'; expected account, cancel, conformance, "),
+    (["walk"], "arramon-client: unknown command 'walk'; expected account, cancel, conformance, "),
     (["--server", "x:1", "leaderboard"], "the command comes first: arramon-client leaderboard ..."),
     (["--server", "x:1", "verify", "r.json", "--key", "k"], "the command comes first: arramon-client verify ..."),
     (["--lang", "en", "--output", "runs"], "the following arguments are required: --agent"),

@@ -57,7 +57,7 @@ def test_every_text_key_is_used() -> None:
     said = set(re.findall(r'"([a-z_]+\.[A-Za-z_0-9-]+)"', source)) | set(re.findall(r'"([a-z_]+)"', source))
     groups = (
         "languages", "sensors", "causes", "states", "turns", "choices", "marks", "references", "reference_notes",
-        "aspects", "groups", "corrections", "closing", "episodes", "objects", "colours", "things",
+        "aspects", "groups", "corrections", "closing", "episodes", "objects", "colours", "things", "play_js",
     )  # fmt: skip
     for key in EN.words:
         group, _, name = key.partition(".")

@@ -16,6 +16,7 @@ from arramon_client.transport.incoming import RUN_ID
 from arramon_client.world import SENSORS
 
 COMMANDS = {
+    "play": "play episodes yourself, in the browser",
     "account": "show your account on a server: name, role, limits and current usage",
     "runs": "list your runs",
     "cancel": "cancel runs; their unfinished episodes are given up",

@@ -5,7 +5,7 @@ import sys
 from collections.abc import Sequence
 
 from arramon_client import arguments
-from arramon_client.commands import account, epochs, leaderboard, mcp, notes, report, runs, verify
+from arramon_client.commands import account, epochs, leaderboard, mcp, notes, play_page, report, runs, verify
 from arramon_client.commands.base import ERROR, USAGE, nearest
 from arramon_client.commands.play import PlayCommand
 from arramon_client.commands.single_run import AGENT_FAILED, AGENT_STOPPED
@@ -29,6 +29,7 @@ COMMANDS = {
     "leaderboard": leaderboard.show,
     "mcp": mcp.main,
     "notes": notes.main,
+    "play": play_page.main,
     "publish": leaderboard.publish,
     "report": report.main,
     "runs": runs.show,

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 
 from arramon_server.episodes.splits import Split
-from arramon_server.errors import ArraMonError, Conflict, TakenOver, Unavailable
+from arramon_server.errors import ArraMonError, Conflict, Replaced, TakenOver, Unavailable
 from arramon_server.image_threads import ImageThreads
 from arramon_server.runs.play.actions import ActionHandler, ActionResults
 from arramon_server.runs.play.assignment import GRACE, Assignment
@@ -119,7 +119,7 @@ class Engine:
             return
         for other in list(self._streams):
             if (other.run.run_id, other.player) == (stream.run.run_id, stream.player):
-                self._drop(other, Conflict("replaced by a newer stream of the same player"))
+                self._drop(other, Replaced("replaced by a newer stream of the same player"))
         self._streams.append(stream)
         _log.info("stream opened", extra={"run_id": stream.run.run_id, "episodes": stream.max_episodes})
         with self._guard(stream):

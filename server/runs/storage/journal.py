@@ -191,6 +191,12 @@ class Journal(WorkerRegistry, Claims, Steps, StepNotes):
         ):  # another worker has written the same row
             connection.execute(table.insert().from_select(["run_id", "images"], row))
 
+    def episode_ids(self, run_id: str) -> list[str]:
+        """Return the ids of all episodes of a run, in playing order."""
+        c = tables.episodes.c
+        query = sa.select(c.episode_id).where(c.run_id == run_id).order_by(c.ordinal)
+        return [row.episode_id for row in self._database.read(query)]
+
     def count_ended(self, run_id: str) -> int:
         """Return the number of a run's episodes that have ended."""
         return self._count(run_id, tables.episodes.c.state == ENDED)

@@ -20,6 +20,9 @@ SERVER = "arramon_server"
 READY_PREFIX = "listening on "
 """Prefix of the line on the server's standard output that announces that it is ready."""
 
+PAGES_PREFIX = "pages at "
+"""Prefix of the line that gives the URL of the server's pages, if it serves any; it comes before the other one."""
+
 START_TIMEOUT, STOP_TIMEOUT = 180.0, 30.0
 """Time limits for starting (apart from a slow first start) and stopping the server, in seconds."""
 
@@ -87,12 +90,14 @@ class EmbeddedServer:
 
     Attributes:
         address: address to connect to; it stays the same when the process is restarted.
+        pages: URL of its pages; empty if it serves none.
     """
 
     def __init__(
         self, folder: Path, data: Path, module: str, options: Sequence[str], notify: Callable[[str], None]
     ) -> None:
         self._notify = notify
+        self.pages = ""
         self.address = f"unix:{folder / 'arramon.sock'}"
         self._log = folder / "server.log"
         # `-P` keeps the working directory off the module path: a participant's own `queue.py` is not the library's.
@@ -158,6 +163,8 @@ class EmbeddedServer:
                 if line.startswith(NOTICE_PREFIX):
                     self._noticed.set()
                     self._notify(line.strip())
+                if line.startswith(PAGES_PREFIX):
+                    self.pages = line.removeprefix(PAGES_PREFIX).strip()
                 if line.startswith(READY_PREFIX):
                     ready.set()
                     done.set()

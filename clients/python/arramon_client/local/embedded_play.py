@@ -1,6 +1,6 @@
 """The embedded server for a client that plays: episodes are generated if there are none, and clocks are off."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
 
@@ -15,6 +15,7 @@ def embedded_for_play(
     workers: int = 1,
     needs_episodes: bool = True,
     quiet: bool = False,
+    more: Sequence[str] = (),
 ) -> AbstractContextManager[EmbeddedServer]:
     """Return an embedded server as a context.
 
@@ -24,13 +25,14 @@ def embedded_for_play(
         workers: number of its worker processes.
         needs_episodes: whether to generate a small split if the folder has none.
         quiet: show no progress of that.
+        more: further arguments of the server.
 
     Raises:
         EmbeddedServerError: if the server is not installed, does not start, or cannot generate episodes.
     """
     # Only this client uses the server: a step must survive the end of the process, but not a power failure.
     # Clocks are off, so that an agent in a debugger does not time out.
-    options = ("--no-fsync", "--workers", str(workers), "--step-seconds", "0")
+    options = ("--no-fsync", "--workers", str(workers), "--step-seconds", "0", *more)
     data = data or default_data()
     if needs_episodes and not holds_episodes(data):
         check_installed(SERVER)

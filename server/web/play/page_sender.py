@@ -1,0 +1,218 @@
+"""The transport of one play page: the engine's events as JSON, and each frame as one binary JPEG."""
+
+import asyncio
+import json
+import struct
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+import simplejpeg
+
+from arramon_client.world import Action
+from arramon_server.errors import ArraMonError
+from arramon_server.image_threads import ImageThreads
+from arramon_server.runs.play.events import (
+    ActionProblem,
+    Encoding,
+    EpisodeEnded,
+    EpisodeStarted,
+    Event,
+    Observed,
+    PhaseFinished,
+    RunEnded,
+    StreamOpened,
+)
+from arramon_server.runs.storage.records import Run
+from arramon_server.sim.cameras import Frame
+from arramon_server.sim.catalogue import ObjectType
+from arramon_server.sim.rules import Phase, State
+from arramon_server.web.play.aids import Aids
+from arramon_server.web.play.outcomes import outcome_of, relative_heading
+
+JPEG_QUALITY = 90
+"""JPEG quality of the frames, the default quality of agents' JPEG images."""
+
+FRAME_HEADER = struct.Struct("<I")
+"""Header of a binary message: the step of the frame, 32 bits, little-endian. The JPEG follows."""
+
+Message = str | bytes
+
+
+class PageSender:
+    """Encodes the events of one stream for the play page, and queues them (`runs.play.transport.Transport`).
+
+    Args:
+        run: the run, whose aids decide what is sent.
+        is_hidden: whether its split is hidden: the page then learns no more than an agent.
+        image_size: side length of the frames, in pixels.
+        threads: in which frames are compressed.
+        actions_of: returns the actions of an open episode so far; empty for any other.
+        name_of: returns an object's name in the run's language.
+
+    Attributes:
+        has_run_end: whether the end of the run was queued.
+    """
+
+    def __init__(
+        self,
+        run: Run,
+        threads: ImageThreads,
+        *,
+        is_hidden: bool,
+        image_size: int,
+        actions_of: Callable[[str], Sequence[Action]],
+        name_of: Callable[[ObjectType], str],
+    ) -> None:
+        self._is_hidden = is_hidden
+        self._size = image_size
+        self._threads = threads
+        self._aids = Aids.of_run(run)
+        self._actions_of = actions_of
+        self._name_of = name_of
+        self._outbox: asyncio.Queue[Message | ArraMonError | None] = asyncio.Queue()
+        self._backlog = 0
+        self._states: dict[str, State] = {}
+        self._outcomes: dict[str, str] = {}
+        self.has_run_end = False
+
+    @property
+    def compresses(self) -> bool:
+        """Whether frames are compressed in threads: always."""
+        return True
+
+    @property
+    def backlog(self) -> int:
+        """Number of bytes of messages that have not left the server."""
+        return self._backlog
+
+    def canvas(self, episode_id: str) -> Frame | None:  # noqa: ARG002, part of the contract
+        """Return None: frames may be drawn anywhere."""
+        return None
+
+    def begin_encoding(self, event: Observed) -> Encoding:
+        """Begin to compress an observation's frame in the threads."""
+        assert event.frame is not None
+        return self._threads.begin(partial(_jpeg, event.frame))
+
+    def send(self, events: Sequence[Event]) -> None:
+        """Queue a message for each event, and one more for each frame."""
+        for event in events:
+            if isinstance(event, Observed) and event.taken is not None:
+                # History, which an agent needs that takes over from another player; a person needs only the present.
+                self._states[event.episode.episode_id] = event.state
+                continue
+            self.put(self._message(event))
+            if isinstance(event, Observed) and event.frame is not None:
+                (jpeg,) = (event.encoding or partial(_jpeg, event.frame))()
+                self._queue(FRAME_HEADER.pack(event.state.step) + jpeg)
+
+    def put(self, message: dict[str, Any]) -> None:
+        """Queue a message that is no event."""
+        self._queue(json.dumps(message, ensure_ascii=False))
+
+    def close(self, error: ArraMonError | None) -> None:
+        """Queue the end of the stream."""
+        self._outbox.put_nowait(error)
+
+    async def next_message(self) -> Message | None:
+        """Return the next message; None at the end of the stream.
+
+        Raises:
+            ArraMonError: the error that closed the stream.
+        """
+        message = await self._outbox.get()
+        if isinstance(message, ArraMonError):
+            raise message
+        return message
+
+    def note_sent(self, message: Message) -> None:
+        """Take a message that has left the server off the backlog."""
+        self._backlog -= len(message)
+
+    def _queue(self, message: Message) -> None:
+        self._backlog += len(message)
+        self._outbox.put_nowait(message)
+
+    def _message(self, event: Event) -> dict[str, Any]:
+        match event:
+            case Observed():
+                return self._state(event)
+            case EpisodeStarted():
+                return {"type": "started", "episode": event.episode.episode_id, "step": event.step}
+            case PhaseFinished(episode_id, phase):
+                kind = {"phase": phase.phase.value, "turn": phase.turn, "forced": phase.forced}
+                return {"type": "phase_ended", "episode": episode_id, **kind}
+            case EpisodeEnded(episode_id, cause, ended):
+                self._states.pop(episode_id, None)
+                self._outcomes.pop(episode_id, None)
+                return {"type": "episode_ended", "episode": episode_id, "cause": cause, "ended": ended}
+            case StreamOpened(run, progress, _):
+                return {
+                    "type": "opened",
+                    "run": run.run_id,
+                    "split": run.split,
+                    "language": run.language,
+                    "is_hidden": self._is_hidden,
+                    "participant": run.participant,
+                    "size": self._size,
+                    "aids": self._aids.named(),
+                    "episodes": progress.episodes,
+                    "ended": progress.ended,
+                }
+            case ActionProblem(code, text, episode_id, step):
+                return {"type": "problem", "code": code, "message": text, "episode": episode_id, "step": step}
+            case RunEnded(run, progress):
+                self.has_run_end = True
+                return {"type": "run_ended", "run": run.run_id, "state": run.state, "ended": progress.ended}
+
+    def _state(self, event: Observed) -> dict[str, Any]:
+        state, episode = event.state, event.episode
+        actions = self._actions_of(episode.episode_id)[: state.step]
+        message: dict[str, Any] = {
+            "type": "state",
+            "episode": episode.episode_id,
+            "step": state.step,
+            "turn": state.turn,
+            "phase": state.phase.value,
+            "instruction": episode.instruction(event.run.language, state.turn, state.phase.value),
+            "phase_step": state.phase_step,
+            "steps_left": event.steps_left,
+            "carries": state.carried is not None,
+            # A hidden split tells no agent what it picked up.
+            "carried": "" if state.carried is None or self._is_hidden else self._name_of(state.carried),
+            "outcome": self._outcome(episode.episode_id, state, actions),
+        }
+        if event.time_left is not None:
+            message["seconds_left"] = round(event.time_left.step_seconds, 1)
+            message["bank_left"] = round(event.time_left.bank_seconds, 1)
+        if self._aids.compass:
+            message["heading"] = relative_heading(actions, state.phase_step)
+        if self._aids.landing_diagram and state.phase is Phase.ASSEMBLY:
+            message["landing"] = _landing(state)
+        return message
+
+    def _outcome(self, episode_id: str, state: State, actions: Sequence[Action]) -> str:
+        """Return what the last action did: the same for a state that is sent again; empty if that is not known."""
+        before = self._states.get(episode_id)
+        if before is None or before.step != state.step:
+            known = before is not None and before.step == state.step - 1 and len(actions) == state.step
+            self._outcomes[episode_id] = outcome_of(before, state, actions[-1]).value if before and known else ""
+        self._states[episode_id] = state
+        return self._outcomes[episode_id]
+
+
+def _landing(state: State) -> dict[str, Any]:
+    """Return the person's cell and heading in the room, and the cell in which the object would be placed, if any."""
+    cell = state.square.ahead(state.room_heading) if state.room_heading % 90.0 == 0.0 else None
+    return {
+        "cell": list(state.square),
+        "heading": round(state.room_heading) % 360,
+        "landing": list(cell) if cell is not None and cell.is_inside() else None,
+    }
+
+
+def _jpeg(frame: Frame) -> list[bytes]:
+    pixels = np.ascontiguousarray(frame.rgb)
+    return [simplejpeg.encode_jpeg(pixels, quality=JPEG_QUALITY, colorspace="RGB", colorsubsampling="420")]

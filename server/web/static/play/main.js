@@ -1,0 +1,178 @@
+// The play page: connects what the browser keeps, the connection, the game and the view.
+import { Connection } from "./connection.js";
+import { Game } from "./game.js";
+import { listen } from "./keys.js";
+import { Memory } from "./memory.js";
+import { View } from "./view.js";
+
+const settings = JSON.parse(document.getElementById("settings").textContent);
+const { texts, language } = settings;
+const element = (id) => document.getElementById(id);
+const memory = new Memory();
+const view = new View(texts);
+const form = element("start");
+const slow = navigator.connection?.saveData || /2g|3g/.test(navigator.connection?.effectiveType ?? "");
+
+let size = slow ? settings.sizes[1] : settings.sizes[0];
+let wanted = null;  // a new run to create; null to continue the one that is kept
+let practice = null; // null outside the tutorial; in it the id of its run, empty before it is opened
+let lastPractised = ""; // the last episode of the tutorial, whose scores are the placement test
+let current = null; // the run, as the server opened it
+
+const game = new Game((message) => connection.send(message), {
+  state: (state, context) => view.state(state, context),
+  frame: (step, jpeg) => view.frame(jpeg, () => game.state?.step === step, () => {
+    document.documentElement.dataset.drawn = `${game.state?.episode} ${step}`;
+    if (game.sentAt) performance.measure("key to frame", { start: game.sentAt, end: performance.now() });
+  }),
+  phaseEnded: (phase) => { if (phase.forced) view.status(texts.step_limit); else view.status(""); },
+  ended: (ended) => {
+    current.ended = ended.ended;
+    lastPractised = practice !== null ? ended.episode : "";
+    view.progress(current.ended, current.episodes);
+    view.status(view.say("ended", { cause: texts[`cause_${ended.cause}`] ?? ended.cause }));
+    view.clearStrip();
+    if (!current.is_hidden) connection.send({ type: "scores", episode: ended.episode });
+  },
+  problem: (problem) => {
+    view.status(view.say("problem", { message: problem.message }));
+  },
+});
+
+const connection = new Connection(settings.socket, hello, {
+  message: take,
+  frame: (step, jpeg) => game.takeFrame(step, jpeg),
+  lost: () => { view.status(texts.lost); },
+  refused,
+});
+
+function hello() {
+  const first = { type: "hello", player: memory.player, token: memory.token, size };
+  if (practice !== null) {
+    const lessons = { new: { split: "practice", language, episodes: 0 } };
+    return { ...first, practice: true, ...(practice ? { run: practice } : lessons) };
+  }
+  const kept = memory.run(language);
+  if (kept && !wanted) return { ...first, run: kept };
+  return { ...first, new: { ...wanted, language, participant: memory.name, earlier: memory.earlier } };
+}
+
+function take(message) {
+  switch (message.type) {
+    case "opened":
+      wanted = null;
+      current = message;
+      if (practice === null) memory.begin(language, message.run);
+      else practice = message.run;
+      view.opened(message);
+      view.status("");
+      showGame(true);
+      break;
+    case "started": view.clearStrip(); break;
+    case "scores":
+      view.scores(message.html);
+      if (practice === null && lastPractised && message.episode === lastPractised) {
+        view.status(message.placed.every(Boolean) ? texts.practice_passed : texts.practice_failed);
+      }
+      break;
+    case "published":
+      element("publish").hidden = true;
+      view.published(`/${language}/runs/${message.run}`);
+      break;
+    case "run_ended":
+      game.reset();
+      if (practice !== null) {
+        practice = null;
+        memory.notePractice();
+        showGame(false);
+        view.status(texts.practice_ended);
+        break;
+      }
+      memory.end(language);
+      showGame(false);
+      view.status(view.say("run_ended", { ended: message.ended }));
+      element("publish").hidden = message.state !== "COMPLETE";
+      if (current === null || current.is_hidden || current.episodes > 1) connection.send({ type: "scores", episode: "" });
+      break;
+    default: game.take(message);
+  }
+}
+
+function refused(closed, isFinal) {
+  game.state = null; // keys wait until the page is connected again
+  const known = texts[`closed_${closed.code}`];
+  view.status(known ? view.say(`closed_${closed.code}`, { message: closed.message }) : closed.message);
+  if (!isFinal) return;
+  const movedOn = closed.code === "Replaced" || closed.code === "TakenOver";
+  element("again").hidden = !movedOn;
+  if (practice !== null && closed.code === "NotFound") { practice = ""; connect(); return; } // it was kept in memory only
+  if (practice !== null && !movedOn) practice = null;
+  else if (closed.code === "NotFound" && !wanted) memory.end(language);
+  if (!movedOn) showGame(false);
+}
+
+function showGame(plays) {
+  element("game").hidden = !plays;
+  element("begin").hidden = plays;
+  const isKnown = memory.hasPractised || memory.earlier.length > 0;
+  element("practice").firstElementChild.hidden = isKnown;
+  element("practice").classList.toggle("notice", !isKnown);
+  element("practice").querySelector("button").classList.toggle("quiet", isKnown);
+  element("again").hidden = element("publish").hidden = true;
+  document.body.classList.toggle("playing", plays);
+  if (plays) element("frame").focus({ preventScroll: true });
+}
+
+function connect() {
+  connection.stop();
+  game.reset();
+  view.status(texts.connecting);
+  connection.open();
+}
+
+listen(() => game.isPlaying, (action, repeated) => game.press(action, repeated));
+
+element("practice").querySelector("button").addEventListener("click", () => {
+  practice = "";
+  element("scores").replaceChildren();
+  connect();
+});
+element("again").querySelector("button").addEventListener("click", () => { element("again").hidden = true; connect(); });
+element("publish").querySelector("button").addEventListener("click", () => connection.send({ type: "publish" }));
+element("give-up").addEventListener("click", () => {
+  if (game.state && confirm(texts.give_up_really)) connection.send({ type: "give_up", episode: game.state.episode });
+});
+element("forget")?.addEventListener("click", () => { memory.end(language); prepareForm(); });
+
+form?.addEventListener("submit", (event) => {
+  event.preventDefault();
+  const { split, episodes, participant, token } = form.elements;
+  const hidden = "hidden" in split.selectedOptions[0].dataset;
+  memory.keepPerson(token.value.trim(), participant.value.trim());
+  size = Number(form.elements.size.value);
+  wanted = { split: split.value, episodes: hidden ? 0 : Number(episodes.value) };
+  element("scores").replaceChildren();
+  practice = null;
+  connect();
+});
+form?.elements.split.addEventListener("change", prepareForm);
+
+function prepareForm() {
+  if (!form) return;
+  const option = form.elements.split.selectedOptions[0];
+  const hidden = "hidden" in option.dataset;
+  form.elements.episodes.disabled = hidden;
+  form.elements.episodes.max = Math.min(100, Number(option.dataset.episodes));
+  element("hidden-note").hidden = !hidden;
+  form.elements.token.required = "needed" in form.elements.token.dataset;
+  element("forget").hidden = !memory.run(language);
+}
+
+if (form) {
+  form.elements.token.value = memory.token;
+  form.elements.participant.value = memory.name;
+  form.elements.size.value = String(size);
+}
+prepareForm();
+element("how")?.toggleAttribute("open", memory.earlier.length === 0);
+if (memory.run(language)) { element("begin").hidden = true; connect(); } else showGame(false);

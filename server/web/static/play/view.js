@@ -1,0 +1,155 @@
+// Draws what the page shows: frame, texts, clocks, and the aids that the run has.
+const STRIP = 4;  // frames in the strip
+const FEW_STEPS = 20;
+const SVG = "http://www.w3.org/2000/svg";
+const element = (id) => document.getElementById(id);
+
+export class View {
+  constructor(texts) {
+    this.texts = texts;
+    this.canvas = element("frame");
+    this.context = this.canvas.getContext("2d");
+    this.aids = {};
+    this.clock = null;
+    this.drawing = Promise.resolve();
+    setInterval(() => this.tick(), 500);
+    drawGrid(document.querySelector("#landing .grid"));
+  }
+
+  say(key, values = {}) {
+    return Object.entries(values).reduce((text, [name, value]) => text.replaceAll(`{${name}}`, value), this.texts[key] ?? key);
+  }
+
+  // A message for the person above the game; empty for none.
+  status(text) {
+    element("status").textContent = text;
+    element("status").hidden = !text;
+  }
+
+  opened(run) {
+    this.aids = run.aids;
+    this.isPractice = run.split === "practice";
+    this.canvas.width = this.canvas.height = run.size;
+    element("strip").hidden = !run.aids.frame_strip;
+    for (const one of document.querySelectorAll(".compass")) one.hidden = !run.aids.compass;
+    element("instruction").lang = run.language;
+    this.progress(run.ended, run.episodes);
+  }
+
+  progress(ended, episodes) {
+    element("progress").textContent = this.say(this.isPractice ? "practice_progress" : "progress", { number: Math.min(ended + 1, episodes), all: episodes });
+  }
+
+  state(state, { isNew, before, action }) {
+    const isRoom = state.phase === "assembly";
+    element("phase").textContent = this.say(isRoom ? "place_phase" : "walk_phase", { turn: state.turn });
+    const instruction = element("instruction");
+    if (instruction.textContent !== state.instruction) instruction.textContent = state.instruction;
+    instruction.classList.toggle("fresh", state.phase_step === 0);
+    element("carried").textContent = !state.carries ? this.texts.carries_nothing : state.carried || this.texts.carries_something;
+    element("steps").textContent = String(state.steps_left);
+    element("steps").classList.toggle("few", state.steps_left <= FEW_STEPS);
+    element("interact").textContent = this.texts[isRoom ? "place" : "pick_up"];
+    this.clock = state.seconds_left === undefined ? null : { ...state, at: performance.now() };
+    for (const one of document.querySelectorAll(".clock")) one.hidden = this.clock === null;
+    this.tick();
+    if (isNew) this.outcome(state, before, action);
+    if (this.aids.compass && state.heading !== undefined) this.compass(state.heading);
+    this.landing(state.landing);
+    if (before && before.phase !== state.phase) this.clearStrip();
+  }
+
+  outcome(state, before, action) {
+    const text = state.outcome ? this.say(state.outcome, { object: state.carried || this.texts.carries_something }) : "";
+    const quiet = state.outcome === "moved" || state.outcome === "turned";
+    const turned = { 1: "left", 2: "right" }[action];
+    element("outcome").textContent = state.outcome === "turned" && turned ? this.texts[`turned_${turned}`] : text;
+    this.flash(quiet ? "" : text);
+  }
+
+  flash(text) {
+    const flash = element("flash");
+    clearTimeout(this.flashing);
+    flash.textContent = text;
+    flash.classList.toggle("shown", Boolean(text));
+    if (text) this.flashing = setTimeout(() => flash.classList.remove("shown"), 1600);
+  }
+
+  tick() {
+    if (!this.clock) return;
+    const passed = (performance.now() - this.clock.at) / 1000;
+    const step = this.clock.seconds_left - passed, bank = this.clock.bank_left + Math.min(step, 0);
+    element("clock").textContent = step > 0
+      ? this.say("clock_step", { seconds: Math.ceil(step) })
+      : this.say("clock_bank", { minutes: Math.max(0, Math.ceil(bank / 60)) });
+  }
+
+  // Frames are decoded one after the other, so that an older one never covers a newer one.
+  frame(jpeg, isCurrent, drawn) {
+    this.drawing = this.drawing.then(async () => {
+      if (!isCurrent()) return;
+      const image = await createImageBitmap(new Blob([jpeg], { type: "image/jpeg" }));
+      if (isCurrent()) {
+        this.keepInStrip();
+        this.context.drawImage(image, 0, 0, this.canvas.width, this.canvas.height);
+        drawn();
+      }
+      image.close();
+    }).catch((error) => { this.status(this.texts.no_frame); console.warn(error); });
+  }
+
+  keepInStrip() {
+    if (!this.aids.frame_strip) return;
+    if (!this.hasFrame) { this.hasFrame = true; return; }
+    const strip = element("strip");
+    const copy = document.createElement("canvas");
+    copy.width = copy.height = 112;
+    copy.getContext("2d").drawImage(this.canvas, 0, 0, 112, 112);
+    strip.append(copy);
+    while (strip.children.length > STRIP) strip.firstChild.remove();
+  }
+
+  clearStrip() { element("strip").replaceChildren(); this.hasFrame = false; }
+
+  compass(heading) {
+    element("compass").querySelector("path").setAttribute("transform", `rotate(${heading})`);
+    element("heading").textContent = this.say("heading", { degrees: heading });
+    element("compass").setAttribute("aria-label", this.say("heading", { degrees: heading }));
+  }
+
+  landing(landing) {
+    element("landing").hidden = !landing;
+    if (!landing) return;
+    const figure = element("landing"), cell = figure.querySelector(".cell");
+    const [column, row] = landing.cell;
+    const at = `translate(${10 * column + 5} ${40 - 10 * row - 5}) rotate(${landing.heading})`;
+    figure.querySelector(".me").setAttribute("transform", at);
+    cell.toggleAttribute("hidden", !landing.landing);
+    if (landing.landing) {
+      cell.setAttribute("x", 10 * landing.landing[0]);
+      cell.setAttribute("y", 30 - 10 * landing.landing[1]);
+    }
+    const words = landing.landing
+      ? this.say("landing_cell", { column: landing.landing[0] + 1, row: landing.landing[1] + 1 })
+      : this.texts.landing_none;
+    figure.querySelector("svg").setAttribute("aria-label", words);
+  }
+
+  published(address) {
+    const link = Object.assign(document.createElement("a"), { href: address, textContent: this.texts.published_link });
+    element("status").replaceChildren(this.texts.published, " ", link);
+    element("status").hidden = false;
+  }
+
+  scores(html) {
+    const page = new DOMParser().parseFromString(html, "text/html"); // runs no scripts
+    element("scores").replaceChildren(...page.body.childNodes);
+  }
+}
+
+function drawGrid(group) {
+  const lines = [10, 20, 30, 40].map((x) => `M${x} 0V40`).concat([10, 20, 30].map((y) => `M0 ${y}H50`));
+  const path = document.createElementNS(SVG, "path");
+  path.setAttribute("d", lines.join(""));
+  group.append(path);
+}

@@ -1,0 +1,219 @@
+"""Play in Chromium: by keys and by buttons, in both languages, through reloads, a second tab and faults."""
+
+import re
+import resource
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, BrowserContext, Page, expect
+
+from arramon_client.world import Action
+from arramon_server.web.play.practice_split import practice_split
+from tests import tiny
+from tests.web.play.page_client import PageServer
+from tests.web.test_browser import CONTRASTS, PHONE
+
+KEYS = {tiny.F: "ArrowUp", tiny.L: "ArrowLeft", tiny.R: "ArrowRight", tiny.P: "Space"}
+OTHER_KEYS = {tiny.F: "w", tiny.L: "a", tiny.R: "d", tiny.P: "Enter"}
+
+BYTES = 200_000
+"""Limit of a page with its scripts and styles, as sent, without fonts."""
+
+
+@contextmanager
+def window(browser: Browser, server: PageServer, *, losing: bool = False, **settings: object) -> Iterator[Page]:
+    """A window on the site. Nothing may go wrong in it, unless its connection is to be lost."""
+    context: BrowserContext = browser.new_context(**settings)  # type: ignore[arg-type]
+    page, problems, elsewhere = context.new_page(), [], []
+    page.on("console", lambda message: problems.append(message.text))
+    page.on("pageerror", lambda error: problems.append(str(error)))
+    page.on("request", lambda request: elsewhere.append(request.url))
+    yield page
+    assert [url for url in elsewhere if not url.startswith((server.site, "data:"))] == []
+    assert losing or problems == []
+    context.close()
+
+
+def start(page: Page, server: PageServer, language: str = "en", split: str = "tiny", episodes: int = 1) -> None:
+    page.goto(f"{server.site}/{language}/play")
+    page.select_option('select[name="split"]', split)
+    page.fill('input[name="episodes"]', str(episodes))
+    page.click("#start button")
+    drawn(page, 0)
+
+
+def drawn(page: Page, step: int) -> None:
+    """Waits until the frame of a step is on the page."""
+    expect(page.locator("html")).to_have_attribute("data-drawn", re.compile(rf" {step}$"), timeout=60_000)
+
+
+def press(page: Page, actions: tuple[int, ...], first: int = 0, keys: dict[Action, str] = KEYS) -> None:
+    """Presses a key for each action, and waits for its frame."""
+    for step, action in enumerate(actions, start=first):
+        page.keyboard.press(keys[Action(action)])
+        drawn(page, step + 1)
+
+
+@pytest.mark.parametrize(
+    ("language", "instruction", "picked_up", "keys"),
+    [
+        ("en", "Go on to the striped red mug.", "You picked up: striped red mug", KEYS),
+        ("hi", "धारीदार लाल मग तक चलें।", "आपने उठाया: मग (धारीदार, लाल)", OTHER_KEYS),
+    ],
+)
+def test_a_whole_episode_by_keys(
+    browser: Browser, server: PageServer, language: str, instruction: str, picked_up: str, keys: dict[Action, str]
+) -> None:
+    with window(browser, server) as page:
+        start(page, server, language)
+        expect(page.locator("#instruction")).to_have_text(instruction)
+        press(page, tiny.ACTIONS[:3], keys=keys)
+        expect(page.locator("#outcome")).to_have_text(picked_up)
+        expect(page.locator("#landing")).to_be_visible()
+        page.reload()
+        drawn(page, 3)
+        press(page, tiny.ACTIONS[3:-1], first=3, keys=keys)
+        page.keyboard.press(keys[tiny.P])
+        expect(page.locator("#scores svg.map")).to_have_count(2)
+        expect(page.locator("#scores tbody td").last).to_have_text("1.000")
+        expect(page.locator("#begin")).to_be_visible()
+        page.click("#publish button")
+        page.click("#status a")
+        expect(page.locator("main")).to_contain_text("human")
+        page.goto(f"{server.site}/{language}/people?split=tiny&language={language}")
+        expect(page.locator("tbody tr").first).to_contain_text("1.000")
+        expect(page.locator("tbody tr").first).to_contain_text("landing_diagram=on")
+
+
+def test_the_tutorial_ends_with_the_placement_test(browser: Browser, server: PageServer) -> None:
+    with window(browser, server) as page:
+        page.goto(f"{server.site}/en/play")
+        page.click("#practice button")
+        for episode in practice_split().episodes.values():
+            actions = [action for turn in episode.turns for action in (*turn.actions, *turn.room_actions)]
+            expect(page.locator("html")).to_have_attribute("data-drawn", f"{episode.episode_id} 0", timeout=60_000)
+            press(page, tuple(actions[:-1]))
+            page.keyboard.press("Space")
+        expect(page.locator("#status")).to_contain_text("Placement test passed")
+        expect(page.locator("#start")).to_be_visible()
+
+
+def test_every_outcome_is_said(browser: Browser, server: PageServer) -> None:
+    with window(browser, server) as page:
+        start(page, server)
+        page.keyboard.press("Space")
+        drawn(page, 1)
+        expect(page.locator("#outcome")).to_have_text("Nothing is within reach.")
+        press(page, (tiny.L, tiny.R, tiny.F, tiny.F), first=1)
+        expect(page.locator("#outcome")).to_have_text("You moved one step.")
+        press(page, (tiny.P, tiny.L, tiny.F), first=5)
+        expect(page.locator("#outcome")).to_have_text("Blocked: you cannot go there.")
+        press(page, (tiny.P,), first=8)
+        expect(page.locator("#outcome")).to_have_text("You cannot place it there.")
+        expect(page.locator("#steps")).to_have_text("17")
+        expect(page.locator("#heading")).to_have_text("330° from the start of this part")
+
+
+def test_buttons_on_a_phone(browser: Browser, server: PageServer) -> None:
+    with window(browser, server, viewport=PHONE, has_touch=True, is_mobile=True) as page:
+        start(page, server)
+        for step, action in enumerate(tiny.ACTIONS[:5]):
+            button = page.locator(f'[data-action="{int(action)}"]')
+            box = button.bounding_box()
+            assert box is not None
+            assert min(box["width"], box["height"]) >= 44
+            button.tap()
+            drawn(page, step + 1)
+        assert page.evaluate("document.documentElement.scrollWidth") <= PHONE["width"]
+        page.on("dialog", lambda dialog: dialog.accept())
+        page.locator("#give-up").tap()
+        expect(page.locator("#scores h2").first).to_be_visible()
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_contrast_and_width(browser: Browser, server: PageServer, scheme: str) -> None:
+    # 360 pixels are also what a window of 720 has at 200% zoom.
+    with window(browser, server, color_scheme=scheme, viewport=PHONE) as page:
+        start(page, server, "hi")
+        press(page, tiny.ACTIONS[:4])
+        low = [(ratio, text) for ratio, text in page.evaluate(CONTRASTS) if ratio < 4.5]
+        assert low == []
+        assert page.evaluate("document.documentElement.scrollWidth") <= PHONE["width"]
+
+
+def test_a_second_tab_takes_over(browser: Browser, server: PageServer) -> None:
+    with window(browser, server) as first:
+        start(first, server)
+        press(first, tiny.ACTIONS[:1])
+        second = first.context.new_page()
+        second.goto(f"{server.site}/en/play")
+        drawn(second, 1)
+        expect(first.locator("#status")).to_have_text("This run is played in another window now. Here it has stopped.")
+        press(second, tiny.ACTIONS[1:2], first=1)
+        first.keyboard.press("ArrowUp")  # does nothing
+        first.click("#again button")
+        drawn(first, 2)
+        expect(second.locator("#status")).to_contain_text("another window")
+        press(first, tiny.ACTIONS[2:3], first=2)
+
+
+def test_a_restarted_server_is_found_again(browser: Browser, tmp_path: Path) -> None:
+    server = PageServer(tmp_path)
+    with window(browser, server, losing=True) as page:
+        start(page, server)
+        press(page, tiny.ACTIONS[:1])
+        server.kill()
+        expect(page.locator("#status")).to_contain_text("The connection was lost.")
+        page.keyboard.press("ArrowUp")  # is sent once the page is connected again
+        server.start()
+        drawn(page, 2)
+        expect(page.locator("#status")).to_be_hidden()
+        press(page, tiny.ACTIONS[2:3], first=2)
+        expect(page.locator("#outcome")).to_have_text("You picked up: striped red mug")
+    assert server.stop() == 0
+
+
+def test_a_full_disk_loses_nothing(browser: Browser, tmp_path: Path) -> None:
+    server = PageServer(tmp_path, log=tmp_path / "log")
+    with window(browser, server, losing=True) as page:
+        start(page, server)
+        press(page, tiny.ACTIONS[:1])
+        resource.prlimit(server.process.pid, resource.RLIMIT_FSIZE, (4096, resource.RLIM_INFINITY))
+        page.keyboard.press("ArrowUp")
+        expect(page.locator("#status")).to_contain_text(
+            re.compile("cannot save steps|not available|connection was lost")
+        )
+        resource.prlimit(server.process.pid, resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY,) * 2)
+        drawn(page, 2)
+        press(page, tiny.ACTIONS[2:3], first=2)
+        expect(page.locator("#outcome")).to_have_text("You picked up: striped red mug")
+    assert server.stop() == 0
+
+
+@pytest.mark.parametrize(
+    ("language", "text"), [("en", "Playing needs JavaScript"), ("hi", "खेलने के लिए जावास्क्रिप्ट चाहिए")]
+)
+def test_without_scripts_the_page_says_what_is_missing(
+    browser: Browser, server: PageServer, language: str, text: str
+) -> None:
+    with window(browser, server, java_script_enabled=False) as page:
+        page.goto(f"{server.site}/{language}/play")
+        # Chromium, controlled from outside, keeps <noscript> out of sight although it runs no scripts.
+        assert text in (page.locator("noscript").text_content() or "")
+        expect(page.locator("#start")).to_be_hidden()
+
+
+def test_the_page_is_small_and_runs_nothing_inline(browser: Browser, server: PageServer) -> None:
+    with window(browser, server) as page:
+        sizes: dict[str, int] = {}
+        page.on("requestfinished", lambda done: sizes.update({done.url: done.sizes()["responseBodySize"]}))
+        response = page.goto(f"{server.site}/en/play")
+        page.wait_for_load_state("networkidle")
+        assert response is not None
+        policy = response.headers["content-security-policy"]
+    assert "unsafe" not in policy
+    small = {url: size for url, size in sizes.items() if not url.endswith(".woff2")}
+    assert len(small) >= 8
+    assert sum(small.values()) < BYTES
