@@ -43,6 +43,9 @@ class Language:
         name: name in the language itself, such as "हिन्दी".
         english_name: name in English, such as "Hindi".
         script: name of the script, such as "Devanagari".
+        required: whether every generated episode has this language. Others are written on request only, and an episode
+            that such a language cannot express lacks it.
+        preview: whether the language is published for trial, before native speakers have reviewed it.
 
     Raises:
         ValueError: if a file's content does not have the documented format.
@@ -54,6 +57,8 @@ class Language:
         self.name: str = about["name"]
         self.english_name: str = about["english_name"]
         self.script: str = about["script"]
+        self.required: bool = about.get("required", False)
+        self.preview: bool = about.get("preview", False)
         if self.code != folder.name:
             raise ValueError(f"{folder / _ABOUT}: code {self.code!r}; expected the folder's name, {folder.name!r}")
         self._folder = folder
@@ -156,6 +161,11 @@ class Language:
 def available(root: Path = ROOT) -> tuple[str, ...]:
     """Return the codes of all languages, sorted: every folder with a `language.toml`."""
     return tuple(sorted(path.parent.name for path in root.glob(f"*/{_ABOUT}")))
+
+
+def required(root: Path = ROOT) -> tuple[str, ...]:
+    """Return the codes of the languages that every generated episode has, sorted: `required` in `language.toml`."""
+    return tuple(code for code in available(root) if load(code, root).required)
 
 
 @cache

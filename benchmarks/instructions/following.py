@@ -32,7 +32,7 @@ def main() -> None:
 
     (split,) = select_specs([arguments.split])
     episodes = list(split.episodes())[: arguments.episodes]
-    writer, languages = make_instruction_writer(), lang.available()
+    writer, languages = make_instruction_writer(), lang.required()
     plans = {section: read_plan(section) for _, section in episodes}
     sites = {section: GenerationSite(build_section(plan, arguments.seed), plan) for section, plan in plans.items()}
     scores: dict[str, list[EpisodeScores]] = {code: [] for code in languages}

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from arramon_dataset.generation.batches import GeneratedEpisode, GenerationBatch, RunBatches
 from arramon_dataset.generation.checkpoint import FOLDER, GenerationCheckpoint, generation_digest
+from arramon_server.episodes.episode import Episode, languages_of
 from arramon_server.episodes.splits import Split, write_split
 from arramon_server.sim.section import Section
 
@@ -27,6 +28,7 @@ class SplitRequest:
         sections: of the episodes.
         batches: returns the batches that generate the episodes with the given ids.
         hidden, training: see `arramon_server.episodes.splits.Split`.
+        further: codes of the languages that an episode may lack; the split's `source` says how many have each.
     """
 
     name: str
@@ -37,6 +39,7 @@ class SplitRequest:
     batches: Callable[[Sequence[str]], Sequence[GenerationBatch]]
     hidden: bool = False
     training: bool = False
+    further: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,17 +99,24 @@ def make_split(
         made = {one.episode.episode_id: one.episode for one in kept}
         for one in _generate(request, missing, kept, run, checkpoint, on_progress):
             made[one.episode.episode_id] = one.episode
+        episodes = [made[name] for name in request.episode_ids]
         split = write_split(
             data,
             request.name,
             hidden=request.hidden,
             training=request.training,
-            source=f"{SOURCE}, {request.source}",
-            episodes=(made[name] for name in request.episode_ids),
+            source=f"{SOURCE}, {request.source}{_counted(request.further, episodes)}",
+            episodes=episodes,
             sections=request.sections,
         )
         checkpoint.remove()
     return split
+
+
+def _counted(further: Sequence[str], episodes: Sequence[Episode]) -> str:
+    """Return the number of episodes in each further language, for the split's `source`: ", te in 22 of 24"."""
+    have = languages_of(episodes)
+    return "".join(f", {code} in {have.get(code, 0)} of {len(episodes)}" for code in further)
 
 
 def _generate(
