@@ -225,9 +225,8 @@ def further_languages(requested: Sequence[str]) -> tuple[str, ...]:
     if unknown:
         raise BadInput(f"there is no language {unknown[0]!r}; there are {', '.join(lang.available())}")
     if missing:
-        raise BadInput(
-            f"every episode has {', '.join(lang.required())}: expected {', '.join(missing)} in --languages too"
-        )
+        always = ", ".join(lang.required())
+        raise BadInput(f"every episode has {always}: expected {', '.join(missing)} in --languages too")
     return tuple(sorted(set(requested) - {*lang.required()}))
 
 

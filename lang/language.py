@@ -1,12 +1,11 @@
 """Public interface of the package: a language, loaded from its data folder."""
 
-import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import cache, cached_property, lru_cache
 from pathlib import Path
 from random import Random
-from typing import Any
 
+from arramon_lang.files import read_file
 from arramon_lang.grammar import Grammar
 from arramon_lang.lexicon import Lexicon
 from arramon_lang.meaning import Meaning
@@ -52,7 +51,7 @@ class Language:
     """
 
     def __init__(self, folder: Path) -> None:
-        about = _read(folder / _ABOUT)
+        about = read_file(folder, "language")
         self.code: str = about["code"]
         self.name: str = about["name"]
         self.english_name: str = about["english_name"]
@@ -63,9 +62,9 @@ class Language:
             raise ValueError(f"{folder / _ABOUT}: code {self.code!r}; expected the folder's name, {folder.name!r}")
         self._folder = folder
         self._tokenizer = ScriptTokenizer(about["letters"], about["digits"], about["ignored"])
-        self._words = _read(folder / "lexicon.toml")
+        self._words = read_file(folder, "lexicon")
         self._lexicon = Lexicon(self._words, self._tokenizer)
-        self._relation_words = _read(folder / "relations.toml")
+        self._relation_words = read_file(folder, "relations")
         self._relations = Relations(self._relation_words, self._tokenizer, self._lexicon)
 
     def normalise(self, text: str) -> str:
@@ -116,7 +115,7 @@ class Language:
     @cached_property
     def grammar(self) -> Grammar:
         """The language's data for writing and reading, loaded on first use."""
-        return Grammar(*(_read(self._folder / f"{name}.toml") for name in ("grammar", "things", "phrases")))
+        return Grammar(*(read_file(self._folder, name) for name in ("grammar", "things", "phrases")))
 
     @cached_property
     def _writer(self) -> Writer:
@@ -144,8 +143,7 @@ class Language:
 
     @cached_property
     def _reader(self) -> InstructionParser:
-        chunks = self._folder / "chunks.toml"
-        data = _read(chunks) if chunks.exists() else None
+        data = read_file(self._folder, "chunks") if (self._folder / "chunks.toml").exists() else None
         return InstructionParser(self.grammar, self._words, self._relation_words, self._tokenizer, data)
 
     @cached_property
@@ -195,8 +193,3 @@ def identify(text: str, root: Path = ROOT) -> str:
         raise ValueError(f"{text[:60]!r} is in none of {', '.join(language.code for language in languages)}")
     fitting = [language for language in languages if language.count_letters(text) == most]
     return max(fitting, key=lambda language: len(language.find_objects(text))).code
-
-
-def _read(path: Path) -> Mapping[str, Any]:
-    with path.open("rb") as file:
-        return tomllib.load(file)

@@ -6,7 +6,6 @@ automated checks do, or marks it as suspicious for a reviewer, following the pap
 
 import re
 import string
-import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -15,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from arramon_client.world import PHASES
+from arramon_lang.files import read_file
 from arramon_lang.language import ROOT, Language, load
 from arramon_lang.meaning import Thing
 
@@ -181,8 +181,7 @@ class _Rules:
 @cache
 def _rules(code: str, root: Path) -> _Rules:
     language = load(code, root)
-    with (root / code / "quality.toml").open("rb") as file:
-        return _Rules(tomllib.load(file), language)
+    return _Rules(read_file(root / code, "quality"), language)
 
 
 def _term(written: str, language: Language) -> _Term:

@@ -10,7 +10,16 @@ from arramon_lang.language import ROOT, available, identify, load
 
 
 def test_public_names_are_stable() -> None:
-    assert lang.__all__ == ["CannotRead", "Language", "Mention", "UnknownLanguage", "available", "identify", "load"]
+    assert lang.__all__ == [
+        "CannotRead",
+        "Language",
+        "Mention",
+        "UnknownLanguage",
+        "available",
+        "identify",
+        "load",
+        "required",
+    ]
 
 
 def test_english_and_hindi_are_available() -> None:
