@@ -264,7 +264,7 @@ def generate_splits(
         on_progress=throttled_progress(write_line),
         tried=trial,
         secret=secret,
-        further=further,
+        further={code: f"{code} (preview)" if lang.load(code).preview else code for code in further},
     )
     return [split if split.training else add_demands(data, split) for split in made]
 

@@ -48,7 +48,7 @@ _LOOKS = {
 _TOP: Mapping[str, frozenset[str]] = {
     name: frozenset(keys.split())
     for name, keys in {
-        "language": "code name english_name script letters digits ignored required preview spelt_with sentence_ends",
+        "language": "code name english_name script letters digits ignored required preview spelt_with",
         "lexicon": "modifiers stand_ins others having not_misspelt kinds patterned_kinds patterns colours",
         "relations": "position conjunctions skipped by_themselves phrases",
         "grammar": "features classes words tables text",
@@ -56,7 +56,7 @@ _TOP: Mapping[str, frozenset[str]] = {
         "several attached nested determiners modifiers pronouns noun_phrases_of pair_phrases_of several_phrases_of "
         "same_phrases_of another_phrases_of nouns also_read also_read_looks colours colours_of whiches looks",
         "phrases": "steps where target assembly joins fragments also_read",
-        "quality": "single_letters repeats general navigation assembly wanted suspicious counts landmarks registers "
+        "quality": "min_words single_letters repeats general navigation assembly wanted suspicious counts landmarks registers "
         "misspelt",
         "properties": "stopwords parts properties",
         "chunks": "position negation soft exactly also written_together suffixes relating_suffixes own slightly "

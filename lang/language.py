@@ -61,6 +61,7 @@ class Language:
         if self.code != folder.name:
             raise ValueError(f"{folder / _ABOUT}: code {self.code!r}; expected the folder's name, {folder.name!r}")
         self._folder = folder
+        self._spelt_with = {ord(character): None for character in about.get("spelt_with", "")}
         self._tokenizer = ScriptTokenizer(about["letters"], about["digits"], about["ignored"])
         self._words = read_file(folder, "lexicon")
         self._lexicon = Lexicon(self._words, self._tokenizer)
@@ -70,6 +71,10 @@ class Language:
     def normalise(self, text: str) -> str:
         """Return the text in Unicode's NFC, without characters that carry no meaning, with single spaces."""
         return self._tokenizer.normalise(text)
+
+    def without_spelt_joiners(self, text: str) -> str:
+        """Return the text without the ignored characters that correct spelling uses, such as Telugu's non-joiner."""
+        return text.translate(self._spelt_with)
 
     def tokenize(self, text: str) -> list[str]:
         """Return the text's words, numbers and punctuation in order, normalised, with their case."""

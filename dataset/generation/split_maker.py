@@ -1,9 +1,9 @@
 """Generation of one split: runs batches of episodes, checkpoints their results, and writes the split at the end."""
 
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from arramon_dataset.generation.batches import GeneratedEpisode, GenerationBatch, RunBatches
@@ -28,7 +28,8 @@ class SplitRequest:
         sections: of the episodes.
         batches: returns the batches that generate the episodes with the given ids.
         hidden, training: see `arramon_server.episodes.splits.Split`.
-        further: codes of the languages that an episode may lack; the split's `source` says how many have each.
+        further: codes of the languages that an episode may lack, and what the split's `source` calls each ("te (preview)"),
+            where it says how many episodes have them.
     """
 
     name: str
@@ -39,7 +40,7 @@ class SplitRequest:
     batches: Callable[[Sequence[str]], Sequence[GenerationBatch]]
     hidden: bool = False
     training: bool = False
-    further: tuple[str, ...] = ()
+    further: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,10 +114,10 @@ def make_split(
     return split
 
 
-def _counted(further: Sequence[str], episodes: Sequence[Episode]) -> str:
-    """Return the number of episodes in each further language, for the split's `source`: ", te in 22 of 24"."""
+def _counted(further: Mapping[str, str], episodes: Sequence[Episode]) -> str:
+    """Return the number of episodes in each further language, for `source`: ", te in 22 of 24"."""
     have = languages_of(episodes)
-    return "".join(f", {code} in {have.get(code, 0)} of {len(episodes)}" for code in further)
+    return "".join(f", {name} in {have.get(code, 0)} of {len(episodes)}" for code, name in further.items())
 
 
 def _generate(
