@@ -56,8 +56,8 @@ _TOP: Mapping[str, frozenset[str]] = {
         "several attached nested determiners modifiers pronouns noun_phrases_of pair_phrases_of several_phrases_of "
         "same_phrases_of another_phrases_of nouns also_read also_read_looks colours colours_of whiches looks",
         "phrases": "steps where target assembly joins fragments also_read",
-        "quality": "min_words single_letters repeats general navigation assembly wanted suspicious counts landmarks registers "
-        "misspelt",
+        "quality": "min_words single_letters repeats general navigation assembly wanted suspicious counts landmarks "
+        "registers misspelt",
         "properties": "stopwords parts properties",
         "chunks": "position negation soft exactly also written_together suffixes relating_suffixes own slightly "
         "slight_more slightly_behind nominal_before nominal vowels endings verbs relations sides words looks "

@@ -28,8 +28,8 @@ class SplitRequest:
         sections: of the episodes.
         batches: returns the batches that generate the episodes with the given ids.
         hidden, training: see `arramon_server.episodes.splits.Split`.
-        further: codes of the languages that an episode may lack, and what the split's `source` calls each ("te (preview)"),
-            where it says how many episodes have them.
+        further: codes of the languages that an episode may lack, and what the split's `source` calls each
+            ("te (preview)"), where it says how many episodes have them.
     """
 
     name: str
