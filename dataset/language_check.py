@@ -109,8 +109,8 @@ def check_language(
             faults += (f"{name}: {text}: {fault}" for fault in _blocking(text, language, meaning, root))
             hints += (f"{name}: {text}: {repeat}" for repeat in repeats(language, text))
     preview = texts[:: max(1, len(texts) // PREVIEW)][:PREVIEW]
-    found = [tuple(dict.fromkeys(each)) for each in (faults, misread, hints)]
-    return LanguageReport(code, len(meanings), len(texts), *found, preview=tuple(preview))
+    found, wrong, unsure = (tuple(dict.fromkeys(each)) for each in (faults, misread, hints))
+    return LanguageReport(code, len(meanings), len(texts), found, wrong, unsure, tuple(preview))
 
 
 def repeats(language: Language, text: str) -> Iterator[str]:
