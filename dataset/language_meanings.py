@@ -99,11 +99,12 @@ def _references() -> Iterator[tuple[str, Meaning]]:
     """Yield each clause for the thing that the clause before it mentioned, and for another of its kind."""
     for thing in (BENCH, CONE, Thing("intersection", identity="place"), replace(BENCH, number="two")):
         before = Walk("towards", (thing,))
-        for step in (
+        steps: list[Step] = [
             Walk("to", (thing,)),
             Walk("past", (thing,)),
             *(Rotate("left", at, thing) for at in TURN_POSITIONS),
-        ):
+        ]
+        for step in steps:
             yield f"towards {_called(thing)}, then {_named(step)} it", Navigation((before, step), MUG)
         if not thing.number:
             another = replace(thing, which="another", identity="another")
