@@ -11,7 +11,7 @@ from arramon_dataset.language_meanings import all_meanings
 from arramon_dataset.randomness import seeded
 from arramon_dataset.statistics.properties import load_patterns
 from arramon_lang.files import FILES, KINDS, read_file
-from arramon_lang.language import ROOT, Language, load
+from arramon_lang.language import ROOT, Language, available, load
 from arramon_lang.meaning import Meaning, Navigation
 from arramon_lang.quality import BLOCKED, check
 from arramon_server.errors import BadFile, NotFound
@@ -111,6 +111,15 @@ def check_language(
     preview = texts[:: max(1, len(texts) // PREVIEW)][:PREVIEW]
     found, wrong, unsure = (tuple(dict.fromkeys(each)) for each in (faults, misread, hints))
     return LanguageReport(code, len(meanings), len(texts), found, wrong, unsure, tuple(preview))
+
+
+def descriptions() -> Iterator[str]:
+    """Yield a line about each installed language."""
+    for code in available():
+        language = load(code)
+        use = "in every generated episode" if language.required else "on request"
+        mark = ", preview: not reviewed by native speakers" if language.preview else ""
+        yield f"{code}  {language.english_name} ({language.name}), {language.script} script, {use}{mark}"
 
 
 def repeats(language: Language, text: str) -> Iterator[str]:

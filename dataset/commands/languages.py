@@ -3,7 +3,6 @@
 import argparse
 from pathlib import Path
 
-from arramon_lang.language import ROOT, available, load
 from arramon_server.commands import Commands
 from arramon_server.errors import BadInput
 
@@ -21,7 +20,7 @@ def add(commands: Commands, common: argparse.ArgumentParser) -> None:
     check.add_argument("code", help="code of the language, such as te")
     check.add_argument("--seeds", type=int, default=3, metavar="N", help="texts of each meaning (default: %(default)s)")
     check.add_argument(
-        "--root", type=Path, default=ROOT, help="folder with the languages' folders (default: the installed languages)"
+        "--root", type=Path, help="folder with the languages' folders (default: the installed languages)"
     )
     check.set_defaults(command=_check)
 
@@ -34,14 +33,13 @@ def _check(arguments: argparse.Namespace) -> int:
 
     if arguments.seeds < 1:
         raise BadInput(f"--seeds is {arguments.seeds}; expected at least 1")
-    report = check_language(arguments.code, seeds=arguments.seeds, root=arguments.root)
+    root = {} if arguments.root is None else {"root": arguments.root}
+    report = check_language(arguments.code, seeds=arguments.seeds, **root)
     print(*report.lines(), sep="\n")
     return int(not report.passes)
 
 
 def _list(_: argparse.Namespace) -> None:
-    for code in available():
-        language = load(code)
-        use = "in every generated episode" if language.required else "on request"
-        mark = ", preview: not reviewed by native speakers" if language.preview else ""
-        print(f"{code}  {language.english_name} ({language.name}), {language.script} script, {use}{mark}")
+    from arramon_dataset.language_check import descriptions
+
+    print(*descriptions(), sep="\n")

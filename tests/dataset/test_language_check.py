@@ -8,6 +8,7 @@ import pytest
 from arramon_dataset.language_check import check_language, repeats
 from arramon_dataset.language_meanings import all_meanings
 from arramon_lang.language import ROOT, Language, available, load
+from arramon_server.cli import main
 from arramon_server.errors import NotFound
 
 MEANINGS = tuple(all_meanings())
@@ -82,6 +83,18 @@ def test_what_no_text_uses_is_a_hint_and_what_cannot_be_said_a_fault(root: Path)
     assert "grammar.toml: no text uses the word 'unused'" in report.hints
     assert report.faults == ("walk until bench: cannot be written: no wording for walk until",)
     assert report.texts == 2
+
+
+def test_the_command_lists_and_checks_languages(root: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["language", "list"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "en  English (English), Latin script, in every generated episode"
+    assert lines[2] == "te  Telugu (తెలుగు), Telugu script, on request, preview: not reviewed by native speakers"
+    (root / "en" / "quality.toml").unlink()
+    assert main(["language", "check", "en", "--root", str(root)]) == 1
+    assert "quality.toml: is missing" in capsys.readouterr().out
+    assert main(["language", "check", "en", "--seeds", "0"]) == 1
+    assert "--seeds is 0; expected at least 1" in capsys.readouterr().err
 
 
 def test_a_language_that_does_not_exist_is_an_error(root: Path) -> None:
