@@ -74,19 +74,20 @@ class LanguageReport:
 
 
 def check_language(
-    code: str, *, seeds: int = 3, root: Path = ROOT, meanings: Sequence[tuple[str, Meaning]] = ()
+    code: str, *, seeds: int = 3, root: Path | None = None, meanings: Sequence[tuple[str, Meaning]] = ()
 ) -> LanguageReport:
     """Check a language's files, write every kind of meaning with several seeds, and read each text.
 
     Args:
         code: name of the language's folder.
         seeds: number of texts of each kind of meaning.
-        root: folder that contains the languages' folders.
+        root: folder that contains the languages' folders; None for the installed languages.
         meanings: with their names; empty for all.
 
     Raises:
         NotFound: if there is no such folder.
     """
+    root = root or ROOT
     folder = root / code
     if not folder.is_dir():
         raise NotFound(f"there is no language {code!r} in {root}")

@@ -33,8 +33,7 @@ def _check(arguments: argparse.Namespace) -> int:
 
     if arguments.seeds < 1:
         raise BadInput(f"--seeds is {arguments.seeds}; expected at least 1")
-    root = {} if arguments.root is None else {"root": arguments.root}
-    report = check_language(arguments.code, seeds=arguments.seeds, **root)
+    report = check_language(arguments.code, seeds=arguments.seeds, root=arguments.root)
     print(*report.lines(), sep="\n")
     return int(not report.passes)
 
