@@ -102,10 +102,10 @@ def _generate(arguments: argparse.Namespace) -> None:
         print(line, file=sys.stderr, flush=True)
 
     if arguments.rooms is not None:
-        if arguments.split or arguments.sections is not None or arguments.secret is not None or arguments.languages:
-            raise BadInput(
-                "--rooms generates the split rooms only; leave out --split, --sections, --secret, --languages"
-            )
+        if arguments.split or arguments.sections is not None or arguments.secret is not None:
+            raise BadInput("--rooms generates the split rooms only; leave out --split, --sections and --secret")
+        if arguments.languages:
+            raise BadInput("--rooms writes the languages that every episode has; leave out --languages")
         tasks = generate_rooms(
             arguments.data,
             arguments.rooms,

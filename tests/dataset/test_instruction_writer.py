@@ -67,7 +67,7 @@ def test_a_further_language_changes_nothing_of_the_others(tmp_path: Path) -> Non
         (["--languages", "en,hi,xx"], "there is no language 'xx'; there are en, hi, te"),
         (
             ["--rooms", "2", "--languages", "en,hi"],
-            "--rooms generates the split rooms only; leave out --split, --sections, --secret, --languages",
+            "--rooms writes the languages that every episode has; leave out --languages",
         ),
         (["--jobs", "-1"], "the number of jobs is -1; expected 1 to 256, or 0 for one per core"),
     ],
