@@ -1,6 +1,7 @@
 """Writer of instructions for generated episodes: plans, phrases in all languages, and tests with an agent."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from random import Random
 
@@ -12,6 +13,7 @@ from arramon_dataset.alignment.model import contradicts_route
 from arramon_dataset.alignment.route_tokens import Tokens
 from arramon_dataset.demands import add_demands
 from arramon_dataset.generation import Draft, GenerationSite
+from arramon_dataset.generation.batches import MakeWriter
 from arramon_dataset.generation.command import generate
 from arramon_dataset.generation.split_maker import GenerationProgress
 from arramon_dataset.generation.split_specs import select_specs
@@ -28,6 +30,7 @@ from arramon_lang.quality import any_blocks, check
 from arramon_lang.writing.voice import Voice
 from arramon_server.episodes.episode import Episode, Instructions, Turn
 from arramon_server.episodes.splits import Split
+from arramon_server.errors import BadInput
 from arramon_server.scoring.episode_scores import EpisodeScores
 from arramon_server.sim.geometry import Pose
 from arramon_server.sim.rules import PlacedObject
@@ -41,6 +44,9 @@ PLANS = 3
 
 DRAWS = 8
 """Maximum number of meanings drawn for one assembly instruction until the gate accepts one."""
+
+FURTHER = range(1, 4)
+"""Further drawings of the texts of a language that is not required, if the first one fails a check."""
 
 MIN_NDTW = 0.2
 """The follower's nDTW must exceed this in both turns (paper, section 4)."""
@@ -56,19 +62,29 @@ Texts = Mapping[str, tuple[Instructions, Instructions]]
 
 
 class InstructionWriter:
-    """Writes a draft's instructions in every language; accepts only those with which the follower succeeds in all.
+    """Writes a draft's instructions; accepts only those with which the follower succeeds in all required languages.
+
+    A further language changes neither the plans nor the texts of the others: an episode that it cannot express, or in
+    which the follower fails with its texts, lacks it.
 
     Args:
-        languages: codes of the languages to write in.
+        languages: codes of the required languages.
         make_follower: returns a new agent that plays from text, depth and segmentation; called once per trial.
         trial: whether the follower must succeed with the texts. If not, the first that pass the checks are taken.
+        further: codes of the languages to write where they can express the plan.
 
     Attributes:
         make_follower: the argument.
     """
 
-    def __init__(self, languages: tuple[str, ...], make_follower: Callable[[], Agent], trial: bool = True) -> None:
-        self._languages, self._trial = languages, trial
+    def __init__(
+        self,
+        languages: tuple[str, ...],
+        make_follower: Callable[[], Agent],
+        trial: bool = True,
+        further: tuple[str, ...] = (),
+    ) -> None:
+        self._languages, self._trial, self._further = languages, trial, further
         self.make_follower = make_follower
         self._turns: dict[int, TurnPlanner] = {}
 
@@ -80,11 +96,12 @@ class InstructionWriter:
 
     def __call__(self, draft: Draft, site: GenerationSite, names: tuple[object, ...]) -> Texts | None:
         """Return instructions for a draft, or None if no plan passes; see `arramon_dataset.generation.DraftWriter`."""
-        candidates = self.candidates(draft, site, names)
-        return next(
-            (texts for texts in candidates if not self._trial or self._passes_in_all_languages(draft, site, texts)),
-            None,
-        )
+        for texts in self.candidates(draft, site, names):
+            if not self._trial:
+                return texts
+            if self._passes_in_all_languages(draft, site, texts):
+                return self._without_failed(draft, site, texts)
+        return None
 
     def candidates(self, draft: Draft, site: GenerationSite, names: tuple[object, ...]) -> Iterator[Texts]:
         """Yield candidate instructions, one plan after another, that pass the quality checks but are not tried."""
@@ -109,24 +126,22 @@ class InstructionWriter:
         return kept
 
     def _write(self, draft: Draft, plan: Plan, routes: Sequence[Tokens], names: tuple[object, ...]) -> Texts | None:
-        """Return the plan's texts in every language, or None if a text fails a check."""
+        """Return the plan's texts in all languages that express it, or None if a required one does not."""
         texts = {}
         for code in self._languages:
-            voice = lang.load(code).draw_voice(seeded(*names, code, "voice"))
-            turns = []
-            for number, (turn, meanings, route) in enumerate(zip(draft.turns, plan, routes, strict=True), start=1):
-                navigation = _phrase(code, "navigation", turn, meanings[0], voice, (*names, code, number))
-                if navigation is None or contradicts_route(navigation, code, route):
-                    return None
-                assembly = _phrase(code, "assembly", turn, meanings[1], voice, (*names, code, number))
-                if assembly is None:
-                    return None
-                turns.append(Instructions(navigation, assembly))
-            texts[code] = (turns[0], turns[1])
-        return texts
+            written = _write_in(code, draft, plan, routes, names)
+            if written is None:
+                return None
+            texts[code] = written
+        for code in self._further:
+            drafts = (_write_in(code, draft, plan, routes, seed) for seed in (names, *((*names, n) for n in FURTHER)))
+            written = next(filter(None, drafts), None)
+            if written is not None:
+                texts[code] = written
+        return dict(sorted(texts.items())) if self._further else texts
 
     def _passes_in_all_languages(self, draft: Draft, site: GenerationSite, texts: Texts) -> bool:
-        """Return whether the follower succeeds in every language.
+        """Return whether the follower succeeds in every required language.
 
         The follower acts on a text's meaning alone, so languages whose texts have equal meanings are tried once.
         """
@@ -135,13 +150,43 @@ class InstructionWriter:
         first_of = {_readings(texts[code], code): code for code in reversed(self._languages)}
         return all(self._passes(episode, code, world) for code in first_of.values())
 
+    def _without_failed(self, draft: Draft, site: GenerationSite, texts: Texts) -> Texts:
+        """Return the texts without those of further languages with which the follower fails."""
+        passed = {_readings(texts[code], code) for code in self._languages}
+        episode = draft.with_instructions(texts)
+        failed = [
+            code
+            for code in self._further
+            if code in texts
+            and _readings(texts[code], code) not in passed
+            and not self._passes(episode, code, site.in_episode(episode.layout))
+        ]
+        return {code: text for code, text in texts.items() if code not in failed}
+
     def _passes(self, episode: Episode, code: str, world: EpisodeWorld) -> bool:
         scores = play_or_stop_early(self.make_follower(), episode, code, world, EarlyStop(episode.turns, MIN_NDTW))
         return scores is not None and passes_trial(scores)
 
 
+@dataclass(frozen=True, slots=True)
+class WriterFactory:
+    """Creates instruction writers that also write further languages; a `MakeWriter`.
+
+    Attributes:
+        further: codes of these languages.
+        trial: whether the follower tries the texts.
+    """
+
+    further: tuple[str, ...]
+    trial: bool
+
+    def __call__(self) -> InstructionWriter:
+        """Return an instruction writer for the required and the further languages."""
+        return InstructionWriter(_languages(), type(load_agent(FOLLOWER)), self.trial, self.further)
+
+
 def make_instruction_writer() -> InstructionWriter:
-    """Return an instruction writer for all languages; a `MakeWriter`.
+    """Return an instruction writer for the required languages; a `MakeWriter`.
 
     Raises:
         ValueError: if a language's data cannot express even the simplest meaning.
@@ -150,7 +195,7 @@ def make_instruction_writer() -> InstructionWriter:
 
 
 def make_writer_without_trial() -> InstructionWriter:
-    """Return an instruction writer for all languages without trials by an agent; a `MakeWriter`.
+    """Return an instruction writer for the required languages without trials by an agent; a `MakeWriter`.
 
     Raises:
         ValueError: if a language's data cannot express even the simplest meaning.
@@ -159,15 +204,30 @@ def make_writer_without_trial() -> InstructionWriter:
 
 
 def _languages() -> tuple[str, ...]:
-    """Return the codes of all languages, each of which can express the simplest meanings."""
+    """Return the codes of the required languages, each of which can express the simplest meanings."""
     thing = Thing("mug", "red", "dotted")
-    for code in lang.available():
+    for code in lang.required():
         for meaning in (
             Navigation((Rotate("right"),), thing),
             Assembly((), thing, (Where("behind", (Thing("ball"),)),)),
         ):
             lang.load(code).write(meaning, seeded(code))
-    return lang.available()
+    return lang.required()
+
+
+def further_languages(requested: Sequence[str]) -> tuple[str, ...]:
+    """Return the requested languages that are not required, sorted.
+
+    Raises:
+        BadInput: if a language does not exist, or a required one was not requested.
+    """
+    unknown, missing = sorted(set(requested) - {*lang.available()}), sorted({*lang.required()} - set(requested))
+    if unknown:
+        raise BadInput(f"there is no language {unknown[0]!r}; there are {', '.join(lang.available())}")
+    if missing:
+        always = ", ".join(lang.required())
+        raise BadInput(f"every episode has {always}: expected {', '.join(missing)} in --languages too")
+    return tuple(sorted(set(requested) - {*lang.required()}))
 
 
 def generate_splits(
@@ -181,25 +241,38 @@ def generate_splits(
     trial: bool = True,
     sections: int | None = None,
     secret: str = "",
+    languages: Sequence[str] = (),
 ) -> list[Split]:
     """Generate the named splits (None: the paper's) for `arramon-server generate`; see `generation.command.generate`.
 
     Without the trial, an episode is kept once its texts pass the gate. `sections` is the number of sections of
     `train_extra`. `secret` seeds hidden splits in place of the host's secret, which is used if it is empty. Demands are
-    written beside all splits except those for training.
+    written beside all splits except those for training. `languages` are the required ones and possibly further ones
+    (default: the required ones).
+
+    Raises:
+        BadInput: see `further_languages`.
     """
+    further = further_languages(languages or lang.required())
     made = generate(
         data,
         select_specs(names, sections),
         scale=scale,
         seed=seed,
         jobs=jobs,
-        make_writer=make_instruction_writer if trial else make_writer_without_trial,
+        make_writer=_maker(trial, further),
         on_progress=throttled_progress(write_line),
         tried=trial,
         secret=secret,
+        further={code: f"{code} (preview)" if lang.load(code).preview else code for code in further},
     )
     return [split if split.training else add_demands(data, split) for split in made]
+
+
+def _maker(trial: bool, further: tuple[str, ...]) -> MakeWriter:
+    if further:
+        return WriterFactory(further, trial)
+    return make_instruction_writer if trial else make_writer_without_trial
 
 
 def throttled_progress(write_line: Callable[[str], None]) -> Callable[[GenerationProgress], None]:
@@ -241,6 +314,23 @@ def _assembly(turn: Turn, room: tuple[PlacedObject, ...], random: Random) -> Ass
     meaning = plan_assembly(turn.target.type, turn.target_cell, room, random)
     cell = turn.target_cell.column, turn.target_cell.row
     return None if meaning is None or faults_of_assembly(meaning, cell, whole_room(room)) else meaning
+
+
+def _write_in(
+    code: str, draft: Draft, plan: Plan, routes: Sequence[Tokens], names: tuple[object, ...]
+) -> tuple[Instructions, Instructions] | None:
+    """Return a plan's texts in one language, or None if a text fails a check."""
+    voice = lang.load(code).draw_voice(seeded(*names, code, "voice"))
+    turns = []
+    for number, (turn, meanings, route) in enumerate(zip(draft.turns, plan, routes, strict=True), start=1):
+        navigation = _phrase(code, "navigation", turn, meanings[0], voice, (*names, code, number))
+        if navigation is None or contradicts_route(navigation, code, route):
+            return None
+        assembly = _phrase(code, "assembly", turn, meanings[1], voice, (*names, code, number))
+        if assembly is None:
+            return None
+        turns.append(Instructions(navigation, assembly))
+    return turns[0], turns[1]
 
 
 def _phrase(code: str, phase: str, turn: Turn, meaning: Meaning, voice: Voice, names: tuple[object, ...]) -> str | None:

@@ -1,12 +1,11 @@
 """Public interface of the package: a language, loaded from its data folder."""
 
-import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import cache, cached_property, lru_cache
 from pathlib import Path
 from random import Random
-from typing import Any
 
+from arramon_lang.files import read_file
 from arramon_lang.grammar import Grammar
 from arramon_lang.lexicon import Lexicon
 from arramon_lang.meaning import Meaning
@@ -43,29 +42,39 @@ class Language:
         name: name in the language itself, such as "हिन्दी".
         english_name: name in English, such as "Hindi".
         script: name of the script, such as "Devanagari".
+        required: whether every generated episode has this language. Others are written on request only, and an episode
+            that such a language cannot express lacks it.
+        preview: whether the language is published for trial, before native speakers have reviewed it.
 
     Raises:
         ValueError: if a file's content does not have the documented format.
     """
 
     def __init__(self, folder: Path) -> None:
-        about = _read(folder / _ABOUT)
+        about = read_file(folder, "language")
         self.code: str = about["code"]
         self.name: str = about["name"]
         self.english_name: str = about["english_name"]
         self.script: str = about["script"]
+        self.required: bool = about.get("required", False)
+        self.preview: bool = about.get("preview", False)
         if self.code != folder.name:
             raise ValueError(f"{folder / _ABOUT}: code {self.code!r}; expected the folder's name, {folder.name!r}")
         self._folder = folder
+        self._spelt_with = {ord(character): None for character in about.get("spelt_with", "")}
         self._tokenizer = ScriptTokenizer(about["letters"], about["digits"], about["ignored"])
-        self._words = _read(folder / "lexicon.toml")
+        self._words = read_file(folder, "lexicon")
         self._lexicon = Lexicon(self._words, self._tokenizer)
-        self._relation_words = _read(folder / "relations.toml")
+        self._relation_words = read_file(folder, "relations")
         self._relations = Relations(self._relation_words, self._tokenizer, self._lexicon)
 
     def normalise(self, text: str) -> str:
         """Return the text in Unicode's NFC, without characters that carry no meaning, with single spaces."""
         return self._tokenizer.normalise(text)
+
+    def without_spelt_joiners(self, text: str) -> str:
+        """Return the text without the ignored characters that correct spelling uses, such as Telugu's non-joiner."""
+        return text.translate(self._spelt_with)
 
     def tokenize(self, text: str) -> list[str]:
         """Return the text's words, numbers and punctuation in order, normalised, with their case."""
@@ -111,7 +120,7 @@ class Language:
     @cached_property
     def grammar(self) -> Grammar:
         """The language's data for writing and reading, loaded on first use."""
-        return Grammar(*(_read(self._folder / f"{name}.toml") for name in ("grammar", "things", "phrases")))
+        return Grammar(*(read_file(self._folder, name) for name in ("grammar", "things", "phrases")))
 
     @cached_property
     def _writer(self) -> Writer:
@@ -139,8 +148,7 @@ class Language:
 
     @cached_property
     def _reader(self) -> InstructionParser:
-        chunks = self._folder / "chunks.toml"
-        data = _read(chunks) if chunks.exists() else None
+        data = read_file(self._folder, "chunks") if (self._folder / "chunks.toml").exists() else None
         return InstructionParser(self.grammar, self._words, self._relation_words, self._tokenizer, data)
 
     @cached_property
@@ -156,6 +164,11 @@ class Language:
 def available(root: Path = ROOT) -> tuple[str, ...]:
     """Return the codes of all languages, sorted: every folder with a `language.toml`."""
     return tuple(sorted(path.parent.name for path in root.glob(f"*/{_ABOUT}")))
+
+
+def required(root: Path = ROOT) -> tuple[str, ...]:
+    """Return the codes of the languages that every generated episode has, sorted: `required` in `language.toml`."""
+    return tuple(code for code in available(root) if load(code, root).required)
 
 
 @cache
@@ -185,8 +198,3 @@ def identify(text: str, root: Path = ROOT) -> str:
         raise ValueError(f"{text[:60]!r} is in none of {', '.join(language.code for language in languages)}")
     fitting = [language for language in languages if language.count_letters(text) == most]
     return max(fitting, key=lambda language: len(language.find_objects(text))).code
-
-
-def _read(path: Path) -> Mapping[str, Any]:
-    with path.open("rb") as file:
-        return tomllib.load(file)

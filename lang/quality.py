@@ -5,8 +5,6 @@ automated checks do, or marks it as suspicious for a reviewer, following the pap
 """
 
 import re
-import string
-import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -15,14 +13,18 @@ from pathlib import Path
 from typing import Any
 
 from arramon_client.world import PHASES
+from arramon_lang.files import read_file
 from arramon_lang.language import ROOT, Language, load
 from arramon_lang.meaning import Thing
+from arramon_lang.tokens import PAUSES, SENTENCE_ENDS, strip_marks
 
 BLOCKED = "blocked"
 SUSPICIOUS = "suspicious"
 
 
 MIN_WORDS = 6
+"""Minimum number of words of an instruction, unless a language's `quality.toml` has another."""
+
 MAX_SPACES = 0.4
 MIN_UNIQUE = 0.4
 SYMBOLS = "([])&*^%$#@!=+"
@@ -43,10 +45,7 @@ _KEYS = {
     "landmarks": frozenset(("words",)),
 }
 
-_MARKS = string.punctuation + "।॥…–—‘’“”"
-"""Punctuation that is stripped from the ends of words."""
-
-_SPACE_BEFORE_MARK = re.compile(r"\s[.,;:?।](?!\w)")
+_SPACE_BEFORE_MARK = re.compile(rf"\s[{PAUSES}{SENTENCE_ENDS}?؟](?!\w)")
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,7 +117,7 @@ class _Words:
 
     def __init__(self, text: str, language: Language) -> None:
         tokens = language.tokenize(text)
-        self.spaced = [stripped for piece in language.normalise(text).split() if (stripped := piece.strip(_MARKS))]
+        self.spaced = [stripped for piece in language.normalise(text).split() if (stripped := strip_marks(piece))]
         self.keys = [token.casefold() for token in tokens if _is_word(token)]
 
     def first_of(self, terms: Iterable["_Term"]) -> str:
@@ -155,7 +154,7 @@ class _Rules:
     """Content of one language's `quality.toml`; the comments in `lang/en` describe the keys."""
 
     def __init__(self, data: Mapping[str, Any], language: Language) -> None:
-        missing = {"single_letters", "repeats", *_TABLES} ^ set(data)
+        missing = {"single_letters", "repeats", *_TABLES} ^ (set(data) - {"min_words"})
         for table, keys in _KEYS.items():
             missing |= {f"{table}.{key}" for key in keys ^ set(data.get(table, ()))}
         if missing:
@@ -164,6 +163,7 @@ class _Rules:
         def terms(listed: Iterable[str]) -> Terms:
             return tuple(_term(term, language) for term in listed)
 
+        self.min_words: int = data.get("min_words", MIN_WORDS)
         self.single_letters = frozenset(map(language.normalise, data["single_letters"]))
         self.repeats = frozenset(map(language.normalise, data["repeats"]))
         self.forbidden: dict[str, dict[str, Terms]] = {
@@ -181,8 +181,7 @@ class _Rules:
 @cache
 def _rules(code: str, root: Path) -> _Rules:
     language = load(code, root)
-    with (root / code / "quality.toml").open("rb") as file:
-        return _Rules(tomllib.load(file), language)
+    return _Rules(read_file(root / code, "quality"), language)
 
 
 def _term(written: str, language: Language) -> _Term:
@@ -196,8 +195,8 @@ def _general(text: str, words: _Words, rules: _Rules) -> Iterator[Failure]:
     def blocked(name: str, message: str) -> Failure:
         return Failure(name, BLOCKED, message)
 
-    if len(words.spaced) < MIN_WORDS:
-        yield blocked("few_words", f"{len(words.spaced)} words; expected at least {MIN_WORDS}")
+    if len(words.spaced) < rules.min_words:
+        yield blocked("few_words", f"{len(words.spaced)} words; expected at least {rules.min_words}")
     if text and sum(map(str.isspace, text)) >= MAX_SPACES * len(text):
         yield blocked("spaces", f"{sum(map(str.isspace, text))} of {len(text)} characters are spaces")
     for symbol in sorted(set(text) & set(SYMBOLS)):
@@ -258,7 +257,7 @@ def _spelling(text: str, words: _Words, rules: _Rules, language: Language) -> It
             yield Failure("misspelt", SUSPICIOUS, f"{word!r}; expected {rules.misspelt[word]!r}")
     if _SPACE_BEFORE_MARK.search(text):
         yield Failure("space_before_mark", SUSPICIOUS, "a space before punctuation")
-    if text.split() != language.normalise(text).split():
+    if language.without_spelt_joiners(text).split() != language.normalise(text).split():
         yield Failure("normalisation", SUSPICIOUS, "not in Unicode's NFC, or contains characters without meaning")
     used = {name: found for name, listed in rules.registers.items() if (found := words.first_of(listed))}
     if len(used) > 1:

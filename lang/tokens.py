@@ -8,6 +8,23 @@ LATIN = "A-Za-z\u00c0-\u024f\u0300-\u036f"
 """Latin letters, allowed in texts of any language ("TV"), as a regular expression's character class."""
 
 
+SENTENCE_ENDS = ".।॥۔。።"
+"""Full stops of the world's scripts, of Unicode's property Sentence_Terminal; "?" and "!" are apart."""
+
+PAUSES = ",;:،؛、，；："
+"""Marks that divide a sentence, of Unicode's property Terminal_Punctuation."""
+
+
+def strip_marks(word: str) -> str:
+    """Return a word without punctuation and symbols (Unicode's categories P and S) at its ends."""
+    first, last = 0, len(word)
+    while first < last and unicodedata.category(word[first])[0] in "PS":
+        first += 1
+    while last > first and unicodedata.category(word[last - 1])[0] in "PS":
+        last -= 1
+    return word[first:last]
+
+
 class Token(NamedTuple):
     """A word, a number or a punctuation mark.
 

@@ -51,7 +51,7 @@ class TextSample:
 
 
 def read_samples(data: Path, split: str) -> list[TextSample]:
-    """Return all instructions of a split, with their meanings parsed by the languages' grammars.
+    """Return a split's instructions in the required languages, with their meanings parsed by the languages' grammars.
 
     Args:
         data: data folder.
@@ -62,8 +62,8 @@ def read_samples(data: Path, split: str) -> list[TextSample]:
     """
     samples = []
     for episode in read_split(split_folder(data, split)).episodes.values():
-        for language, turns in episode.instructions.items():
-            for turn in turns:
+        for language in lang.required():
+            for turn in episode.instructions.get(language, ()):
                 for phase, text in (("navigation", turn.navigation), ("assembly", turn.assembly)):
                     samples.append(TextSample(text, language, lang.load(language).read(text, phase)))
     return samples

@@ -9,7 +9,7 @@ import arramon_lang as lang
 from arramon_dataset.generation import GenerationSite
 from arramon_dataset.generation.check import faults_of_episode
 from arramon_dataset.generation.split_specs import select_specs
-from arramon_dataset.instruction_writer import make_instruction_writer, passes_trial
+from arramon_dataset.instruction_writer import WriterFactory, further_languages, passes_trial
 from arramon_dataset.plans import build_section, read_plan
 from arramon_dataset.trial import play
 from arramon_server.scoring.aggregate import ROWS, aggregate
@@ -27,12 +27,16 @@ def main() -> None:
         "--episodes", type=positive_int, default=100, help="number of its episodes (default: %(default)s)"
     )
     parser.add_argument("--seed", default="1", help="seed as for `arramon-server generate` (default: %(default)s)")
+    parser.add_argument(
+        "--languages", default=",".join(lang.required()), help="required and further ones (default: %(default)s)"
+    )
     add_json(parser)
     arguments = parser.parse_args()
 
     (split,) = select_specs([arguments.split])
     episodes = list(split.episodes())[: arguments.episodes]
-    writer, languages = make_instruction_writer(), lang.available()
+    languages = tuple(arguments.languages.split(","))
+    writer = WriterFactory(further_languages(languages), trial=True)()
     plans = {section: read_plan(section) for _, section in episodes}
     sites = {section: GenerationSite(build_section(plan, arguments.seed), plan) for section, plan in plans.items()}
     scores: dict[str, list[EpisodeScores]] = {code: [] for code in languages}
@@ -49,22 +53,24 @@ def main() -> None:
         else:
             raise SystemExit(f"no instruction could be written for 20 drafts of episode {episode_id}")
         world = site.in_episode(draft.layout)
-        played = {code: play(writer.make_follower(), draft.with_instructions(texts), code, world) for code in languages}
+        played = {code: play(writer.make_follower(), draft.with_instructions(texts), code, world) for code in texts}
         for code, score in played.items():
             scores[code].append(score)
-        kept += all(map(passes_trial, played.values()))
+        kept += all(passes_trial(played[code]) for code in lang.required())
 
     rows: dict[str, dict[str, dict[str, float]]] = {}
     print(
-        f"{len(episodes)} episodes of {split.name}; {rejected} further drafts had no valid text; {kept} would be kept"
+        f"{len(episodes)} episodes of {split.name}; {rejected} further drafts had no valid text; {kept} would be kept; "
+        f"written: {', '.join(f'{len(found)} in {code}' for code, found in scores.items())}"
     )
     lines = []
-    for code in languages:
+    for code in filter(scores.get, languages):
         table = aggregate(scores[code])
         rows[code] = {row: {name: table.rows[row][name].mean for name in METRICS} for row in ROWS}
         lines += [[f"{code} {row}", *(f"{values[name]:.3f}" for name in METRICS)] for row, values in rows[code].items()]
     print(text_table(["", *METRICS], lines))
-    counts = {"episodes": len(episodes), "drafts without words": rejected, "kept": kept}
+    written = {code: len(found) for code, found in scores.items()}
+    counts = {"episodes": len(episodes), "drafts without words": rejected, "kept": kept, "written": written}
     write_json(arguments.json, {"split": split.name, **counts, "scores": rows})
 
 

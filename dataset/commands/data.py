@@ -54,6 +54,13 @@ def add(commands: Commands, common: argparse.ArgumentParser) -> None:
         action="store_true",
         help="keep episodes without a trial by an agent: faster, and marked in the split's header",
     )
+    generate.add_argument(
+        "--languages",
+        metavar="CODES",
+        default="",
+        help="languages to write, such as en,hi,te: those that every episode has, and further ones, which an episode "
+        "lacks that they cannot express (default: those that every episode has)",
+    )
     generate.set_defaults(command=_generate)
 
     demands = commands.add_parser(
@@ -97,6 +104,8 @@ def _generate(arguments: argparse.Namespace) -> None:
     if arguments.rooms is not None:
         if arguments.split or arguments.sections is not None or arguments.secret is not None:
             raise BadInput("--rooms generates the split rooms only; leave out --split, --sections and --secret")
+        if arguments.languages:
+            raise BadInput("--rooms writes the languages that every episode has; leave out --languages")
         tasks = generate_rooms(
             arguments.data,
             arguments.rooms,
@@ -116,6 +125,7 @@ def _generate(arguments: argparse.Namespace) -> None:
         trial=not arguments.no_trial,
         sections=arguments.sections,
         secret="" if arguments.secret is None else read_secret(arguments.secret),
+        languages=[code.strip() for code in arguments.languages.split(",")] if arguments.languages else (),
     ):
         print(describe_split(split))
 

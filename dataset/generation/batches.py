@@ -28,7 +28,7 @@ CACHED_SECTIONS = 7
 """Number of sections cached by each process."""
 
 MakeWriter = Callable[[], DraftWriter]
-"""Creates the instruction writer of a process. A module-level function, as it is pickled by name."""
+"""Creates the instruction writer of a process. Picklable and hashable, such as a module-level function."""
 
 
 @dataclass(frozen=True, slots=True)

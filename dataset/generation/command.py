@@ -1,6 +1,6 @@
 """Generation of splits in the data folder, for `arramon-server generate`."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 
@@ -35,6 +35,7 @@ def generate(
     on_progress: OnProgress,
     tried: bool = True,
     secret: str = "",
+    further: Mapping[str, str] | None = None,
 ) -> list[Split]:
     """Generate splits. Each is written when it is complete, and only then replaces an existing split of that name.
 
@@ -52,6 +53,8 @@ def generate(
         on_progress: called with the progress.
         tried: whether the writer lets an agent play each episode; otherwise the split's header says so.
         secret: seeds hidden splits; empty for the host's own secret.
+        further: codes of the languages that the writer adds where they can express an episode, and what the split's
+            header calls each, where it counts the episodes that have them.
 
     Returns:
         The splits that were written.
@@ -69,7 +72,7 @@ def generate(
         plan.count(scale)  # Checks the scale before generation starts.
     _check_secret(plans, secret)
     with batch_runner(number) as run:
-        orders = (_order(data, plan, scale, seed, make_writer, tried, secret) for plan in plans)
+        orders = (_order(data, plan, scale, seed, make_writer, tried, secret, further or {}) for plan in plans)
         return [make_split(data, order, run, on_progress) for order in orders]
 
 
@@ -116,7 +119,14 @@ def _check_secret(plans: Sequence[SplitSpec], secret: str) -> None:
 
 
 def _order(
-    data: Path, plan: SplitSpec, scale: float, seed: int, make_writer: MakeWriter, tried: bool, secret: str
+    data: Path,
+    plan: SplitSpec,
+    scale: float,
+    seed: int,
+    make_writer: MakeWriter,
+    tried: bool,
+    secret: str,
+    further: Mapping[str, str],
 ) -> SplitRequest:
     key = (secret or host_secret(data)) if plan.hidden else str(seed)
     built = extra_sections(key, plan.sections) if plan.name == EXTRA else _own_sections(key, plan.sections)
@@ -131,12 +141,13 @@ def _order(
     return SplitRequest(
         name=plan.name,
         source=source if tried else f"{source}, {NO_TRIAL}",
-        key=(key, make_writer.__module__, make_writer.__qualname__),
+        key=(key, make_writer.__module__, getattr(make_writer, "__qualname__", repr(make_writer))),
         episode_ids=sorted(episodes, key=int),
         sections=[section for _, section in built.values()],
         batches=batches,
         hidden=plan.hidden,
         training=plan.training,
+        further=further,
     )
 
 

@@ -28,4 +28,4 @@ class DraftWriter(Protocol):
     def __call__(
         self, draft: Draft, site: GenerationSite, names: tuple[object, ...]
     ) -> Mapping[str, tuple[Instructions, Instructions]] | None:
-        """Return both turns' instructions in every language, or None if the draft has to be replaced by another."""
+        """Return both turns' instructions by language, or None if the draft has to be replaced by another."""

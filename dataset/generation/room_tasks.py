@@ -51,7 +51,7 @@ class RoomBatch:
     episode_ids: tuple[str, ...]
 
     def generate(self) -> list[GeneratedEpisode]:
-        """Generate the tasks, in all languages.
+        """Generate the tasks, in all required languages.
 
         Raises:
             ArraMonError: if a task cannot be drawn.
@@ -59,7 +59,7 @@ class RoomBatch:
         return [self._make(episode_id) for episode_id in self.episode_ids]
 
     def _make(self, episode_id: str) -> GeneratedEpisode:
-        made = draw_task(episode_id, (ROOMS_SPLIT, self.seed, episode_id), lang.available(), _is_true)
+        made = draw_task(episode_id, (ROOMS_SPLIT, self.seed, episode_id), lang.required(), _is_true)
         if made is None:
             raise ArraMonError(f"no valid room task {episode_id} found in {ATTEMPTS} attempts")
         return made

@@ -1,13 +1,14 @@
 """Generation of one split: runs batches of episodes, checkpoints their results, and writes the split at the end."""
 
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from arramon_dataset.generation.batches import GeneratedEpisode, GenerationBatch, RunBatches
 from arramon_dataset.generation.checkpoint import FOLDER, GenerationCheckpoint, generation_digest
+from arramon_server.episodes.episode import Episode, languages_of
 from arramon_server.episodes.splits import Split, write_split
 from arramon_server.sim.section import Section
 
@@ -27,6 +28,8 @@ class SplitRequest:
         sections: of the episodes.
         batches: returns the batches that generate the episodes with the given ids.
         hidden, training: see `arramon_server.episodes.splits.Split`.
+        further: codes of the languages that an episode may lack, and what the split's `source` calls each
+            ("te (preview)"), where it says how many episodes have them.
     """
 
     name: str
@@ -37,6 +40,7 @@ class SplitRequest:
     batches: Callable[[Sequence[str]], Sequence[GenerationBatch]]
     hidden: bool = False
     training: bool = False
+    further: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,17 +100,24 @@ def make_split(
         made = {one.episode.episode_id: one.episode for one in kept}
         for one in _generate(request, missing, kept, run, checkpoint, on_progress):
             made[one.episode.episode_id] = one.episode
+        episodes = [made[name] for name in request.episode_ids]
         split = write_split(
             data,
             request.name,
             hidden=request.hidden,
             training=request.training,
-            source=f"{SOURCE}, {request.source}",
-            episodes=(made[name] for name in request.episode_ids),
+            source=f"{SOURCE}, {request.source}{_counted(request.further, episodes)}",
+            episodes=episodes,
             sections=request.sections,
         )
         checkpoint.remove()
     return split
+
+
+def _counted(further: Mapping[str, str], episodes: Sequence[Episode]) -> str:
+    """Return the number of episodes in each further language, for `source`: ", te in 22 of 24"."""
+    have = languages_of(episodes)
+    return "".join(f", {name} in {have.get(code, 0)} of {len(episodes)}" for code, name in further.items())
 
 
 def _generate(

@@ -33,8 +33,11 @@ def statistics_of(
     if sample < 2:
         raise BadInput(f"the sample size is {sample}; expected at least 2")
     chosen = _select(_read(data, splits), languages)
-    size = min(sample, *(2 * len(episodes) for _, _, episodes in chosen))
-    return [measure(split, episodes, code, sample=size, seed=seed) for split, code, episodes in chosen]
+    size = min(sample, *(2 * len(episodes) for _, _, episodes, _ in chosen))
+    return [
+        measure(split, episodes, code, lacking=lacking, sample=size, seed=seed)
+        for split, code, episodes, lacking in chosen
+    ]
 
 
 def as_json(columns: Sequence[SplitStatistics]) -> list[dict[str, Any]]:
@@ -54,15 +57,22 @@ def _read(data: Path, names: Sequence[str]) -> dict[str, list[Episode]]:
     }
 
 
-def _select(splits: Mapping[str, Sequence[Episode]], languages: Sequence[str]) -> list[tuple[str, str, list[Episode]]]:
-    """Return (split, language, episodes in that language) for all combinations to measure."""
+def _select(
+    splits: Mapping[str, Sequence[Episode]], languages: Sequence[str]
+) -> list[tuple[str, str, list[Episode], int]]:
+    """Return (split, language, episodes in that language, number of those without) for all combinations to measure."""
     spoken = {name: languages_of(episodes) for name, episodes in splits.items()}
     for code in languages:
         if not any(code in codes for codes in spoken.values()):
             known = ", ".join(sorted({known for codes in spoken.values() for known in codes}))
             raise NotFound(f"there is no language {code!r} in {', '.join(splits)}; there are {known}")
     return [
-        (name, code, [episode for episode in episodes if code in episode.instructions])
+        (
+            name,
+            code,
+            [episode for episode in episodes if code in episode.instructions],
+            len(episodes) - spoken[name][code],
+        )
         for name, episodes in splits.items()
         for code in spoken[name]
         if not languages or code in languages

@@ -56,17 +56,27 @@ class SplitStatistics:
         split: name of the split.
         language: code of the language.
         episodes: number of episodes in this language.
+        lacking: number of the split's episodes without this language.
+        preview: whether the language is published for trial, before native speakers have reviewed it.
         phases: statistics by phase.
     """
 
     split: str
     language: str
     episodes: int
+    lacking: int
+    preview: bool
     phases: dict[str, PhaseStatistics]
 
 
 def measure(
-    split: str, episodes: Sequence[Episode], code: str, *, sample: int | None = SAMPLE, seed: int = 0
+    split: str,
+    episodes: Sequence[Episode],
+    code: str,
+    *,
+    lacking: int = 0,
+    sample: int | None = SAMPLE,
+    seed: int = 0,
 ) -> SplitStatistics:
     """Measure the instructions of episodes in one language.
 
@@ -74,6 +84,7 @@ def measure(
         split: name of the split.
         episodes: at least one, each with instructions in the language.
         code: of the language.
+        lacking: number of the split's episodes without this language.
         sample: number of instructions of a phase sampled for the diversity; None for all.
         seed: of the sample.
 
@@ -86,7 +97,7 @@ def measure(
     except UnknownLanguage as error:
         raise NotFound(str(error)) from error
     phases = {phase: _measure_phase(episodes, phase, language, sample, seed) for phase in PHASES}
-    return SplitStatistics(split, code, len(episodes), phases)
+    return SplitStatistics(split, code, len(episodes), lacking, language.preview, phases)
 
 
 def _measure_phase(

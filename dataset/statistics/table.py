@@ -36,6 +36,10 @@ def as_text(columns: Sequence[SplitStatistics]) -> Iterator[str]:
     for phase in PHASES:
         yield from _titled(phase.upper(), [f"{each.split} {each.language}" for each in columns])
         yield _row("episodes", [f"{each.episodes}" for each in columns])
+        if any(each.lacking for each in columns):
+            yield _row("without this language", [f"{each.lacking}" for each in columns])
+        if any(each.preview for each in columns):
+            yield _row("", ["preview" if each.preview else "" for each in columns])
         yield from _lengths(columns, phase)
         yield from _properties(columns, phase)
         yield from _diversity(columns, phase)

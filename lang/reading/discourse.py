@@ -6,14 +6,12 @@ from dataclasses import dataclass, field, replace
 from arramon_client.world import COLLECTIBLES
 from arramon_lang.clauses import focus_after, step_of
 from arramon_lang.coreference import map_mentions, repeats
+from arramon_lang.files import BARE
 from arramon_lang.grammar import Grammar
 from arramon_lang.meaning import TURNS, Assembly, Rotate, Step, Thing, Walk, Where
 from arramon_lang.reading.matching import Bindings
 from arramon_lang.reading.noun_phrases import OWN, PRONOUN, SAME, NounPhrase
 from arramon_lang.reading.outline import PartMeaning
-
-BARE = " bare"
-"""Suffix of the keys of clauses without a verb ("left at the bank"), which match only where a clause may begin."""
 
 STEPS = ("turn", "face", "walk")
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 from arramon_lang.patterns import Alternatives, Pattern
 from arramon_lang.patterns import Sequence as Body
+from arramon_lang.tokens import PAUSES, SENTENCE_ENDS
 
 Keys = tuple[str, ...]
 Bindings = tuple[tuple[str, object], ...]
@@ -13,7 +14,7 @@ Bindings = tuple[tuple[str, object], ...]
 SplitWords = Callable[[str], Keys]
 """Function that splits a text into comparison keys."""
 
-OPTIONAL = frozenset(",.;:।-–")
+OPTIONAL = frozenset(f"{PAUSES}{SENTENCE_ENDS}-–")
 """Punctuation in patterns that texts may omit."""
 
 

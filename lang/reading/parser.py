@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from arramon_client.world import PHASES
+from arramon_lang.files import BARE, ONLY_READ_CLAUSES
 from arramon_lang.grammar import Grammar, Table
 from arramon_lang.lexicon import FUZZY_LENGTH, keys_of, within_one_edit
 from arramon_lang.meaning import Meaning
@@ -14,21 +15,13 @@ from arramon_lang.patterns import Sequence as Body
 from arramon_lang.reading.chunks.chunker import Chunker
 from arramon_lang.reading.chunks.parsers import parser_for
 from arramon_lang.reading.chunks.sequence import ChunkSequence
-from arramon_lang.reading.discourse import BARE, Discourse
+from arramon_lang.reading.discourse import Discourse
 from arramon_lang.reading.itinerary import read_navigation
 from arramon_lang.reading.matching import OPTIONAL, Automaton, PatternLabel, Phrasebook
 from arramon_lang.reading.noun_phrases import NounPhraseParser
 from arramon_lang.reading.outline import OutlineEntry, entries_of
 from arramon_lang.reading.segmentation import TextSegmenter
 from arramon_lang.tokens import ScriptTokenizer
-
-ONLY_READ_CLAUSES = (
-    *("turn with", "short of", "all sides", "walk past crossed", "walk past zebra_crossing"),
-    *("target", "landmark", "not target", "detail"),
-)
-"""Keys of navigation clauses that are only read: a turn and a walk along something, a place just before something, the
-side of all things passed last, crossing a street or a zebra crossing, the target, a passed thing, an object not to pick
-up, and a description of the thing before."""
 
 _Listed = Mapping[str, tuple[Pattern, ...]]
 

@@ -4,7 +4,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
-from arramon_lang.reading.discourse import BARE, ParsedPart, bound_things
+from arramon_lang.files import BARE
+from arramon_lang.reading.discourse import ParsedPart, bound_things
 from arramon_lang.reading.matching import Automaton, Match
 from arramon_lang.reading.noun_phrases import NounPhrase, RelationPhrase
 

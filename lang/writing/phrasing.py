@@ -297,7 +297,8 @@ class Phraser:
             patterns = self.fitting(listed[f"{where.relation} nested"], content, tables)
         elif "thing" in content and where.things[0].is_same(self.focus) and self.random.random() < ANAPHORA_PROBABILITY:
             patterns = self.fitting(listed.get(f"{where.relation} same", ()), content.keys() - {"thing"}, tables)
-        patterns = patterns or self.fitting(listed.get(where.relation, ()), content, tables)
+        if kind != "you" or "thing" not in content:
+            patterns = patterns or self.fitting(listed.get(where.relation, ()), content, tables)
         nouns = self.nouns(content)
         given = dict(nouns["thing"].given) if "thing" in nouns else {}
         pattern = self.pick(patterns, f"{where.relation} of {kind!r}")

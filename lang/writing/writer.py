@@ -10,6 +10,7 @@ from arramon_lang.clauses import Clause, clause_of, focus_after
 from arramon_lang.grammar import SLOTS, Grammar
 from arramon_lang.meaning import PLACES, Assembly, Meaning, Navigation, Thing
 from arramon_lang.patterns import Pattern, Slot, possible_slots, required_slots
+from arramon_lang.tokens import PAUSES, SENTENCE_ENDS, strip_marks
 from arramon_lang.writing.phrasing import Filler, Phraser, constant
 from arramon_lang.writing.voice import Voice, draw_voice
 
@@ -22,8 +23,8 @@ DRAFT_COUNTS = {"navigation": (2, 2, 3, 4), "assembly": (1, 1, 1, 2)}
 MIN_WORDS = 6
 """Minimum number of words in the paper's automated checks."""
 
-PUNCTUATION = ",.;:।"
-"""Punctuation at the ends of words."""
+PUNCTUATION = f"{PAUSES}{SENTENCE_ENDS}"
+"""Punctuation before which no space is written."""
 
 STREETS = ("street", "alley")
 """Kinds that use only their own patterns, not the general ones: one turns into a street, not at it."""
@@ -79,7 +80,7 @@ class Writer:
                 text = draft.navigation(meaning) if isinstance(meaning, Navigation) else draft.assembly(meaning)
             except _Misleading:
                 continue
-            words = [word.casefold().strip(PUNCTUATION) for word in text.split()]
+            words = [strip_marks(word.casefold()) for word in text.split()]
             clumsy = _is_clumsy(words) or any(re.search(pattern, text) for pattern in self._grammar.clumsy)
             if len(words) >= MIN_WORDS and not clumsy:
                 drafts.append(text)
@@ -261,7 +262,7 @@ class _Draft(Phraser):
         text = re.sub(rf"\s+([{PUNCTUATION}])", r"\1", " ".join(text.split()))
         for pattern, replacement in self.grammar.spelling:
             text = re.sub(pattern, replacement, text)
-        return re.sub(r"(^|[.।] )(\S)", lambda match: match[1] + match[2].upper(), text)
+        return re.sub(rf"(^|[{SENTENCE_ENDS}] )(\S)", lambda match: match[1] + match[2].upper(), text)
 
 
 def _subordinate_labels(join: Pattern) -> frozenset[str]:

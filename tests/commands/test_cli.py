@@ -174,7 +174,7 @@ def test_import_refuses_an_unknown_language(tmp_path: Path) -> None:
     file = write(tmp_path / "mine.json", [record(7)])
     assert (
         error("import-release", file, "--data", tmp_path, "--lang", "fr")
-        == "there is no language 'fr'; there are en, hi"
+        == "there is no language 'fr'; there are en, hi, te"
     )
 
 

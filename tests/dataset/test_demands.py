@@ -44,7 +44,7 @@ def episode(seed: int) -> Episode:
             Instructions(*(lang.load(code).write(meaning, Random(seed)) for meaning in pair))
             for pair in zip(WAYS, PLACES, strict=True)
         )
-        for code in lang.available()
+        for code in lang.required()
     }
     instructions = {code: (turns[0], turns[1]) for code, turns in texts.items()}
     return replace(tiny.episode(str(seed)), instructions=instructions)

@@ -18,7 +18,9 @@ from arramon_server.scoring.episode_scores import METRICS, EpisodeScores
 F, L, R, P = Action.FORWARD, Action.LEFT, Action.RIGHT, Action.INTERACT
 
 
-def test_generate_writes_episodes_in_every_language(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_generate_writes_episodes_in_every_required_language(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     arguments = ["generate", "--data", str(tmp_path), "--split", "val_unseen", "--scale", "0.002", "--jobs", "1"]
 
     assert main(arguments) == 0
@@ -29,7 +31,7 @@ def test_generate_writes_episodes_in_every_language(tmp_path: Path, capsys: pyte
     assert re.fullmatch(r"(val_unseen: \d of 2 episodes from \d+ drafts in 0:\d\d, 0:\d\d left\n)+", said.err)
     assert list(split.episodes) == ["55000", "55008"]
     for episode in split.episodes.values():
-        assert set(episode.instructions) == set(lang.available())
+        assert set(episode.instructions) == set(lang.required())
         assert faults_of_episode(episode, site.solids, site.physics) == ()
         for code, texts in episode.instructions.items():
             assert episode_demands(episode, code) == split.demands[episode.episode_id]
@@ -37,6 +39,20 @@ def test_generate_writes_episodes_in_every_language(tmp_path: Path, capsys: pyte
                 read = lang.load(code).read(text.navigation, "navigation")
                 assert read.target.kind == turn.target.type.kind  # type: ignore[union-attr]
     site.physics.close()
+
+
+def test_a_further_language_changes_nothing_of_the_others(tmp_path: Path) -> None:
+    few = ["--split", "val_unseen", "--scale", "0.002", "--jobs", "1", "--no-trial"]
+    assert main(["generate", "--data", str(tmp_path / "two"), *few]) == 0
+    assert main(["generate", "--data", str(tmp_path / "three"), *few, "--languages", "te,hi,en"]) == 0
+    two, three = (read_split(split_folder(tmp_path / name, "val_unseen")) for name in ("two", "three"))
+    assert list(two.episodes) == list(three.episodes)
+    for one, other in zip(two.episodes.values(), three.episodes.values(), strict=True):
+        assert set(other.instructions) <= {"en", "hi", "te"}
+        assert {code: texts for code, texts in other.instructions.items() if code != "te"} == one.instructions
+    have = three.languages.get("te", 0)
+    assert three.source == f"{two.source}, te (preview) in {have} of 2"
+    assert "preview" not in two.source
 
 
 @pytest.mark.parametrize(
@@ -47,6 +63,12 @@ def test_generate_writes_episodes_in_every_language(tmp_path: Path, capsys: pyte
             "there is no split 'val'; there are train, val_seen, val_unseen, test_unseen, train_extra",
         ),
         (["--scale", "2"], "the scale is 2.0; expected more than 0 and at most 1"),
+        (["--languages", "en,te"], "every episode has en, hi: expected hi in --languages too"),
+        (["--languages", "en,hi,xx"], "there is no language 'xx'; there are en, hi, te"),
+        (
+            ["--rooms", "2", "--languages", "en,hi"],
+            "--rooms writes the languages that every episode has; leave out --languages",
+        ),
         (["--jobs", "-1"], "the number of jobs is -1; expected 1 to 256, or 0 for one per core"),
     ],
 )

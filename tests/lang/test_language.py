@@ -10,19 +10,37 @@ from arramon_lang.language import ROOT, available, identify, load
 
 
 def test_public_names_are_stable() -> None:
-    assert lang.__all__ == ["CannotRead", "Language", "Mention", "UnknownLanguage", "available", "identify", "load"]
+    assert lang.__all__ == [
+        "CannotRead",
+        "Language",
+        "Mention",
+        "UnknownLanguage",
+        "available",
+        "identify",
+        "load",
+        "required",
+    ]
 
 
-def test_english_and_hindi_are_available() -> None:
-    assert lang.available() == ("en", "hi")
+def test_languages_are_available() -> None:
+    assert lang.available() == ("en", "hi", "te")
     names = {code: (load(code).name, load(code).english_name, load(code).script) for code in available()}
-    assert names == {"en": ("English", "English", "Latin"), "hi": ("हिन्दी", "Hindi", "Devanagari")}
+    assert names == {
+        "en": ("English", "English", "Latin"),
+        "hi": ("हिन्दी", "Hindi", "Devanagari"),
+        "te": ("తెలుగు", "Telugu", "Telugu"),
+    }
+
+
+def test_every_episode_has_english_and_hindi_and_telugu_is_a_preview() -> None:
+    assert lang.required() == ("en", "hi")
+    assert [code for code in available() if load(code).preview] == ["te"]
 
 
 def test_all_languages_have_the_same_files() -> None:
     files = {code: sorted(path.name for path in (ROOT / code).iterdir()) for code in available()}
     expected = ("chunks", "grammar", "language", "lexicon", "phrases", "properties", "quality", "relations", "things")
-    assert files["en"] == files["hi"] == [f"{name}.toml" for name in expected]
+    assert files["en"] == files["hi"] == files["te"] == [f"{name}.toml" for name in expected]
 
 
 def test_languages_are_loaded_once() -> None:
@@ -30,7 +48,7 @@ def test_languages_are_loaded_once() -> None:
 
 
 def test_unknown_language_error_lists_the_known_ones() -> None:
-    with pytest.raises(lang.UnknownLanguage, match=r"no language 'fr'; there are en, hi"):
+    with pytest.raises(lang.UnknownLanguage, match=r"no language 'fr'; there are en, hi, te"):
         lang.load("fr")
     with pytest.raises(LookupError):
         lang.load("../lang/en")
@@ -43,6 +61,7 @@ def test_unknown_language_error_lists_the_known_ones() -> None:
         ("बाएँ मुड़ें और मग रखें।", "hi"),
         ("धारीदार TV को मग के पीछे रखें।", "hi"),
         ("Place the मग there, on the bucket.", "en"),
+        ("ఎడమవైపుకు తిరిగి కప్పును తీసుకోండి.", "te"),
     ],
 )
 def test_language_of_a_text_is_identified(text: str, expected: str) -> None:
@@ -51,7 +70,7 @@ def test_language_of_a_text_is_identified(text: str, expected: str) -> None:
 
 @pytest.mark.parametrize("text", ["", "12 .", "१२।", "Слева"])
 def test_a_text_in_no_known_script_is_an_error(text: str) -> None:
-    with pytest.raises(ValueError, match="is in none of en, hi"):
+    with pytest.raises(ValueError, match="is in none of en, hi, te"):
         lang.identify(text)
 
 
@@ -75,7 +94,7 @@ def replace(path: Path, old: str, new: str) -> None:
 
 
 def test_language_is_added_by_a_folder(three_languages: Path) -> None:
-    assert available(three_languages) == ("en", "hi", "nl")
+    assert available(three_languages) == ("en", "hi", "nl", "te")
     dutch = load("nl", three_languages)
     text = "de bal achter de emmer"
     assert [mention.kind for mention in dutch.find_objects(text)] == ["ball", "bucket"]

@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from arramon_lang import load
+from arramon_lang.tokens import strip_marks
 
 
 @pytest.mark.parametrize(
@@ -58,3 +59,18 @@ def test_normalisation_is_idempotent(code: str, text: str) -> None:
 @given(st.text(st.sampled_from("कडिताबी।१2 tv.,'-\n"), max_size=20))
 def test_tokenisation_loses_only_white_space(code: str, text: str) -> None:
     assert "".join(load(code).tokenize(text)) == "".join(text.split())
+
+
+@pytest.mark.parametrize(
+    ("word", "expected"),
+    [
+        ("bench.", "bench"),
+        ("“बेंच”।", "बेंच"),
+        ("بینچ۔", "بینچ"),
+        ("T-junction,", "T-junction"),
+        ("—", ""),
+        ("చెట్టు…", "చెట్టు"),
+    ],
+)
+def test_marks_of_every_script_are_stripped_from_words(word: str, expected: str) -> None:
+    assert strip_marks(word) == expected

@@ -48,7 +48,7 @@ def train(recipe: ReaderRecipe | FineTuningRecipe, workspace: Workspace, report:
     if isinstance(recipe, FineTuningRecipe):
         (language,) = recipe.languages
         return fine_tune(
-            recipe, parse_training_half(workspace.data, recipe.split, language), lang.available(), workspace, report
+            recipe, parse_training_half(workspace.data, recipe.split, language), lang.required(), workspace, report
         )
     learned, tested, vocabulary = _examples(recipe, workspace.data)
     report(f"{NAME}: {len(learned.texts)} texts, {len(vocabulary)} words")
@@ -69,15 +69,15 @@ def train(recipe: ReaderRecipe | FineTuningRecipe, workspace: Workspace, report:
 def _examples(recipe: ReaderRecipe, data: Path) -> tuple[Examples, Examples, Vocabulary]:
     """Return training examples, validation examples from other episodes, and the vocabulary of the training texts."""
     given = read_samples(data, recipe.split)
-    each = 4 * len(lang.available())  # Texts of an episode.
+    each = 4 * len(lang.required())  # Texts of an episode.
     parts = [number // each % HELD_OUT == 0 for number in range(len(given))]
     plans, held_out = (
         [one.meaning for one, is_held in zip(given, parts, strict=True) if is_held is wanted]
         for wanted in (False, True)
     )
-    drawn = list(draw_samples(plans, lang.available(), recipe.texts, recipe.seed))
+    drawn = list(draw_samples(plans, lang.required(), recipe.texts, recipe.seed))
     vocabulary = Vocabulary.of(sample.text for sample in drawn)
-    written = write_in_all_languages(held_out, lang.available(), recipe.seed)
+    written = write_in_all_languages(held_out, lang.required(), recipe.seed)
     return examples_of(drawn, vocabulary), examples_of(list(written), vocabulary), vocabulary
 
 

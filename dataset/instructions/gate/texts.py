@@ -20,9 +20,14 @@ def faults_of_text(text: str, language: str, meaning: Meaning) -> tuple[str, ...
         language: its code.
         meaning: the intended one, with identities.
     """
+    return faults_of_reading(text, lang.load(language), meaning)
+
+
+def faults_of_reading(text: str, language: lang.Language, meaning: Meaning) -> tuple[str, ...]:
+    """Return the same for a language given as itself."""
     phase = "navigation" if isinstance(meaning, Navigation) else "assembly"
     try:
-        read = lang.load(language).read(text, phase)
+        read = language.read(text, phase)
     except lang.CannotRead as error:
         return (str(error),)
     if read != meaning:

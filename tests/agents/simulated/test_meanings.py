@@ -41,14 +41,14 @@ def test_things_are_exchanged_for_others_that_are_named_as_fully() -> None:
 
 
 def test_texts_are_drawn_in_all_languages_by_the_seed() -> None:
-    one, again, other = (list(draw_samples([PLAN], lang.available(), 12, seed)) for seed in (1, 1, 2))
+    one, again, other = (list(draw_samples([PLAN], lang.required(), 12, seed)) for seed in (1, 1, 2))
     assert one == again != other
     assert [sample.language for sample in one] == ["en", "hi"] * 6
     assert all(lang.identify(sample.text) == sample.language for sample in one)
 
 
 def test_plans_are_written_as_they_are() -> None:
-    samples = list(write_in_all_languages([PLAN], lang.available(), 0))
+    samples = list(write_in_all_languages([PLAN], lang.required(), 0))
     assert [(sample.language, sample.meaning) for sample in samples] == [("en", PLAN), ("hi", PLAN)]
     assert "bench" in samples[0].text.lower()
 

@@ -25,7 +25,7 @@ def make(data: Path, count: int, *, seed: int = 1, jobs: int = 1) -> tuple[Split
 def test_it_is_for_training_and_in_every_language(tmp_path: Path) -> None:
     split, _ = make(tmp_path, 5)
 
-    assert split.languages == dict.fromkeys(lang.available(), 5)
+    assert split.languages == dict.fromkeys(lang.required(), 5)
     assert split.training
     assert list(split.episodes) == [f"room-{number}" for number in range(5)]
     assert split.source == "generated, room tasks alone, seed 1, not tried by the follower"

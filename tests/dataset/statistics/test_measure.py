@@ -27,6 +27,9 @@ def test_lengths_are_counted_per_turn_and_episode(tmp_path: Path) -> None:
         ("tiny", "en", 6),
         ("tiny", "hi", 4),
     ]
+    assert [(each.lacking, each.preview) for each in (english, hindi)] == [(0, False), (2, False)]
+    rows = [line.split() for line in as_text([english, hindi]) if line.startswith("without this language")]
+    assert rows == [["without", "this", "language", "0", "2"]] * 2
     lengths = english.phases["navigation"].lengths
     assert {name: each.counts for name, each in lengths.turns.items()} == {
         "words": {7: 12},  # Go on to the striped red mug

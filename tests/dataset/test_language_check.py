@@ -1,0 +1,114 @@
+"""Check of a language's data: what it finds in files with faults, and that the languages pass."""
+
+from pathlib import Path
+from shutil import copytree
+
+import pytest
+
+from arramon_dataset.language_check import check_language, repeats
+from arramon_dataset.language_meanings import all_meanings
+from arramon_lang.language import ROOT, Language, available, load
+from arramon_server.cli import main
+from arramon_server.errors import NotFound
+
+MEANINGS = tuple(all_meanings())
+
+
+def test_meanings_have_different_names() -> None:
+    assert len(dict(MEANINGS)) == len(MEANINGS) > 900
+
+
+@pytest.mark.parametrize("code", available())
+def test_languages_pass(code: str) -> None:
+    report = check_language(code, seeds=1, meanings=MEANINGS[::6])
+    assert report.passes, list(report.lines())
+    assert report.texts == report.meanings == len(MEANINGS[::6])
+    assert len(report.preview) == 20
+
+
+@pytest.fixture
+def root(tmp_path: Path) -> Path:
+    copytree(ROOT / "en", tmp_path / "en")
+    return tmp_path
+
+
+def replace(path: Path, old: str, new: str) -> None:
+    text = path.read_text(encoding="utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "fault"),
+    [
+        ("language", 'script = "', 'scirpt = "', r"language\.toml: unknown key 'scirpt'"),
+        ("lexicon", "[kinds]\nball", "[kinds]\nbaal", r"lexicon\.toml: unknown key 'baal' in \[kinds\]"),
+        ("relations", "near = ", "nearly = ", r"relations\.toml: unknown key 'nearly' in \[phrases\]"),
+        ("grammar", "straight = '", "staright = '", r"grammar\.toml: unknown key 'staright' in \[text\]"),
+        ("things", "\nbench = [", "\nbnech = [", r"things\.toml: unknown key 'bnech' in \[nouns\]"),
+        ("phrases", '"turn before" = [', '"turn bevore" = [', r"phrases\.toml: unknown key 'turn bevore' in \[steps\]"),
+        ("quality", "[counts]", "[count]", r"quality\.toml: unknown key 'count'"),
+        ("properties", "stopwords", "stop_words", r"properties\.toml: unknown key 'stop_words'"),
+        ("chunks", "also = ", "alsoo = ", r"chunks\.toml: unknown key 'alsoo'"),
+    ],
+)
+def test_unknown_keys_are_named_with_their_file(root: Path, file: str, old: str, new: str, fault: str) -> None:
+    replace(root / "en" / f"{file}.toml", old, new)
+    report = check_language("en", root=root)
+    assert not report.passes
+    with pytest.raises(AssertionError, match=fault):
+        raise AssertionError("\n".join(report.faults))
+
+
+def test_unknown_keys_are_errors_when_a_language_is_loaded(root: Path) -> None:
+    replace(root / "en" / "things.toml", "\nbench = [", "\nbnech = [")
+    with pytest.raises(ValueError, match=r"things\.toml: unknown key 'bnech' in \[nouns\]; expected alley, awning"):
+        Language(root / "en").grammar  # noqa: B018 - loads the files
+
+
+def test_missing_and_further_files_are_faults(root: Path) -> None:
+    (root / "en" / "quality.toml").rename(root / "en" / "qualities.toml")
+    faults = check_language("en", root=root).faults
+    assert [fault.rpartition("/")[2] for fault in faults] == [
+        "quality.toml: is missing",
+        "qualities.toml: is not a file of a language",
+    ]
+
+
+def test_what_no_text_uses_is_a_hint_and_what_cannot_be_said_a_fault(root: Path) -> None:
+    replace(root / "en" / "grammar.toml", "\n[words]\n", '\n[words]\nunused = "unused"\n')
+    replace(root / "en" / "phrases.toml", '"walk until" = [', '"walk until wall" = [')
+    named = [each for each in MEANINGS if each[0] in ("walk until bench", "walk ahead")]
+    report = check_language("en", seeds=2, root=root, meanings=named)
+    assert "grammar.toml: no text uses the word 'unused'" in report.hints
+    assert report.faults == ("walk until bench: cannot be written: no wording for walk until",)
+    assert report.texts == 2
+
+
+def test_the_command_lists_and_checks_languages(root: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["language", "list"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "en  English (English), Latin script, in every generated episode"
+    assert lines[2] == "te  Telugu (తెలుగు), Telugu script, on request, preview: not reviewed by native speakers"
+    (root / "en" / "quality.toml").unlink()
+    assert main(["language", "check", "en", "--root", str(root)]) == 1
+    assert "quality.toml: is missing" in capsys.readouterr().out
+    assert main(["language", "check", "en", "--seeds", "0"]) == 1
+    assert "--seeds is 0; expected at least 1" in capsys.readouterr().err
+
+
+def test_a_language_that_does_not_exist_is_an_error(root: Path) -> None:
+    with pytest.raises(NotFound, match="there is no language 'xx'"):
+        check_language("xx", root=root)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("Turn left at the next bench.", []),
+        ("Walk towards toward it.", ["'towards' beside 'toward'"]),
+        ("Go to the the bench.", []),  # Of fewer than four letters: the quality checks report it.
+    ],
+)
+def test_neighbouring_words_with_one_stem_are_reported(text: str, expected: list[str]) -> None:
+    assert list(repeats(load("en"), text)) == expected
