@@ -12,7 +12,7 @@ import httpx2
 import openai
 
 from arramon.strict_json import NotJsonError, read_json
-from arramon_agents.vlm.replies import OVERSIZE, Reply
+from arramon_agents.vlm.replies import OVERSIZE, Reply, whole_characters
 from arramon_agents.vlm.settings import Settings
 from arramon_agents.vlm.usage import Tokens, tokens_of
 from arramon_client.errors import AgentError, StopRun
@@ -293,8 +293,7 @@ def _reply_of(content: object) -> Reply | None:
 
 
 def _text(content: object) -> str:
-    """Return a text that UTF-8 can hold; empty if the content is none. JSON may hold halves of characters."""
-    return content.encode("utf-8", "replace").decode() if isinstance(content, str) else ""
+    return whole_characters(content) if isinstance(content, str) else ""
 
 
 def _pause_of(headers: Mapping[str, str]) -> float | None:

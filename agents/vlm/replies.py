@@ -116,7 +116,12 @@ def read_decision(reply: Reply, answers: str, most: int) -> Decision:
         raise UnusableReplyError("fields")
     if not all(isinstance(name, str) and name in ACTIONS for name in actions):
         raise UnusableReplyError("action")
-    return Decision(thought, tuple(ACTIONS[name] for name in actions[:most]))
+    return Decision(whole_characters(thought), tuple(ACTIONS[name] for name in actions[:most]))
+
+
+def whole_characters(text: str) -> str:
+    """Return a text that UTF-8 can hold: JSON may name halves of characters, which become question marks."""
+    return text.encode("utf-8", "replace").decode()
 
 
 _FIELDS = {"thought", "actions"}
