@@ -10,8 +10,8 @@ import openai
 
 from arramon_agents.vlm import notes, sight
 from arramon_agents.vlm.caller import Caller
-from arramon_agents.vlm.episode_state import EpisodeState, Exchange, task_text
-from arramon_agents.vlm.messages import Conversation, ConversationWriter
+from arramon_agents.vlm.episode_state import EpisodeState, task_text
+from arramon_agents.vlm.messages import Conversation, ConversationWriter, Exchange
 from arramon_agents.vlm.prompt_texts import PromptFolder, Prompts
 from arramon_agents.vlm.records import PaidReply
 from arramon_agents.vlm.replies import (
@@ -96,6 +96,13 @@ class VlmAgent:
         """
         folder = self._folder or check_folder(run.output or DEFAULT_FOLDER)
         trace = Trace(folder / f"{run.run_id}{SUFFIX}")
+        if run.steps and not trace.records:
+            _log.warning(
+                "agents.vlm: %s has no calls of the run's %d earlier steps: usage and limits count from here. If the "
+                "trace is in another folder, stop, and resume with --agent-arg trace=DIR",
+                trace.path,
+                run.steps,
+            )
         self._states.clear()
         self._noops.clear()
         self._caller = Caller(self._settings, self._key, self._price, trace)

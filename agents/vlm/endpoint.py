@@ -12,7 +12,7 @@ import httpx2
 import openai
 
 from arramon.strict_json import NotJsonError, read_json
-from arramon_agents.vlm.replies import OVERSIZE, Reply, whole_characters
+from arramon_agents.vlm.replies import OVERSIZE, Reply, reply_of
 from arramon_agents.vlm.settings import Settings
 from arramon_agents.vlm.usage import Tokens, tokens_of
 from arramon_client.errors import AgentError, StopRun
@@ -219,7 +219,7 @@ class Endpoint:
             content = read_json(body)
         except NotJsonError as error:
             raise _FailedAttemptError("not json", f"{where} answered with what {error}: {hint}", lasting=True) from None
-        reply = _reply_of(self._without_key(content))
+        reply = reply_of(self._without_key(content))
         if reply is None:
             words = f"{where} answered with JSON that is not a chat completion: {hint}"
             raise _FailedAttemptError("no completion", words, lasting=True)
@@ -260,40 +260,6 @@ def _end_of(failures: Sequence[_FailedAttemptError], attempts: int) -> StopRun |
     causes = ", ".join(each.cause for each in failures)
     words = f"{failed.words}, after {len(failures)} attempts ({causes})"
     return StopRun(words) if failed.lasting else AgentError(words)
-
-
-def _reply_of(content: object) -> Reply | None:
-    """Return the first choice of a chat completion; None if the content is none."""
-    choices = content.get("choices") if isinstance(content, dict) else None
-    choice = choices[0] if isinstance(choices, list) and choices else None
-    message = choice.get("message") if isinstance(choice, dict) else None
-    if not isinstance(choice, dict) or not isinstance(message, dict):
-        return None
-    text, finish, refusal = message.get("content"), choice.get("finish_reason"), message.get("refusal")
-    if isinstance(text, list):  # Parts, as some endpoints answer.
-        text = "".join(part["text"] for part in text if isinstance(part, dict) and isinstance(part.get("text"), str))
-    calls, ids = [], []
-    listed = message.get("tool_calls") or []
-    if not isinstance(listed, list):
-        return None
-    for number, call in enumerate(listed):
-        function = call.get("function") if isinstance(call, dict) else None
-        if not isinstance(call, dict) or not isinstance(function, dict):
-            return None
-        name, arguments, call_id = function.get("name"), function.get("arguments"), call.get("id")
-        calls.append((_text(name), _text(arguments)))
-        ids.append(call_id if isinstance(call_id, str) and call_id else f"call_{number}")
-    return Reply(
-        _text(text),
-        tuple(calls),
-        tuple(ids),
-        finish if isinstance(finish, str) else "",
-        isinstance(refusal, str) and bool(refusal),
-    )
-
-
-def _text(content: object) -> str:
-    return whole_characters(content) if isinstance(content, str) else ""
 
 
 def _pause_of(headers: Mapping[str, str]) -> float | None:

@@ -128,7 +128,7 @@ def test_the_folder_of_the_trace(
     folders = []
     for output in (Path("results"), None):
         agent = make_agent(model="m", endpoint=fake.url, sight="skip", **argument)
-        run: Any = SimpleNamespace(run_id="r", language="en", sensors=agent.sensors, output=output)
+        run: Any = SimpleNamespace(run_id="r", language="en", sensors=agent.sensors, output=output, steps=0)
         asyncio.run(agent.open(run))
         asyncio.run(agent.close())
         folders.append(str(Path(agent.run_report()["trace"]).parent))
@@ -136,6 +136,21 @@ def test_the_folder_of_the_trace(
             f"agents.vlm: 0 calls, 0 tokens read, 0 written, cost unknown: no prices; trace: {folders[-1]}/r.vlm.jsonl"
         )
     assert folders == (["named", "named"] if named else ["results", "arramon-results"])
+
+
+def test_a_resumed_run_without_its_trace_is_reported(
+    made: MakeAgent, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    async def play(steps: int) -> None:
+        async with helpers.playing(made(), steps=steps):
+            pass
+
+    asyncio.run(play(0))
+    asyncio.run(play(5))
+    assert not caplog.messages
+    (tmp_path / "r.vlm.jsonl").unlink()
+    asyncio.run(play(5))
+    assert "r.vlm.jsonl has no calls of the run's 5 earlier steps: usage and limits count from here" in caplog.text
 
 
 def test_what_the_trace_holds(made: MakeAgent, fake: FakeEndpoint, tmp_path: Path) -> None:

@@ -108,15 +108,18 @@ def summary(agent: object) -> str:
     """Return one line of an agent's `run_summary` on what it has used so far; empty if it has none, or nothing to say.
 
     Raises:
-        AgentError: if the agent raises any exception.
+        AgentError: if the agent raises any exception, or returns no text.
     """
     method = getattr(agent, "run_summary", None)
     if not callable(method):
         return ""
     try:
-        return " ".join(str(method()).split())
+        text = method()
     except (Exception, SystemExit) as error:
         raise AgentError(f"run_summary() raised {named(error)}", own_frames(error)) from error
+    if not isinstance(text, str):
+        raise AgentError(f"run_summary() returned {_shown(text)}; expected a text")
+    return " ".join(text.split())
 
 
 def fault_of_optional_methods(agent: object) -> str:
