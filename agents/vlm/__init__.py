@@ -40,7 +40,7 @@ def make_agent(
     max_tokens: int | None = None,
     max_cost: float | None = None,
     prices: str | None = None,
-    trace: str = "arramon-results",
+    trace: str | None = None,
 ) -> "VlmAgent":
     """Return the agent.
 
@@ -69,7 +69,7 @@ def make_agent(
         max_calls, max_tokens, max_cost: limits of the run, in calls, tokens and US dollars; at the first one the run
             stops and can be resumed, with higher limits if you like.
         prices: a TOML file with prices per million tokens; see docs/models.md.
-        trace: folder of the trace `RUN.vlm.jsonl`.
+        trace: folder of the trace `RUN.vlm.jsonl`; None for that of the results.
 
     Raises:
         AgentLoadError: if the extra is not installed, an argument is wrong, or there is no key.

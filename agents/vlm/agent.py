@@ -10,8 +10,8 @@ import openai
 
 from arramon_agents.vlm import notes, sight
 from arramon_agents.vlm.caller import Caller
-from arramon_agents.vlm.episode_state import EpisodeState, Exchange, task_text
-from arramon_agents.vlm.messages import Conversation, ConversationWriter
+from arramon_agents.vlm.episode_state import EpisodeState, task_text
+from arramon_agents.vlm.messages import Conversation, ConversationWriter, Exchange
 from arramon_agents.vlm.prompt_texts import PromptFolder, Prompts
 from arramon_agents.vlm.records import PaidReply
 from arramon_agents.vlm.replies import (
@@ -40,6 +40,9 @@ PURPOSES = ("act", "again")
 NO_STEP = -1
 """Step of the calls of the sight check, in the trace."""
 
+DEFAULT_FOLDER = "arramon-results"
+"""Folder of the trace where a run has no folder for results."""
+
 _log = logging.getLogger("arramon_agents.vlm")
 
 
@@ -58,13 +61,14 @@ class VlmAgent:
         self._key = read_key(settings)
         self._price = read_price(settings.prices, settings.model)
         self._prompts = PromptFolder(settings.prompts, _log.warning)
-        self._folder = check_folder(settings.trace)
+        self._folder = check_folder(settings.trace) if settings.trace is not None else None
         self._writer = ConversationWriter(settings)
         self._caller: Caller | None = None
         self._states: dict[str, EpisodeState] = {}
         self._noops: dict[tuple[str, int], str] = {}
         self._sight = ""
         self._report: Mapping[str, Any] = {}
+        self._used = ""
         self.name = f"vlm {settings.model}"
         self.sensors: Sequence[str] = ("rgb",) if settings.images else ("depth", "segmentation")
         if settings.prices is not None and self._price is None:
@@ -90,7 +94,15 @@ class VlmAgent:
         Raises:
             StopRun: if the trace cannot be opened, or the model does not see.
         """
-        trace = Trace(self._folder / f"{run.run_id}{SUFFIX}")
+        folder = self._folder or check_folder(run.output or DEFAULT_FOLDER)
+        trace = Trace(folder / f"{run.run_id}{SUFFIX}")
+        if run.steps and not trace.records:
+            _log.warning(
+                "agents.vlm: %s has no calls of the run's %d earlier steps: usage and limits count from here. If the "
+                "trace is in another folder, stop, and resume with --agent-arg trace=DIR",
+                trace.path,
+                run.steps,
+            )
         self._states.clear()
         self._noops.clear()
         self._caller = Caller(self._settings, self._key, self._price, trace)
@@ -111,7 +123,7 @@ class VlmAgent:
         """Close trace and connections."""
         if self._caller is not None:
             await self._caller.close()
-            self._report, self._caller = self._summary(self._caller), None
+            self._report, self._used, self._caller = self._state(self._caller), _line(self._caller), None
 
     def begin(self, episode: Episode) -> None:
         """Start an episode without a history."""
@@ -119,8 +131,9 @@ class VlmAgent:
         self._states[episode.episode_id] = EpisodeState(episode, prompts, self._settings.window)
 
     def end(self, episode_id: str) -> None:
-        """Discard the state of an episode."""
+        """Discard the state of an episode, and trace its end, so that an estimate counts whole episodes only."""
         self._states.pop(episode_id, None)
+        self._need_caller().trace.write({"kind": "end", "episode": episode_id})
 
     async def act(self, observation: Observation) -> Action | Answer:
         """Return the next action of the plan, after asking for a new plan if there is none.
@@ -158,9 +171,13 @@ class VlmAgent:
 
     def run_report(self) -> Mapping[str, Any]:
         """Return what the results file keeps of the run: usage, no-ops by cause, sight check and trace."""
-        return self._report if self._caller is None else self._summary(self._caller)
+        return self._report if self._caller is None else self._state(self._caller)
 
-    def _summary(self, caller: Caller) -> Mapping[str, Any]:
+    def run_summary(self) -> str:
+        """Return a line on what the run has used so far; empty before the first run."""
+        return self._used if self._caller is None else _line(self._caller)
+
+    def _state(self, caller: Caller) -> Mapping[str, Any]:
         noops = dict(sorted(Counter(self._noops.values()).items()))
         return {**caller.usage.as_json(), "noops": noops, "sight": self._sight, "trace": str(caller.trace.path)}
 
@@ -255,8 +272,12 @@ class VlmAgent:
         if settings.sight == "check":
             raise StopRun(
                 f"the model {settings.model} at {settings.endpoint} does not see: it named none of {sight.CARDS} cards "
-                "rightly. Use one that does, send words with --agent-arg images=false, or play on with a mark: "
-                "--agent-arg sight=mark"
+                "rightly. Start a new run: with a model that does, with words in place of frames (--agent-arg "
+                "images=false), or with a mark (--agent-arg sight=mark)"
             )
         _log.warning("agents.vlm: the model does not see the frames; the run is marked")
         return "blind"
+
+
+def _line(caller: Caller) -> str:
+    return f"agents.vlm: {caller.usage.summary()}; trace: {caller.trace.path}"

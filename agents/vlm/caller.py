@@ -3,14 +3,21 @@
 import asyncio
 from collections.abc import Callable
 
-from arramon_agents.vlm.endpoint import Endpoint
+from arramon_agents.vlm.endpoint import Endpoint, FailedCallError
 from arramon_agents.vlm.messages import Conversation
-from arramon_agents.vlm.records import Key, PaidReplies, PaidReply, call_record, failure_record, paid_reply
+from arramon_agents.vlm.records import (
+    Key,
+    PaidReplies,
+    PaidReply,
+    call_record,
+    failed_attempts,
+    failure_record,
+    paid_reply,
+)
 from arramon_agents.vlm.replies import Reply, UnusableReplyError
 from arramon_agents.vlm.settings import Settings
 from arramon_agents.vlm.trace import Trace
 from arramon_agents.vlm.usage import Price, Usage
-from arramon_client.errors import AgentError, StopRun
 
 Read = Callable[[Reply], object]
 """Reads a reply, or raises an UnusableReplyError."""
@@ -38,10 +45,14 @@ class Caller:
         self.trace = trace
         self.paid = PaidReplies(trace.records)
         self.usage = Usage(settings, price)
-        for paid in filter(None, map(paid_reply, trace.records)):
-            self.usage.add(paid.tokens, paid.attempts, paid.seconds)
+        for record in trace.records:
+            self.usage.attempts += failed_attempts(record)
+            paid = paid_reply(record)
+            if paid is not None:
+                self.usage.add(paid.tokens, paid.attempts, paid.seconds)
         self._endpoint = Endpoint(settings, key)
         self._open: set[asyncio.Task[PaidReply]] = set()
+        self._first = asyncio.Lock()
 
     async def ask(
         self, purpose: str, episode_id: str, step: int, conversation: Conversation, read: Read | None
@@ -65,6 +76,12 @@ class Caller:
         known = self.paid.find(*key)
         if known is not None:
             return known
+        if self.usage.is_unmeasured:  # Otherwise many first calls could exceed a limit together.
+            async with self._first:
+                return await self._pay(purpose, key, conversation, read)
+        return await self._pay(purpose, key, conversation, read)
+
+    async def _pay(self, purpose: str, key: Key, conversation: Conversation, read: Read | None) -> PaidReply:
         self.trace.check()
         self.usage.reserve()
         call = asyncio.create_task(self._call(purpose, key, conversation, read))
@@ -85,9 +102,10 @@ class Caller:
     async def _call(self, purpose: str, key: Key, conversation: Conversation, read: Read | None) -> PaidReply:
         try:
             completion = await self._endpoint.call(conversation.request)
-        except (AgentError, StopRun) as error:
-            self.trace.write(failure_record(purpose, key, conversation, str(error)))
-            raise
+        except FailedCallError as failed:
+            self.usage.attempts += len(failed.failures)
+            self.trace.write(failure_record(purpose, key, conversation, failed))
+            raise failed.error from None
         finally:
             self.usage.release()
         attempts = len(completion.failures) + 1

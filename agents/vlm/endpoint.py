@@ -12,7 +12,7 @@ import httpx2
 import openai
 
 from arramon.strict_json import NotJsonError, read_json
-from arramon_agents.vlm.replies import OVERSIZE, Reply
+from arramon_agents.vlm.replies import OVERSIZE, Reply, reply_of
 from arramon_agents.vlm.settings import Settings
 from arramon_agents.vlm.usage import Tokens, tokens_of
 from arramon_client.errors import AgentError, StopRun
@@ -23,12 +23,19 @@ LARGEST_REPLY = 2**20
 FIRST_PAUSE, LONGEST_PAUSE = 1.0, 60.0
 """Seconds before the second attempt of a call, doubled for each further one, and their limit."""
 
+SHORTEST_WAIT = 1.0
+"""The shortest time for which a call waits if its endpoint names one, in seconds: one that names 0 is not asked without
+end."""
+
 LONGEST_WAIT = 600.0
 """The longest time that an endpoint may ask a call to wait, in seconds over all attempts; the run stops if it asks for
 more. Attempts after which it names a time are not counted otherwise."""
 
 SHOWN = 200
 """Characters of an endpoint's own message that are shown."""
+
+SHORTEST_KEY = 8
+"""Characters of a key that is removed from texts; shorter ones, such as "none", are words of their own."""
 
 TEMPORARY = (408, 409, 425, 429)
 """HTTP statuses below 500 after which a call is tried again."""
@@ -51,6 +58,19 @@ class Completion:
     seconds: float
     failures: tuple[str, ...] = ()
     model: str = ""
+
+
+class FailedCallError(Exception):
+    """A call got no answer.
+
+    Attributes:
+        error: what to raise to the client: a StopRun or an AgentError.
+        failures: causes of its attempts, in order.
+    """
+
+    def __init__(self, error: StopRun | AgentError, failures: Sequence[str]) -> None:
+        super().__init__(str(error))
+        self.error, self.failures = error, tuple(failures)
 
 
 class _FailedAttemptError(Exception):
@@ -99,8 +119,8 @@ class Endpoint:
             request: the fields of the request besides model, seed and the like, which the settings hold.
 
         Raises:
-            StopRun: if no further attempt can help (key, model, quota), or the endpoint stays at fault.
-            AgentError: if every attempt failed with a temporary cause.
+            FailedCallError: with a StopRun if no further attempt can help (key, model, quota) or the endpoint stays at
+                fault, and with an AgentError if every attempt failed with a temporary cause.
         """
         async with self._slots:
             failures: list[_FailedAttemptError] = []
@@ -112,33 +132,21 @@ class Endpoint:
                     reply, tokens, model = await self._attempt(request)
                 except _FailedAttemptError as failed:
                     failures.append(failed)
+                    error = _end_of(failures, self._settings.attempts)
+                    if error is not None:
+                        raise FailedCallError(error, [each.cause for each in failures]) from None
                     await self._pause(failures)
                 else:
                     causes = tuple(failed.cause for failed in failures)
                     return Completion(reply, tokens, time.monotonic() - began, causes, model)
 
     async def _pause(self, failures: Sequence[_FailedAttemptError]) -> None:
-        """Wait before the next attempt.
-
-        Args:
-            failures: the failed attempts, in order.
-
-        Raises:
-            StopRun, AgentError: if there is no further attempt.
-        """
-        failed, pauses = failures[-1], [each.pause for each in failures if each.pause is not None]
-        if failed.final:
-            raise StopRun(f"{failed.words}. Settle this, and resume the run") from None
-        if sum(pauses) > LONGEST_WAIT:
-            raise StopRun(f"{failed.words}; it asks to wait {sum(pauses):.0f} s. Resume the run then") from None
+        """Wait before the next attempt, after failures in order."""
+        failed = failures[-1]
         if failed.pause is not None:  # It concerns all calls, not only this one.
             self._resume_at = max(self._resume_at, time.monotonic() + failed.pause)
             return
-        count = len(failures) - len(pauses)
-        if count >= self._settings.attempts:
-            causes = ", ".join(each.cause for each in failures)
-            words = f"{failed.words}, after {len(failures)} attempts ({causes})"
-            raise (StopRun if failed.lasting else AgentError)(words) from None
+        count = sum(each.pause is None for each in failures)
         pause = min(FIRST_PAUSE * 2 ** (count - 1), LONGEST_PAUSE)
         await asyncio.sleep(pause * random.uniform(0.75, 1.25))  # noqa: S311 - spreads attempts, no secret
 
@@ -173,7 +181,7 @@ class Endpoint:
         return {**fields, limit: settings.reply_tokens, **request, "extra_body": extra or None}
 
     def _refused(self, error: openai.APIStatusError) -> tuple[Reply, Tokens | None, str]:
-        """Return a refusal if a filter refused the messages.
+        """Return a refusal if a filter refused the messages; the endpoint has then read and written no tokens.
 
         Raises:
             _FailedAttemptError: for every other status.
@@ -183,7 +191,7 @@ class Endpoint:
         said = self._clean(str(body.get("message") or ""))
         words = f"the endpoint {self._settings.endpoint} answered {status}" + (f": {said}" if said else "")
         if status == 400 and code in ("content_filter", "content_policy_violation"):
-            return Reply("", finish="content_filter", refused=True), None, ""
+            return Reply("", finish="content_filter", refused=True), Tokens(0, 0), ""
         if status in (401, 403):
             words += f". The key in {self._settings.key_variable} is not valid, or has expired or no access"
         elif status == 404:
@@ -211,53 +219,47 @@ class Endpoint:
             content = read_json(body)
         except NotJsonError as error:
             raise _FailedAttemptError("not json", f"{where} answered with what {error}: {hint}", lasting=True) from None
-        reply = _reply_of(content)
+        reply = reply_of(self._without_key(content))
         if reply is None:
             words = f"{where} answered with JSON that is not a chat completion: {hint}"
             raise _FailedAttemptError("no completion", words, lasting=True)
         model = content.get("model")
-        return reply, tokens_of(content.get("usage")), model if isinstance(model, str) else ""
+        return reply, tokens_of(content.get("usage")), self._clean(model) if isinstance(model, str) else ""
 
     def _clean(self, text: str) -> str:
         """Return a foreign text in one printable line, shortened, without the key."""
-        text = text.replace(self._key, "[key]") if len(self._key) >= 8 else text
+        text = self._without_key(text)
         text = "".join(each if each.isprintable() else " " for each in text)
         return text if len(text) <= SHOWN else text[: SHOWN - 3] + "..."
 
+    def _without_key(self, content: Any) -> Any:
+        """Return a JSON value with the key replaced in every text: an endpoint may repeat what was sent to it."""
+        if isinstance(content, str):
+            return content.replace(self._key, "[key]") if len(self._key) >= SHORTEST_KEY else content
+        if isinstance(content, list):
+            return [self._without_key(each) for each in content]
+        if isinstance(content, dict):
+            return {name: self._without_key(each) for name, each in content.items()}
+        return content
 
-def _reply_of(content: object) -> Reply | None:
-    """Return the first choice of a chat completion; None if the content is none."""
-    choices = content.get("choices") if isinstance(content, dict) else None
-    choice = choices[0] if isinstance(choices, list) and choices else None
-    message = choice.get("message") if isinstance(choice, dict) else None
-    if not isinstance(choice, dict) or not isinstance(message, dict):
+
+def _end_of(failures: Sequence[_FailedAttemptError], attempts: int) -> StopRun | AgentError | None:
+    """Return the error of a call without further attempts; None if it is to be tried again.
+
+    Args:
+        failures: the failed attempts, in order.
+        attempts: the setting.
+    """
+    failed, pauses = failures[-1], [each.pause for each in failures if each.pause is not None]
+    if failed.final:
+        return StopRun(f"{failed.words}. Settle this, and resume the run")
+    if sum(pauses) > LONGEST_WAIT:
+        return StopRun(f"{failed.words}; it asks to wait {sum(pauses):.0f} s. Resume the run then")
+    if failed.pause is not None or len(failures) - len(pauses) < attempts:
         return None
-    text, finish, refusal = message.get("content"), choice.get("finish_reason"), message.get("refusal")
-    if isinstance(text, list):  # Parts, as some endpoints answer.
-        text = "".join(part["text"] for part in text if isinstance(part, dict) and isinstance(part.get("text"), str))
-    calls, ids = [], []
-    listed = message.get("tool_calls") or []
-    if not isinstance(listed, list):
-        return None
-    for number, call in enumerate(listed):
-        function = call.get("function") if isinstance(call, dict) else None
-        if not isinstance(call, dict) or not isinstance(function, dict):
-            return None
-        name, arguments, call_id = function.get("name"), function.get("arguments"), call.get("id")
-        calls.append((_text(name), _text(arguments)))
-        ids.append(call_id if isinstance(call_id, str) and call_id else f"call_{number}")
-    return Reply(
-        _text(text),
-        tuple(calls),
-        tuple(ids),
-        finish if isinstance(finish, str) else "",
-        isinstance(refusal, str) and bool(refusal),
-    )
-
-
-def _text(content: object) -> str:
-    """Return a text that UTF-8 can hold; empty if the content is none. JSON may hold halves of characters."""
-    return content.encode("utf-8", "replace").decode() if isinstance(content, str) else ""
+    causes = ", ".join(each.cause for each in failures)
+    words = f"{failed.words}, after {len(failures)} attempts ({causes})"
+    return StopRun(words) if failed.lasting else AgentError(words)
 
 
 def _pause_of(headers: Mapping[str, str]) -> float | None:
@@ -274,5 +276,5 @@ def _pause_of(headers: Mapping[str, str]) -> float | None:
             except (ValueError, OverflowError):
                 continue
         if seconds == seconds and seconds < 1e9:
-            return max(0.0, seconds)
+            return max(SHORTEST_WAIT, seconds)
     return None

@@ -7,9 +7,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from arramon_agents.vlm.frames import Frame
+from arramon_agents.vlm.messages import Exchange
 from arramon_agents.vlm.prompt_texts import Prompts
 from arramon_agents.vlm.replies import Decision, Reply
 from arramon_client.agent import Action, Episode, Observation
@@ -18,25 +17,6 @@ HARMLESS = Action.RIGHT
 """The action in place of an unusable reply. A turn leaves place, objects and phase as they are, which neither `forward`
 nor `interact` does, and another turn undoes it; and the next frame is another one, so that a model whose replies do not
 vary is not asked the very same thing again."""
-
-
-@dataclass
-class Exchange:
-    """One question to the model, and its answer.
-
-    Attributes:
-        text: of the question.
-        rgb: the frame shown; None without images.
-        name: the frame's name.
-        reply: the answer; None while the question is open.
-        frame: the encoded frame, once it has been sent.
-    """
-
-    text: str
-    rgb: npt.NDArray[np.uint8] | None
-    name: str
-    reply: Reply | None = None
-    frame: Frame | None = None
 
 
 @dataclass

@@ -125,16 +125,18 @@ def estimate_episode(settings: Settings, prompts: Prompts, rates: TokenRates, *,
 
 
 def estimate_from_trace(records: Iterable[Mapping[str, Any]]) -> tuple[int, Estimate]:
-    """Return the number of episodes of a trace, and the mean per episode of what was measured.
+    """Return the number of whole episodes of a trace, and the mean per episode of what was measured.
 
     Raises:
-        AgentLoadError: if it has no calls of an episode, or a call whose tokens the endpoint did not report.
+        AgentLoadError: if it has no calls of a whole episode, or a call whose tokens the endpoint did not report.
     """
+    records = list(records)
+    ended = {str(record.get("episode")) for record in records if record.get("kind") == "end"}
     episodes: set[str] = set()
     calls = prompt = completion = cached = 0
     for record in records:
         paid = paid_reply(record)
-        if paid is None or record.get("purpose") == "sight":
+        if paid is None or str(record.get("episode")) not in ended:
             continue
         if paid.tokens is None:
             raise AgentLoadError("the trace holds calls whose tokens the endpoint did not report")
@@ -144,7 +146,7 @@ def estimate_from_trace(records: Iterable[Mapping[str, Any]]) -> tuple[int, Esti
         completion += paid.tokens.completion
         cached += paid.tokens.cached or 0
     if not episodes:
-        raise AgentLoadError("the trace holds no call of an episode: play a few with --episodes first")
+        raise AgentLoadError("the trace holds no whole episode: play a few to their end with --episodes first")
     return len(episodes), Estimate(calls, prompt, completion, cached).times(1 / len(episodes))
 
 

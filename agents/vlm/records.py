@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from arramon_agents.vlm.endpoint import Completion
+from arramon_agents.vlm.endpoint import Completion, FailedCallError
 from arramon_agents.vlm.messages import Conversation
 from arramon_agents.vlm.replies import Reply
 from arramon_agents.vlm.usage import Tokens, tokens_of
@@ -67,7 +67,7 @@ def call_record(
     }
 
 
-def failure_record(purpose: str, key: Key, conversation: Conversation, error: str) -> dict[str, Any]:
+def failure_record(purpose: str, key: Key, conversation: Conversation, failed: FailedCallError) -> dict[str, Any]:
     """Return the record of a call that got no answer."""
     episode_id, step, prompt = key
     return {
@@ -78,8 +78,16 @@ def failure_record(purpose: str, key: Key, conversation: Conversation, error: st
         "step": step,
         "prompt": prompt,
         "messages": list(conversation.traced),
-        "error": error,
+        "attempts": len(failed.failures),
+        "failures": list(failed.failures),
+        "error": str(failed),
     }
+
+
+def failed_attempts(record: Mapping[str, Any]) -> int:
+    """Return the attempts of a call that got no answer; 0 for other records."""
+    attempts = record.get("attempts", 1)
+    return attempts if record.get("kind") == "failure" and isinstance(attempts, int) else 0
 
 
 def paid_reply(record: Mapping[str, Any]) -> PaidReply | None:

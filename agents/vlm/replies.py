@@ -67,6 +67,40 @@ class Decision:
     plan: tuple[Action, ...]
 
 
+def reply_of(content: object) -> Reply | None:
+    """Return the first choice of a chat completion; None if the content is none."""
+    choices = content.get("choices") if isinstance(content, dict) else None
+    choice = choices[0] if isinstance(choices, list) and choices else None
+    message = choice.get("message") if isinstance(choice, dict) else None
+    if not isinstance(choice, dict) or not isinstance(message, dict):
+        return None
+    text, finish, refusal = message.get("content"), choice.get("finish_reason"), message.get("refusal")
+    if isinstance(text, list):  # Parts, as some endpoints answer.
+        text = "".join(part["text"] for part in text if isinstance(part, dict) and isinstance(part.get("text"), str))
+    calls, ids = [], []
+    listed = message.get("tool_calls") or []
+    if not isinstance(listed, list):
+        return None
+    for number, call in enumerate(listed):
+        function = call.get("function") if isinstance(call, dict) else None
+        if not isinstance(call, dict) or not isinstance(function, dict):
+            return None
+        name, arguments, call_id = function.get("name"), function.get("arguments"), call.get("id")
+        calls.append((_text(name), _text(arguments)))
+        ids.append(call_id if isinstance(call_id, str) and call_id else f"call_{number}")
+    return Reply(
+        _text(text),
+        tuple(calls),
+        tuple(ids),
+        finish if isinstance(finish, str) else "",
+        isinstance(refusal, str) and bool(refusal),
+    )
+
+
+def _text(content: object) -> str:
+    return whole_characters(content) if isinstance(content, str) else ""
+
+
 def read_fields(reply: Reply, tool: str | None) -> Mapping[str, Any]:
     """Return the JSON object of a reply.
 
@@ -116,7 +150,12 @@ def read_decision(reply: Reply, answers: str, most: int) -> Decision:
         raise UnusableReplyError("fields")
     if not all(isinstance(name, str) and name in ACTIONS for name in actions):
         raise UnusableReplyError("action")
-    return Decision(thought, tuple(ACTIONS[name] for name in actions[:most]))
+    return Decision(whole_characters(thought), tuple(ACTIONS[name] for name in actions[:most]))
+
+
+def whole_characters(text: str) -> str:
+    """Return a text that UTF-8 can hold: JSON may name halves of characters, which become question marks."""
+    return text.encode("utf-8", "replace").decode()
 
 
 _FIELDS = {"thought", "actions"}

@@ -37,7 +37,7 @@ RANGES: Mapping[str, tuple[type, float, float]] = {
 }
 """Settings that are numbers: their type, smallest and largest value."""
 
-OPTIONAL = ("temperature", "seed", "max_calls", "max_tokens", "max_cost", "extra", "prompts", "prices")
+OPTIONAL = ("temperature", "seed", "max_calls", "max_tokens", "max_cost", "extra", "prompts", "prices", "trace")
 """Settings that may be None."""
 
 PLAYED = (
@@ -74,7 +74,7 @@ class Settings:
     max_tokens: int | None = None
     max_cost: float | None = None
     prices: str | None = None
-    trace: str = "arramon-results"
+    trace: str | None = None
 
     def recorded(self) -> dict[str, str]:
         """Return the settings that the run records, as text: the model, and those that differ from their defaults."""
@@ -130,7 +130,7 @@ def read_key(settings: Settings) -> str:
     return key
 
 
-def check_folder(folder: str) -> Path:
+def check_folder(folder: str | Path) -> Path:
     """Return the trace's folder, after creating it if necessary.
 
     Raises:

@@ -22,7 +22,7 @@ class Trace:
     Attributes:
         path: the file.
         records: what the file held when it was opened, in order.
-        fault: why the last line could not be written; empty if it could.
+        fault: why a line could not be written; empty if all could. It stays until the trace is opened again.
 
     Raises:
         StopRun: if it cannot be opened, another process holds it, or a line is not JSON.
@@ -37,11 +37,17 @@ class Trace:
             raise StopRun(f"the trace {path} cannot be written: {error.strerror}") from error
         try:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
+        except BlockingIOError:
             self._file.close()
             raise StopRun(
                 f"another process plays this run and writes {path}: wait for its end, or give this client a folder of "
                 "its own with --agent-arg trace=DIR"
+            ) from None
+        except OSError as error:
+            self._file.close()
+            raise StopRun(
+                f"the trace {path} cannot be locked: {error.strerror}. Keep it in a folder of this machine with "
+                "--agent-arg trace=DIR"
             ) from None
         try:
             self.records = [*self._read()]
@@ -61,11 +67,10 @@ class Trace:
             if written:
                 os.ftruncate(self._file.fileno(), os.fstat(self._file.fileno()).st_size - written)
             return False
-        self.fault = ""
         return True
 
     def check(self) -> None:
-        """Check that the last record was written.
+        """Check that every record was written.
 
         Raises:
             StopRun: if not: no further call may be paid.

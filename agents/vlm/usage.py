@@ -110,7 +110,7 @@ class Usage:
 
     Attributes:
         calls: answered calls.
-        attempts: attempts of all calls, failed ones included.
+        attempts: attempts of all calls, those without an answer included.
         tokens: tokens of the calls whose tokens the endpoint reported.
         unreported: number of answered calls whose tokens it did not report.
         seconds: duration of all calls together.
@@ -147,7 +147,8 @@ class Usage:
         if self.unreported and (limits.max_tokens is not None or limits.max_cost is not None):
             limit = "max_tokens" if limits.max_tokens is not None else "max_cost"
             raise StopRun(
-                f"the endpoint does not report the tokens of a call, so {limit} cannot be kept: use max_calls instead"
+                f"the tokens of {self.unreported} calls are unknown (not reported, or the answer was too large), so "
+                f"{limit} cannot be kept: resume the run with max_calls instead"
             )
         spent = self.prompt + self.completion
         if limits.max_tokens is not None and spent + open_calls * self._largest_tokens > limits.max_tokens:
@@ -177,6 +178,21 @@ class Usage:
             cost = self.price.cost(tokens)
             self._cost += cost
             self._largest_cost = max(self._largest_cost, cost)
+
+    @property
+    def is_unmeasured(self) -> bool:
+        """Whether limits of tokens or money are set, and no call has shown yet how large calls are."""
+        limits = self.settings
+        return not self._largest_tokens and (limits.max_tokens is not None or limits.max_cost is not None)
+
+    def summary(self) -> str:
+        """Return a line with calls, tokens and cost; what is unknown is called so."""
+        failed = self.attempts - self.calls
+        attempts = f" and {failed:,} failed attempts" if failed else ""
+        if self.unreported:
+            return f"{self.calls:,} calls{attempts}; tokens and cost unknown: {self.unreported:,} calls report none"
+        cost = f"${self._cost:,.4f}" if self.price is not None else "cost unknown: no prices"
+        return f"{self.calls:,} calls{attempts}, {self.prompt:,} tokens read, {self.completion:,} written, {cost}"
 
     def as_json(self) -> dict[str, Any]:
         """Return what was measured, and apart from it what follows from the user's prices; null is unknown."""

@@ -11,6 +11,7 @@ import pytest
 
 from arramon.v1 import evaluation_pb2 as pb
 from arramon_client import (
+    AgentError,
     AgentStoppedError,
     Answer,
     Observation,
@@ -177,6 +178,27 @@ def test_the_episode_is_given_up_on_request(
         "the agent failed at step 2 of episode e1, which is given up: act() raised ValueError: no answer"
     )
     assert [call for call, value in agent.calls if value == "e1"] == ["begin", "end"]
+
+
+def test_an_agent_states_a_failure_without_a_traceback(server: Server, world: World, run: pb.Run) -> None:
+    agent = Failing(AgentError("the endpoint is overloaded"))
+    with pytest.raises(AgentStoppedError) as caught:
+        played(server, run, agent, retries=0)
+    assert str(caught.value) == "run stopped: the agent failed at step 2 of episode e1: the endpoint is overloaded"
+    assert caught.value.details == ""
+
+
+@pytest.mark.parametrize("output", [None, Path("results")])
+def test_an_agent_gets_the_folder_of_the_results(
+    server: Server, world: World, run: pb.Run, output: Path | None
+) -> None:
+    class Keeping(Waiting):
+        async def open(self, run: RunInfo) -> None:
+            self.output = run.output
+
+    agent = Keeping()
+    played(server, run, agent, output=output)
+    assert agent.output == output
 
 
 def test_a_failure_of_begin_concerns_its_episode_alone(server: Server, world: World, run: pb.Run) -> None:

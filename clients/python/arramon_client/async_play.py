@@ -3,7 +3,7 @@
 import asyncio
 from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from arramon.v1 import evaluation_pb2, evaluation_pb2_grpc
 from arramon_client.agent import Answer, AsyncAgent, Observation
@@ -13,6 +13,7 @@ from arramon_client.observations import nondeterminism_warning
 from arramon_client.play_results import AgentFailure, Outcome, Progress
 from arramon_client.plugin import agent_calls, async_calls
 from arramon_client.recording.recorder import EpisodeRecorder
+from arramon_client.runs.info import RunInfo
 from arramon_client.runs.live import LiveRun
 from arramon_client.runs.live_episode import LiveEpisode
 from arramon_client.runs.results import info_now
@@ -59,7 +60,7 @@ async def play_over(
     """
     live = LiveRun(run, replays=True, notify=notify)
     player = _AsyncPlayer(live, agent, settings, notify, progress, recording)
-    async with _opened(agent, live, notify):
+    async with _opened(agent, replace(info_now(live), output=settings.output), notify):
         for target in targets:
             live.start(target.stub, target.settings, target.address, revive)
         try:
@@ -78,9 +79,9 @@ async def play_over(
 
 
 @asynccontextmanager
-async def _opened(agent: AsyncAgent, live: LiveRun, notify: Callable[[str], None]) -> AsyncIterator[None]:
+async def _opened(agent: AsyncAgent, run: RunInfo, notify: Callable[[str], None]) -> AsyncIterator[None]:
     """Call the agent's `open`, and its `close` at the end of the context; a failure of that is only reported."""
-    await async_calls.call_optional(agent, "open", info_now(live))
+    await async_calls.call_optional(agent, "open", run)
     try:
         yield
     finally:

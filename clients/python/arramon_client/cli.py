@@ -86,8 +86,7 @@ def _play(argv: Sequence[str]) -> int:
         if command.playing or isinstance(error, ServerUnreachableError):
             command.hint()
         if isinstance(error, AgentStoppedError):
-            command.say(
-                "fix the agent, then resume; with --keep-going, episodes that fail are given up and the run goes on"
-            )
+            what = "fix the agent" if error.details else "remove the cause"
+            command.say(f"{what}, then resume; with --keep-going, episodes that fail are given up and the run goes on")
             return AGENT_FAILED
         return USAGE if isinstance(error, UsageError | AgentLoadError) else ERROR

@@ -131,7 +131,7 @@ class StopRun(ArramonClientError):
 
 
 class AgentError(ArramonClientError):
-    """The agent's code failed.
+    """The agent's code failed; or its `act` raises this itself, to state a failure without a traceback.
 
     Attributes:
         details: the tail of the agent's traceback, without the frames of this client; empty if there is none.

@@ -1,6 +1,7 @@
 """Settings of a play session."""
 
 from dataclasses import dataclass
+from pathlib import Path
 
 from arramon.v1 import types_pb2
 from arramon_client.errors import UsageError
@@ -29,6 +30,7 @@ class Settings:
         retries: how often a failed `act` of an agent that waits (`AsyncAgent`) is repeated for the same observation.
         on_failure: what follows when it still fails: "stop" the run, which can be resumed, or "give-up" the episode;
             None: "give-up" with `keep_going`, otherwise "stop". It does not concern other agents.
+        output: folder of the run's results, which an agent that waits gets as `RunInfo.output`; None for none.
     """
 
     parallel: int
@@ -40,6 +42,7 @@ class Settings:
     keep_going: bool = False
     retries: int = RETRIES
     on_failure: str | None = None
+    output: Path | None = None
 
     def __post_init__(self) -> None:
         if self.on_failure not in (None, *ON_FAILURE):

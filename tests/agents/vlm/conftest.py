@@ -20,6 +20,7 @@ from tests.agents.vlm import helpers
 def _key(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("OPENAI_API_KEY", helpers.KEY)
     monkeypatch.setattr(endpoint_module, "FIRST_PAUSE", 0.001)
+    monkeypatch.setattr(endpoint_module, "SHORTEST_WAIT", 0.001)
 
 
 @pytest.fixture

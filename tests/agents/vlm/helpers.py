@@ -38,9 +38,13 @@ def in_turn(*responses: Behaviour) -> Behaviour:
 
 
 @asynccontextmanager
-async def playing(agent: VlmAgent, run_id: str = "r", episode: Episode = EPISODE) -> AsyncIterator[VlmAgent]:
-    """The agent with an open run, in which an episode has begun."""
-    run: Any = SimpleNamespace(run_id=run_id, language=episode.language, sensors=agent.sensors)
+async def playing(
+    agent: VlmAgent, run_id: str = "r", episode: Episode = EPISODE, steps: int = 0
+) -> AsyncIterator[VlmAgent]:
+    """The agent with an open run of so many recorded steps, in which an episode has begun."""
+    run: Any = SimpleNamespace(
+        run_id=run_id, language=episode.language, sensors=agent.sensors, output=None, steps=steps
+    )
     await agent.open(run)
     try:
         agent.begin(episode)

@@ -52,8 +52,8 @@ def expert(count: int, delay: float = 0.0) -> Expert:
 
 
 def client(server: str, endpoint: FakeEndpoint, output: Path, *more: str, language: str = "en") -> ForkedClient:
-    """`arramon-client` with the agent, four episodes at a time; its trace is in the folder of its results."""
-    given = ["model=m", f"endpoint={endpoint.url}", f"plan={PLAN}", f"trace={output}"]
+    """`arramon-client` with the agent, four episodes at a time."""
+    given = ["model=m", f"endpoint={endpoint.url}", f"plan={PLAN}"]
     arguments = ["--agent", "agents.vlm", "--lang", language, "--server", server, "--parallel", "4"]
     arguments += ["--output", str(output), "--quiet", *more]
     return ForkedClient([*arguments, *(word for each in given for word in ("--agent-arg", each))])

@@ -96,6 +96,8 @@ def test_a_limit_stops_the_run_and_a_higher_one_resumes_it(server: Server, tmp_p
     said = finished(process, 4)
     assert "the next call could exceed max_calls=10: resume it with a higher limit to go on" in said
     assert f"--resume {run_id}" in said
+    assert "agents.vlm: 10 calls, " in said
+    assert f"cost unknown: no prices; trace: {output}/{run_id}.vlm.jsonl" in said
     assert len(fake.requests) == 10
     said = finished(runs.client(server.address, fake, output, "--resume", run_id, "--agent-arg", "max_calls=99"))
     assert len(fake.requests) == EPISODES * runs.CALLS + 1
@@ -124,6 +126,17 @@ def test_a_key_that_expires_in_the_middle(server: Server, tmp_path: Path, fake: 
     refused = len(fake.requests) - 9
     finished(runs.client(server.address, fake, tmp_path / "out", "--resume", run_id))
     assert len(fake.requests) == EPISODES * runs.CALLS + 1 + refused
+
+
+def test_an_endpoint_that_is_overloaded(server: Server, tmp_path: Path, fake: FakeEndpoint) -> None:
+    """The participant reads what it said, not where the agent raised it."""
+    fake.behaviour = lambda *_: error(429, "slow down")
+    more = ("--agent-arg", "sight=skip", "--agent-arg", "attempts=1", "--retries", "0")
+    said = finished(runs.client(server.address, fake, tmp_path / "out", *more), 3)
+    assert f"the endpoint {fake.url} answered 429: slow down, after 1 attempts (429)" in said
+    assert "remove the cause, then resume" in said
+    assert "4 failed attempts" in said
+    assert "Traceback" not in said
 
 
 def test_a_model_that_never_answers_usably_costs_no_episode(server: Server, tmp_path: Path, fake: FakeEndpoint) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from arramon_agents.vlm import endpoint as endpoint_module
 from arramon_client.agent import Action, Episode
 from arramon_client.errors import AgentError, StopRun
 from benchmarks.agents.fake_endpoint import Behaviour, FakeEndpoint, Request, Response, completion, error, plan
@@ -185,6 +186,23 @@ def test_a_rate_limit_with_a_time_holds_all_calls(made: MakeAgent, fake: FakeEnd
     assert arrivals[1] - arrivals[0] >= 0.3
 
 
+def test_a_rate_limit_that_names_no_time_to_wait(
+    made: MakeAgent, fake: FakeEndpoint, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """`Retry-After: 0` without end stops the run as a long wait does."""
+    monkeypatch.setattr(endpoint_module, "SHORTEST_WAIT", 0.004)
+    monkeypatch.setattr(endpoint_module, "LONGEST_WAIT", 0.01)
+    fake.behaviour = status(429, "slow down", retry_after="0")
+
+    async def play() -> None:
+        async with helpers.playing(made()) as agent:
+            await agent.act(helpers.seen(0))
+
+    with pytest.raises(StopRun, match="429: slow down; it asks to wait"):
+        asyncio.run(play())
+    assert len(fake.requests) == 3
+
+
 def test_at_most_so_many_calls_at_the_same_time(made: MakeAgent, fake: FakeEndpoint) -> None:
     fake.behaviour = lambda request, number: Response(plan(request, ["left"]).body, delay=0.2)
 
@@ -201,15 +219,23 @@ def test_at_most_so_many_calls_at_the_same_time(made: MakeAgent, fake: FakeEndpo
 
 def test_the_key_is_in_no_message_and_no_file(made: MakeAgent, fake: FakeEndpoint, tmp_path: Path) -> None:
     """Even if the endpoint repeats it."""
-    fake.behaviour = helpers.in_turn(status(500, f"your key {helpers.KEY}"), status(401, f"bad key: {helpers.KEY}"))
+    thought = json.dumps({"thought": f"I was sent {helpers.KEY}", "actions": ["forward"]})
+    fake.behaviour = helpers.in_turn(
+        text(thought),
+        status(500, f"your key {helpers.KEY}"),
+        status(401, f"bad key: {helpers.KEY}"),
+    )
+    notes = []
 
     async def play() -> None:
         async with helpers.playing(made()) as agent:
-            await agent.act(helpers.seen(0))
+            notes.append(await helpers.note_of(agent, helpers.seen(0)))
+            await agent.act(helpers.seen(1))
 
     with pytest.raises(StopRun, match=r"bad key: \[key\]"):
         asyncio.run(play())
-    assert fake.keys == [f"Bearer {helpers.KEY}"] * 2
+    assert fake.keys == [f"Bearer {helpers.KEY}"] * 3
+    assert [note["thought"] for note in notes] == ["I was sent [key]"]
     files = [path for path in tmp_path.rglob("*") if path.is_file()]
     assert files
     assert not [path for path in files if helpers.KEY.encode() in path.read_bytes()]

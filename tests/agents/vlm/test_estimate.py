@@ -1,5 +1,7 @@
 """The estimate makes no call, and agrees with what a run then takes."""
 
+import asyncio
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -10,7 +12,6 @@ from arramon_agents.vlm.settings import read_settings
 from benchmarks.agents.fake_endpoint import FakeEndpoint
 from tests.agents.vlm import helpers
 from tests.agents.vlm.conftest import MakeAgent
-from tests.agents.vlm.test_agent import play
 
 
 def said(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
@@ -39,7 +40,7 @@ def test_the_command(capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeyp
         (["--episodes", "1"], "requires the argument 'model'"),
         (["--episodes", "1", "--agent-arg", "model=m", "--agent-arg", "plan=0"], "plan is '0'"),
         (["--episodes", "1", "--agent-arg", "model=m", "--trace", "/nowhere"], "/nowhere cannot be read: No such"),
-        (["--episodes", "1", "--agent-arg", "model=m", "--trace", "/dev/null"], "holds no call of an episode"),
+        (["--episodes", "1", "--agent-arg", "model=m", "--trace", "/dev/null"], "holds no whole episode"),
     ],
 )
 def test_wrong_arguments(arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -51,8 +52,17 @@ def test_from_the_trace_of_some_episodes(
     made: MakeAgent, fake: FakeEndpoint, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     agent = made(window=0, sight="mark")
-    play(agent, *(helpers.seen(step) for step in range(5)))
-    calls, tokens = len(fake.requests) - 1, agent.run_report()["measured"]["tokens"]
+
+    async def play() -> None:
+        async with helpers.playing(agent):
+            for step in range(5):
+                await agent.act(helpers.seen(step))
+            agent.end("e")
+            agent.begin(replace(helpers.EPISODE, episode_id="stopped"))
+            await agent.act(helpers.seen(0, episode_id="stopped"))
+
+    asyncio.run(play())
+    calls, tokens = len(fake.requests) - 2, agent.run_report()["measured"]["tokens"]
     trace = tmp_path / "r.vlm.jsonl"
     text = said(capsys, "--episodes", "20", "--agent-arg", "model=m", "--trace", str(trace))
     assert "by the 1 episodes of" in text

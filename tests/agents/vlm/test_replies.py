@@ -75,3 +75,9 @@ def test_unusable_calls(calls: tuple[tuple[str, str], ...], text: str, cause: st
 
 def test_a_usable_call() -> None:
     assert read_decision(Reply("Some words.", (("act", GOOD),)), "tools", 3) == Decision("a mug", (F, L))
+
+
+def test_a_thought_with_half_a_character_can_be_stored() -> None:
+    """It is valid JSON, but no Unicode: a note with it would be refused, and the run could not go on."""
+    reply = Reply('{"thought": "left \\ud83d", "actions": ["left"]}')
+    assert read_decision(reply, "schema", 4).thought == "left ?"

@@ -5,10 +5,12 @@ import errno
 import json
 import os
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
+from arramon_agents.vlm import make_agent
 from arramon_agents.vlm.trace import Trace
 from arramon_client.errors import StopRun
 from benchmarks.agents.fake_endpoint import FakeEndpoint, Response, plan
@@ -102,6 +104,53 @@ def test_a_full_disk_uses_the_paid_answer_and_pays_no_further_one(
 
     assert asyncio.run(resume()) == 1
     assert len(fake.requests) == 1
+
+
+def test_a_line_that_is_lost_is_not_forgotten(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A shorter line may fit on the disk after it."""
+    trace = Trace(tmp_path / "r.vlm.jsonl")
+    with monkeypatch.context() as patch:
+        fill(patch, 10)
+        assert not trace.write({"kind": "call", "answer": "x" * 100})
+    assert trace.write({"kind": "end"})
+    with pytest.raises(StopRun, match="No space left on device"):
+        trace.check()
+    trace.close()
+
+
+@pytest.mark.parametrize("named", [True, False])
+def test_the_folder_of_the_trace(
+    named: bool, fake: FakeEndpoint, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The argument, or else the folder of the run's results, or else the default one."""
+    monkeypatch.chdir(tmp_path)
+    argument = {"trace": "named"} if named else {}
+    folders = []
+    for output in (Path("results"), None):
+        agent = make_agent(model="m", endpoint=fake.url, sight="skip", **argument)
+        run: Any = SimpleNamespace(run_id="r", language="en", sensors=agent.sensors, output=output, steps=0)
+        asyncio.run(agent.open(run))
+        asyncio.run(agent.close())
+        folders.append(str(Path(agent.run_report()["trace"]).parent))
+        assert agent.run_summary() == (
+            f"agents.vlm: 0 calls, 0 tokens read, 0 written, cost unknown: no prices; trace: {folders[-1]}/r.vlm.jsonl"
+        )
+    assert folders == (["named", "named"] if named else ["results", "arramon-results"])
+
+
+def test_a_resumed_run_without_its_trace_is_reported(
+    made: MakeAgent, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    async def play(steps: int) -> None:
+        async with helpers.playing(made(), steps=steps):
+            pass
+
+    asyncio.run(play(0))
+    asyncio.run(play(5))
+    assert not caplog.messages
+    (tmp_path / "r.vlm.jsonl").unlink()
+    asyncio.run(play(5))
+    assert "r.vlm.jsonl has no calls of the run's 5 earlier steps: usage and limits count from here" in caplog.text
 
 
 def test_what_the_trace_holds(made: MakeAgent, fake: FakeEndpoint, tmp_path: Path) -> None:

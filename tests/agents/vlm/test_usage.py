@@ -8,8 +8,9 @@ import pytest
 
 from arramon_agents.vlm.settings import read_settings
 from arramon_agents.vlm.usage import Price, Tokens, Usage, read_price, tokens_of
-from arramon_client.errors import AgentLoadError, StopRun
-from benchmarks.agents.fake_endpoint import FakeEndpoint, completion
+from arramon_client.agent import Episode
+from arramon_client.errors import AgentError, AgentLoadError, StopRun
+from benchmarks.agents.fake_endpoint import FakeEndpoint, completion, error
 from tests.agents.vlm import helpers
 from tests.agents.vlm.conftest import MakeAgent
 
@@ -119,7 +120,7 @@ def test_open_calls_count_as_large_as_the_largest() -> None:
 def test_limits_need_reported_tokens() -> None:
     used = usage(max_tokens=1000)
     used.add(None, 1, 0.1)
-    with pytest.raises(StopRun, match="tokens of a call, so max_tokens cannot be kept: use max_calls"):
+    with pytest.raises(StopRun, match=r"tokens of 1 calls are unknown .* so max_tokens cannot be kept: .* max_calls"):
         used.reserve()
 
 
@@ -168,6 +169,68 @@ def test_a_reply_without_usage_stops_a_run_with_a_token_limit(made: MakeAgent, f
             await agent.act(helpers.seen(0))
             await agent.act(helpers.seen(1))
 
-    with pytest.raises(StopRun, match="does not report the tokens"):
+    with pytest.raises(StopRun, match="tokens of 1 calls are unknown"):
         asyncio.run(play())
     assert len(fake.requests) == 1
+
+
+def test_the_first_calls_do_not_exceed_a_limit_together(made: MakeAgent, fake: FakeEndpoint) -> None:
+    """How large a call is shows only after the first one, which the others wait for."""
+
+    async def play() -> list[object]:
+        async with helpers.playing(made(max_tokens=1)) as agent:
+            for number in range(8):
+                agent.begin(Episode(str(number), "en", "tiny"))
+            acts = (agent.act(helpers.seen(0, episode_id=str(number))) for number in range(8))
+            return await asyncio.gather(*acts, return_exceptions=True)
+
+    outcomes = asyncio.run(play())
+    assert sum(isinstance(each, StopRun) for each in outcomes) == 7
+    assert len(fake.requests) == 1
+
+
+def test_a_filtered_call_takes_no_tokens(made: MakeAgent, fake: FakeEndpoint) -> None:
+    """So that it does not end a run with a limit of tokens."""
+    fake.behaviour = helpers.in_turn(lambda *_: error(400, "filtered", "content_filter"), helpers.always("forward"))
+
+    async def play() -> Any:
+        async with helpers.playing(made(max_tokens=100_000)) as agent:
+            await agent.act(helpers.seen(0))
+            return agent.run_report()["measured"]
+
+    measured = asyncio.run(play())
+    assert (measured["calls"], measured["calls_without_tokens"]) == (2, 0)
+    assert measured["tokens"]["total"] > 0
+
+
+def test_failed_attempts_are_counted_also_after_a_resumption(made: MakeAgent, fake: FakeEndpoint) -> None:
+    fake.behaviour = helpers.in_turn(*[lambda *_: error(500, "oops", "")] * 3, helpers.always("forward"))
+
+    async def play() -> Any:
+        async with helpers.playing(made(attempts=3)) as agent:
+            await agent.act(helpers.seen(0))
+        return agent.run_report()["measured"]
+
+    with pytest.raises(AgentError):
+        asyncio.run(play())
+    measured = asyncio.run(play())
+    assert (measured["calls"], measured["attempts"], len(fake.requests)) == (1, 4, 4)
+
+
+@pytest.mark.parametrize(
+    ("given", "tokens", "line"),
+    [
+        ({}, [Tokens(1000, 10), Tokens(500, 5)], "2 calls, 1,500 tokens read, 15 written, cost unknown: no prices"),
+        ({"price": Price(2.0, 10.0)}, [Tokens(1000, 10)], "1 calls, 1,000 tokens read, 10 written, $0.0021"),
+        ({"price": Price(2.0, 10.0)}, [Tokens(1000, 10), None],
+         "2 calls; tokens and cost unknown: 1 calls report none"),
+        ({}, [], "0 calls, 0 tokens read, 0 written, cost unknown: no prices"),
+    ],
+)  # fmt: skip
+def test_summary(given: dict[str, Any], tokens: list[Tokens | None], line: str) -> None:
+    used = Usage(read_settings({"model": "m"}), given.get("price"))
+    for each in tokens:
+        used.add(each, 1, 0.1)
+    assert used.summary() == line
+    used.attempts += 2
+    assert "calls and 2 failed attempts" in used.summary()

@@ -2,6 +2,7 @@
 
 import argparse
 import difflib
+import os
 import sys
 from collections.abc import Callable, Iterable, Sequence
 
@@ -22,12 +23,17 @@ def run(parser: argparse.ArgumentParser, argv: Sequence[str], work: Callable[[ar
         work: does the command's work; returns its exit status, or None for success.
     """
     try:
-        return work(parse(parser, argv)) or SUCCESS
+        status = work(parse(parser, argv)) or SUCCESS
+        sys.stdout.flush()
+        return status
     except SystemExit as leaving:  # argparse has printed the error
         return leaving.code if isinstance(leaving.code, int) else USAGE
     except KeyboardInterrupt as stop:
         print(describe(stop), file=sys.stderr)
         return status_of(stop)
+    except BrokenPipeError:  # The reader of the output has ended, such as `head`.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # Python flushes it once more at exit.
+        return ERROR
     except ArramonClientError as error:
         print(f"error: {many_lines(str(error))}", file=sys.stderr)
         return USAGE if isinstance(error, UsageError) else ERROR

@@ -186,6 +186,16 @@ class SingleRun:
             self.say(f"no report of the agent: {error}")
             return {}
 
+    def _say_summary(self) -> None:
+        """Print the agent's line on what it has used, also for a run that was stopped."""
+        try:
+            summary = agent_calls.summary(self.agent)
+        except AgentError as error:  # It must not hide why the run was stopped.
+            self.say(f"no summary of the agent: {error}")
+            return
+        if summary:
+            self.say(summary)
+
     def _settings(self) -> Settings:
         options, info = self.options, self.server.info
         encoding = run_settings.choose_encoding(info, options.encoding, self.server.address)
@@ -198,6 +208,7 @@ class SingleRun:
             keep_going=options.keep_going or options.dry_run,  # Episodes of a dry run do not count.
             retries=RETRIES if options.retries is None else options.retries,
             on_failure=options.on_failure,
+            output=self.output,
         )
 
     def _play(self, run: evaluation_pb2.Run, recording: Recording | None) -> Outcome:
@@ -209,16 +220,19 @@ class SingleRun:
         )
         started = time.monotonic()
         with progress_display(console(stderr=True), quiet=self.options.quiet) as progress:
-            outcome = play_streams(
-                self.server,
-                run,
-                self.agent,
-                settings,
-                notify=self.say,
-                progress=progress,
-                revive=self.revive,
-                recording=recording,
-            )
+            try:
+                outcome = play_streams(
+                    self.server,
+                    run,
+                    self.agent,
+                    settings,
+                    notify=self.say,
+                    progress=progress,
+                    revive=self.revive,
+                    recording=recording,
+                )
+            finally:
+                self._say_summary()
             seconds = time.monotonic() - started
         self.say(f"{outcome.steps} steps in {seconds:.1f} s, {outcome.steps / max(seconds, 1e-9):.0f} steps/s")
         return outcome

@@ -104,6 +104,24 @@ def run_report(agent: object) -> dict[str, Any]:
     raise AgentError(f"run_report() returned {_shown(content)}; expected a mapping that JSON can hold")
 
 
+def summary(agent: object) -> str:
+    """Return one line of an agent's `run_summary` on what it has used so far; empty if it has none, or nothing to say.
+
+    Raises:
+        AgentError: if the agent raises any exception, or returns no text.
+    """
+    method = getattr(agent, "run_summary", None)
+    if not callable(method):
+        return ""
+    try:
+        text = method()
+    except (Exception, SystemExit) as error:
+        raise AgentError(f"run_summary() raised {named(error)}", own_frames(error)) from error
+    if not isinstance(text, str):
+        raise AgentError(f"run_summary() returned {_shown(text)}; expected a text")
+    return " ".join(text.split())
+
+
 def fault_of_optional_methods(agent: object) -> str:
     """Return why an agent's `end` or `replay` cannot be called; empty if it can, or if there is none."""
     return next(filter(None, (_fault_of_method(agent, name, parameters) for name, parameters in OPTIONAL.items())), "")

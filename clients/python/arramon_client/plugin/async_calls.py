@@ -71,5 +71,7 @@ async def _call(agent: object, method: str, *arguments: object) -> Any:
             raise
         # Something that the agent awaits was cancelled: without this, the episode would silently stand still.
         raise AgentRaisedError(f"{method}() raised {named(error)}", own_frames(error)) from error
+    except AgentError as error:  # The agent itself says what went wrong.
+        raise AgentRaisedError(str(error), error.details) from error
     except (Exception, SystemExit) as error:
         raise AgentRaisedError(f"{method}() raised {named(error)}", own_frames(error)) from error

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from arramon.v1 import evaluation_pb2
 
@@ -28,6 +29,7 @@ class RunInfo:
         step_seconds: time limit of a step in seconds; 0 without clocks.
         bank_seconds: seconds in the run's bank, for steps that take longer.
         data_hash: SHA-256 of the split's files, in hexadecimal.
+        output: folder of the run's results, in which an agent may keep files of its own; None if there is none.
     """
 
     run_id: str
@@ -49,6 +51,7 @@ class RunInfo:
     step_seconds: float
     bank_seconds: float
     data_hash: str = field(repr=False)
+    output: Path | None = None
 
     @property
     def is_over(self) -> bool:
