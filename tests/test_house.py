@@ -56,8 +56,10 @@ ALLOWED: dict[str, set[str]] = {
         *server("__version__", "runs.storage", "runs.play", "runs.accounts", "runs.results", "episodes"),
     },
     "arramon_server.board": {*SHARED, *server("runs", "episodes", "scoring")},
+    "arramon_server.playback": {*SHARED, *WORLD, *server("runs", "episodes", "scoring")},
     "arramon_server.web": {
-        *SHARED, *WORLD, *server("__version__", "board", "runs", "episodes", "scoring", "configuration"),
+        *SHARED, *WORLD,
+        *server("__version__", "board", "runs", "episodes", "scoring", "playback", "configuration"),
     },
     "arramon_server.api": {
         *SHARED, *WORLD, *server("__version__", "board", "runs", "episodes", "scoring", "configuration"), "arramon",

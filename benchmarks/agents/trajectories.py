@@ -36,6 +36,7 @@ from arramon_dataset.pictures.maps import ground_map
 from arramon_server.episodes.episode import Episode
 from arramon_server.episodes.splits import Split, read_split, split_folder
 from arramon_server.scoring.metrics import ndtw
+from arramon_server.scoring.turn_outcomes import PathOutcome, followed_share, path_outcome
 from arramon_server.sim.geometry import Pose
 from arramon_server.sim.own_furniture import furnished
 from arramon_server.sim.rules import reachable
@@ -45,11 +46,13 @@ from benchmarks.common import parser_of
 SCALE, MARGIN = 14.0, 8.0
 """Pixels per unit, and margin around the paths, in units."""
 
-MAX_DEVIATION = 3.0
-"""Distance from the ground truth beyond which the agent has left it, in units."""
-
 ELSEWHERE = "turn 2 began elsewhere, as turn 1 ended there"
-CAUSES = (ELSEWHERE, "left the path at its beginning", "left the path on the way", "reached the path's end")
+CAUSES = {
+    PathOutcome.BEGAN_ELSEWHERE: ELSEWHERE,
+    PathOutcome.LEFT_AT_START: "left the path at its beginning",
+    PathOutcome.LEFT_ON_THE_WAY: "left the path on the way",
+    PathOutcome.REACHED_END: "reached the path's end",
+}
 ENDS = ("took another object that looks the same", "took an object that looks different", "step limit")
 
 Path2 = npt.NDArray[np.float64]
@@ -106,7 +109,7 @@ class JudgedTurn:
     Attributes:
         path: (n, 2) of distinct positions.
         ndtw: of the path.
-        cause, end: one of CAUSES and one of ENDS; empty if the target was picked up.
+        cause, end: a value of CAUSES and one of ENDS; empty if the target was picked up.
         reached: share of the ground truth along which the agent was near it, in order.
         taken: the object that the last action picked up; empty for none.
     """
@@ -130,20 +133,16 @@ def classify(episode: Episode, turn: int, played_path: PlayedPath) -> JudgedTurn
     """Classify the outcome of a turn by the agent's path."""
     truth = episode.turns[turn - 1]
     path, reference = np.array([pose[:2] for pose in played_path.poses]), np.array(truth.path)
-    reached = 0
-    for place in path:
-        near = np.hypot(*(reference[reached : reached + 6] - place).T) < MAX_DEVIATION
-        reached += int(np.flatnonzero(near).max(initial=0))
-    share = reached / max(len(reference) - 1, 1)
+    played, truth_path = [tuple(each) for each in path.tolist()], [tuple(each) for each in reference.tolist()]
+    share = followed_share(played, truth_path)
     x, z, heading = played_path.poses[-1]
     taken = reachable(Pose(x, z, heading), truth.street) if played_path.took else None
     cause = end = ""
     if taken != 0:
         same = taken is not None and truth.street[taken].type == truth.target.type
         end = ENDS[2] if taken is None else ENDS[0] if same else ENDS[1]
-        began = float(np.hypot(*(path[0] - reference[0])))
-        cause = CAUSES[0 if began > MAX_DEVIATION else 1 if share < 0.25 else 2 if share < 0.9 else 3]
-    score = ndtw([tuple(each) for each in path.tolist()], [tuple(each) for each in reference.tolist()])
+        cause = CAUSES[path_outcome(played, truth_path)]
+    score = ndtw(played, truth_path)
     return JudgedTurn(
         episode, turn, path, score, cause, end, share, "" if taken is None else str(truth.street[taken].type)
     )
@@ -182,7 +181,7 @@ def table(turns: Sequence[JudgedTurn], language: str) -> str:
         "",
         f"| | {' | '.join(ends)} |",
         f"| --- |{' --- |' * len(ends)}",
-        *(f"| {cause} | {' | '.join(str(sorts[cause, end]) for end in ends)} |" for cause in CAUSES),
+        *(f"| {cause} | {' | '.join(str(sorts[cause, end]) for end in ends)} |" for cause in CAUSES.values()),
         "",
         "| episode, turn | nDTW | share of the path | sort | instruction |",
         "| --- | --- | --- | --- | --- |",

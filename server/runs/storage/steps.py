@@ -6,6 +6,7 @@ from operator import attrgetter, itemgetter
 from typing import Any
 
 import sqlalchemy as sa
+from sqlalchemy.engine import Row
 
 from arramon_server.errors import TakenOver
 from arramon_server.runs.storage import tables
@@ -23,24 +24,30 @@ class Steps:
     def __init__(self, database: Database) -> None:
         self._database = database
 
-    def actions(self, run_id: str, episode_id: str) -> list[int]:
-        """Return the recorded actions of an episode, in order."""
+    def actions(self, run_id: str, episode_id: str, first: int = 0) -> list[int]:
+        """Return the recorded actions of an episode from step `first` on, in order."""
         table = tables.steps
         query = (
             sa.select(table.c.action)
-            .where(table.c.run_id == run_id, table.c.episode_id == episode_id)
+            .where(table.c.run_id == run_id, table.c.episode_id == episode_id, table.c.step >= first)
             .order_by(table.c.step)
         )
         return [row[0] for row in self._database.read(query)]
+
+    def episode_state(self, run_id: str, episode_id: str) -> tuple[str, EpisodeEnding | None] | None:
+        """Return the state of a run's episode, and how it ended if it has; None if the run has no such episode."""
+        c = tables.episodes.c
+        query = sa.select(tables.episodes).where(c.run_id == run_id, c.episode_id == episode_id)
+        rows = self._database.read(query)
+        if not rows:
+            return None
+        return rows[0].state, _ending(run_id, rows[0]) if rows[0].state == ENDED else None
 
     def endings(self, run_id: str) -> list[EpisodeEnding]:
         """Return the endings of a run's ended episodes, in playing order."""
         table = tables.episodes
         query = sa.select(table).where(table.c.run_id == run_id, table.c.state == ENDED).order_by(table.c.ordinal)
-        return [
-            EpisodeEnding(run_id, row.episode_id, row.cause, row.steps, row.scores, row.note or "")
-            for row in self._database.read(query)
-        ]
+        return [_ending(run_id, row) for row in self._database.read(query)]
 
     def commit(self, batch: CommitBatch) -> None:
         """Write steps, their notes, endings and charges in one transaction.
@@ -100,6 +107,10 @@ class Steps:
         query = sa.select(c.run_id, c.episode_id, c.player)
         rows = self._database.read(query.where(sa.tuple_(c.run_id, c.episode_id).in_(list(episodes))))
         return {(row.run_id, row.episode_id): row.player for row in rows}
+
+
+def _ending(run_id: str, row: Row[Any]) -> EpisodeEnding:
+    return EpisodeEnding(run_id, row.episode_id, row.cause, row.steps, row.scores, row.note or "")
 
 
 def _run_updates(batch: CommitBatch) -> dict[str, dict[str, Any]]:
