@@ -8,10 +8,9 @@ import numpy.typing as npt
 import simplejpeg
 
 from arramon_client.world import DEPTH_UNIT, IMAGE_SENSORS
-from arramon_server.episodes.episode import Episode
-from arramon_server.runs.play.worlds import Worlds
 from arramon_server.sim.labels import LABELS
 from arramon_server.sim.rules import State
+from arramon_server.sim.section_world import EpisodeWorld
 
 Picture = npt.NDArray[np.uint8]
 """(size, size, 3) uint8."""
@@ -32,18 +31,16 @@ _GOLDEN = 0.618034
 """Step of hues between labels: neighbours in the table get colours far apart."""
 
 
-def draw(worlds: Worlds, split: str, episode: Episode, state: State, size: int, kind: str = "rgb") -> Picture:
+def draw(world: EpisodeWorld, state: State, size: int, kind: str = "rgb") -> Picture:
     """Return the agent's view in a state; "rgb" is equal to what an agent with images of `size` received.
 
     Args:
-        worlds: scenes and cameras of the split.
-        split: name of the split.
-        episode: the episode.
-        state: its state.
+        world: the episode's world, loaded to be drawn.
+        state: a state of the episode.
         size: side length, in pixels.
         kind: one of KINDS.
     """
-    frame = worlds.render(split, episode, state, size, segmentation=kind == "segmentation")
+    frame = world.render(state, size, segmentation=kind == "segmentation")
     if kind == "depth":
         return _grey(frame.depth)
     if frame.segmentation is not None:

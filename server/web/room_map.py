@@ -101,33 +101,35 @@ def _room(
     placed = played.placed_cell
     cell = turn.target_cell
     return AssemblyMap(
-        _piles(objects),
-        _points(turn.room_path),
-        _points(path) if len(path) > 1 else "",
-        _centre(START),
-        _centre(RoomCell(cell.column, cell.row)),
+        object_stacks(objects),
+        room_polyline(turn.room_path),
+        room_polyline(path) if len(path) > 1 else "",
+        cell_centre(START),
+        cell_centre(RoomCell(cell.column, cell.row)),
         cell.level,
-        _centre(RoomCell(placed[0], placed[2])) if placed else None,
+        cell_centre(RoomCell(placed[0], placed[2])) if placed else None,
         placed[1] if placed else 0,
         played.placement_forced,
         carried,
     )
 
 
-def _piles(objects: Sequence[PlacedObject]) -> tuple[ObjectStack, ...]:
+def object_stacks(objects: Sequence[PlacedObject]) -> tuple[ObjectStack, ...]:
+    """Return the stacks of the room's objects, by cell."""
     found: dict[RoomCell, list[PlacedObject]] = {}
     for one in objects:
         found.setdefault(RoomCell(one.placement.column, one.placement.row), []).append(one)
     return tuple(
-        ObjectStack(*_centre(square), tuple(one.type for one in sorted(pile, key=lambda one: one.placement.level)))
+        ObjectStack(*cell_centre(square), tuple(one.type for one in sorted(pile, key=lambda one: one.placement.level)))
         for square, pile in sorted(found.items())
     )
 
 
-def _centre(square: RoomCell) -> tuple[float, float]:
+def cell_centre(square: RoomCell) -> tuple[float, float]:
     """Return the centre of a cell; row 0, where the agent starts, is at the bottom."""
     return (square.column + 0.5) * CELL, (ROWS - square.row - 0.5) * CELL
 
 
-def _points(squares: Sequence[RoomCell]) -> str:
-    return " ".join(f"{x:g},{y:g}" for x, y in map(_centre, squares))
+def room_polyline(squares: Sequence[RoomCell]) -> str:
+    """Return cells on the map, in SVG's notation."""
+    return " ".join(f"{x:g},{y:g}" for x, y in map(cell_centre, squares))

@@ -88,7 +88,7 @@ def labels(section: Section, named: Sequence[tuple[str, Point2]]) -> tuple[MapLa
     _, z0, _, z1 = section.bounds
     width, height = section.bounds[2] - section.bounds[0] + 2 * MARGIN, z1 - z0 + 2 * MARGIN
     for name, point in named:
-        x, y = _place(section, point)
+        x, y = place_on_map(section, point)
         across = _WIDE * LETTER * len(name)
         for dx, dy, anchor, left in (
             (1.2, 0.5, "start", 0.0),
@@ -118,11 +118,11 @@ def draw_section(section: Section, origins: Sequence[PropOrigin] = ()) -> Sectio
     """
     x0, z0, x1, z1 = section.bounds
     named = list(zip(section.props, origins or [PropOrigin(DRAWN)] * len(section.props), strict=True))
-    placed = [(_place(section, (prop.x, prop.z)), origin) for prop, origin in named]
+    placed = [(place_on_map(section, (prop.x, prop.z)), origin) for prop, origin in named]
     return SectionMap(
         round(x1 - x0 + 2 * MARGIN, 1),
         round(z1 - z0 + 2 * MARGIN, 1),
-        tuple(_points(section, _corners(building)) for building in section.buildings),
+        tuple(polyline(section, _corners(building)) for building in section.buildings),
         tuple(place for place, origin in placed if origin.name == DRAWN),
         tuple((*place, round(origin.votes)) for place, origin in placed if origin.name == AGREEMENT),
         tuple(place for place, origin in placed if origin.name in (COLOUR, TEXT)),
@@ -133,21 +133,23 @@ def turn_paths(section: Section, record: TurnRecord) -> TurnPaths:
     """Return a turn's paths on the map of its section."""
     path = record.path
     return TurnPaths(
-        _points(section, record.reference_path),
-        _points(section, path),
-        _place(section, path[0] if path else record.reference_path[0]),
-        _place(section, (record.target_position[0], record.target_position[2])),
-        _place(section, path[-1]) if path else None,
+        polyline(section, record.reference_path),
+        polyline(section, path),
+        place_on_map(section, path[0] if path else record.reference_path[0]),
+        place_on_map(section, (record.target_position[0], record.target_position[2])),
+        place_on_map(section, path[-1]) if path else None,
     )
 
 
-def _place(section: Section, point: Point2) -> tuple[float, float]:
+def place_on_map(section: Section, point: Point2) -> tuple[float, float]:
+    """Return a place (x, z) of a section on its map."""
     x0, _, _, z1 = section.bounds
     return round(point[0] - x0 + MARGIN, 2), round(z1 - point[1] + MARGIN, 2)
 
 
-def _points(section: Section, points: Sequence[Point2]) -> str:
-    return " ".join(f"{x:g},{y:g}" for x, y in (_place(section, point) for point in points))
+def polyline(section: Section, points: Sequence[Point2]) -> str:
+    """Return places of a section on its map, in SVG's notation."""
+    return " ".join(f"{x:g},{y:g}" for x, y in (place_on_map(section, point) for point in points))
 
 
 def _corners(building: Building) -> list[Point2]:

@@ -22,6 +22,12 @@ class Claims:
     def __init__(self, database: Database) -> None:
         self._database = database
 
+    def open_episodes(self, run_id: str) -> list[str]:
+        """Return the ids of the episodes of a run that are being played, in playing order."""
+        c = tables.episodes.c
+        query = sa.select(c.episode_id).where(c.run_id == run_id, c.state == OPEN).order_by(c.ordinal)
+        return [row.episode_id for row in self._database.read(query)]
+
     def open_claims(self, run_id: str, limit: int | None = None) -> list[Claim]:
         """Return the claims of a run's first `limit` open episodes, in playing order; None for all."""
         episodes, workers, now = tables.episodes, tables.workers, service_time(self._database.now)

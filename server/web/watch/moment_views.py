@@ -1,0 +1,165 @@
+"""Moments in a reader's language, as plain data for the page and its scripts."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from arramon_client.world import Action
+from arramon_server.episodes.episode import Episode
+from arramon_server.playback.moments import Mark, Moment, Playback
+from arramon_server.sim.room import RoomCell
+from arramon_server.sim.rules import Blocked, Event, Phase, PhaseEnded, PickedUp, Placed
+from arramon_server.sim.section import Section
+from arramon_server.web.named_things import object_name
+from arramon_server.web.page_texts import PageTexts
+from arramon_server.web.room_map import cell_centre
+from arramon_server.web.section_map import place_on_map
+from arramon_server.web.watch.shown_notes import ShownNote, is_cell, shown_note
+from arramon_server.web.watch.stage import from_start
+
+ACTIONS = {
+    Action.FORWARD: "forward",
+    Action.LEFT: "left",
+    Action.RIGHT: "right",
+    Action.INTERACT: "interact",
+}
+"""Names of the actions, as keys of texts."""
+
+TRUTH_MARKS = (Mark.LEFT, Mark.BACK)
+"""Marks that tell something of the reference path."""
+
+
+class MomentViews:
+    """Views of an episode's moments.
+
+    Args:
+        t: texts of the page's language.
+        episode: the episode.
+        section: its section.
+        playback: its moments.
+        notes: notes of its agent, by step.
+        steps_per_phase: step limit of a phase.
+        shows_truth: whether to show what depends on the ground truth.
+    """
+
+    def __init__(
+        self,
+        t: PageTexts,
+        episode: Episode,
+        section: Section,
+        playback: Playback,
+        notes: Mapping[int, str],
+        steps_per_phase: int,
+        *,
+        shows_truth: bool,
+    ) -> None:
+        self._t = t
+        self._episode = episode
+        self._section = section
+        self._moments = playback.moments
+        self._notes = {step: shown_note(t, note) for step, note in notes.items()}
+        self._steps_per_phase = steps_per_phase
+        self._shows_truth = shows_truth
+        self._note_at, self._reading_at = self._applicable()
+
+    def view(self, step: int) -> dict[str, Any]:
+        """Return one moment.
+
+        Keys: `step`, `turn`, `phase`, `place` ([x, y] on the map of its phase), `heading` (degrees), `action` and
+        `answer` (texts), `left` (steps), `carried` (text), `ndtw` and `distance` (texts; empty if not shown), `marks`,
+        `note` and `reading` (the steps of the notes that apply; -1 for none).
+        """
+        moment = self._moments[step]
+        state, t = moment.state, self._t
+        in_room = state.phase is Phase.ASSEMBLY
+        pose = state.pose
+        marks = [mark for mark in moment.marks if self._shows_truth or mark not in TRUTH_MARKS]
+        return {
+            "step": step,
+            "turn": state.turn,
+            "phase": state.phase.value,
+            "place": cell_centre(state.square) if in_room else place_on_map(self._section, (pose.x, pose.z)),
+            "heading": round(state.room_heading if in_room else pose.heading),
+            "action": self._action_text(moment),
+            "answer": self._answer(moment),
+            "left": max(self._steps_per_phase - state.phase_step, 0),
+            "carried": object_name(t, state.carried) if state.carried is not None else "",
+            "ndtw": t.score(moment.ndtw) if self._shows_truth else "",
+            "distance": self._distance(moment) if self._shows_truth else "",
+            "marks": [mark.value for mark in marks],
+            "note": self._note_at[step],
+            "reading": self._reading_at[step],
+        }
+
+    def note(self, step: int) -> dict[str, Any]:
+        """Return the note of a step. Keys: `facts`, `text`, `goal` ([x, y] on the map, or None), `step`, `reading`."""
+        note = self._notes[step]
+        return {
+            "facts": note.facts,
+            "text": note.text,
+            "goal": self._goal(step, note),
+            "step": note.step,
+            "reading": note.reading,
+        }
+
+    def notes_from(self, first: int) -> dict[int, dict[str, Any]]:
+        """Return the notes of all steps from `first` on."""
+        return {step: self.note(step) for step in sorted(self._notes) if step >= first}
+
+    def _applicable(self) -> tuple[list[int], list[int]]:
+        """Return for each moment the step of the latest note of its phase, and of the latest one with a reading."""
+        notes, readings = list[int](), list[int]()
+        note = reading = -1
+        phase: tuple[int, Phase] | None = None
+        for step, moment in enumerate(self._moments):
+            here = moment.state.turn, moment.state.phase
+            if here != phase:
+                phase, note, reading = here, -1, -1
+            if step in self._notes:
+                note = step
+                reading = step if self._notes[step].reading else reading
+            notes.append(note)
+            readings.append(reading)
+        return notes, readings
+
+    def _goal(self, step: int, note: ShownNote) -> tuple[float, float] | None:
+        if note.goal is None or step >= len(self._moments):
+            return None
+        if self._moments[step].state.phase is Phase.ASSEMBLY:
+            return cell_centre(RoomCell(*map(int, note.goal))) if is_cell(note.goal) else None
+        return place_on_map(self._section, from_start(self._episode.start, note.goal))
+
+    def _action_text(self, moment: Moment) -> str:
+        if moment.action is None:
+            return ""
+        name = ACTIONS[moment.action]
+        if moment.action is Action.INTERACT:
+            name = "place" if moment.state.phase is Phase.ASSEMBLY else "pick_up"
+        return self._t(f"actions.{name}")
+
+    def _answer(self, moment: Moment) -> str:
+        """Return what the rules answered, in one or two sentences; empty for a step that simply happened."""
+        if moment.action is Action.INTERACT and not moment.events:
+            return self._t("answers.no_place" if moment.state.phase is Phase.ASSEMBLY else "answers.out_of_reach")
+        said = [self._event_text(moment, event) for event in moment.events]
+        return " ".join(filter(None, said))
+
+    def _event_text(self, moment: Moment, event: Event) -> str:
+        t = self._t
+        match event:
+            case Blocked():
+                return t("answers.blocked")
+            case PickedUp(index):
+                street = self._episode.turns[moment.state.turn - 1].street
+                return t("answers.picked_up", object=object_name(t, street[index].type))
+            case Placed(cell):
+                return t("answers.placed", column=cell.column + 1, row=cell.row + 1, level=cell.level)
+            case PhaseEnded(forced=True):
+                return t("answers.forced")
+        return ""
+
+    def _distance(self, moment: Moment) -> str:
+        if moment.state.phase is Phase.ASSEMBLY:
+            return self._t("watch.cells", number=round(moment.distance))
+        return self._t("watch.units", number=self._t.decimal(round(moment.distance, 1)))
+
+

@@ -1,0 +1,191 @@
+"""Handlers of the pages and files on which episodes are watched: access, moments, frames, failures, runs being played."""
+
+import json
+import time
+from collections.abc import Awaitable, Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+from aiohttp import web
+
+from arramon_server.board.board import Board
+from arramon_server.episodes.splits import Split
+from arramon_server.errors import NotFound, quoted
+from arramon_server.playback.pictures import KINDS, SIZES, as_jpeg, draw
+from arramon_server.runs.accounts.callers import READER
+from arramon_server.runs.storage.journal import Journal
+from arramon_server.sim.cameras import CAMERAS
+from arramon_server.web.http_responses import HEADERS, respond
+from arramon_server.web.page_texts import PageTexts
+from arramon_server.web.watch.failures import RunFailures
+from arramon_server.web.watch.failures_page import failures_context
+from arramon_server.web.watch.frame_queue import ClientLeft, FrameQueue
+from arramon_server.web.watch.playbacks import OpenPlayback, Playbacks
+from arramon_server.web.watch.viewers import Viewers
+from arramon_server.web.watch.watch_part import WatchPart
+from arramon_server.web.watch.watched_runs import WatchedEpisode, WatchedRuns
+
+FRAME_CACHE = "private, max-age=600"
+"""`Cache-Control` of a frame: a recorded step never changes, but a run may be withdrawn."""
+
+FRAME_SIZE = 448
+"""Side length of a frame that is asked for without one, in pixels."""
+
+FRESH_SECONDS = 1.0
+"""Time for which an episode that was found is not looked up again for further frames."""
+
+LISTED_RUNS = 30
+"""Number of the latest runs on the page of runs to watch."""
+
+Work = Callable[[], Any]
+
+
+class WatchPages:
+    """Everything for watching. Only what `Viewers` and `WatchedRuns` allow is shown.
+
+    Args:
+        splits: the splits served, by name.
+        journal: the journal.
+        board: the leaderboard.
+        viewers: derives the callers of requests.
+        camera: camera of the server's runs.
+    """
+
+    def __init__(
+        self,
+        splits: Mapping[str, Split],
+        journal: Journal,
+        board: Board,
+        viewers: Viewers,
+        camera: str = CAMERAS[0],
+    ) -> None:
+        self._journal = journal
+        self._board = board
+        self._viewers = viewers
+        self._runs = WatchedRuns(splits, journal, board)
+        self._playbacks = Playbacks(journal, splits, camera)
+        self._failures = RunFailures(splits, journal)
+        self._frames = FrameQueue() if self._playbacks.draws_in_threads else FrameQueue(1)
+        self._part = WatchPart(self._playbacks, journal)
+        self._opened: dict[tuple[object, ...], tuple[float, WatchedEpisode, OpenPlayback]] = {}
+        # Replaying a whole run takes seconds, for which nothing else should wait.
+        self.failures_thread = ThreadPoolExecutor(1, "failures")
+
+    def close(self) -> None:
+        """Stop drawing, and end the threads."""
+        self._frames.close()
+        self.failures_thread.shutdown(wait=True, cancel_futures=True)
+
+    def find(self, request: web.Request) -> Callable[[], WatchedEpisode]:
+        """Return a function that finds the episode in a request's address; it raises NotFound. Call it in a thread."""
+        caller = self._viewers.caller(request)
+        run, episode = request.match_info["run"], request.match_info["episode"]
+        return lambda: self._runs.episode(caller, run, episode)
+
+    def context(self, t: PageTexts, watched: WatchedEpisode, query: Mapping[str, str]) -> dict[str, Any]:
+        """Return the template variables of the part on which an episode is watched, see `WatchPart.context`."""
+        return self._part.context(t, watched, query)
+
+    def moments(self, request: web.Request, t: PageTexts) -> Callable[[], web.Response]:
+        """Return a function that answers a request for an episode's moments. Call it in a thread."""
+        find, text = self.find(request), request.query.get("from", "0")
+
+        def make() -> web.Response:
+            if not (text.isascii() and text.isdecimal() and len(text) < 8):
+                raise NotFound(f"there is no step {quoted(text)}")
+            watched = find()
+            content = self._part.data(t, watched, int(text))
+            body = json.dumps(content, ensure_ascii=False, separators=(",", ":")).encode()
+            return respond(request, body, "application/json", cache="no-cache")
+
+        return make
+
+    async def frame(
+        self, request: web.Request, run_in_thread: Callable[[Work], Awaitable[Any]]
+    ) -> web.Response:
+        """Answer a request for the picture of a step.
+
+        Args:
+            request: the request; its query names "size" and "kind".
+            run_in_thread: runs work in a thread for paths.
+
+        Raises:
+            NotFound: if there is no such episode, step, size or kind.
+            Unavailable: if too many frames are asked for at once.
+        """
+        step = int(request.match_info["step"])
+        kind, size = request.query.get("kind", KINDS[0]), request.query.get("size", str(FRAME_SIZE))
+        if kind not in KINDS or size not in map(str, SIZES):
+            raise NotFound(
+                f"there is no picture of kind {quoted(kind)} and size {quoted(size)}; expected {', '.join(KINDS)} "
+                f"and {', '.join(map(str, SIZES))}"
+            )
+        opened = await self._open(request, step, run_in_thread)
+        try:
+            state = opened.playback.moment(step).state
+        except IndexError as error:
+            raise NotFound(str(error)) from None
+
+        def has_left() -> bool:
+            return request.transport is None or request.transport.is_closing()
+
+        names = request.match_info["run"], request.match_info["episode"]
+        key = (*names, step, kind, size)
+        try:
+            jpeg = await self._frames.frame(key, lambda: as_jpeg(draw(opened.world, state, int(size), kind)), has_left)
+        except ClientLeft:
+            return web.Response(status=499)
+        return web.Response(body=jpeg, content_type="image/jpeg", headers={**HEADERS, "Cache-Control": FRAME_CACHE})
+
+    async def _open(
+        self, request: web.Request, step: int, run_in_thread: Callable[[Work], Awaitable[Any]]
+    ) -> OpenPlayback:
+        """Return the playback of a request's episode, found again at most every FRESH_SECONDS."""
+        key = (self._viewers.caller(request), request.match_info["run"], request.match_info["episode"])
+        found, watched, opened = self._opened.get(key, (0.0, None, None))
+        if opened is not None and time.monotonic() < found + FRESH_SECONDS and step <= opened.playback.steps:
+            return opened
+        find = self.find(request)
+
+        def make() -> tuple[WatchedEpisode, OpenPlayback]:
+            watched = find()
+            return watched, self._playbacks.of(watched, drawn=True)
+
+        watched, opened = await run_in_thread(make)
+        now = time.monotonic()
+        self._opened = {name: one for name, one in self._opened.items() if now < one[0] + FRESH_SECONDS}
+        self._opened[key] = now, watched, opened
+        return opened
+
+    def failures(self, t: PageTexts, run_id: str) -> dict[str, Any]:
+        """Return the template variables of the page of a run's failures. It may take seconds.
+
+        Raises:
+            NotFound: if the run is not published, or its episodes are not shown.
+        """
+        watched = self._runs.run(READER, run_id)
+        if watched.entry is None:
+            raise NotFound(f"run {run_id!r} is not published")
+        return failures_context(t, watched.entry, self._failures.of(watched.entry))
+
+    def listed(self, request: web.Request) -> Callable[[], dict[str, Any]]:
+        """Return a function that returns the template variables of the page of runs to watch. Call it in a thread."""
+        caller = self._viewers.caller(request)
+
+        def make() -> dict[str, Any]:
+            found = self._runs.listed(caller, LISTED_RUNS)
+            progress = self._journal.progress_of([one.run.run_id for one in found])
+            return {
+                "may_list": caller.may_list,
+                "rows": [
+                    (
+                        one,
+                        progress[one.run.run_id],
+                        self._journal.open_episodes(one.run.run_id),
+                        [ending.episode_id for ending in self._journal.endings(one.run.run_id)[-3:]],
+                    )
+                    for one in found
+                ],
+            }
+
+        return make

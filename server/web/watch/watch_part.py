@@ -1,0 +1,165 @@
+"""Template variables of the part of a page on which an episode is watched, and the data of its scripts."""
+
+from collections.abc import Mapping, Sequence
+from itertools import groupby
+from typing import Any
+from urllib.parse import quote
+
+from arramon_client.world import PHASES, TURNS
+from arramon_server.errors import NotFound, quoted
+from arramon_server.playback.moments import Mark, Moment
+from arramon_server.runs.storage.journal import Journal
+from arramon_server.sim.own_furniture import furnished
+from arramon_server.web.named_things import object_name
+from arramon_server.web.page_texts import PageTexts
+from arramon_server.web.section_map import draw_section
+from arramon_server.web.watch.moment_views import TRUTH_MARKS, MomentViews
+from arramon_server.web.watch.playbacks import Playbacks
+from arramon_server.web.watch.stage import room_start, turn_stage
+from arramon_server.web.watch.watched_runs import WatchedEpisode
+
+SPEEDS = (1, 2, 4, 8, 16)
+"""Frames a second to choose from."""
+
+USUAL_SPEED = 4
+
+
+class WatchPart:
+    """Makes the part of the page, and the file of moments that its scripts read.
+
+    Args:
+        playbacks: replays the episodes.
+        journal: source of the notes.
+    """
+
+    def __init__(self, playbacks: Playbacks, journal: Journal) -> None:
+        self._playbacks = playbacks
+        self._journal = journal
+
+    def context(self, t: PageTexts, watched: WatchedEpisode, query: Mapping[str, str]) -> dict[str, Any]:
+        """Return the variables of the template.
+
+        Args:
+            t: texts of the page's language.
+            watched: the episode.
+            query: query of the address: "step".
+
+        Raises:
+            NotFound: if there is no such step.
+        """
+        playback = self._playbacks.of(watched).playback
+        moments = playback.moments
+        step = self._step(query.get("step", ""), watched, len(moments) - 1)
+        views = self._views(t, watched)
+        episode, run = watched.episode, watched.run
+        section = furnished(watched.watched.split.sections[episode.section], episode.furniture)
+        turns = [[one for one in moments if one.state.turn == number] for number in range(1, TURNS + 1)]
+        now = views.view(step)
+        address = quote(episode.episode_id, safe="")
+        return {
+            "run": run,
+            "episode": episode,
+            "is_live": watched.is_live,
+            "shows_truth": watched.shows_truth,
+            "now": now,
+            "note": views.note(now["note"]) if now["note"] >= 0 else None,
+            "reading": views.note(now["reading"])["reading"] if now["reading"] >= 0 else (),
+            "last": len(moments) - 1,
+            "ground": draw_section(section),
+            "stages": [
+                turn_stage(t, episode, section, number, turns[number - 1], shows_truth=watched.shows_truth)
+                for number in range(1, TURNS + 1)
+            ],
+            "room_start": room_start(),
+            "instructions": self._instructions(watched),
+            "phases": _phases(moments),
+            "events": self._events(moments, watched),
+            "speeds": SPEEDS,
+            "usual_speed": USUAL_SPEED,
+            "here": f"/{t.language}/runs/{run.run_id}/episodes/{address}",
+            "files": f"/runs/{run.run_id}/episodes/{address}",
+            "object_name": lambda type_: object_name(t, type_),
+            "pile_name": lambda pile: " + ".join(object_name(t, type_) for type_ in pile.types),
+        }
+
+    def data(self, t: PageTexts, watched: WatchedEpisode, first: int) -> dict[str, Any]:
+        """Return the moments from step `first` on, for scripts.
+
+        Keys: `first`, `last` (number of the last moment), `live` (whether more may come), `moments`
+        (`MomentViews.view`), `notes` (`MomentViews.note`, by step), `next` (address of an episode of the run that is
+        being played, once this one is not; empty for none).
+
+        Raises:
+            NotFound: if there is no such step.
+        """
+        views = self._views(t, watched)
+        last = self._playbacks.of(watched).playback.steps
+        if first > last:
+            raise NotFound(f"there is no step {first}; expected 0 to {last}")
+        return {
+            "first": first,
+            "last": last,
+            "live": watched.is_live,
+            "moments": [views.view(step) for step in range(first, last + 1)],
+            "notes": views.notes_from(max(first - 1, 0)),
+            "next": "" if watched.is_live else self._next(t, watched),
+        }
+
+    def _next(self, t: PageTexts, watched: WatchedEpisode) -> str:
+        run = watched.run
+        if run.ended_at is not None:
+            return ""
+        opened = self._journal.open_episodes(run.run_id)
+        return f"/{t.language}/runs/{run.run_id}/episodes/{quote(opened[0], safe='')}" if opened else ""
+
+    def _views(self, t: PageTexts, watched: WatchedEpisode) -> MomentViews:
+        return MomentViews(
+            t,
+            watched.episode,
+            watched.watched.split.sections[watched.episode.section],
+            self._playbacks.of(watched).playback,
+            self._journal.notes_of(watched.run.run_id, watched.episode.episode_id),
+            watched.run.steps_per_phase,
+            shows_truth=watched.shows_truth,
+        )
+
+    def _step(self, text: str, watched: WatchedEpisode, last: int) -> int:
+        if not text:
+            return last if watched.is_live else 0
+        if not (text.isascii() and text.isdecimal() and len(text) < 8 and int(text) <= last):
+            raise NotFound(f"there is no step {quoted(text)}; expected 0 to {last}")
+        return int(text)
+
+    def _instructions(self, watched: WatchedEpisode) -> dict[str, str]:
+        """Return the instructions by turn and phase, such as "1-navigation"."""
+        language = watched.run.language
+        return {
+            f"{turn}-{phase}": watched.episode.instruction(language, turn, phase)
+            for turn in range(1, TURNS + 1)
+            for phase in PHASES
+        }
+
+    def _events(self, moments: Sequence[Moment], watched: WatchedEpisode) -> list[tuple[int, Mark]]:
+        """Return the steps at which something stands out, with what; of blocked steps in a row the first."""
+        found = list[tuple[int, Mark]]()
+        blocked = -2
+        for step, moment in enumerate(moments):
+            for mark in moment.marks:
+                if mark in TRUTH_MARKS and not watched.shows_truth:
+                    continue
+                if mark is Mark.BLOCKED:
+                    was, blocked = blocked, step
+                    if was == step - 1:
+                        continue
+                found.append((step, mark))
+        return found
+
+
+def _phases(moments: Sequence[Moment]) -> list[dict[str, Any]]:
+    """Return the phases of the moments: turn, name, first step and number of steps."""
+    steps = enumerate(moments)
+    found = []
+    for (turn, phase), group in groupby(steps, key=lambda pair: (pair[1].state.turn, pair[1].state.phase)):
+        numbers = [step for step, _ in group]
+        found.append({"turn": turn, "phase": phase.value, "first": numbers[0], "steps": len(numbers)})
+    return found
