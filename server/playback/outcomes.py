@@ -2,12 +2,12 @@
 
 from collections.abc import Iterable
 
+from arramon_client.world import Action
 from arramon_server.episodes.episode import Episode
 from arramon_server.runs.play.session import TrajectoryRecorder
 from arramon_server.scoring.turn_outcomes import TurnOutcome, turn_outcome
 from arramon_server.sim import rules
 from arramon_server.sim.rules import CollisionCheck, Limits, PickedUp
-from arramon_client.world import Action
 
 
 def outcomes_of(

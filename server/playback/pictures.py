@@ -65,5 +65,8 @@ def _grey(depth: npt.NDArray[np.uint16]) -> Picture:
 def _palette() -> Picture:
     """Return a colour for each of LABELS, (n, 3)."""
     hues = [(index * _GOLDEN) % 1.0 for index in range(len(LABELS))]
-    colours = [colorsys.hsv_to_rgb(hue, 0.45 + 0.4 * (index % 2), 0.9 - 0.35 * (index % 3) / 2) for index, hue in enumerate(hues)]
+    colours = [
+        colorsys.hsv_to_rgb(hue, 0.45 + 0.4 * (index % 2), 0.9 - 0.35 * (index % 3) / 2)
+        for index, hue in enumerate(hues)
+    ]
     return np.rint(255.0 * np.array(colours)).astype(np.uint8)

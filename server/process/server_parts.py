@@ -144,13 +144,17 @@ def create_parts(config: Config, splits: Mapping[str, Split], database: Database
         from arramon_server.web.pages import Pages
         from arramon_server.web.play.play_page import PlayPage
         from arramon_server.web.rendering import Renderer
+        from arramon_server.web.watch.viewers import Viewers
 
         def play_page(renderer: Renderer) -> PlayPage:
             access = browser_access(authentication, stream_limits, config)
             return PlayPage(config, access, runs, journal, publisher, engine, threads, renderer)
 
         play = play_page if config.play_page else None
-        pages = Pages(board, journal, receipts, splits, epochs, Host.of(config), play=play)
+        viewers, camera = Viewers.of(config), config.camera
+        pages = Pages(
+            board, journal, receipts, splits, epochs, Host.of(config), play=play, viewers=viewers, camera=camera
+        )
         return HttpServer(config, lambda: readiness.problem, metrics.text, pages).open()
 
     return ServerParts(server, address, engine, readiness, open_site())

@@ -18,6 +18,7 @@ from arramon_server.errors import Conflict, NotFound, Unavailable
 from arramon_server.runs.accounts.callers import READER
 from arramon_server.runs.results.receipts import Receipts
 from arramon_server.runs.storage.journal import Journal
+from arramon_server.sim.cameras import CAMERAS
 from arramon_server.web.comparison_page import ComparisonPage
 from arramon_server.web.episode_replays import EpisodeReplays
 from arramon_server.web.episodes_page import EpisodesPage
@@ -31,6 +32,8 @@ from arramon_server.web.rendering import Renderer
 from arramon_server.web.run_page import RunPage
 from arramon_server.web.standings_page import StandingsPage
 from arramon_server.web.standings_query import read_query
+from arramon_server.web.watch.viewers import NOBODY, Viewers
+from arramon_server.web.watch.watch_pages import WatchPages
 
 MAX_WAITING = 64
 """Maximum number of requests that wait for a thread or run in one; further ones get status 503."""
@@ -52,7 +55,10 @@ Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 
 
 class Pages:
-    """All pages. Only published runs have pages; every other address gets the same 404 page.
+    """All pages.
+
+    Only published runs have pages, but for those that a caller without a token may see and watch (`WatchedRuns`); every
+    other address gets the same 404 page.
 
     Args:
         board: the leaderboard.
@@ -62,6 +68,8 @@ class Pages:
         epochs: the epochs of hidden splits.
         host: the host of the leaderboard.
         play: makes the page on which people play; None if the host offers none.
+        viewers: derives who asks for pages of runs that are not published.
+        camera: camera of the server's runs.
     """
 
     def __init__(
@@ -74,6 +82,8 @@ class Pages:
         host: Host = UNNAMED,
         *,
         play: Callable[[Renderer], PlayPage] | None = None,
+        viewers: Viewers = NOBODY,
+        camera: str = CAMERAS[0],
     ) -> None:
         self._board = board
         self._epochs = epochs
@@ -87,6 +97,7 @@ class Pages:
         self._replays = EpisodeReplays(splits, journal)
         self._runs = RunPage(board, splits, self._replays, epochs)
         self._episodes = EpisodesPage(board, self._replays)
+        self._watch = WatchPages(splits, journal, board, viewers, camera)
         # One thread for pages, which are quick, and one for paths, which are slower, so that paths never delay pages.
         self._page_thread = ThreadPoolExecutor(1, "pages")
         self._path_thread = ThreadPoolExecutor(1, "paths")
@@ -105,6 +116,10 @@ class Pages:
             f"{run}/against": self._comparison_page,
             f"{run}/episodes": self._list_episodes,
             f"{run}/episodes/{{episode}}": self._episode,
+            f"{run}/episodes/{{episode}}/moments.json": self._moments,
+            f"{run}/failures": self._list_failures,
+            f"/{_LANGUAGE}/watch": self._list_watched,
+            f"/runs/{_RUN}/episodes/{{episode}}/frames/{{step:[0-9]{{1,7}}}}.jpg": self._frame,
             f"/runs/{_RUN}/receipt.json": self._receipt,
             f"/runs/{_RUN}/actions.json": self._actions,
             "/epochs.json": self._epochs_file,
@@ -127,6 +142,7 @@ class Pages:
         self._replays.close()
         if self._play is not None:
             self._play.close()
+        self._watch.close()
 
     def _with_error_pages(self, handler: Handler) -> Handler:
         """Return a handler that turns the server's errors into error pages."""
@@ -201,13 +217,36 @@ class Pages:
         return await self._run_in(self._page_thread, make)
 
     async def _episode(self, request: web.Request) -> web.Response:
+        find = self._watch.find(request)
+
         def make() -> web.Response:
-            texts = _texts(request)
+            texts, watched = _texts(request), find()
+            context = {"watch": self._watch.context(texts, watched, request.query)}
+            if watched.watched.entry is None:
+                return self._page(request, "watch.html", texts, context)
             run, episode = request.match_info["run"], request.match_info["episode"]
-            context = self._episodes.episode_context(texts, run, episode, request.query)
+            context |= self._episodes.episode_context(texts, run, episode, request.query)
             return self._page(request, "episode.html", texts, context)
 
         return await self._run_in(self._path_thread, make)
+
+    async def _moments(self, request: web.Request) -> web.Response:
+        return await self._run_in(self._path_thread, self._watch.moments(request, _texts(request)))
+
+    async def _frame(self, request: web.Request) -> web.Response:
+        return await self._watch.frame(request, lambda work: self._run_in(self._path_thread, work))
+
+    async def _list_failures(self, request: web.Request) -> web.Response:
+        def make() -> web.Response:
+            texts = _texts(request)
+            context = self._watch.failures(texts, request.match_info["run"])
+            return self._page(request, "failures.html", texts, context)
+
+        return await self._run_in(self._watch.failures_thread, make)
+
+    async def _list_watched(self, request: web.Request) -> web.Response:
+        texts, list_runs = _texts(request), self._watch.listed(request)
+        return await self._run_in(self._path_thread, lambda: self._page(request, "watch_runs.html", texts, list_runs()))
 
     async def _receipt(self, request: web.Request) -> web.Response:
         def make() -> web.Response:

@@ -45,9 +45,7 @@ def failures_context(t: PageTexts, entry: Entry, outcomes: Sequence[EpisodeOutco
             )
         ],
         "linked": LINKED,
-        "address": lambda episode_id: (
-            f"/{t.language}/runs/{entry.run.run_id}/episodes/{quote(episode_id, safe='')}"
-        ),
+        "address": lambda episode_id: f"/{t.language}/runs/{entry.run.run_id}/episodes/{quote(episode_id, safe='')}",
     }
 
 

@@ -71,14 +71,13 @@ class MomentViews:
         moment = self._moments[step]
         state, t = moment.state, self._t
         in_room = state.phase is Phase.ASSEMBLY
-        pose = state.pose
         marks = [mark for mark in moment.marks if self._shows_truth or mark not in TRUTH_MARKS]
         return {
             "step": step,
             "turn": state.turn,
             "phase": state.phase.value,
-            "place": cell_centre(state.square) if in_room else place_on_map(self._section, (pose.x, pose.z)),
-            "heading": round(state.room_heading if in_room else pose.heading),
+            "place": self._place(moment),
+            "heading": round(state.room_heading if in_room else state.pose.heading),
             "action": self._action_text(moment),
             "answer": self._answer(moment),
             "left": max(self._steps_per_phase - state.phase_step, 0),
@@ -89,6 +88,15 @@ class MomentViews:
             "note": self._note_at[step],
             "reading": self._reading_at[step],
         }
+
+    def trail(self, step: int) -> list[tuple[float, float]]:
+        """Return the places on the map from the beginning of a moment's phase up to the moment."""
+        state = self._moments[step].state
+        return [
+            self._place(one)
+            for one in self._moments[: step + 1]
+            if (one.state.turn, one.state.phase) == (state.turn, state.phase)
+        ]
 
     def note(self, step: int) -> dict[str, Any]:
         """Return the note of a step. Keys: `facts`, `text`, `goal` ([x, y] on the map, or None), `step`, `reading`."""
@@ -104,6 +112,12 @@ class MomentViews:
     def notes_from(self, first: int) -> dict[int, dict[str, Any]]:
         """Return the notes of all steps from `first` on."""
         return {step: self.note(step) for step in sorted(self._notes) if step >= first}
+
+    def _place(self, moment: Moment) -> tuple[float, float]:
+        state = moment.state
+        if state.phase is Phase.ASSEMBLY:
+            return cell_centre(state.square)
+        return place_on_map(self._section, (state.pose.x, state.pose.z))
 
     def _applicable(self) -> tuple[list[int], list[int]]:
         """Return for each moment the step of the latest note of its phase, and of the latest one with a reading."""
@@ -161,5 +175,3 @@ class MomentViews:
         if moment.state.phase is Phase.ASSEMBLY:
             return self._t("watch.cells", number=round(moment.distance))
         return self._t("watch.units", number=self._t.decimal(round(moment.distance, 1)))
-
-

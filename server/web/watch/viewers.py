@@ -1,6 +1,7 @@
 """Callers of the pages, which have no sign-in: everybody, or those who may play without a token, as over gRPC."""
 
-import ipaddress
+from ipaddress import ip_address
+from urllib.parse import urlsplit
 
 from aiohttp import web
 
@@ -35,9 +36,24 @@ class Viewers:
         return UNAUTHENTICATED if self._anonymous else READER
 
 
+NOBODY = Viewers()
+"""Viewers on a server where nobody plays without a token: they see what is published."""
+
+
 def _is_local(request: web.BaseRequest) -> bool:
-    """Return whether a request comes from this machine, and through no proxy."""
+    """Return whether a request comes from this machine, through no proxy, and names this machine.
+
+    A site elsewhere can let its own name lead to this machine, in the browser of somebody who sits at it.
+    """
     peer = request.transport.get_extra_info("peername") if request.transport is not None else None
     if not peer or any(name in request.headers for name in PROXY_HEADERS):
         return False
-    return ipaddress.ip_address(str(peer[0]).partition("%")[0]).is_loopback
+    return _is_loopback(str(peer[0])) and _is_loopback(urlsplit(f"//{request.host}").hostname or "")
+
+
+def _is_loopback(host: str) -> bool:
+    """Return whether a host is written as `localhost` or a loopback address. No name is resolved."""
+    try:
+        return host == "localhost" or ip_address(host.partition("%")[0]).is_loopback
+    except ValueError:
+        return False

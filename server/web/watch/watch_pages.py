@@ -100,9 +100,7 @@ class WatchPages:
 
         return make
 
-    async def frame(
-        self, request: web.Request, run_in_thread: Callable[[Work], Awaitable[Any]]
-    ) -> web.Response:
+    async def frame(self, request: web.Request, run_in_thread: Callable[[Work], Awaitable[Any]]) -> web.Response:
         """Answer a request for the picture of a step.
 
         Args:

@@ -1,7 +1,6 @@
 """Template variables of the part of a page on which an episode is watched, and the data of its scripts."""
 
 from collections.abc import Mapping, Sequence
-from itertools import groupby
 from typing import Any
 from urllib.parse import quote
 
@@ -71,8 +70,18 @@ class WatchPart:
                 for number in range(1, TURNS + 1)
             ],
             "room_start": room_start(),
-            "instructions": self._instructions(watched),
-            "phases": _phases(moments),
+            "texts": {
+                "instructions": self._instructions(watched),
+                "phases": {
+                    f"{turn}-{phase}": t("watch.phase", turn=turn, phase=t(f"path.{phase}"))
+                    for turn in range(1, TURNS + 1)
+                    for phase in PHASES
+                },
+                "play": t("watch.play"),
+                "pause": t("watch.pause"),
+                "frame": t("watch.frame", step="{step}"),
+            },
+            "trail": " ".join(f"{x:g},{y:g}" for x, y in views.trail(step)),
             "events": self._events(moments, watched),
             "speeds": SPEEDS,
             "usual_speed": USUAL_SPEED,
@@ -153,13 +162,3 @@ class WatchPart:
                         continue
                 found.append((step, mark))
         return found
-
-
-def _phases(moments: Sequence[Moment]) -> list[dict[str, Any]]:
-    """Return the phases of the moments: turn, name, first step and number of steps."""
-    steps = enumerate(moments)
-    found = []
-    for (turn, phase), group in groupby(steps, key=lambda pair: (pair[1].state.turn, pair[1].state.phase)):
-        numbers = [step for step, _ in group]
-        found.append({"turn": turn, "phase": phase.value, "first": numbers[0], "steps": len(numbers)})
-    return found
