@@ -48,14 +48,15 @@ def shown_note(t: PageTexts, note: str) -> ShownNote:
         return ShownNote((), note)
     if not isinstance(content, dict) or not content:
         return ShownNote((), note)
-    known = [name for name in KNOWN if name in content]
+    goal = _place(content.get("goal"))
+    known = [name for name in KNOWN if name in content and not (name == "goal" and goal)]
     others = [name for name in content if name not in (*KNOWN, "read")]
     facts = [(t.named("notes", name), _fact(name, content[name])) for name in known]
     facts += [(name, _plain(content[name])) for name in others]
     step = content.get("step")
     return ShownNote(
         tuple(facts),
-        goal=_place(content.get("goal")),
+        goal=goal,
         step=step if isinstance(step, int) and not isinstance(step, bool) and step > 0 else 0,
         reading=tuple(_reading(t, content["read"])) if isinstance(content.get("read"), Mapping) else (),
     )

@@ -1,4 +1,4 @@
-"""Handlers of the pages and files on which episodes are watched: access, moments, frames, failures, runs being played."""
+"""Handlers of the pages and files on which episodes are watched: moments, frames, failures, runs being played."""
 
 import json
 import time
