@@ -27,6 +27,7 @@ FAMILIES = {
     "token": ("token",),
     "quota": ("quota",),
     "runs": ("runs",),
+    "film": ("film",),
     "prune": ("prune",),
     "account": ("account",),
     "receipts": ("key", "rescore"),

@@ -60,6 +60,11 @@ class TurnStage:
     room_target: tuple[float, float] | None
     room_level: int
 
+    @property
+    def scale(self) -> float:
+        """Size of the agent and of names on the street's map, which do not shrink with a wider view."""
+        return round(self.view[2] / SMALLEST, 2)
+
 
 def turn_stage(
     t: PageTexts, episode: Episode, section: Section, number: int, moments: Sequence[Moment], *, shows_truth: bool

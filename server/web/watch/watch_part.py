@@ -9,6 +9,7 @@ from arramon_server.errors import NotFound, quoted
 from arramon_server.playback.moments import Mark, Moment
 from arramon_server.runs.storage.journal import Journal
 from arramon_server.sim.own_furniture import furnished
+from arramon_server.visible_text import shown
 from arramon_server.web.named_things import object_name
 from arramon_server.web.page_texts import PageTexts
 from arramon_server.web.section_map import draw_section
@@ -49,15 +50,18 @@ class WatchPart:
         playback = self._playbacks.of(watched).playback
         moments = playback.moments
         step = self._step(query.get("step", ""), watched, len(moments) - 1)
-        views = self._views(t, watched)
+        views = self.views(t, watched)
         episode, run = watched.episode, watched.run
         section = furnished(watched.watched.split.sections[episode.section], episode.furniture)
         turns = [[one for one in moments if one.state.turn == number] for number in range(1, TURNS + 1)]
         now = views.view(step)
         address = quote(episode.episode_id, safe="")
+        files = f"/runs/{run.run_id}/episodes/{address}"
         return {
             "run": run,
+            "agent": shown(run.agent),
             "episode": episode,
+            "is_film": False,
             "is_live": watched.is_live,
             "shows_truth": watched.shows_truth,
             "now": now,
@@ -86,7 +90,8 @@ class WatchPart:
             "speeds": SPEEDS,
             "usual_speed": USUAL_SPEED,
             "here": f"/{t.language}/runs/{run.run_id}/episodes/{address}",
-            "files": f"/runs/{run.run_id}/episodes/{address}",
+            "files": files,
+            "frame": f"{files}/frames/{step}.jpg",
             "object_name": lambda type_: object_name(t, type_),
             "pile_name": lambda pile: " + ".join(object_name(t, type_) for type_ in pile.types),
         }
@@ -101,7 +106,7 @@ class WatchPart:
         Raises:
             NotFound: if there is no such step.
         """
-        views = self._views(t, watched)
+        views = self.views(t, watched)
         last = self._playbacks.of(watched).playback.steps
         if first > last:
             raise NotFound(f"there is no step {first}; expected 0 to {last}")
@@ -121,7 +126,8 @@ class WatchPart:
         opened = self._journal.open_episodes(run.run_id)
         return f"/{t.language}/runs/{run.run_id}/episodes/{quote(opened[0], safe='')}" if opened else ""
 
-    def _views(self, t: PageTexts, watched: WatchedEpisode) -> MomentViews:
+    def views(self, t: PageTexts, watched: WatchedEpisode) -> MomentViews:
+        """Return the views of an episode's moments."""
         return MomentViews(
             t,
             watched.episode,

@@ -127,7 +127,7 @@ class Player {
       }
     });
     this.fields.range.addEventListener("input", () => this.jump(Number(this.fields.range.value)));
-    this.fields.kind.addEventListener("change", () => {
+    this.fields.kind?.addEventListener("change", () => {
       this.source.kind = this.fields.kind.value;
       this.go(this.step);
     });

@@ -1,0 +1,1 @@
+"""Films of recorded episodes: animated pictures, videos, and pages that stand alone."""
