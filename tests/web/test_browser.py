@@ -212,7 +212,7 @@ def test_episode_is_opened_by_the_search_on_its_run_page(reader: Reader) -> None
     page.get_by_label("Another episode").fill("quokka-2")
     page.keyboard.press("Enter")
     expect(page.locator("h1")).to_have_text("Episode quokka-2: truth")
-    expect(page.get_by_role("img")).to_have_count(4)  # two maps and two rooms
+    expect(page.get_by_role("img")).to_have_count(6)  # two maps and two rooms, a frame and its map
 
 
 def test_the_first_tab_skips_to_the_content(reader: Reader) -> None:
@@ -338,7 +338,7 @@ def test_printed_page_shows_the_whole_table_without_forms(reader: Reader) -> Non
 def test_maps_are_clipped_to_their_frame(reader: Reader) -> None:
     page = reader.open(f"/en/runs/{OPEN_RUN}/episodes/quokka-0")
     assert (
-        page.locator(".map").evaluate_all("maps => maps.map(one => getComputedStyle(one).overflow)") == ["hidden"] * 2
+        page.locator(".map").evaluate_all("maps => maps.map(one => getComputedStyle(one).overflow)") == ["hidden"] * 4
     )
 
 

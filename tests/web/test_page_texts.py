@@ -58,6 +58,7 @@ def test_every_text_key_is_used() -> None:
     groups = (
         "languages", "sensors", "causes", "states", "turns", "choices", "marks", "references", "reference_notes",
         "aspects", "groups", "corrections", "closing", "episodes", "objects", "colours", "things", "play_js",
+        "actions", "events", "failures", "notes", "outcomes",
     )  # fmt: skip
     for key in EN.words:
         group, _, name = key.partition(".")

@@ -71,7 +71,9 @@ def _lines(
         step = note["step"]
         facts = [f"{name}: {text}" for name, text in note["facts"]]
         current = f"{step}. {reading[step - 1]}" if 0 < step <= len(reading) else ""
-        said = f"{t('watch.note')}: {current or '; '.join(facts) or note['text'].replace(chr(10), ' ')}"
+        said = (
+            f"{t('watch.note')}: {current or '; '.join(facts) or '; '.join(reading) or ' '.join(note['text'].split())}"
+        )
     return texts["phases"][key], texts["instructions"][key], "  ·  ".join(filter(None, happens)), said
 
 

@@ -47,7 +47,7 @@ def test_a_turn_is_judged(
     reached: float,
 ) -> None:
     judged = script.classify(long_episode(), turn, script.PlayedPath(poses, took))
-    assert judged.cause == ("" if cause < 0 else script.CAUSES[cause])
+    assert judged.cause == ("" if cause < 0 else list(script.CAUSES.values())[cause])
     assert judged.end == ("" if end < 0 else script.ENDS[end])
     assert judged.reached == pytest.approx(reached)
     assert 0.0 <= judged.ndtw <= 1.0

@@ -7,7 +7,7 @@ const SETTLE_MS = 250; // before the address names a step
 class Player {
   constructor(section) {
     this.section = section;
-    this.texts = JSON.parse(document.getElementById("watch-texts").textContent);
+    this.texts = JSON.parse(section.dataset.texts);
     this.source = new Source(section, () => this.grow());
     this.stage = new Stage(section, this.source, this.texts);
     this.fields = this.stage.fields;
