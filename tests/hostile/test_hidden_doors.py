@@ -267,6 +267,24 @@ def test_no_page_or_download_shows_more_digits_than_the_split_allows(doors: Door
     assert sum(path.endswith("receipt.json") for path in seen) == len(doors.runs)
 
 
+def test_no_episode_can_be_watched(doors: Doors) -> None:
+    """Neither on the machine of the server, where runs without an account are listed, nor by guessing addresses."""
+    for run_id in doors.runs:
+        here = f"runs/{run_id}/episodes/3"
+        for path in (
+            f"/en/{here}", f"/hi/{here}?step=0", f"/en/{here}/moments.json", f"/en/{here}/moments.json?from=1",
+            f"/{here}/frames/0.jpg", f"/{here}/frames/1.jpg?kind=depth", f"/{here}/frames/1.jpg?kind=segmentation",
+            f"/en/runs/{run_id}/failures",
+        ):  # fmt: skip
+            with pytest.raises(urllib.error.HTTPError) as refused:
+                urllib.request.urlopen(doors.web + path, timeout=120)
+            with refused.value as answer:
+                assert (answer.code, b"There is no such page" in answer.read() or path.startswith("/hi")) == (404, True)
+    with urllib.request.urlopen(f"{doors.web}/en/watch", timeout=120) as answer:
+        listed = answer.read().decode()
+    assert not [run_id for run_id in doors.runs if run_id in listed]
+
+
 def test_all_doors_show_the_same_figures(doors: Doors) -> None:
     for run_id in doors.runs:
         report = doors.stub.GetReport(ev.GetReportRequest(run_id=run_id), metadata=METADATA)

@@ -47,6 +47,8 @@ PAGES = (
     f"/{{t}}/runs/{OPEN_RUN}",
     f"/{{t}}/runs/{HIDDEN_RUN}",
     f"/{{t}}/runs/{OPEN_RUN}/episodes/quokka-1",
+    f"/{{t}}/runs/{OPEN_RUN}/failures",
+    "/{t}/watch",
     "/{t}/epochs",
     "/{t}/?split=test_unseen_e2&language=en",
     f"/{{t}}/runs/{OLDER_RUN}",
@@ -211,6 +213,9 @@ def test_static_files_are_cached_permanently(shown: LeaderboardSite) -> None:
         f"/en/runs/{OPEN_RUN}/episodes/no-such-thing",
         f"/en/runs/{HIDDEN_RUN}/episodes/quokka-1",
         f"/en/runs/{HIDDEN_RUN}/episodes/no-such-thing",
+        f"/en/runs/{HIDDEN_RUN}/episodes/quokka-1/moments.json",
+        f"/runs/{HIDDEN_RUN}/episodes/quokka-1/frames/0.jpg",
+        f"/en/runs/{HIDDEN_RUN}/failures",
         "/en/?split=nothing",
         "/en/?split=open&language=xx",
         "/en/?sort=';--",
@@ -255,6 +260,8 @@ def test_pages_reveal_nothing_of_hidden_episodes(shown: LeaderboardSite) -> None
         f"/en/runs/{HIDDEN_RUN}/episodes",
         f"/en/runs/{HIDDEN_RUN}/episodes?episode=quokka-1",
         f"/en/runs/{HIDDEN_RUN}/episodes/quokka-1",
+        f"/en/runs/{HIDDEN_RUN}/episodes/quokka-1/moments.json",
+        f"/en/runs/{HIDDEN_RUN}/failures",
     ]
     for address in hidden:
         got = shown.site.get(address)
