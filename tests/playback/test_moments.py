@@ -83,7 +83,7 @@ def test_limits_are_marked() -> None:
     assert marks(L, L, limits=Limits(2)) == [(1, Mark.PICKED_UP), (1, Mark.FORCED)]
     ended = playback(F)
     ended.end_at_time_limit()
-    assert ended.moments[-1].marks == (Mark.PICKED_UP, Mark.PLACED, Mark.FORCED)
+    assert ended.moments[-1].marks == (Mark.PICKED_UP, Mark.FORCED, Mark.PLACED)
     assert (ended.moments[-1].action, ended.steps) == (None, 1)
 
 
@@ -98,7 +98,7 @@ def test_walls_answer_blocked() -> None:
         (tiny.ACTIONS[:3], False, (TurnOutcome.NOT_PLACED, TurnOutcome.NOT_PLAYED)),
         ((), False, (TurnOutcome.NOT_PLAYED, TurnOutcome.NOT_PLAYED)),
         ((F, F, P, P), False, (TurnOutcome.ONE_CELL_OFF, TurnOutcome.NOT_PLAYED)),
-        ((F, F), True, (TurnOutcome.NOT_PLACED, TurnOutcome.NOT_PLACED)),
+        ((F, F), True, (TurnOutcome.NOT_PLACED, TurnOutcome.PASSED_TARGET)),
     ],
 )
 def test_outcomes(actions: tuple[Action, ...], timed_out: bool, expected: tuple[TurnOutcome, TurnOutcome]) -> None:

@@ -31,8 +31,7 @@ def test_frames_are_those_of_the_agent(tmp_path: Path) -> None:
         stub = EvaluationStub(channel)
         run = create(stub, sensors=["rgb"])
         got: list[bytes] = []
-        wanted = {"image_size": SIZE, "encodings": [types_pb2.ENCODING_RAW]}
-        with Player(stub, run.run_id, **wanted) as player:
+        with Player(stub, run.run_id, image_size=SIZE, encoding=types_pb2.ENCODING_RAW) as player:
             while (event := player.next()).WhichOneof("event") != "run_ended":
                 if event.WhichOneof("event") == "observation":
                     seen: pb.Observation = event.observation

@@ -1,0 +1,185 @@
+"""The player in Chromium: keys, slider, speeds, pictures, live steps, notes of strangers; and without scripts."""
+
+import json
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pytest
+from playwright.sync_api import Browser, Page, expect
+
+from tests import tiny
+from tests.web.leaderboard_site import OPEN_RUN, LeaderboardSite
+from tests.web.watch.test_access import LIVE_RUN, OWN, advance, begin, served
+
+ADDRESS = f"/en/runs/{OPEN_RUN}/episodes/quokka-0"
+LAST = len(tiny.ACTIONS)
+
+
+@contextmanager
+def opened(browser: Browser, address: str, **settings: object) -> Iterator[Page]:
+    """A page on which nothing may go wrong, once its player is ready."""
+    context = browser.new_context(**settings)  # type: ignore[arg-type]
+    page, problems = context.new_page(), list[str]()
+    page.on("console", lambda message: problems.append(message.text))
+    page.on("pageerror", lambda error: problems.append(str(error)))
+    page.goto(address)
+    if settings.get("java_script_enabled", True):
+        page.wait_for_selector("#watch[data-ready]", state="attached")
+    yield page
+    assert problems == []
+    context.close()
+
+
+def field(page: Page, name: str) -> str:
+    return page.locator(f"[data-field={name}]").first.inner_text()
+
+
+def trail(page: Page) -> int:
+    """Number of places in the way that the shown map draws."""
+    points = page.locator("[data-map]:not([hidden]) .trail").get_attribute("points") or ""
+    return len(points.split())
+
+
+def test_keys_step_and_the_address_follows(shown: LeaderboardSite, browser: Browser) -> None:
+    with opened(browser, f"{shown.site.address}{ADDRESS}?step=1") as page:
+        assert (field(page, "step"), field(page, "action"), trail(page)) == ("1", "forward", 2)
+        page.keyboard.press("ArrowRight")
+        expect(page.locator("[data-field=answer]")).to_have_text("Picked up: dotted purple hourglass.")
+        page.keyboard.press("ArrowRight")
+        expect(page.locator("[data-field=phase]")).to_have_text("Turn 1, Assembly")
+        expect(page.locator("[data-field=carried]")).to_have_text("dotted purple hourglass")
+        expect(page.locator("[data-map='1-assembly']")).to_be_visible()
+        expect(page.locator("[data-map='1-navigation']")).to_be_hidden()
+        page.wait_for_url("**?step=3")
+        page.keyboard.press("n")
+        expect(page.locator("[data-field=answer]")).to_have_text("Placed in column 3, row 3, on level 1.")
+        page.keyboard.press("p")
+        expect(page.locator("[data-field=step]")).to_have_text("2")
+        page.keyboard.press("End")
+        expect(page.locator("[data-field=step]")).to_have_text(str(LAST))
+        page.keyboard.press("Home")
+        page.wait_for_url("**?step=0")
+        assert page.locator("[data-field=link]").get_attribute("href") == f"{ADDRESS}?step=0"
+
+
+def test_it_plays_to_the_end_pauses_and_begins_again(shown: LeaderboardSite, browser: Browser) -> None:
+    with opened(browser, shown.site.address + ADDRESS) as page:
+        page.select_option("[data-field=speed]", "16")
+        page.keyboard.press("Tab")
+        page.locator("h1").click()
+        page.keyboard.press(" ")
+        expect(page.get_by_role("button", name="Pause")).to_be_visible()
+        expect(page.locator("[data-field=step]")).to_have_text(str(LAST))
+        expect(page.get_by_role("button", name="Play")).to_be_visible()
+        page.get_by_role("button", name="Play").click()
+        page.get_by_role("button", name="Pause").click()
+        expect(page.get_by_role("button", name="Play")).to_be_visible()
+        assert int(field(page, "step")) < LAST
+
+
+def test_slider_events_and_pictures(shown: LeaderboardSite, browser: Browser) -> None:
+    with opened(browser, shown.site.address + ADDRESS) as page:
+        page.get_by_role("slider", name="Step").fill("7")
+        expect(page.locator("[data-field=step]")).to_have_text("7")
+        assert page.locator("[data-field=frame]").evaluate("image => image.naturalWidth") == 448
+        page.get_by_role("link", name="2: picked up").click()
+        expect(page.locator("[data-field=step]")).to_have_text("2")
+        for kind in ("depth", "segmentation"):
+            page.select_option("[data-field=kind]", kind)
+            expect(page.locator("[data-field=frame]")).to_have_attribute("src", f"{FRAMES}2.jpg?kind={kind}")
+        assert page.locator("[data-field=strip] .strip-navigation").count() == 2
+        assert page.locator("[data-field=strip] .mark-placed").count() == 2
+
+
+FRAMES = f"/runs/{OPEN_RUN}/episodes/quokka-0/frames/"
+
+
+def test_without_scripts_links_lead_from_step_to_step(shown: LeaderboardSite, browser: Browser) -> None:
+    with opened(browser, f"{shown.site.address}{ADDRESS}?step=2", java_script_enabled=False) as page:
+        assert field(page, "answer") == "Picked up: dotted purple hourglass."
+        assert trail(page) == 3
+        assert page.locator("[data-field=frame]").get_attribute("src") == f"{FRAMES}2.jpg"
+        page.get_by_role("link", name="Step on").click()
+        assert page.url.endswith("?step=3")
+        assert (field(page, "phase"), trail(page)) == ("Turn 1, Assembly", 1)
+        page.get_by_role("link", name="Step back").click()
+        assert field(page, "step") == "2"
+        assert not page.locator("[data-field=controls]").is_visible()
+
+
+NOTE = {
+    "read": {"steps": [{"do": "<script>walk</script>"}, {"do": "turn"}], "target": {"kind": "mug"}},
+    "step": 2, "goal": [1.0, 2.0], "thought": "<img src=x onerror=alert(1)>", "<b>key</b>": "&amp;",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("scripts", [True, False])
+def test_notes_are_shown_as_text(web: LeaderboardSite, browser: Browser, scripts: bool) -> None:
+    begin(web, steps=0)
+    advance(web, LIVE_RUN, 0, 2, json.dumps(NOTE))
+    with served(web, OWN) as site:
+        address = f"{site.address}/en/runs/{LIVE_RUN}/episodes/quokka-1?step=1"
+        with opened(browser, address, java_script_enabled=scripts) as page:
+            note = page.locator("[data-field=note]")
+            expect(note.locator("li")).to_have_text(["<script>walk</script>", "turn", "Object: mug"])
+            expect(note.locator("[aria-current=step]")).to_have_text("turn")
+            expect(note.locator("dd")).to_have_text(["2", "<img src=x onerror=alert(1)>", "&amp;"])
+            expect(note.locator("dt").last).to_have_text("<b>key</b>")
+            assert note.locator("script, img, b").count() == 0
+            goal = page.locator("[data-map='1-navigation'] [data-field=goal]").get_attribute("transform")
+            assert goal is not None
+            assert [float(number) for number in re.findall(r"[\d.]+", goal)] == [27.44, 24.0, 1.0]
+
+
+def test_new_steps_appear_while_it_is_played(web: LeaderboardSite, browser: Browser) -> None:
+    begin(web, steps=2)
+    with served(web, OWN) as site, opened(browser, f"{site.address}/en/runs/{LIVE_RUN}/episodes/quokka-1") as page:
+        expect(page.locator("[data-field=live]")).to_be_visible()
+        assert field(page, "step") == "2"
+        advance(web, LIVE_RUN, 2, 4)
+        expect(page.locator("[data-field=step]")).to_have_text("4")
+        expect(page.locator("[data-map='1-assembly']")).to_be_visible()
+        page.keyboard.press("Home")
+        expect(page.locator("[data-field=step]")).to_have_text("0")
+        advance(web, LIVE_RUN, 4, LAST)
+        expect(page.locator("[data-field=last]")).to_have_text(str(LAST))
+        assert field(page, "step") == "0"  # who looks back stays there
+        expect(page.locator("[data-field=live]")).to_be_hidden()
+        expect(page.get_by_text("Watch the next one")).to_be_hidden()
+
+
+def test_a_dead_server_is_said_and_single_steps_still_work(shown: LeaderboardSite, browser: Browser) -> None:
+    context = browser.new_context()
+    page = context.new_page()
+    page.route("**/moments.json*", lambda route: route.abort())
+    page.goto(f"{shown.site.address}{ADDRESS}?step=2")
+    expect(page.get_by_role("alert")).to_contain_text("The steps could not be loaded")
+    page.get_by_role("link", name="Step on").click()
+    assert field(page, "step") == "3"
+    context.close()
+
+
+@pytest.mark.parametrize("width", [360, 768, 1440])
+def test_nothing_scrolls_sideways(web: LeaderboardSite, browser: Browser, width: int) -> None:
+    begin(web, steps=0)
+    advance(web, LIVE_RUN, 0, 3, json.dumps({"thought": "x" * 900}))
+    with served(web, OWN) as site:
+        for path in (f"/hi/runs/{LIVE_RUN}/episodes/quokka-1", "/hi/watch"):
+            context = browser.new_context(viewport={"width": width, "height": 740})
+            page = context.new_page()
+            page.goto(site.address + path)
+            assert page.evaluate("document.documentElement.scrollWidth") == width
+            context.close()
+
+
+def test_a_thousand_keys_lose_nothing(shown: LeaderboardSite, browser: Browser) -> None:
+    with opened(browser, shown.site.address + ADDRESS) as page:
+        page.evaluate(
+            """() => {
+                for (let n = 0; n < 1000; n++) {
+                    document.body.dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowRight", bubbles: true }));
+                }
+            }"""
+        )
+        expect(page.locator("[data-field=step]")).to_have_text(str(LAST))
