@@ -32,10 +32,10 @@ def film_page(
         frames: JPEG of each moment.
         devanagari: whether the fonts for Devanagari come along.
     """
-    film = {"data": data, "frames": [data_address("image/jpeg", frame) for frame in frames]}
+    addresses = [data_address("image/jpeg", frame) for frame in frames]
     variables = {
-        "watch": {**context, "here": "", "files": "", "frame": film["frames"][context["now"]["step"]], "is_film": True},
-        "film": film,
+        "watch": {**context, "here": "", "files": "", "frame": addresses[context["now"]["step"]], "is_film": True},
+        "film": {"data": data, "frames": addresses},
         "style": _style(devanagari=devanagari),
         "script": _script(),
     }

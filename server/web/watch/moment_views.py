@@ -39,6 +39,9 @@ class MomentViews:
         notes: notes of its agent, by step.
         steps_per_phase: step limit of a phase.
         shows_truth: whether to show what depends on the ground truth.
+
+    Attributes:
+        moments: the moments, as of now.
     """
 
     def __init__(
@@ -55,11 +58,16 @@ class MomentViews:
         self._t = t
         self._episode = episode
         self._section = section
-        self._moments = playback.moments
+        self.moments = playback.moments
         self._notes = {step: shown_note(t, note) for step, note in notes.items()}
         self._steps_per_phase = steps_per_phase
         self._shows_truth = shows_truth
         self._note_at, self._reading_at = self._applicable()
+
+    @property
+    def last(self) -> int:
+        """Number of the last moment."""
+        return len(self.moments) - 1
 
     def view(self, step: int) -> dict[str, Any]:
         """Return one moment.
@@ -68,7 +76,7 @@ class MomentViews:
         `answer` (texts), `left` (steps), `carried` (text), `ndtw` and `distance` (texts; empty if not shown), `marks`,
         `note` and `reading` (the steps of the notes that apply; -1 for none).
         """
-        moment = self._moments[step]
+        moment = self.moments[step]
         state, t = moment.state, self._t
         in_room = state.phase is Phase.ASSEMBLY
         marks = [mark for mark in moment.marks if self._shows_truth or mark not in TRUTH_MARKS]
@@ -91,10 +99,10 @@ class MomentViews:
 
     def trail(self, step: int) -> list[tuple[float, float]]:
         """Return the places on the map from the beginning of a moment's phase up to the moment."""
-        state = self._moments[step].state
+        state = self.moments[step].state
         return [
             self._place(one)
-            for one in self._moments[: step + 1]
+            for one in self.moments[: step + 1]
             if (one.state.turn, one.state.phase) == (state.turn, state.phase)
         ]
 
@@ -124,7 +132,7 @@ class MomentViews:
         notes, readings = list[int](), list[int]()
         note = reading = -1
         phase: tuple[int, Phase] | None = None
-        for step, moment in enumerate(self._moments):
+        for step, moment in enumerate(self.moments):
             here = moment.state.turn, moment.state.phase
             if here != phase:
                 phase, note, reading = here, -1, -1
@@ -136,9 +144,9 @@ class MomentViews:
         return notes, readings
 
     def _goal(self, step: int, note: ShownNote) -> tuple[float, float] | None:
-        if note.goal is None or step >= len(self._moments):
+        if note.goal is None or step >= len(self.moments):
             return None
-        if self._moments[step].state.phase is Phase.ASSEMBLY:
+        if self.moments[step].state.phase is Phase.ASSEMBLY:
             return cell_centre(RoomCell(*map(int, note.goal))) if is_cell(note.goal) else None
         return place_on_map(self._section, from_start(self._episode.start, note.goal))
 

@@ -67,7 +67,7 @@ class WatchPages:
         self._failures = RunFailures(splits, journal)
         self._frames = FrameQueue() if self._playbacks.draws_in_threads else FrameQueue(1)
         self._part = WatchPart(self._playbacks, journal)
-        self._opened: dict[tuple[object, ...], tuple[float, WatchedEpisode, OpenPlayback]] = {}
+        self._opened: dict[tuple[object, ...], tuple[float, OpenPlayback]] = {}
         # Replaying a whole run takes seconds, for which nothing else should wait.
         self.failures_thread = ThreadPoolExecutor(1, "failures")
 
@@ -140,19 +140,14 @@ class WatchPages:
     ) -> OpenPlayback:
         """Return the playback of a request's episode, found again at most every FRESH_SECONDS."""
         key = (self._viewers.caller(request), request.match_info["run"], request.match_info["episode"])
-        found, watched, opened = self._opened.get(key, (0.0, None, None))
-        if opened is not None and time.monotonic() < found + FRESH_SECONDS and step <= opened.playback.steps:
-            return opened
+        kept = self._opened.get(key)
+        if kept is not None and time.monotonic() < kept[0] + FRESH_SECONDS and step <= kept[1].playback.steps:
+            return kept[1]
         find = self.find(request)
-
-        def make() -> tuple[WatchedEpisode, OpenPlayback]:
-            watched = find()
-            return watched, self._playbacks.of(watched, drawn=True)
-
-        watched, opened = await run_in_thread(make)
+        opened: OpenPlayback = await run_in_thread(lambda: self._playbacks.of(find(), drawn=True))
         now = time.monotonic()
         self._opened = {name: one for name, one in self._opened.items() if now < one[0] + FRESH_SECONDS}
-        self._opened[key] = now, watched, opened
+        self._opened[key] = now, opened
         return opened
 
     def failures(self, t: PageTexts, run_id: str) -> dict[str, Any]:

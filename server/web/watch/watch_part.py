@@ -47,10 +47,9 @@ class WatchPart:
         Raises:
             NotFound: if there is no such step.
         """
-        playback = self._playbacks.of(watched).playback
-        moments = playback.moments
-        step = self._step(query.get("step", ""), watched, len(moments) - 1)
         views = self.views(t, watched)
+        moments = views.moments
+        step = self._step(query.get("step", ""), watched, views.last)
         episode, run = watched.episode, watched.run
         section = furnished(watched.watched.split.sections[episode.section], episode.furniture)
         turns = [[one for one in moments if one.state.turn == number] for number in range(1, TURNS + 1)]
@@ -107,7 +106,7 @@ class WatchPart:
             NotFound: if there is no such step.
         """
         views = self.views(t, watched)
-        last = self._playbacks.of(watched).playback.steps
+        last = views.last
         if first > last:
             raise NotFound(f"there is no step {first}; expected 0 to {last}")
         return {

@@ -2,6 +2,7 @@
 
 import asyncio
 import threading
+from functools import partial
 
 import pytest
 
@@ -29,7 +30,7 @@ def test_at_most_so_many_are_drawn_at_once_and_each_only_once() -> None:
                 drawing -= 1
             return bytes([number])
 
-        frames = await asyncio.gather(*(queue.frame(n, lambda n=n: draw(n), stays) for n in range(8)))
+        frames = await asyncio.gather(*(queue.frame(n, partial(draw, n), stays) for n in range(8)))
         again = await queue.frame(3, lambda: b"drawn again", stays)
         queue.close()
         return most, [*frames, again]

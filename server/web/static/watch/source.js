@@ -1,7 +1,7 @@
 // Moments, notes and frames of an episode: from the server, or embedded in a file that stands alone.
 
 const AHEAD = 8; // frames loaded before they are shown
-const LIVE_MS = 300; // between two requests for new steps
+const LIVE_MS = 400; // between two requests for new steps
 
 export class Source {
   // section: the element with the addresses. onGrow: called when there are new moments.
