@@ -4,13 +4,15 @@ import json
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
+from arramon_server.web.film.maker import FilmMaker, FilmSettings
 from tests import tiny
 from tests.web.leaderboard_site import OPEN_RUN, LeaderboardSite
-from tests.web.watch.test_access import LIVE_RUN, OWN, advance, begin, served
+from tests.web.watch.test_access import LIVE_RUN, OWN, PUBLIC, advance, begin, served
 
 ADDRESS = f"/en/runs/{OPEN_RUN}/episodes/quokka-0"
 LAST = len(tiny.ACTIONS)
@@ -140,13 +142,38 @@ def test_new_steps_appear_while_it_is_played(web: LeaderboardSite, browser: Brow
         advance(web, LIVE_RUN, 2, 4)
         expect(page.locator("[data-field=step]")).to_have_text("4")
         expect(page.locator("[data-map='1-assembly']")).to_be_visible()
+        advance(web, LIVE_RUN, 4, 8)
+        placed = page.locator("[data-map='2-assembly'] .thing title")
+        expect(placed).to_have_text(["dotted white bowl", "dotted purple hourglass"])  # what turn 1 left there
         page.keyboard.press("Home")
         expect(page.locator("[data-field=step]")).to_have_text("0")
-        advance(web, LIVE_RUN, 4, LAST)
+        advance(web, LIVE_RUN, 8, LAST)
         expect(page.locator("[data-field=last]")).to_have_text(str(LAST))
         assert field(page, "step") == "0"  # who looks back stays there
         expect(page.locator("[data-field=live]")).to_be_hidden()
         expect(page.get_by_text("Watch the next one")).to_be_hidden()
+
+
+def test_the_truth_is_shown_when_the_episode_has_ended(web: LeaderboardSite, browser: Browser) -> None:
+    begin(web, steps=2)
+    with served(web, PUBLIC) as site, opened(browser, f"{site.address}/en/runs/{LIVE_RUN}/episodes/quokka-1") as page:
+        assert page.locator(".watch .truth, .watch .wanted, [data-field=ndtw]").count() == 0
+        advance(web, LIVE_RUN, 2, LAST)
+        expect(page.locator("[data-field=ndtw]")).to_be_visible()
+        page.keyboard.press("Home")
+        expect(page.locator("[data-map='1-navigation'] .wanted")).to_be_visible()
+        expect(page.locator("[data-field=distance]")).to_have_text("3.5 units")
+
+
+def test_a_film_plays_from_its_file(shown: LeaderboardSite, browser: Browser, tmp_path: Path) -> None:
+    settings = FilmSettings(tmp_path / "film.html", "hi", None, 8.0, 96, 60)
+    FilmMaker(shown.database, shown.folder, "raster").make(OPEN_RUN, "quokka-0", settings)
+    with opened(browser, settings.path.as_uri()) as page:
+        page.keyboard.press("End")
+        expect(page.locator("[data-field=step]")).to_have_text(str(LAST))
+        assert page.locator("[data-field=frame]").evaluate("image => image.naturalWidth") == 96
+        page.get_by_role("link", name="2: उठाया").click()
+        expect(page.locator("[data-field=answer]")).to_contain_text("उठाया गया")
 
 
 def test_a_dead_server_is_said_and_single_steps_still_work(shown: LeaderboardSite, browser: Browser) -> None:

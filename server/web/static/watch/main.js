@@ -8,7 +8,7 @@ class Player {
   constructor(section) {
     this.section = section;
     this.texts = JSON.parse(section.dataset.texts);
-    this.source = new Source(section, () => this.grow());
+    this.source = new Source(section, (turns) => this.grow(turns));
     this.stage = new Stage(section, this.source, this.texts);
     this.fields = this.stage.fields;
     this.step = Number(section.dataset.step);
@@ -61,6 +61,7 @@ class Player {
   async play() {
     const mine = ++this.playing;
     this.button(this.texts.pause);
+    this.fields.answer.setAttribute("aria-live", "off"); // too fast to be read out
     if (this.step >= this.source.last && !this.source.live) await this.go(0);
     let due = performance.now();
     while (mine === this.playing) {
@@ -75,6 +76,7 @@ class Player {
   stop() {
     this.playing += 1;
     this.button(this.texts.play);
+    this.fields.answer.setAttribute("aria-live", "polite");
     this.settle();
   }
 
@@ -87,9 +89,13 @@ class Player {
   get isPlaying() { return this.section.querySelector("[data-do=play]").classList.contains("is-playing"); }
 
   // While it plays live, the newest step is shown if the latest was.
-  grow() {
+  async grow(turns) {
     const wasLast = this.step >= Number(this.fields.range.max);
     this.stage.strip();
+    if (turns || !this.source.live) {
+      if (!this.source.live) await this.source.ask(0);
+      await this.stage.renew(this.step);
+    }
     if (wasLast && !this.isPlaying) this.go(this.source.last, false);
     else this.stage.show(this.step);
     if (this.source.live) return;
@@ -107,8 +113,7 @@ class Player {
   }
 
   jump(step) {
-    this.playing += 1;
-    this.button(this.texts.play);
+    if (this.isPlaying) this.stop();
     return this.go(step);
   }
 

@@ -4,7 +4,7 @@ const AHEAD = 8; // frames loaded before they are shown
 const LIVE_MS = 400; // between two requests for new steps
 
 export class Source {
-  // section: the element with the addresses. onGrow: called when there are new moments.
+  // section: the element with the addresses. onGrow: called when there are new moments, with whether the turn changed.
   constructor(section, onGrow) {
     this.section = section;
     this.onGrow = onGrow;
@@ -46,7 +46,7 @@ export class Source {
     while (this.live) {
       await new Promise((done) => setTimeout(done, wait));
       if (document.hidden) continue;
-      const before = this.last;
+      const before = this.last, turn = this.moments[before].turn;
       try {
         await this.ask(Math.max(before, 0));
         wait = LIVE_MS;
@@ -54,7 +54,7 @@ export class Source {
         wait = Math.min(wait * 2, 10000); // the server may be restarting
         continue;
       }
-      if (this.last > before || !this.live) this.onGrow();
+      if (this.last > before || !this.live) await this.onGrow(this.moments[this.last].turn !== turn);
     }
   }
 

@@ -8,8 +8,26 @@ export class Stage {
     this.section = section;
     this.source = source;
     this.texts = texts;
-    this.fields = Object.fromEntries([...section.querySelectorAll("[data-field]")].map((one) => [one.dataset.field, one]));
+    this.fields = {};
+    this.find();
+  }
+
+  find() {
+    const section = this.section;
+    // Kept as one object, as others hold it.
+    Object.assign(this.fields, Object.fromEntries([...section.querySelectorAll("[data-field]")].map((one) => [one.dataset.field, one])));
     this.maps = Object.fromEntries([...section.querySelectorAll("[data-map]")].map((one) => [one.dataset.map, one]));
+  }
+
+  // Takes maps, facts and events from the page as it is now: a new turn has other maps, and its end shows the truth.
+  async renew(step) {
+    const response = await fetch(`${this.section.dataset.page}?step=${step}`);
+    if (!response.ok) return;
+    const page = new DOMParser().parseFromString(await response.text(), "text/html");
+    for (const part of [".watch-maps", ".watch-facts", ".watch-events"]) {
+      this.section.querySelector(part).replaceWith(page.querySelector(part));
+    }
+    this.find();
   }
 
   set(name, text) {
