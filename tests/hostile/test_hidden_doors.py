@@ -306,10 +306,10 @@ def test_all_doors_show_the_same_figures(doors: Doors) -> None:
 
 def test_void_episode_is_in_no_figure_and_its_thresholds_are_fresh(doors: Doors) -> None:
     for run_id, stale in zip(doors.runs, doors.stale, strict=True):
+        receipt = json.loads(doors.stub.GetReceipt(ev.GetReceiptRequest(run_id=run_id), metadata=METADATA).payload)
         entry = doors.board.GetEntry(lb.GetEntryRequest(run_id=run_id), metadata=METADATA)
         assert (entry.voided, [list(one.episodes) for one in entry.corrections]) == (1, [[VOID]])
         assert len(entry.superseded) == 1
-        receipt = json.loads(doors.stub.GetReceipt(ev.GetReceiptRequest(run_id=run_id), metadata=METADATA).payload)
         assert (receipt["version"], receipt["voided"], receipt["revision"]["number"]) == (2, [VOID], 1)
         assert all(set(one) == {"episode_id", "head", "ending"} for one in receipt["episodes"])
         assert {row.name: {one.metric: one.mean for one in row.scores} for row in entry.rows} != stale
